@@ -28,7 +28,7 @@ import psutil
 
 import camopt
 from camopt.engines.dask_cluster import RATE, items_of_task
-from camopt.front.asked import asked_of
+from camopt.front.asked import sweep_plan
 
 KEEP = "pareto"
 EACH = 6.0  # seconds between the deaths of workers
@@ -163,12 +163,12 @@ def files(folder: Path) -> dict[str, bytes]:
 
 def reckoned(fineness: int) -> None:
     """Print what a great sweep takes, from a few blocks of this one."""
-    asked = asked_of(scene(fineness), KEEP)
+    asked = sweep_plan(scene(fineness), KEEP)
     some = range(len(asked.blocks) // 3, len(asked.blocks) // 3 + 8)
     asked.evaluated(some)
     each = []
     for _ in range(8):  # with its own curves, as a worker that comes anew
-        fresh, start = asked_of(scene(fineness), KEEP), process_time()
+        fresh, start = sweep_plan(scene(fineness), KEEP), process_time()
         size = len(pickle.dumps(fresh.evaluated(some)))
         each.append(((process_time() - start) / len(some), size / len(some)))
     seconds, size = map(median, zip(*each, strict=True))
@@ -204,7 +204,7 @@ def main(fineness: int = 4, processes: int = 4, *what: str) -> None:
         swept(coarse, out / "first", "--workers", "2")  # compiles kernels
         threads = swept(file, out / "threads", "--workers", "2")
         expected = files(out / "threads")
-        print(f"{len(asked_of(scene(fineness), KEEP).space):,} designs, {os.cpu_count()} cores")
+        print(f"{len(sweep_plan(scene(fineness), KEEP).space):,} designs, {os.cpu_count()} cores")
         print(f"threads: {threads}", flush=True)
         if "alone" in what:
             alone = swept(file, out / "alone", *cluster)

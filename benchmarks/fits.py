@@ -29,7 +29,7 @@ import numpy as np
 
 from camopt import LAWS, Unmet, find_scene, fit
 from camopt.motion.programme import Programme, law_peaks, peak
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.problem.problem import resolve
 
 NOISES = (0.001, 0.01, 0.05)  # mm
@@ -51,7 +51,7 @@ def motions() -> Iterator[tuple[str, Programme]]:
 def row(programme: Programme, noise: float, files: int) -> dict[str, float]:
     """What is found of a motion in files with other errors: medians."""
     lifts = programme.at(np.radians(ANGLES))[0]
-    true = {"acceleration": peak(programme, 2, TURN), "jerk": peak(programme, 3, TURN)}
+    true = {"acceleration": peak(programme, 2, ALL_STROKES), "jerk": peak(programme, 3, ALL_STROKES)}
     rows = []
     for seed in range(files):
         errors = np.random.default_rng(seed).normal(0.0, noise, ANGLES.size)

@@ -171,7 +171,7 @@ def main() -> None:
     print("|---|---:|---:|---:|---:|---:|")
     tell("grid", plain, "1,003,023", [grid])
     tell("grid, refined", whole, "", [fine])
-    refine.LEVELS = MANY
+    refine.CURVE_LEVELS = MANY
     with TemporaryDirectory() as folder:
         start = perf_counter()
         sweep(finer, folder)

@@ -14,7 +14,7 @@ import numpy as np
 from camopt import Scene
 from camopt.effects import Case
 from camopt.mechanisms import Designs
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.problem.problem import Problem, resolve
 from camopt.verdicts.certify import certify_limits
@@ -57,7 +57,7 @@ def random_designs(problem: Problem) -> Designs:
 def nanoseconds(problem: Problem, designs: Designs, tolerance: float) -> float:
     """The least time for each design of all its geometric extremes."""
     mechanism = problem.setup.mechanism
-    both = [(TURN, LARGEST), (TURN, LEAST)]
+    both = [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)]
     asked = [(mechanism.pressure, [(kind, LARGEST_MAGNITUDE) for kind in (RISE, RETURN, DWELL)])]
     asked += [(make, both) for make in (mechanism.curvature, mechanism.profile_radius, mechanism.reach) if make]
     case = Case(replace(problem.setup, tolerance=tolerance), problem.programme, designs)

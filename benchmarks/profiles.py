@@ -19,7 +19,7 @@ import numpy as np
 from camopt import MeasuredProfile, Scene, fit
 from camopt.mechanisms.geometry import cam_curves
 from camopt.motion.programme import peak
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.problem.problem import resolve
 
 NOISES = (0.001, 0.01, 0.05)  # mm
@@ -55,7 +55,10 @@ def row(follower: dict[str, Any], noise: float, files: int) -> list[float]:
     theta = np.interp(np.linspace(0.0, length[-1], COUNT + 1)[:-1], length, fine)
     curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, theta)
     per = np.degrees(1.0) if problem.setup.angular else 1.0
-    true = {name: per * peak(problem.programme, order, TURN) for name, order in (("acceleration", 2), ("jerk", 3))}
+    true = {
+        name: per * peak(problem.programme, order, ALL_STROKES)
+        for name, order in (("acceleration", 2), ("jerk", 3))
+    }
     found = []
     for seed in range(files):
         errors = np.random.default_rng(seed).normal(0.0, noise, COUNT)

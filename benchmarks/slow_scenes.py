@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from camopt import BadInput, Scene, evaluate, optimise
-from camopt.problem.limits import LOADS
+from camopt.problem.limits import LOAD_LIMITS
 
 STEEL = {"cam": "steel", "follower": "steel", "face_width": 10}
 SURFACE = {"wear_rate": 1e-10, "viscosity": 0.05, "pressure_viscosity": 18, "roughness": 0.3}
@@ -100,7 +100,7 @@ OF_MOTION = ("contact_force_min", "contact_force_elastic", "jump_speed", "residu
 QUANTITIES = {
     "pressure_angle": "pressure_angle_max_rise_deg",
     "curvature_radius": "profile_radius_min_mm",
-    **{key: quantity for key, quantity in LOADS.items() if key not in OF_MOTION},
+    **{key: quantity for key, quantity in LOAD_LIMITS.items() if key not in OF_MOTION},
 }
 GEOMETRIC = ("pressure_angle", "curvature_radius")
 MOST = {"pressure_angle": 89.0, "jamming_margin": 1.0}

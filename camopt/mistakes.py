@@ -8,7 +8,7 @@ from typing import Any
 
 LONGEST_SHOWN, LONGEST_NAME, LONGEST_LINE = 100, 200, 1000  # characters of a value, of a file or key, of a message
 MOST_TOLD = 20  # mistakes
-ALIKE = 0.75  # share of two words that is the same, in those that mean the same
+ALIKE_SHARE = 0.75  # share of two words that is the same, in those that mean the same
 MOST_LISTED, MOST_MEANT = 30, 3  # known names; those that may have been meant
 
 
@@ -46,7 +46,7 @@ def line_of(text: str) -> str:
     return shortened(printable(shortened(text, LONGEST_LINE)), LONGEST_LINE)
 
 
-def listed(words: Sequence[Any], most: int = MOST_LISTED) -> str:
+def listed_words(words: Sequence[Any], most: int = MOST_LISTED) -> str:
     """Words after each other, and how many more there are."""
     more = f" and {len(words) - most:,} more" if len(words) > most else ""
     return ", ".join(shortened(str(word)) for word in words[:most]) + more
@@ -162,17 +162,17 @@ def nearest(word: str, known: Iterable[str]) -> str:
 def _nearest(word: str, known: tuple[str, ...]) -> str:
     """The same, of a word that may be wrong a thousand times."""
     close = (
-        get_close_matches(word, known, n=1, cutoff=ALIKE)
+        get_close_matches(word, known, n=1, cutoff=ALIKE_SHARE)
         or _with_such_a_part(word, known)
         or get_close_matches(word, known, n=1, cutoff=0.5)
     )
     first = known if len(known) <= MOST_LISTED else get_close_matches(word, known, n=len(known), cutoff=0.0)
     meant = f"did you mean {' or '.join(map(shortened, close))}? " if close else ""
-    return f"{meant}known: {listed(first)}"
+    return f"{meant}known: {listed_words(first)}"
 
 
 def _with_such_a_part(word: str, known: Sequence[str]) -> list[str]:
     """The first names with a part, between underscores, that is much like a word: pressure_… for presure."""
     parts = dict.fromkeys(part for name in known for part in name.split("_"))
-    close = get_close_matches(word, parts, n=1, cutoff=ALIKE)
+    close = get_close_matches(word, parts, n=1, cutoff=ALIKE_SHARE)
     return [name for name in known if close and close[0] in name.split("_")][:MOST_MEANT]

@@ -64,7 +64,7 @@ class Quantity:
         return f"{words} ``{self.name}``; {self.unit or 'no unit'}."
 
 
-STROKES = {"rise": " over the rises", "return": " over the returns", "": " over the turn"}
+STROKE_WORDS = {"rise": " over the rises", "return": " over the returns", "": " over the turn"}
 DERIVATIVES = {
     "velocity": ("v", {"m_s": "m/s", "rad_s": "rad/s", "mm_per_rad": "mm/rad", "deg_per_rad": "deg/rad"}),
     "acceleration": (
@@ -92,7 +92,7 @@ def _motion_quantities() -> list[Quantity]:
             f"Largest |{derivative}| of the follower{words}.",
         )
         for derivative, (stroke, words), angular, timed in product(
-            DERIVATIVES, STROKES.items(), (False, True), (True, False)
+            DERIVATIVES, STROKE_WORDS.items(), (False, True), (True, False)
         )
     ]
 
@@ -207,7 +207,7 @@ _NUMBERS = (
 oscillating one."""
 
 
-NUMBERS = tuple(dict.fromkeys(key for key, *_ in _NUMBERS))
+NUMBER_COLUMNS = tuple(dict.fromkeys(key for key, *_ in _NUMBERS))
 """Their keys."""
 
 

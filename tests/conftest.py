@@ -12,7 +12,7 @@ settings.register_profile("ci", deadline=None, derandomize=True)
 settings.register_profile("deep", deadline=None, max_examples=1000, print_blob=True)
 settings.load_profile("ci")  # before --hypothesis-profile is read
 
-IN_USE = compile.FEW
+IN_USE = compile.SMALL_ARRAY
 
 
 def pytest_configure():
@@ -45,13 +45,13 @@ def command(capsys, monkeypatch, tmp_path):
 @pytest.fixture
 def _alone(monkeypatch):
     """A kernel that no other test asks for is compiled as in use: for more designs."""
-    monkeypatch.setattr(compile, "FEW", IN_USE)
+    monkeypatch.setattr(compile, "SMALL_ARRAY", IN_USE)
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_for_many():
     """Tests share what is compiled: it pays for fewer designs, but for a design at a time after more seconds."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compile, "FEW", 48)
+        patch.setattr(compile, "SMALL_ARRAY", 48)
         patch.setattr(compile, "PAYS", 10.0)
         yield

@@ -23,7 +23,7 @@ DEBUG = "CAMOPT_DEBUG"
 LIBRARIES = (".so", ".pyd", ".dylib")
 
 
-def run(command: Callable[[], int]) -> int:
+def run_command(command: Callable[[], int]) -> int:
     """Run a command to its exit code. Whatever ends it is told in a line, never as a traceback."""
     _open_streams()
     for library in ("matplotlib", "ezdxf"):  # they tell of folders that they would keep fonts in

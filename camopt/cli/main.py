@@ -5,7 +5,7 @@ from importlib import import_module
 
 import click
 
-from camopt.cli.exits import run
+from camopt.cli.exits import run_command
 from camopt.version import VERSION
 
 COMMANDS = (
@@ -64,4 +64,4 @@ def camopt(context: click.Context) -> None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; the exit code. A user's mistake is a message, never a traceback."""
-    return run(lambda: camopt.main(arguments, prog_name="camopt", standalone_mode=False) or 0)
+    return run_command(lambda: camopt.main(arguments, prog_name="camopt", standalone_mode=False) or 0)

@@ -229,7 +229,7 @@ class FreeNumber(click.ParamType):  # type: ignore[type-arg]
         return key, Axis().convert(axis, param, ctx)
 
 
-class Place(click.ParamType):  # type: ignore[type-arg]
+class OutputPlace(click.ParamType):  # type: ignore[type-arg]
     """A folder to write to, or a file that ends in one of some suffixes and can be written."""
 
     name = "path"

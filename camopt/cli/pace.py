@@ -6,8 +6,8 @@ from math import inf
 
 from camopt.tables.cells import duration
 
-QUIET, EVERY = 10.0, 30.0  # seconds before the first line, and between lines at most
-STEP = 0.1  # of all: what is done between lines, if it takes less
+QUIET_SECONDS, LINE_SECONDS = 10.0, 30.0  # seconds before the first line, and between lines at most
+PACE_SHARE = 0.1  # of all: what is done between lines, if it takes less
 
 
 @dataclass
@@ -40,7 +40,7 @@ def time_left(seconds: float) -> str:
 
 
 @dataclass
-class Lines:
+class LogLines:
     """Lines for where there is no terminal, in a log for instance: none of short work, and some of long work."""
 
     unit: str
@@ -59,9 +59,9 @@ class Lines:
         now, share = self.clock(), done / total if total else 1.0
         if self.told:
             when, before = self.told
-            due = now - when >= EVERY or share - before >= STEP
+            due = now - when >= LINE_SECONDS or share - before >= PACE_SHARE
         else:
-            due = now - self.start >= QUIET
+            due = now - self.start >= QUIET_SECONDS
         if due:
             self.told = now, share
             parts = f"{done:,} of {total:,} {self.unit} ({share:.0%})", rate_of(rate, self.unit), time_left(left)

@@ -8,7 +8,7 @@ from click.core import ParameterSource
 
 from camopt.storage.unit import name_of_part
 
-BESIDE = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json", "again"}
+SAME_SWEEP = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json", "again"}
 """Options that do not ask for another sweep."""
 
 
@@ -22,7 +22,7 @@ def resumed(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> t
 
     BadInput if options ask for something else than it was asked, or nothing tells what it was asked.
     """
-    from camopt.front.asked import KEPT, asked_again, asked_of, asked_of_result
+    from camopt.front.asked import KEPT, asked_again, asked_of_result, sweep_plan
     from camopt.front.journal import interrupted
     from camopt.mistakes import BadInput, Mistake
     from camopt.scene.scene import find_scene
@@ -32,18 +32,18 @@ def resumed(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> t
     question = interrupted(folder, command) or asked_of_result(folder, command)
     context = click.get_current_context()
     sources = {name: context.get_parameter_source(name) for name in context.params}
-    asks = any(source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in BESIDE)
+    asks = any(source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in SAME_SWEEP)
     if question is None:
         if not asks and has_result(folder, command):
             why = "needs a scene: nothing tells what the sweep in this folder was asked"
             raise BadInput([Mistake("camopt", "--resume", str(folder), why, bare=True)])
         return scene, keep
     if asks:
-        asked = asked_of(scene, keep).question(*(part or (1, 1)))
+        asked = sweep_plan(scene, keep).question(*(part or (1, 1)))
         other = asked.asks_other_than(question)
         if sources.get("scene") is not ParameterSource.COMMANDLINE:  # options alone: those that differ
             (default,) = (each.default for each in context.command.params if each.name == "scene")
-            plain = asked_of(find_scene(str(default)), KEPT[0]).question(*(part or (1, 1)))
+            plain = sweep_plan(find_scene(str(default)), KEPT[0]).question(*(part or (1, 1)))
             other = [key for key in other if key in asked.other_than(plain)]
         if other:
             why = f"goes on with the sweep in {folder}, which differs in {', '.join(other)}"

@@ -12,9 +12,9 @@ from rich.table import Table as RichTable
 from rich.tree import Tree
 
 from camopt.cli.exits import say
-from camopt.cli.pace import Lines, Pace, rate_of, time_left
+from camopt.cli.pace import LogLines, Pace, rate_of, time_left
 from camopt.tables.cells import to_json
-from camopt.tables.layout import ABOUT, NUMBER, VALUE, Table
+from camopt.tables.layout import ABOUT, NUMERIC, VALUE, Table
 
 Advance = Callable[[int, int], None]
 
@@ -44,7 +44,7 @@ def _shown(console: Console, unit: str) -> Iterator[Advance]:
     from camopt.numerics.clock import now
 
     if not sys.stderr.isatty():
-        yield Lines(unit, now, say)
+        yield LogLines(unit, now, say)
         return
     pace = Pace(now)
     told = (TextColumn("{task.fields[rate]}"), TextColumn("{task.fields[left]}", style="cyan"))
@@ -65,7 +65,7 @@ def print_json(document: Any) -> None:
 
 
 OF_KIND: dict[str, dict[str, Any]] = {
-    NUMBER: {"justify": "right", "no_wrap": True},
+    NUMERIC: {"justify": "right", "no_wrap": True},
     VALUE: {"justify": "right", "style": "bold"},
     ABOUT: {"style": "dim"},
 }
@@ -101,7 +101,7 @@ def show(*things: Any) -> None:
             continue
         screen.print(thing.title, soft_wrap=True)  # above the table, or it is wrapped to the table's width
         printed = _printed(thing)
-        room = Console(width=UNBOUNDED).measure(printed)
+        room = Console(width=NO_WIDTH).measure(printed)
         if room_across() < room.minimum:
             screen.print(_row_by_row(thing), soft_wrap=True)
         else:
@@ -117,18 +117,18 @@ def show_lines(records: Iterable[str]) -> None:
         screen.print(record, soft_wrap=True)
 
 
-UNBOUNDED = 10_000
-PAGE = 100  # columns of a sentence in a file
+NO_WIDTH = 10_000
+FILE_WIDTH = 100  # columns of a sentence in a file
 
 
 def room_across() -> int:
     """The columns that a row of a table may have: those of a screen; a file takes any."""
-    return Console().width if sys.stdout is not None and sys.stdout.isatty() else UNBOUNDED
+    return Console().width if sys.stdout is not None and sys.stdout.isatty() else NO_WIDTH
 
 
 def line_length() -> int:
     """The columns that a sentence may have."""
-    return PAGE if room_across() == UNBOUNDED else room_across()
+    return FILE_WIDTH if room_across() == NO_WIDTH else room_across()
 
 
 def in_lines(text: str) -> str:

@@ -12,7 +12,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from camopt.comparing.design_table import DesignTable
-from camopt.comparing.designs import Change, Index, Matching, changes, matched
+from camopt.comparing.designs import Change, Index, Matching, changed_quantities, matched
 from camopt.comparing.differences import checked_place, write_differences
 from camopt.comparing.fronts import Fronts, compared_fronts
 from camopt.comparing.settings import Difference, differing
@@ -22,7 +22,7 @@ from camopt.shown import Drawn
 from camopt.storage.sealed import no_table
 from camopt.tables.designs import DESIGNS, PARETO
 
-FEW = 5
+SHOWN_DESIGNS = 5
 """Designs of each kind that are shown."""
 
 
@@ -254,7 +254,7 @@ def _settings(a: Side, b: Side, names: Iterable[str]) -> dict[str, dict[str, Dif
 def _compared(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -> TableComparison:
     differs, beyond = np.zeros((2, pairs.in_a.size), dtype=bool)
     quantities = {}
-    for name, change, here, there in changes(a, b, pairs):
+    for name, change, here, there in changed_quantities(a, b, pairs):
         quantities[name] = change
         differs |= here
         beyond |= there
@@ -284,7 +284,7 @@ def _first(table: DesignTable, rows: Index) -> list[dict[str, Any]]:
     if not rows.size:
         return []
     worse = [sign * table.floats(name)[rows] for name, sign in table.objectives.items()][:1]
-    rows = rows[np.lexsort([*worse, ~table.possible()[rows]])][:FEW]
+    rows = rows[np.lexsort([*worse, ~table.possible()[rows]])][:SHOWN_DESIGNS]
     names = [name for name in dict.fromkeys((*table.key, *table.objectives)) if name != "scene"]
     columns = {name: table.column(name).take(rows).to_pylist() for name in names}
     return [{"row": int(row), **{n: columns[n][k] for n in names}} for k, row in enumerate(rows)]

@@ -10,13 +10,13 @@ from camopt.front.pareto import undominated
 from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray
 from camopt.problem.problem import size_keys
-from camopt.quantities import NUMBERS, QUANTITIES
+from camopt.quantities import NUMBER_COLUMNS, QUANTITIES
 from camopt.scene.scene import Scene
-from camopt.storage.sealed import SCENE, TYPES, about
+from camopt.storage.sealed import SCENE_KEY, TYPES, table_facts
 from camopt.tables.columns import DERIVED, axes_of
 from camopt.tables.designs import column_of
 
-LAW, OWN_SCENE, FREE = "law_rise", "scene", "free"
+LAW_COLUMN, OWN_SCENE, FREE_COLUMN = "law_rise", "scene", "free"
 """Columns: one that every table of designs has; two that a frontier has."""
 
 
@@ -39,12 +39,12 @@ class DesignTable:
     @property
     def version(self) -> str:
         """The version of camopt that wrote it."""
-        return str(about(self.layout)["version"])
+        return str(table_facts(self.layout)["version"])
 
     @property
     def units(self) -> dict[str, str]:
         """The units of its columns."""
-        return {name: str(unit) for name, unit in about(self.layout)["units"].items()}
+        return {name: str(unit) for name, unit in table_facts(self.layout)["units"].items()}
 
     def column(self, name: str) -> pa.Array:
         """One column."""
@@ -63,7 +63,7 @@ class DesignTable:
 
     def fixed(self, name: str) -> float | None:
         """What all designs have of a number that is no column: that of the scene."""
-        known = (*size_keys(self.scene), *NUMBERS)
+        known = (*size_keys(self.scene), *NUMBER_COLUMNS)
         keys = [key for key in known if column_of(self.scene, key) == name]
         return next(iter(self.scene.numbers(keys).values()), None)
 
@@ -84,7 +84,7 @@ class DesignTable:
 
     def possible(self) -> BoolArray:
         """Which designs may be on the front: of a frontier those of free laws, which meet every limit."""
-        name = FREE if FREE in self.names else "feasible"
+        name = FREE_COLUMN if FREE_COLUMN in self.names else "feasible"
         if name not in self.names:
             return np.ones(self.count, dtype=bool)
         return np.asarray(self.column(name).to_numpy(zero_copy_only=False), dtype=bool)
@@ -99,4 +99,4 @@ def type_of(field: pa.Field) -> pa.DataType:
 
 def is_of_designs(layout: pa.Schema) -> bool:
     """Whether a table is one of designs: it has their laws, and the scene that was searched."""
-    return LAW in layout.names and bool((layout.metadata or {}).get(SCENE))
+    return LAW_COLUMN in layout.names and bool((layout.metadata or {}).get(SCENE_KEY))

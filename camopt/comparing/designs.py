@@ -20,7 +20,7 @@ from camopt.scene.text import parsed
 
 Index = NDArray[np.intp]
 MOST_CODES = 2**62
-BOUND = "relative_half_width"
+ERROR_BOUND = "relative_half_width"
 """A bound on errors: it may change, and the quantities need not."""
 
 
@@ -136,7 +136,9 @@ def as_text(column: pa.Array) -> pa.Array:
     return column.cast(pa.string())
 
 
-def changes(a: DesignTable, b: DesignTable, pairs: Matching) -> Iterator[tuple[str, Change, BoolArray, BoolArray]]:
+def changed_quantities(
+    a: DesignTable, b: DesignTable, pairs: Matching
+) -> Iterator[tuple[str, Change, BoolArray, BoolArray]]:
     """Each quantity that changed: its name, how, and in which of the pairs at all and beyond the tolerances."""
     if not pairs.in_a.size:
         return
@@ -149,7 +151,7 @@ def changes(a: DesignTable, b: DesignTable, pairs: Matching) -> Iterator[tuple[s
         differs, share, beyond = found(one, other, a.scene.accuracy.tolerance, b.scene.accuracy.tolerance)
         if not differs.any():
             continue
-        if name == BOUND:
+        if name == ERROR_BOUND:
             beyond = np.zeros_like(beyond)
         i = int(np.argmax(share))
         yield (
@@ -167,11 +169,11 @@ def changes(a: DesignTable, b: DesignTable, pairs: Matching) -> Iterator[tuple[s
         )
 
 
-Found = tuple[BoolArray, FloatArray, BoolArray]
+Differences = tuple[BoolArray, FloatArray, BoolArray]
 """Whether values differ, by which share of the larger, and whether beyond the tolerances."""
 
 
-def _changed_numbers(a: pa.Array, b: pa.Array, tolerance_a: float, tolerance_b: float) -> Found:
+def _changed_numbers(a: pa.Array, b: pa.Array, tolerance_a: float, tolerance_b: float) -> Differences:
     """Of numbers; what is missing on one side, or infinite, differs by an infinite share."""
     x, y = (np.asarray(column.to_numpy(zero_copy_only=False), dtype=float) for column in (a, b))
     differs = (x != y) & ~(np.isnan(x) & np.isnan(y))
@@ -185,7 +187,7 @@ def _changed_numbers(a: pa.Array, b: pa.Array, tolerance_a: float, tolerance_b: 
     return differs, share, beyond
 
 
-def _changed_words(a: pa.Array, b: pa.Array, *_: float) -> Found:
+def _changed_words(a: pa.Array, b: pa.Array, *_: float) -> Differences:
     """Of texts, flags and lists of texts."""
     codes = _numbered(a, b)
     differs = codes[: len(a)] != codes[len(a) :]

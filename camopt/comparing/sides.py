@@ -16,14 +16,14 @@ from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes
 from camopt.storage.files import checked_path
 from camopt.storage.manifest import of_one_run, settled_file, settled_path, settled_paths
-from camopt.storage.sealed import SCENE as SCENE_OF_TABLE
+from camopt.storage.sealed import SCENE_KEY as SCENE_OF_TABLE
 from camopt.storage.sealed import TableFile, no_table
-from camopt.synthesis.files import KNOWN, SCENE, frontier_table
+from camopt.synthesis.files import KNOWN_FILE, SCENE_FILE, frontier_table
 from camopt.synthesis.frontier import Frontier
 from camopt.tables.designs import OPTIMUM
 from camopt.tables.table import scene_in
 
-SCENES = ("scene.toml", SCENE, KNOWN, OPTIMUM)
+SCENES = ("scene.toml", SCENE_FILE, KNOWN_FILE, OPTIMUM)
 """The scenes in the folders that commands write."""
 ONE_SCENE, ONE_TABLE = "scene", "table"
 """The names of those that are not in a folder."""

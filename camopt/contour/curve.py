@@ -27,7 +27,7 @@ from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
 from camopt.verdicts.ball import between, precisely
 from camopt.verdicts.exact_laws import Stretch
-from camopt.verdicts.exact_motion import ExactStroke, motion_at, motion_of
+from camopt.verdicts.exact_motion import ExactStroke, exact_motion, motion_at
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ def curve_of(problem: Problem, distance: float) -> CamCurve:
 @precisely()
 def _spans(problem: Problem) -> Iterator[SmoothPart]:
     begin = arb(0)
-    for stroke, exact in zip(problem.programme.strokes, motion_of(problem.programme).strokes, strict=True):
+    for stroke, exact in zip(problem.programme.strokes, exact_motion(problem.programme).strokes, strict=True):
         for piece, _, low, high in exact._replace(lines=()).smooth():
             start, end = (float(begin + exact.angle * x) for x in (low, high))
             yield SmoothPart(stroke, exact, begin, piece, start, end)

@@ -23,7 +23,7 @@ from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 
-FIRST_PARTS, ROUNDS, HALVINGS = 8, 8, 40
+FIRST_STRETCHES, FIT_ROUNDS, END_HALVINGS = 8, 8, 40
 WIDEST_ARC = 3.0  # rad: an arc is no longer, so that its middle is on its own side of the cam
 CHECKED_SHARES = np.linspace(0.0, 1.0, 13)[1:-1, None]  # where a stretch is looked at
 ELEMENT_LIMIT = 1_000_000  # elements of a path
@@ -75,8 +75,8 @@ def spaced(errors: ErrorOf, start: float, end: float, order: int, tolerance: flo
     BadInput if that takes more than ``ELEMENT_LIMIT``.
     """
     least = int(np.ceil((end - start) / WIDEST_ARC))
-    angles = np.linspace(start, end, max(FIRST_PARTS, least) + 1)
-    for attempt in range(ROUNDS):
+    angles = np.linspace(start, end, max(FIRST_STRETCHES, least) + 1)
+    for attempt in range(FIT_ROUNDS):
         need = np.maximum((errors(angles[:-1], angles[1:]) / tolerance) ** (1.0 / order), 1e-3)
         if attempt and need.max() <= 1.0:
             return angles
@@ -85,7 +85,7 @@ def spaced(errors: ErrorOf, start: float, end: float, order: int, tolerance: flo
         _check_count(count, tolerance)
         angles = np.interp(np.linspace(0.0, wanted[-1], count + 1), wanted, angles)
         angles[0], angles[-1] = start, end
-    for _ in range(HALVINGS):
+    for _ in range(END_HALVINGS):
         wide = errors(angles[:-1], angles[1:]) > tolerance
         if not wide.any():
             break
@@ -213,7 +213,7 @@ def _arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
 def _beside(curve: CamCurve, span: SmoothPart, pair: Biarcs, starts: FloatArray, ends: FloatArray) -> FloatArray:
     """The cam angles at which the curve passes the joints of biarcs, by halving."""
     low, high = starts.copy(), ends.copy()
-    for _ in range(HALVINGS):
+    for _ in range(END_HALVINGS):
         middle = (low + high) / 2
         past = ((curve.points(span, middle) - pair.joint) * pair.tangent.conjugate()).real > 0.0
         low, high = np.where(past, low, middle), np.where(past, middle, high)

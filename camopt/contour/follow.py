@@ -10,8 +10,12 @@ from camopt.contour.path import ArcPath, CubicPath
 from camopt.mistakes import BadInput, Mistake
 
 CHORD = 0.001  # mm
-LEAST_CHORD, LARGEST_CHORD = 1e-6, 10.0  # mm: a nanometre; what nobody takes for a cam any more
-AIM, NEXT_AIM, ROUNDS = 0.95, 0.8, 6  # of the deviation asked for: what is aimed at, then if a proof needs more
+SHORTEST_CHORD, LONGEST_CHORD = 1e-6, 10.0  # mm: a nanometre; what nobody takes for a cam any more
+AIM, NEXT_AIM, PROOF_ROUNDS = (
+    0.95,
+    0.8,
+    6,
+)  # of the deviation asked for: what is aimed at, then if a proof needs more
 
 
 class Followed(NamedTuple):
@@ -30,7 +34,7 @@ def follow(curve: CamCurve, kind: str = "arcs", chord: float = CHORD) -> Followe
         For a chord that needs over a million elements.
     """
     aim = AIM * chord
-    for _ in range(ROUNDS):
+    for _ in range(PROOF_ROUNDS):
         path = fitted(curve, kind, aim)
         found = Followed(path, deviation_bound(curve, path, chord))
         if found.deviation <= chord:
@@ -44,7 +48,7 @@ def check_kind(kind: str, chord: float) -> None:
     mistakes = []
     if kind not in FITS:
         mistakes.append(Mistake("camopt", "curves", kind, f"one of {', '.join(FITS)}"))
-    if not (isfinite(chord) and LEAST_CHORD <= chord <= LARGEST_CHORD):
-        mistakes.append(Mistake("camopt", "chord", chord, f"from {LEAST_CHORD:g} to {LARGEST_CHORD:g} mm"))
+    if not (isfinite(chord) and SHORTEST_CHORD <= chord <= LONGEST_CHORD):
+        mistakes.append(Mistake("camopt", "chord", chord, f"from {SHORTEST_CHORD:g} to {LONGEST_CHORD:g} mm"))
     if mistakes:
         raise BadInput(mistakes)

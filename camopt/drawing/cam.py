@@ -6,7 +6,16 @@ import numpy as np
 
 from camopt.drawing.follower import Parts, draw_follower
 from camopt.drawing.labels import Label, around
-from camopt.drawing.picture import STROKE_NAMES, Picture, area, circle, fit, four_digits, line, round_length
+from camopt.drawing.picture import (
+    STROKE_NAMES,
+    Picture,
+    area,
+    draw_circle,
+    draw_line,
+    fit_axes,
+    four_digits,
+    round_length,
+)
 from camopt.drawing.style import (
     COLOURS,
     FAINT,
@@ -18,7 +27,7 @@ from camopt.drawing.style import (
     REFERENCE_COLOUR,
     SMALL,
     TEXT,
-    TITLE,
+    TITLE_SIZE,
 )
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves
@@ -63,7 +72,7 @@ def draw_body(axes: Any, picture: Picture) -> None:
     named = set()
     for place, (kind, curves) in enumerate(zip(picture.kinds, pieces, strict=True)):
         label = f"profile, {STROKE_NAMES[kind]}" if kind not in named else None
-        line(
+        draw_line(
             axes,
             curves.profile[0],
             color=COLOURS[kind],
@@ -72,12 +81,12 @@ def draw_body(axes: Any, picture: Picture) -> None:
             solid_capstyle="round",
             **thin,
         )
-        line(axes, _fan(pieces[place - 1], curves, radius), color=COLOURS[DWELL], zorder=3.9, **thin)
+        draw_line(axes, _fan(pieces[place - 1], curves, radius), color=COLOURS[DWELL], zorder=3.9, **thin)
         named.add(kind)
     if radius > 0.0:
         pitch = np.concatenate([c.pitch for c in pieces])
         style = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
-        line(axes, np.append(pitch, pitch[0]), label="pitch curve", **style)
+        draw_line(axes, np.append(pitch, pitch[0]), label="pitch curve", **style)
 
 
 def remaining(picture: Picture) -> ComplexArray:
@@ -111,14 +120,14 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
     values, problem = picture.values, picture.problem
     base, radius = float(problem.design.size[0]), float(problem.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
-    circle(axes, base, color=MUTED, label=f"base circle, R {four_digits(base)}", **thin)
+    draw_circle(axes, base, color=MUTED, label=f"base circle, R {four_digits(base)}", **thin)
     if radius > 0.0:
         label = f"prime circle, R {four_digits(base + radius)}"
-        circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
+        draw_circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
     if problem.setup.mechanism.curvature is not None:
         through = values["pitch_circle_radius_mm"]
         label = f"pitch circle, R {four_digits(through)}"
-        circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
+        draw_circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
         spans.append(through * np.array([1, 1j, -1, -1j]))
         lowest = min(lowest, -through)
         _mark_pitch_point(axes, picture)
@@ -132,18 +141,18 @@ def draw_centre(axes: Any, picture: Picture, size: float) -> None:
     """The shaft, and a mark at its centre."""
     shaft, mark = picture.problem.setup.shaft_radius, 0.06 * size
     if shaft is not None:
-        circle(axes, shaft, color=INK, lw=1.0, zorder=2.6)
+        draw_circle(axes, shaft, color=INK, lw=1.0, zorder=2.6)
         area(axes, shaft * np.exp(1j * np.linspace(0, 2 * np.pi, 181)), facecolor="white", zorder=2.2)
-    line(axes, [-mark, mark], color=INK, lw=0.8, zorder=5)
-    line(axes, [-mark * 1j, mark * 1j], color=INK, lw=0.8, zorder=5)
-    circle(axes, 0.012 * size, color=INK, lw=0.8, zorder=5)
+    draw_line(axes, [-mark, mark], color=INK, lw=0.8, zorder=5)
+    draw_line(axes, [-mark * 1j, mark * 1j], color=INK, lw=0.8, zorder=5)
+    draw_circle(axes, 0.012 * size, color=INK, lw=0.8, zorder=5)
 
 
 def _mark_pitch_point(axes: Any, picture: Picture) -> None:
     problem, at = picture.problem, np.radians([picture.values["pressure_angle_max_at_deg"]])
     point = cam_curves(problem.setup.mechanism, problem.design, problem.programme, at).pitch
     style = {"ls": "none", "marker": "o", "ms": 5, "mfc": "white", "mec": REFERENCE_COLOUR, "zorder": 6}
-    line(axes, point, label="pitch point", **style)
+    draw_line(axes, point, label="pitch point", **style)
 
 
 def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> ComplexArray:
@@ -152,10 +161,10 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
     offset = offset if abs(offset) > UNSEEN * size else 0.0
     level = lowest - (0.1 * size if offset else 0.02 * size)
     ends = 1j * np.array([level - 0.03 * size, 0.4 * size])
-    line(axes, ends, **dashes)
+    draw_line(axes, ends, **dashes)
     if offset == 0.0:
         return ends
-    circle(
+    draw_circle(
         axes,
         abs(offset),
         color=REFERENCE_COLOUR,
@@ -163,7 +172,7 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
         zorder=2.5,
         label=f"offset circle, R {four_digits(abs(offset))}",
     )
-    line(axes, offset + 1j * np.array([level - 0.03 * size, 0.9 * size]), **dashes)
+    draw_line(axes, offset + 1j * np.array([level - 0.03 * size, 0.9 * size]), **dashes)
     arrow = {"arrowstyle": "<|-|>", "color": MUTED, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
     axes.annotate("", (0.0, level), (offset, level), arrowprops=arrow)
     side = 1.0 if offset > 0 else -1.0
@@ -181,7 +190,7 @@ def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
     feet = np.exp(-1j * design.sense * starts) * (0.0 if mechanism.curvature is None else design.offset[0])
     labels = []
     for angle, point, foot in zip(starts, found.profile[0], feet, strict=True):
-        line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)
+        draw_line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)
         box = {"boxstyle": "round,pad=0.15", "fc": FILL, "ec": "none"}
         style = {"fontsize": SMALL, "color": MUTED, "bbox": box, "zorder": 4.5}
         places = around(FROM_START, float(np.angle(foot - point)))
@@ -199,20 +208,20 @@ def _draw_sense(axes: Any, picture: Picture) -> Label:
     base, shaft = float(design.size[0]), picture.problem.setup.shaft_radius or 0.0
     radius = max(0.6 * base, (shaft + base) / 2)
     arc = radius * np.exp(1j * (middle + design.sense * np.linspace(-half, half, 41)))
-    line(axes, arc, color=INK, lw=1.3, zorder=5)
+    draw_line(axes, arc, color=INK, lw=1.3, zorder=5)
     ends = [(point.real, point.imag) for point in (arc[-1], arc[-3])]
     axes.annotate("", *ends, arrowprops={"arrowstyle": "-|>", "color": INK, "mutation_scale": 13}, zorder=5)
     beside = radius * np.exp(1j * middle)
-    style = {"fontsize": TITLE, "color": INK, "zorder": 5}
+    style = {"fontsize": TITLE_SIZE, "color": INK, "zorder": 5}
     return Label(axes, "ω", (beside.real, beside.imag), around(ASIDE, middle + np.pi, 24), style)
 
 
 def frame(axes: Any, points: ComplexArray) -> tuple[complex, float]:
     """Limits round the points, no axes, and a bar of round length for scale; as ``fit`` what was chosen."""
-    corner, unit = fit(axes, points, 0.03)
+    corner, unit = fit_axes(axes, points, 0.03)
     axes.set_axis_off()
     length = round_length(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6)
-    line(axes, [corner, corner + length], color=INK, lw=2.5, solid_capstyle="butt", clip_on=False)
+    draw_line(axes, [corner, corner + length], color=INK, lw=2.5, solid_capstyle="butt", clip_on=False)
     place = corner + 0.07j * unit
     axes.text(place.real, place.imag, f"{length:g} mm", fontsize=TEXT, color=INK, ha="left", va="bottom")
     return corner, unit

@@ -18,7 +18,7 @@ PEN_WIDTH = 1.0  # points: lines as thick as that do not run through it
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def draw(
+def draw_diagrams(
     axes: Sequence[Any], picture: Picture, shown: Sequence[Panel], heads: Iterable[int], feet: Iterable[int]
 ) -> list[Label]:
     """Draw diagrams, stroke names above the ``heads``, cam angles below the ``feet``; the labels to settle."""

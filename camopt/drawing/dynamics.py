@@ -80,7 +80,7 @@ def _train(picture: Picture) -> list[Panel]:
     ratio = 2.0 * pi * given.natural_frequency / setup.omega
     wave = vibration.response(programme, ratio, given.damping_ratio)
     unit, factor = degrees(1.0) if setup.angular else 1.0, scale(setup, 2)
-    driven = _sampled(picture, vibration.acceleration(wave, ratio), factor)
+    driven = _sampled(picture, vibration.mass_acceleration(wave, ratio), factor)
     mass = Panel(
         "Acceleration of the mass on its elastic train",
         QUANTITIES[acceleration].unit,

@@ -14,7 +14,7 @@ from camopt.drawing.labels import Label, settle
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture, four_digits
-from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE
+from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE_SIZE
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tables.designs import Design
@@ -35,7 +35,7 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
     with canvas(path, (FIGURE_WIDTH, page.height)) as figure:
         axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
         _header(figure, picture)
-        labels = diagrams.draw(axes, picture, shown, page.heads, page.feet)
+        labels = diagrams.draw_diagrams(axes, picture, shown, page.heads, page.feet)
         settle(figure, [*labels, *_draw_cam(figure, picture, page)])
     return figure
 
@@ -46,7 +46,7 @@ def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
     cam = figure.add_axes(page.on_figure(page.cam))
     if not picture.exists:
         cam.set_axis_off()
-        cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=TITLE)
+        cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=TITLE_SIZE)
         return []
     labels: list[Label] = (draw_groove if developed else draw_disc)(cam, picture)
     handles, names = cam.get_legend_handles_labels()
@@ -120,7 +120,13 @@ def _header(figure: Any, picture: Picture) -> None:
     figure.text(0.045, 1.0 - 0.87 * inch, results_in_words(picture), fontsize=HEADING, color=INK)
     if picture.exists:
         figure.text(
-            0.98, 1.0 - 0.42 * inch, _faults(picture), fontsize=TITLE, color=ALARM, ha="right", fontweight="bold"
+            0.98,
+            1.0 - 0.42 * inch,
+            _faults(picture),
+            fontsize=TITLE_SIZE,
+            color=ALARM,
+            ha="right",
+            fontweight="bold",
         )
 
 

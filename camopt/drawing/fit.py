@@ -8,10 +8,10 @@ from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.diagrams import in_powers
 from camopt.drawing.measured_profile import draw_profile
 from camopt.drawing.picture import Picture, four_digits
-from camopt.drawing.style import ALARM, COLOURS, DOT, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE, dress
+from camopt.drawing.style import ALARM, COLOURS, DOT, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE_SIZE, dress
 from camopt.effects.motion import scale
 from camopt.measured.fitted import Fit
-from camopt.measured.reading import apart
+from camopt.measured.reading import angle_from
 from camopt.motion.table import RISE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
@@ -34,7 +34,7 @@ def draw(result: Fit, path: Target = None) -> "Figure":
         count = f"{result.points.angles.size} points, noise {four_digits(result.noise)} {result.unit}"
         figure.text(0.03, 0.96, result.scene.name, fontsize=PAGE_TITLE, fontweight="bold")
         about = f"{count}, band ±{four_digits(result.band)} {result.unit}"
-        figure.text(0.03, 0.935, about, fontsize=TITLE - 1.0, color=MUTED)
+        figure.text(0.03, 0.935, about, fontsize=TITLE_SIZE - 1.0, color=MUTED)
         part = PAGE_SIZE[0] / size[0]
         lift, off, acceleration = (figure.add_axes((part * x, y, part * w, h)) for x, y, w, h in PLACES)
         _lift(lift, result, picture)
@@ -62,7 +62,7 @@ def _lift(axes: Any, result: Fit, picture: Picture) -> None:
     axes.fill_between(
         angles, values * per - result.band, values * per + result.band, color=FIT_COLOUR, alpha=0.15, lw=0
     )
-    measured = apart(result.start, result.points.angles), result.points.lifts - result.zero
+    measured = angle_from(result.start, result.points.angles), result.points.lifts - result.zero
     axes.plot(*measured, color=INK, label="points", **DOT)
     _outliers(axes, result, result.outliers.lifts - result.zero)
     axes.set_title(f"Lift, {result.unit}", loc="left")
@@ -71,7 +71,7 @@ def _lift(axes: Any, result: Fit, picture: Picture) -> None:
 
 def _outliers(axes: Any, result: Fit, values: Any) -> None:
     if result.outliers.rows.size:
-        angles = apart(result.start, result.outliers.angles)
+        angles = angle_from(result.start, result.outliers.angles)
         axes.plot(angles, values, ls="none", marker="x", ms=6.0, color=ALARM, label="left out")
 
 
@@ -81,10 +81,12 @@ def _deviations(axes: Any, result: Fit) -> None:
     axes.axhline(0.0, color=FIT_COLOUR, lw=1.0)
     for side in (-band, band):
         axes.axhline(side, **LIMIT)
-    axes.plot(apart(result.start, result.points.angles), -np.array(result.deviation.at_points), color=INK, **DOT)
+    axes.plot(
+        angle_from(result.start, result.points.angles), -np.array(result.deviation.at_points), color=INK, **DOT
+    )
     for each in result.left_out:
         side = BANDS_SHOWN * band * (1.0 if each.deviation < 0.0 else -1.0)
-        angle = float(apart(result.start, each.angle))
+        angle = float(angle_from(result.start, each.angle))
         axes.plot([angle], [0.93 * side], ls="none", marker="x", ms=6.0, color=ALARM)
         place = {"textcoords": "offset points", "xytext": (6, 0), "va": "center", "color": ALARM}
         axes.annotate(f"row {each.row}: {four_digits(-each.deviation)}", (angle, 0.93 * side), **place)

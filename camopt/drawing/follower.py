@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.drawing.picture import Picture, area, circle, line
+from camopt.drawing.picture import Picture, area, draw_circle, draw_line
 from camopt.drawing.style import BODY, INK, MUTED
 from camopt.mechanisms import oscillating_flat
 from camopt.mechanisms.design import ComplexArray
@@ -45,7 +45,7 @@ def _sliding_face(parts: Parts, picture: Picture, size: float) -> list[ComplexAr
     right = max(*ends, offset + 0.07 * size) + 0.05 * size
     face = np.array([left, right, right + 1j * thick, left + 1j * thick]) + 1j * contact.imag
     area(parts.follower, face, zorder=5, **BODY_STYLE)
-    line(parts.contact, [contact], marker="o", ms=3.5, color=INK, zorder=7)
+    draw_line(parts.contact, [contact], marker="o", ms=3.5, color=INK, zorder=7)
     return [face, *_draw_stem(parts, picture, offset + 1j * (contact.imag + thick), size)]
 
 
@@ -76,16 +76,16 @@ def _draw_tip(parts: Parts, picture: Picture, trace: complex, up: complex, size:
     if contact == "roller":
         turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
         area(axes, trace + radius * turn, zorder=5, facecolor="white", edgecolor=INK, lw=1.3)
-        circle(axes, min(0.15 * radius, 0.015 * size), trace, color=INK, lw=0.9, zorder=6)
+        draw_circle(axes, min(0.15 * radius, 0.015 * size), trace, color=INK, lw=0.9, zorder=6)
         seat = trace
     else:
         half = np.radians(min(max(picture.values["pressure_angle_max_deg"] + 8.0, 20.0), 85.0))
         cap = trace - radius * up * np.exp(1j * np.linspace(-half, half, 91))
         back = up * max(0.04 * size, 0.06 * radius)
         area(axes, np.concatenate([cap, cap[[-1, 0]] + back]), zorder=5, **BODY_STYLE)
-        line(axes, [trace], marker="+", ms=7, color=INK, zorder=6)
+        draw_line(axes, [trace], marker="+", ms=7, color=INK, zorder=6)
         seat = complex((cap[0] + cap[-1]) / 2 + back)
-    line(parts.contact, [trace - radius * normal], marker="o", ms=3.5, color=INK, zorder=7)
+    draw_line(parts.contact, [trace - radius * normal], marker="o", ms=3.5, color=INK, zorder=7)
     return seat
 
 
@@ -109,7 +109,7 @@ def _swinging_face(parts: Parts, picture: Picture, size: float) -> list[ComplexA
     blade = foot + along * np.array([near, far, far, near]) + normal * np.array([0, 0, thick, thick])
     draw_arm(parts, pivot, complex(foot + along * near + normal * thick / 2), size)
     area(parts.follower, blade, zorder=5, **BODY_STYLE)
-    line(parts.contact, [_start(picture)[0]], marker="o", ms=3.5, color=INK, zorder=7)
+    draw_line(parts.contact, [_start(picture)[0]], marker="o", ms=3.5, color=INK, zorder=7)
     swing = _draw_swing(parts.ground, picture, pivot, complex(foot + along * far))
     return [swing, blade, np.array([pivot + 0.12 * size * (1 - 1j)])]
 
@@ -123,17 +123,17 @@ def draw_arm(parts: Parts, pivot: complex, end: complex, size: float) -> None:
     area(fixed, ground, facecolor="white", edgecolor=MUTED, lw=0.9, zorder=4.7)
     base = pivot + size * np.array([-0.1 - 0.09j, 0.1 - 0.09j, 0.1 - 0.115j, -0.1 - 0.115j])
     area(fixed, base, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.0, zorder=4.6)
-    line(fixed, base[:2], color=MUTED, lw=0.9, zorder=4.7)
+    draw_line(fixed, base[:2], color=MUTED, lw=0.9, zorder=4.7)
     turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 91))
     area(axes, pivot + 1.25 * half * turn, zorder=6, **BODY_STYLE)
-    line(axes, [pivot], marker="o", ms=2.5, color=INK, zorder=6.1)
+    draw_line(axes, [pivot], marker="o", ms=2.5, color=INK, zorder=6.1)
 
 
 def _draw_swing(axes: Any, picture: Picture, pivot: complex, tip: complex) -> ComplexArray:
     """The arc that the tip of an arm swings through."""
     angles = np.linspace(0.0, picture.problem.programme.lift, 61) - picture.start
     swing = pivot + (tip - pivot) * np.exp(-1j * angles)
-    line(axes, swing, color=MUTED, lw=0.8, ls=(0, (2, 2)), zorder=4.4)
+    draw_line(axes, swing, color=MUTED, lw=0.8, ls=(0, (2, 2)), zorder=4.4)
     return np.asarray(swing)
 
 

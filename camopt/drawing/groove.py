@@ -6,7 +6,7 @@ import numpy as np
 
 from camopt.drawing.follower import Parts, draw_arm
 from camopt.drawing.labels import Label
-from camopt.drawing.picture import STROKE_NAMES, Picture, area, fit, four_digits, line, round_length
+from camopt.drawing.picture import STROKE_NAMES, Picture, area, draw_line, fit_axes, four_digits, round_length
 from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH_COLOUR, PROFILE, SMALL, TEXT
 from camopt.mechanisms.design import ComplexArray
 
@@ -25,7 +25,7 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     labels = _draw_boundaries(axes, picture, sheet)
     spans = [sheet, *draw_groove_follower(Parts(axes, axes, axes), picture)]
     _narrow(axes, np.concatenate(spans))
-    fit(axes, np.concatenate(spans), 0.02)
+    fit_axes(axes, np.concatenate(spans), 0.02)
     axes.set(xlabel=f"circumference at R {four_digits(float(design.size[0]))}, mm", ylabel="along its axis, mm")
     axes.spines[:].set_visible(False)
     axes.set_xticks(np.arange(0.0, around, round_length(around / 4)))
@@ -70,17 +70,19 @@ def draw_channel(axes: Any, picture: Picture, around: float) -> None:
             named.add(kind)
             for shift in (0.0, -around, around):
                 width = 0.9 if picture.undercut else 2.0
-                line(axes, side + shift, color=COLOURS[kind], lw=width, label=label, zorder=4)
+                draw_line(axes, side + shift, color=COLOURS[kind], lw=width, label=label, zorder=4)
                 label = None
     if radius > 0.0:
-        line(axes, turns, label="pitch curve", color=PITCH_COLOUR, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=3)
+        draw_line(
+            axes, turns, label="pitch curve", color=PITCH_COLOUR, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=3
+        )
 
 
 def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[Label]:
     """Where strokes begin along the turn, and which way the surface moves."""
     size, top, labels = float(picture.problem.design.size[0]), float(sheet.imag.max()), []
     for angle in [*(s.start for s in picture.problem.programme.strokes), 2 * np.pi]:
-        line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
+        draw_line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
         style = {"fontsize": SMALL, "color": MUTED}
         labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (size * angle, top), ANGLE_OFFSETS, style, PROFILE))
     arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "mutation_scale": 11}
@@ -104,7 +106,7 @@ def draw_groove_follower(parts: Parts, picture: Picture) -> list[ComplexArray]:
     else:
         reach = start - (radius + 0.25 * size) - 1j * picture.start
         ends = reach + 1j * picture.problem.programme.lift * np.array([0.0, 1.0])
-        line(parts.ground, ends, color=MUTED, lw=1.0, marker="_", ms=8)
+        draw_line(parts.ground, ends, color=MUTED, lw=1.0, marker="_", ms=8)
         style = {"rotation": 90, "ha": "right", "va": "center", "fontsize": SMALL, "color": MUTED}
         parts.ground.annotate(
             "travel", (reach.real, ends.imag.mean()), (-4, 0), textcoords="offset points", **style
@@ -114,5 +116,5 @@ def draw_groove_follower(parts: Parts, picture: Picture) -> list[ComplexArray]:
     if radius > 0.0:
         area(axes, start + radius * turn, facecolor=BODY, edgecolor=INK, lw=1.3, zorder=6)
         spans.append(start + radius * turn)
-    line(axes, [start], marker="o", ms=3, color=INK, zorder=6.5)
+    draw_line(axes, [start], marker="o", ms=3, color=INK, zorder=6.5)
     return spans

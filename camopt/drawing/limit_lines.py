@@ -8,7 +8,7 @@ import numpy as np
 
 from camopt.drawing.picture import Picture
 from camopt.effects.peak import DOUBLES, Peak
-from camopt.motion.table import RETURN, RISE, TURN, WAYS
+from camopt.motion.table import ALL_STROKES, RETURN, RISE, WAYS
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.problem.claims import At, Claim
 from camopt.problem.limits import peak_of
@@ -41,7 +41,7 @@ def _kinds(claim: Claim) -> int:
     if claim.goal != LARGEST_MAGNITUDE:
         return 0
     everywhere = claim.kinds & WAYS or claim.kinds & (RISE | RETURN) == RISE | RETURN
-    return TURN if everywhere else claim.kinds
+    return ALL_STROKES if everywhere else claim.kinds
 
 
 def _level(claim: Claim, peak: Peak, picture: Picture) -> float:

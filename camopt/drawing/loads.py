@@ -50,7 +50,7 @@ def _stress(picture: Picture) -> list[Panel]:
     if not known(picture, hertz.STRESS):
         return []
     setup = picture.problem.setup
-    loads = by_way(picture, [variant for *_, variant in hertz.variants(setup)], pressed)
+    loads = by_way(picture, [variant for *_, variant in hertz.stress_variants(setup)], pressed)
     values = [hertz.stress_of(setup, load, picture.problem.design) for load in loads]
     panel = Panel("Contact stress", "MPa", values, [marked(picture, values, hertz.STRESS)], quantity=hertz.STRESS)
     panel.limits = limit_lines(picture, hertz.STRESS)
@@ -79,7 +79,7 @@ def _wear(picture: Picture) -> list[Panel]:
     if not known(picture, surface.WEAR):
         return []
     setup = picture.problem.setup
-    loads = by_way(picture, surface.variants(surface.WEAR, setup))
+    loads = by_way(picture, surface.wear_variants(surface.WEAR, setup))
     values = [surface.wear_factor(setup) * np.maximum(np.abs(load), 0.0) for load in loads]
     panel = Panel(
         "Wear of the profile in a million turns",
@@ -98,7 +98,7 @@ def _film(picture: Picture) -> list[Panel]:
     if not known(picture, name):
         return []
     setup = picture.problem.setup
-    thinness = by_way(picture, surface.variants(surface.RATIO, setup))
+    thinness = by_way(picture, surface.wear_variants(surface.RATIO, setup))
     factor = surface.film_factor(setup) / (setup.bodies.roughness or 1e-3)
     values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
     title = "Film over roughness" if name == surface.RATIO else "Film thickness"

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.drawing.picture import Picture, circle, fit, four_digits, line
+from camopt.drawing.picture import Picture, draw_circle, draw_line, fit_axes, four_digits
 from camopt.drawing.style import ALARM, DOT, FILL, INK, PROFILE, REFERENCE_COLOUR
 from camopt.measured.fitted import Fit
 
@@ -19,8 +19,10 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
     outline = np.concatenate([curve.profile[0] for curve in picture.curves])
     normals = np.concatenate([curve.normal for curve in picture.curves])
     axes.fill(outline.real, outline.imag, color=FILL, lw=0)
-    line(axes, np.append(outline, outline[0]), color=colour, lw=PROFILE)
-    circle(axes, float(problem.design.size[0]), color=REFERENCE_COLOUR, lw=0.7, ls=(0, (5, 4)), label="base circle")
+    draw_line(axes, np.append(outline, outline[0]), color=colour, lw=PROFILE)
+    draw_circle(
+        axes, float(problem.design.size[0]), color=REFERENCE_COLOUR, lw=0.7, ls=(0, (5, 4)), label="base circle"
+    )
     axes.plot([0.0], [0.0], ls="none", marker="+", ms=9.0, color=INK, mew=0.8)
     most = LARGEST_SHOWN * float(np.abs(outline).max())
     times = _times(most / float(np.abs(result.distances).max()))
@@ -36,7 +38,7 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
             places = outline[foot] + off * normals[foot]
             axes.plot(places.real, places.imag, **style, **DOT)
             shown.append(places)
-    fit(axes, np.concatenate(shown), 0.04)
+    fit_axes(axes, np.concatenate(shown), 0.04)
     axes.set_axis_off()
     furthest = four_digits(float(np.abs(result.distances).max()))
     axes.set_title(f"Profile; points {times:g} times as far off it (at most {furthest} mm)", loc="left")

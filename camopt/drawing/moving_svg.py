@@ -18,7 +18,7 @@ NAMESPACE = "http://www.w3.org/2000/svg"
 PER_INCH = 72.0  # of an inch; the unit of the file
 PAGES_AROUND = 2.0  # widths of the page on each side, where lines are drawn too: they may come onto it
 TEXT_ABOVE, TEXT_BELOW, TEXT_LEFT = 9.0, 3.0, 120.0  # points of a text that are shown, from its foot and its end
-LINE_STEP = 24.0  # points from one text of a column to the next
+READING_STEP = 24.0  # points from one text of a column to the next
 
 Element = ElementTree.Element
 
@@ -74,9 +74,9 @@ def _change(group: Element, reading: Reading) -> None:
     first.attrib.pop("transform", None)
     for place, words in enumerate(reading.values[1:FRAMES], start=1):
         text = ElementTree.SubElement(column, f"{{{NAMESPACE}}}text", first.attrib)
-        text.set("y", f"{y + place * LINE_STEP:.6g}")
+        text.set("y", f"{y + place * READING_STEP:.6g}")
         text.text = words
-    _animate(column, "translate", [f"0 {-place * LINE_STEP:.6g}" for place in range(FRAMES)], "discrete")
+    _animate(column, "translate", [f"0 {-place * READING_STEP:.6g}" for place in range(FRAMES)], "discrete")
     _clip(group, (x - TEXT_LEFT, y - TEXT_ABOVE, TEXT_LEFT, TEXT_ABOVE + TEXT_BELOW))
 
 

@@ -13,7 +13,7 @@ from camopt.drawing.picture import STROKE_NAMES, Picture, four_digits
 from camopt.drawing.style import INK, REFERENCE_COLOUR
 from camopt.effects.motion import scale
 from camopt.mechanisms.design import BoolArray
-from camopt.motion.table import RETURN, RISE, TURN
+from camopt.motion.table import ALL_STROKES, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 
@@ -76,7 +76,7 @@ def _displacement(picture: Picture) -> Panel:
     factor = np.degrees(1.0) if angular else 1.0
     at, values = _derivative_at(picture, 0, factor), [rows[0] * factor for rows in picture.motion]
     lift = picture.problem.programme.lift * factor
-    peaks = _peaks(picture, values, {TURN: lift})
+    peaks = _peaks(picture, values, {ALL_STROKES: lift})
     panel = Panel(
         "Displacement", "deg" if angular else "mm", values, peaks, marks=moves_asked(picture, 0, factor), at=at
     )

@@ -9,7 +9,7 @@ import numpy as np
 from camopt.effects import Case, offered
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.problem.problem import Problem
@@ -46,7 +46,7 @@ class Picture:
     @cached_property
     def kinds(self) -> list[int]:
         """RISE, RETURN or DWELL of each piece."""
-        return [int(kind) & TURN for kind in self.problem.programme.table.kind]
+        return [int(kind) & ALL_STROKES for kind in self.problem.programme.table.kind]
 
     @cached_property
     def stretches(self) -> list[tuple[int, float, float]]:
@@ -113,7 +113,7 @@ class Picture:
         )
 
 
-def line(axes: Any, points: Any, **style: Any) -> None:
+def draw_line(axes: Any, points: Any, **style: Any) -> None:
     points = np.asarray(points, dtype=complex)
     axes.plot(points.real, points.imag, **style)
 
@@ -123,8 +123,8 @@ def area(axes: Any, points: Any, **style: Any) -> None:
     axes.fill(points.real, points.imag, **style)
 
 
-def circle(axes: Any, radius: float, centre: complex = 0.0, **style: Any) -> None:
-    line(axes, centre + radius * np.exp(1j * np.linspace(0.0, 2 * np.pi, 361)), **style)
+def draw_circle(axes: Any, radius: float, centre: complex = 0.0, **style: Any) -> None:
+    draw_line(axes, centre + radius * np.exp(1j * np.linspace(0.0, 2 * np.pi, 361)), **style)
 
 
 def four_digits(value: float) -> str:
@@ -133,7 +133,7 @@ def four_digits(value: float) -> str:
     return text.replace("-", "−")
 
 
-def fit(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, float]:
+def fit_axes(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, float]:
     """Equal scales and limits round the points; the lower left corner and the mm to an inch."""
     box = axes.get_position()
     width, height = axes.figure.get_size_inches() * (box.width, box.height)

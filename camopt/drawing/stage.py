@@ -16,8 +16,8 @@ from camopt.drawing.follower import Parts, draw_follower
 from camopt.drawing.groove import draw_channel, draw_groove_follower, sides_of
 from camopt.drawing.labels import settle
 from camopt.drawing.panels import Panel, panels
-from camopt.drawing.picture import Picture, area, circle, line
-from camopt.drawing.style import FAINT, FILL, INK, MUTED, SMALL, TEXT, TITLE
+from camopt.drawing.picture import Picture, area, draw_circle, draw_line
+from camopt.drawing.style import FAINT, FILL, INK, MUTED, SMALL, TEXT, TITLE_SIZE
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 
@@ -35,7 +35,7 @@ def set_stage(figure: Any, picture: Picture) -> Stage:
 
     developed = picture.problem.setup.mechanism.body.developed
     name = picture.scene.name
-    figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE, fontweight="bold")
+    figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE_SIZE, fontweight="bold")
     figure.text(0.03, 0.935, _folded(sizes_in_words(picture)), fontsize=SMALL, color=MUTED, va="top")
     bodies = (_groove if developed else _disc)(figure, picture)
     for body in bodies:
@@ -59,7 +59,7 @@ def _disc(figure: Any, picture: Picture) -> list[MovingBody]:
     problem, size = picture.problem, float(max(np.abs(c.pitch).max() for c in picture.curves))
     ground, cam, follower, contact = (figure.add_axes(CAM_AREA) for _ in range(4))
     draw_body(cam, picture)
-    circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
+    draw_circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
     draw_centre(cam, picture, size)
     draw_strokes(cam, picture)  # their angles, which would stand on their heads, are left out
     spans = draw_follower(Parts(follower, ground, contact), picture, size)
@@ -82,7 +82,7 @@ def _groove(figure: Any, picture: Picture) -> list[MovingBody]:
     window = np.array([-half + 1j * low, half + 1j * high])
     corner, unit = frame(ground, np.concatenate([window, *(body.moved(span).ravel() for span in spans)]))
     follower.set(xlim=ground.get_xlim(), ylim=ground.get_ylim())
-    line(ground, _rectangle(-half, half, low, high), color=INK, lw=1.0)
+    draw_line(ground, _rectangle(-half, half, low, high), color=INK, lw=1.0)
     (left, width), (bottom, height) = (
         ((values[0] - start) / unit / inches, np.ptp(values) / unit / inches)
         for values, start, inches in zip(
@@ -96,7 +96,7 @@ def _groove(figure: Any, picture: Picture) -> list[MovingBody]:
     for stroke in picture.problem.programme.strokes:
         for turn in (-around, 0.0, around):
             ends = size * stroke.start + turn + 1j * np.array([low, high])
-            line(surface, ends, color=FAINT, lw=0.7, zorder=1.5)
+            draw_line(surface, ends, color=FAINT, lw=0.7, zorder=1.5)
     return [Shifting(surface, -size * FRAME_ANGLES + 0j, windowed=True), _still(ground), body]
 
 
@@ -133,7 +133,7 @@ def _diagrams(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBod
     """Diagrams with cursors, and what they read; and the cam angle."""
     every = panels(picture)
     shown, axes = [every[k] for k in SHOWN_PANELS], [figure.add_axes(box) for box in boxes]
-    labels = diagrams.draw(axes, picture, shown, (), range(len(shown)))
+    labels = diagrams.draw_diagrams(axes, picture, shown, (), range(len(shown)))
     bodies: list[MovingBody] = []
     place = {"ha": "right", "fontsize": TEXT, "color": INK}
     angles = [f"cam angle {angle:.1f}°" for angle in np.degrees(FRAME_ANGLES)]
@@ -163,8 +163,8 @@ def _cursor(figure: Any, axes: Any, panel: Panel) -> tuple[list[MovingBody], Rea
     line_axes, dot_axes = (figure.add_axes(axes.get_position()) for _ in range(2))
     for each in (line_axes, dot_axes):
         each.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
-    line(line_axes, 1j * np.array(axes.get_ylim()), color=INK, lw=0.8, clip_on=False)
-    line(dot_axes, [1j * values[0]], marker="o", ms=5, color=INK, mec="white", clip_on=False)
+    draw_line(line_axes, 1j * np.array(axes.get_ylim()), color=INK, lw=0.8, clip_on=False)
+    draw_line(dot_axes, [1j * values[0]], marker="o", ms=5, color=INK, mec="white", clip_on=False)
     degrees = np.degrees(FRAME_ANGLES)
     words = _readings(values)
     style = {"ha": "right", "va": "bottom", "fontsize": TEXT, "color": INK, "transform": axes.transAxes}

@@ -15,7 +15,7 @@ SHADES = {RISE: "#e9f1f8", RETURN: "#faefe6", DWELL: "white"}
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#22303c", "#8c8c8c")
 DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (1, 1.5)), (0, (7, 2, 1.5, 2)))
 
-PAGE_TITLE, TITLE, HEADING, TEXT, SMALL = 14.0, 10.5, 8.5, 8.0, 7.5  # points
+PAGE_TITLE, TITLE_SIZE, HEADING, TEXT, SMALL = 14.0, 10.5, 8.5, 8.0, 7.5  # points
 PROFILE = 1.3  # points: lines as thick as that are the outlines of a cam and its follower
 GRID_STYLE: dict[str, Any] = {"lw": 0.4, "color": FAINT, "alpha": 0.6}
 DOT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}

@@ -11,7 +11,7 @@ from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import settle
 from camopt.drawing.panels import moves_asked
 from camopt.drawing.picture import Picture, four_digits
-from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE, dress
+from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, dress
 from camopt.effects.motion import scale
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve
@@ -42,7 +42,7 @@ def draw(result: Synthesis, path: Target = None, known: KnownLaws | None = None)
             pictures = dict(zip((own, "free laws"), pictures.values(), strict=True))
         drawn = {word: picture for word, picture in pictures.items() if picture is not None}
         figure.text(0.03, 0.955, result.asked.name, fontsize=PAGE_TITLE, fontweight="bold")
-        figure.text(0.03, 0.93, _own(known), fontsize=TITLE - 1.0, color=MUTED)
+        figure.text(0.03, 0.93, _own(known), fontsize=TITLE_SIZE - 1.0, color=MUTED)
         _cams(figure, drawn)
         _motions(figure, list(drawn.values()))
     return figure
@@ -91,7 +91,7 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
         ax.set_title(
             f"{title}\n{size}",
             loc="left",
-            fontsize=TITLE,
+            fontsize=TITLE_SIZE,
             color=NEW_COLOUR if word == "free laws" else KNOWN_COLOUR,
         )
         if not body.developed and each != lowest:  # one bar for the scale of both

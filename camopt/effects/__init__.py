@@ -24,19 +24,19 @@ from camopt.effects import (
     vibration,
     wall,
 )
-from camopt.effects.case import Case, Effect, Setup, Solid
-from camopt.effects.given import Bodies, Dynamics, Given
+from camopt.effects.case import Case, Effect, Setup, SolidGiven
+from camopt.effects.given import Bodies, GivenDynamics, GivenNumbers
 from camopt.quantities import QUANTITIES
 
 __all__ = [
     "EFFECTS",
     "Bodies",
     "Case",
-    "Dynamics",
     "Effect",
-    "Given",
+    "GivenDynamics",
+    "GivenNumbers",
     "Setup",
-    "Solid",
+    "SolidGiven",
     "called",
     "lacking",
     "offered",

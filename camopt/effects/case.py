@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.given import Bodies, Dynamics, Given
+from camopt.effects.given import Bodies, GivenDynamics, GivenNumbers
 from camopt.effects.implied import Implied
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak, PerDesign, Scale
@@ -19,7 +19,7 @@ from camopt.numerics.extremes import Extremes, Precision, extremes
 
 
 @dataclass(frozen=True)
-class Solid:
+class SolidGiven:
     """The cam as a solid: mm, t/mm³, rad. None where a scene does not say; 0 where there is no such thing."""
 
     thickness: float | None = None
@@ -43,9 +43,9 @@ class Setup:
     tip: Tip
     """What of the follower touches the cam."""
     tolerance: float = 1e-9
-    given: Given = field(default_factory=Given)
+    given: GivenNumbers = field(default_factory=GivenNumbers)
     """Speed, loads and materials, as the scene gives them."""
-    solid: Solid = Solid()
+    solid: SolidGiven = SolidGiven()
     varied: Mapping[str, str] = field(default_factory=dict)
     """The quantities that numbers of the scene are which a search varies, by key."""
     free: frozenset[str] = frozenset()
@@ -86,7 +86,7 @@ class Setup:
         return self.tip == SPHERICAL
 
     @cached_property
-    def dynamics(self) -> Dynamics:
+    def dynamics(self) -> GivenDynamics:
         """What moves with the follower."""
         return self.given.dynamics
 

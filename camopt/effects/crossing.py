@@ -20,15 +20,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.effects.parts import ROUNDING, Cover, IntArray, PartEnds, TurnParts, cover, ends_of, first_parts
+from camopt.effects.parts import PART_ERROR, Cover, PartEnds, TurnParts, cover, first_parts, part_ends
 from camopt.mechanisms.design import BoolArray, ComplexArray, Designs
 from camopt.motion.programme import Programme
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.curves import curve
 from camopt.numerics.state import State
 
-AT_ONCE, PAIRED = 256, 16  # designs, so that memory stays bounded
-CUT, ROUNDS = 4, 12  # a part is cut into four, at most so often
+DESIGNS_AT_ONCE, PAIRED = 256, 16  # designs, so that memory stays bounded
+CUT, CUT_ROUNDS = 4, 12  # a part is cut into four, at most so often
 MOST_PAIRS = 200_000
 
 
@@ -85,14 +85,14 @@ def round_bodies(case: Case) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):  # arm and centres in line: no angle shows anything
         standing = [np.abs(curve(record, ..., State(y, 0.0, 0.0, 0.0))[0]) for y in case.programme.levels]
     slant = np.radians(case.far("pressure_angle_max_deg")) + np.arctan(np.maximum(*standing))
-    share = np.cos(np.minimum(slant, np.pi / 2)) - ROUNDING
+    share = np.cos(np.minimum(slant, np.pi / 2)) - PART_ERROR
     return np.asarray(designs.prime_radius * share)
 
 
 def _perhaps(case: Case, index: IntArray) -> IntArray:
     """Those of some designs, none of them undercut, whose normal does not point away from the centre all along."""
     parts, left = first_parts(case.programme), [index[:0]]
-    for some in np.array_split(index, 1 + index.size // AT_ONCE) if index.size else ():
+    for some in np.array_split(index, 1 + index.size // DESIGNS_AT_ONCE) if index.size else ():
         column = case.designs.take((some, None))
         left.append(some[~np.all(_forwards(cover(case.setup, column, case.programme, parts)), axis=-1)])
     return np.concatenate(left)
@@ -109,7 +109,7 @@ def find_crossings(setup: Setup, designs: Designs, programme: Programme) -> list
     rounded = np.flatnonzero(designs.roller_radius > 0.0)
     for some in np.array_split(rounded, 1 + rounded.size // PAIRED) if rounded.size else ():
         pairs = Pairs.all_of(some, first_parts(programme))
-        for _ in range(ROUNDS):
+        for _ in range(CUT_ROUNDS):
             pairs = pairs.left(setup, designs, programme, found).split()
             if not pairs.first.size:
                 break
@@ -142,7 +142,7 @@ class Pairs(NamedTuple):
         pairs = self.only(~_one_way(covered, self.owner, self.first, self.second))
         pairs = pairs.only(~_discs_apart(covered, pairs.first, pairs.second))
         pairs = pairs.only(~_strips_apart(covered.take(pairs.first), covered.take(pairs.second)))
-        met = _meet(covered, ends_of(setup, each, programme, self.parts), pairs.first, pairs.second)
+        met = _meet(covered, part_ends(setup, each, programme, self.parts), pairs.first, pairs.second)
         for pair in np.flatnonzero(met)[::-1]:
             both = [pairs.first[pair], pairs.second[pair]]
             within = float(self.parts.half[both].max())

@@ -30,7 +30,7 @@ import numpy as np
 
 from camopt.effects.case import Setup
 from camopt.effects.crossing import find_crossing
-from camopt.effects.parts import drawn, position_and_speed, start_of
+from camopt.effects.parts import drawn, position_and_speed, start_height
 from camopt.mechanisms.design import BoolArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import GIVEN, FloatArray
@@ -38,12 +38,12 @@ from camopt.numerics.interval import Interval, as_interval
 from camopt.numerics.sloped import Sloped, by_chain, variables, widened
 
 MOST_KNOWN = 4
-AWAY = 1e-3, 3e-4, 1e-4, 1e-4, 1e-4  # of Newton's method, rad: how far away values are taken
+OFFSETS_TRIED = 1e-3, 3e-4, 1e-4, 1e-4, 1e-4  # of Newton's method, rad: how far away values are taken
 AROUND = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1)])
 FURTHEST = np.pi / 45  # of one step, rad
-SHARES = np.array([0.0, 0.0625, 0.25, 1.0])  # of a step that are tried
-LOST = 16.0 * GIVEN  # relative, of the height or angle at displacement 0 by rounding
-SIZE = "size"
+STEP_SHARES = np.array([0.0, 0.0625, 0.25, 1.0])  # of a step that are tried
+HEIGHT_ERROR = 16.0 * GIVEN  # relative, of the height or angle at displacement 0 by rounding
+SIZE_AXIS = "size"
 
 
 class KnownCrossings:
@@ -95,7 +95,7 @@ def overlaps(setup: Setup, designs: Designs, programme: Programme, angles: Float
     """The overlap in mm³/rad of n designs, (n, m), at pairs of cam angles in rad, (n or 1, m, 2)."""
     column, table = designs.take((slice(None), None)), programme.table
     motion, (other, _) = position_and_speed(table, angles[..., 0]), position_and_speed(table, angles[..., 1])
-    return np.asarray(overlap(setup, column, start_of(setup, column), angles, motion, other))
+    return np.asarray(overlap(setup, column, start_height(setup, column), angles, motion, other))
 
 
 def deepest(setup: Setup, design: Designs, programme: Programme, near: Sequence[float]) -> FloatArray:
@@ -111,10 +111,10 @@ def deepest(setup: Setup, design: Designs, programme: Programme, near: Sequence[
 def followed(setup: Setup, designs: Designs, programme: Programme, near: FloatArray) -> FloatArray:
     """Pairs of cam angles (n, 2) in rad at which n designs overlap the most, by Newton's method from those near."""
     every, pairs = np.arange(len(designs)), near
-    for away in AWAY:
+    for away in OFFSETS_TRIED:
         found = overlaps(setup, designs, programme, pairs[:, None] + away * AROUND)
         step = np.clip(away * _uphill(found), -FURTHEST, FURTHEST)
-        moved = pairs[:, None] + SHARES[:, None] * step[:, None]
+        moved = pairs[:, None] + STEP_SHARES[:, None] * step[:, None]
         pairs = moved[every, overlaps(setup, designs, programme, moved).argmax(axis=1)]
     return pairs
 
@@ -162,14 +162,14 @@ def overlap_in(
     sides = {name: (as_interval(sizes[name]), inside.sizes[name]) for name in free}
     with np.errstate(all="ignore"):
         by_size = _variables(sides)
-        start = start_of(setup, replace(inside, **by_size))
-        sides[SIZE] = widened(as_interval(start_of(setup, box)), LOST), start_of(setup, inside)
+        start = start_height(setup, replace(inside, **by_size))
+        sides[SIZE_AXIS] = widened(as_interval(start_height(setup, box)), HEIGHT_ERROR), start_height(setup, inside)
         by_start = _variables(sides)
-        by_start[SIZE] = replace(by_start[SIZE], at=start.at)
-        designs = replace(inside, **{**by_start, SIZE: inside.size})
-        over = overlap(setup, designs, by_start[SIZE], pairs, motion, other)
+        by_start[SIZE_AXIS] = replace(by_start[SIZE_AXIS], at=start.at)
+        designs = replace(inside, **{**by_start, SIZE_AXIS: inside.size})
+        over = overlap(setup, designs, by_start[SIZE_AXIS], pairs, motion, other)
         partials = [Interval(*ends) for ends in zip(over.slopes.low, over.slopes.high, strict=True)]
-        operands = [start if name == SIZE else by_size[name] for name in by_size]
+        operands = [start if name == SIZE_AXIS else by_size[name] for name in by_size]
         return by_chain(over.value, over.at, list(zip(operands, partials, strict=True)))
 
 

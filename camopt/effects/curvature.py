@@ -14,38 +14,43 @@ import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.peak import ConvexRadius, Cutter, Peak, size_of
-from camopt.effects.peak_columns import column_of, columns_of_ends
+from camopt.effects.peak_columns import columns_of_ends, peak_column
 from camopt.motion.programme import Programme
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 
 CONVEX, CUTTER = "profile_radius_min_mm", "cutter_radius_max_mm"
-PITCH = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
+PITCH_PAIR = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.curvature is None:
         return (CONVEX, "undercut")
-    return (*PITCH, CONVEX, "undercut", CUTTER)
+    return (*PITCH_PAIR, CONVEX, "undercut", CUTTER)
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     mechanism = setup.mechanism
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
-        radius = Peak(((mechanism.profile_radius, TURN),), LEAST, jumps=is_pointed, unit=size_of, open_at_zero=True)
+        radius = Peak(
+            ((mechanism.profile_radius, ALL_STROKES),), LEAST, jumps=is_pointed, unit=size_of, open_at_zero=True
+        )
         return {CONVEX: radius}
-    curves = ((mechanism.curvature, TURN),)
+    curves = ((mechanism.curvature, ALL_STROKES),)
     if mechanism.two_sided:  # either flank may be the sharper one, and either the hollower
         sharpest = Peak(curves, LARGEST_MAGNITUDE, ConvexRadius(), has_corner)
         deepest = Peak(curves, LARGEST_MAGNITUDE, Cutter(1.0), has_corner)
     else:
         sharpest = Peak(curves, LARGEST, ConvexRadius(), is_pointed)
         deepest = Peak(curves, LEAST, Cutter(-1.0), is_notched)
-    sharpest, deepest = replace(sharpest, extremes=PITCH, open_at_zero=True), replace(deepest, extremes=PITCH)
+    sharpest, deepest = (
+        replace(sharpest, extremes=PITCH_PAIR, open_at_zero=True),
+        replace(deepest, extremes=PITCH_PAIR),
+    )
     most, least = (is_pointed, is_notched) if mechanism.body.convex > 0.0 else (is_notched, is_pointed)
     largest, smallest = Peak(curves, LARGEST, jumps=most), Peak(curves, LEAST, jumps=least)
-    return dict(zip((*PITCH, CONVEX, CUTTER), (largest, smallest, sharpest, deepest), strict=True))
+    return dict(zip((*PITCH_PAIR, CONVEX, CUTTER), (largest, smallest, sharpest, deepest), strict=True))
 
 
 def is_pointed(programme: Programme) -> bool:
@@ -64,7 +69,7 @@ def has_corner(programme: Programme) -> bool:
 
 
 def reads(setup: Setup) -> tuple[str, ...]:
-    return () if setup.mechanism.curvature is None else PITCH
+    return () if setup.mechanism.curvature is None else PITCH_PAIR
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -75,7 +80,7 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     if case.programme.radii:
         return _of_arcs(case)
     known = peaks(case.setup)
-    return dict(zip(PITCH, columns_of_ends(case, *map(known.__getitem__, PITCH)), strict=True))
+    return dict(zip(PITCH_PAIR, columns_of_ends(case, *map(known.__getitem__, PITCH_PAIR)), strict=True))
 
 
 def _of_arcs(case: Case) -> dict[str, Any]:
@@ -83,7 +88,7 @@ def _of_arcs(case: Case) -> dict[str, Any]:
     curvature = 1.0 / np.array(case.programme.radii)
     most, least = (np.full(len(case.designs), extreme) for extreme in (curvature.max(), curvature.min()))
     exact, scale = np.zeros_like(most), np.maximum(np.abs(most), np.abs(least))
-    return dict(zip(PITCH, (Bounded(most, exact, scale), Bounded(least, exact, scale)), strict=True))
+    return dict(zip(PITCH_PAIR, (Bounded(most, exact, scale), Bounded(least, exact, scale)), strict=True))
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -94,13 +99,13 @@ def _flat(case: Case) -> dict[str, Any]:
     if case.programme.radii:
         radius = np.full(len(case.designs), min(case.programme.radii))
         return {CONVEX: Bounded(radius, np.zeros_like(radius), radius), "undercut": radius <= 0.0}
-    least = column_of(case, peaks(case.setup)[CONVEX])
+    least = peak_column(case, peaks(case.setup)[CONVEX])
     return {CONVEX: least, "undercut": least.value <= 0.0}
 
 
 def _trace_point(case: Case) -> dict[str, Any]:
     roller = case.designs.roller_radius
-    (most, least), (highest, lowest) = map(case.found.__getitem__, PITCH), map(case.far, PITCH)
+    (most, least), (highest, lowest) = map(case.found.__getitem__, PITCH_PAIR), map(case.far, PITCH_PAIR)
     sharpest, sharper = np.maximum(most, 0.0), np.maximum(highest, 0.0)
     concave, deeper = np.maximum(-least, 0.0), np.maximum(-lowest, 0.0)
     if case.setup.mechanism.two_sided:

@@ -14,7 +14,7 @@ import numpy as np
 from camopt.effects.case import Bounded, Case, Effect, Setup
 
 DIAMETER = "face_diameter_min_mm"
-ENDS = ("face_reach_max_mm", "face_reach_min_mm")
+FACE_REACHES = ("face_reach_max_mm", "face_reach_min_mm")
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -22,7 +22,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 
 def reads(setup: Setup) -> tuple[str, ...]:
-    return ENDS if offers(setup) else ()
+    return FACE_REACHES if offers(setup) else ()
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -30,7 +30,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     width = 0.0 if width is None else width
     found, far = (
         2.0 * np.hypot(np.maximum(*map(np.abs, ends)), width / 2.0)
-        for ends in ([case.found[name] for name in ENDS], [case.far(name) for name in ENDS])
+        for ends in ([case.found[name] for name in FACE_REACHES], [case.far(name) for name in FACE_REACHES])
     )
     return {DIAMETER: Bounded(found, far - found, found)}
 

@@ -21,21 +21,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.effects.given import Dynamics
+from camopt.effects.given import GivenDynamics
 from camopt.effects.implied import Implied, LeastForce
 from camopt.effects.peak import Peak, at_corners
 from camopt.effects.work import added, derivative
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme, span
-from camopt.motion.table import TURN
-from camopt.numerics import LARGEST, LEAST, FloatArray
+from camopt.motion.table import ALL_STROKES
+from camopt.numerics import BISECTIONS, LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import Linear, curve, formula
 from camopt.numerics.piecewise import load_series
 
-HALVINGS = 60
 CONTACT = ("contact_force_min_N", "contact_force_max_N")
 STIFFEST = 1e12  # times the force over the lift: a spring that no stiffer one betters
-ROUNDED = 1e-14  # of the largest force: less below 0 is rounding
+FORCE_ERROR = 1e-14  # of the largest force: less below 0 is rounding
 
 
 class ChangingForce(NamedTuple):
@@ -73,7 +72,7 @@ def missing(setup: Setup) -> tuple[str, ...]:
     return (*speed, *(() if setup.dynamics.mass is not None else (mass,)))
 
 
-def weights(dynamics: Dynamics, omega: Any) -> tuple[Any, Any, Any, Any]:
+def weights(dynamics: GivenDynamics, omega: Any) -> tuple[Any, Any, Any, Any]:
     """Factors of y, y' and y'', and the constant: N from mm by rad (N·mm from rad by rad).
 
     A load that changes over the turn comes on top, from the programme.
@@ -83,7 +82,7 @@ def weights(dynamics: Dynamics, omega: Any) -> tuple[Any, Any, Any, Any]:
     return dynamics.stiffness, dynamics.damping * omega, dynamics.mass * omega**2, constant
 
 
-def force_series(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
+def force_series(programme: Programme, dynamics: GivenDynamics, omega: float) -> FloatArray:
     """F on the panels, N (N·mm)."""
     table = programme.table
     *factors, constant = weights(dynamics, omega)
@@ -92,17 +91,17 @@ def force_series(programme: Programme, dynamics: Dynamics, omega: float) -> Floa
     return along
 
 
-def force_span(programme: Programme, dynamics: Dynamics, omega: float) -> tuple[float, float]:
+def force_span(programme: Programme, dynamics: GivenDynamics, omega: float) -> tuple[float, float]:
     """Least and largest F over the turn; infinite both ways where the velocity jumps."""
     if programme.corners:
         return -inf, inf
     *factors, constant = weights(dynamics, omega)
-    least, largest = span(programme, tuple(factors), TURN, 1.0)
+    least, largest = span(programme, tuple(factors), ALL_STROKES, 1.0)
     return least + constant, largest + constant
 
 
 @lru_cache(maxsize=4096)
-def jump_speed(programme: Programme, dynamics: Dynamics) -> float:
+def jump_speed(programme: Programme, dynamics: GivenDynamics) -> float:
     """The largest ω up to which contact is kept, rad/s; 0 if it is not at rest, or nothing presses there.
 
     With damping, contact may be lost, won and lost again as ω grows. So ω goes up in steps over which it is proved
@@ -121,10 +120,10 @@ def jump_speed(programme: Programme, dynamics: Dynamics) -> float:
 
 def _kept(least: float, largest: float) -> bool:
     """Whether a force with these extremes keeps contact."""
-    return least >= -ROUNDED * max(-least, largest)
+    return least >= -FORCE_ERROR * max(-least, largest)
 
 
-def kept_between(programme: Programme, dynamics: Dynamics, low: float, high: float) -> bool:
+def kept_between(programme: Programme, dynamics: GivenDynamics, low: float, high: float) -> bool:
     """Whether F ≥ 0 over the turn is sure at all speeds between two: F is linear in ω·y' and in ω²·y''.
 
     Undamped, that is so if it is at both ends.
@@ -133,17 +132,17 @@ def kept_between(programme: Programme, dynamics: Dynamics, low: float, high: flo
     ends = {
         (dynamics.damping * slow, (dynamics.mass or 0.0) * fast**2) for slow, fast in product((low, high), repeat=2)
     }
-    spans = (span(programme, (stiffness, *pair), TURN, 1.0) for pair in ends)
+    spans = (span(programme, (stiffness, *pair), ALL_STROKES, 1.0) for pair in ends)
     return all(_kept(least + constant, largest + constant) for least, largest in spans)
 
 
 @lru_cache(maxsize=4096)
-def required_stiffness(programme: Programme, dynamics: Dynamics, omega: float) -> float:
+def required_stiffness(programme: Programme, dynamics: GivenDynamics, omega: float) -> float:
     """The least spring rate that keeps contact with the preload as it is; infinite if none does."""
     scale = max(map(abs, force_span(programme, replace(dynamics, stiffness=0.0), omega)))
 
     def kept(stiffness: float) -> bool:
-        return force_span(programme, replace(dynamics, stiffness=stiffness), omega)[0] >= -ROUNDED * scale
+        return force_span(programme, replace(dynamics, stiffness=stiffness), omega)[0] >= -FORCE_ERROR * scale
 
     if programme.corners:
         return inf
@@ -154,7 +153,7 @@ def required_stiffness(programme: Programme, dynamics: Dynamics, omega: float) -
         low, high = high, 2.0 * high
         if high > STIFFEST * scale / programme.lift:
             return inf
-    for _ in range(HALVINGS):
+    for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if kept(middle) else (middle, high)
     return high
@@ -164,7 +163,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     """The ends of F as those of a curve, where designs bring numbers of their own; if not, they are exact."""
     if not setup.free or setup.omega is None or CONTACT[0] not in offers(setup):
         return {}
-    along = ((partial(force_curve, setup), TURN),)
+    along = ((partial(force_curve, setup), ALL_STROKES),)
     return {name: Peak(along, goal, jumps=at_corners) for name, goal in zip(CONTACT, (LEAST, LARGEST), strict=True)}
 
 
@@ -210,7 +209,7 @@ def least_and_largest(case: Case) -> tuple[Any, Any]:
     goals, count = (LEAST, LARGEST), len(case.designs)
     if case.programme.corners:
         return np.full(count, -inf), np.full(count, inf)
-    found = case.extremes(partial(own_force_curve, case.setup), [(TURN, goal) for goal in goals])
+    found = case.extremes(partial(own_force_curve, case.setup), [(ALL_STROKES, goal) for goal in goals])
     scale, outward = np.abs(found.value).max(axis=0), (-found.width[0], found.width[1])
     least, largest = (Bounded(value, by, scale) for value, by in zip(found.value, outward, strict=True))
     return least, largest

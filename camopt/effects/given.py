@@ -15,7 +15,7 @@ Number = Any
 
 
 @dataclass(frozen=True)
-class Dynamics:
+class GivenDynamics:
     """What moves with the follower: mm, s, N, t; oscillating: t·mm², N·mm/rad, N·mm, N·mm·s/rad."""
 
     mass: Number = None
@@ -52,14 +52,14 @@ class Bodies:
 
 
 @dataclass(frozen=True)
-class Given:
+class GivenNumbers:
     """Numbers by key of the scene, such as ``cam.rpm``, in its units; None, or absent, if not given."""
 
     values: Mapping[str, Number] = field(default_factory=dict)
     angular: bool = False
     """Whether the follower oscillates: what is a force and a mass elsewhere is a moment and an inertia."""
 
-    def with_numbers(self, numbers: Mapping[str, Number]) -> "Given":
+    def with_numbers(self, numbers: Mapping[str, Number]) -> "GivenNumbers":
         """The same with other numbers."""
         return replace(self, values={**self.values, **numbers})
 
@@ -80,12 +80,12 @@ class Given:
         return self.times("cam.shaft_diameter", 0.5)
 
     @property
-    def dynamics(self) -> Dynamics:
+    def dynamics(self) -> GivenDynamics:
         """The follower's dynamics."""
         torque, length = (1e3, pi / 180) if self.angular else (1.0, 1.0)
         mass = self.times(f"{OF_FOLLOWER}inertia", 1e3) if self.angular else self.times(f"{OF_FOLLOWER}mass", 1e-3)
         weight = (0.0 if mass is None else mass) * self._of_follower("gravity", 1.0, 0.0) * 1e3
-        return Dynamics(
+        return GivenDynamics(
             mass=mass,  # t from kg, t·mm² from kg·m²
             damping=self._of_follower("damping", torque, 0.0),
             stiffness=self._of_follower("spring_rate", torque, 0.0),

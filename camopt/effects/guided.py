@@ -15,19 +15,18 @@ import numpy as np
 
 from camopt.effects.case import Setup
 from camopt.effects.force import force_series
-from camopt.effects.given import Dynamics
+from camopt.effects.given import GivenDynamics
 from camopt.effects.loads import torque_curve, ways
 from camopt.effects.panel_parts import PanelParts, cut_panels, motion_in
 from camopt.effects.work import derivative
-from camopt.mechanisms.design import SIZES, Designs, Mechanism
+from camopt.mechanisms.design import SIZE_FIELDS, Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.motion.table import chebyshev_projection
-from camopt.numerics import FloatArray
+from camopt.numerics import BISECTIONS, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.piecewise import sign_changes
 
-DEGREE = 20
-HALVINGS = 60
+GUIDED_DEGREE = 20
 Cuts = tuple[tuple[int, float], ...]
 """Panels, and u in them."""
 
@@ -45,7 +44,7 @@ def _smooth_parts(
     programme: Programme, cuts: Cuts, mechanism: Mechanism, sizes: tuple[float, ...], sense: float
 ) -> PanelParts:
     """The panels cut there, and where tan β changes sign."""
-    arrays: dict[str, Any] = {name: np.array([size]) for name, size in zip(SIZES, sizes, strict=True)}
+    arrays: dict[str, Any] = {name: np.array([size]) for name, size in zip(SIZE_FIELDS, sizes, strict=True)}
     design = Designs(**arrays, sense=sense)
     parts, pressure = cut_panels(programme.table, cuts), mechanism.pressure(design, programme)
 
@@ -55,7 +54,7 @@ def _smooth_parts(
     turned = lean(parts, parts.low) * lean(parts, parts.high) < 0.0
     between = parts.take(turned)
     low, high, before = between.low, between.high, lean(between, between.low)
-    for _ in range(HALVINGS):
+    for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         same = lean(between, middle) == before
         low, high = np.where(same, middle, low), np.where(same, high, middle)
@@ -63,7 +62,7 @@ def _smooth_parts(
 
 
 @lru_cache(maxsize=64)
-def _cuts(programme: Programme, dynamics: Dynamics, omega: float) -> Cuts:
+def _cuts(programme: Programme, dynamics: GivenDynamics, omega: float) -> Cuts:
     """Where F and y'' change sign, whatever the design: (panel, u)."""
     force = force_series(programme, dynamics, omega)
     return *sign_changes(force), *sign_changes(derivative(programme.table, 2))
@@ -71,7 +70,7 @@ def _cuts(programme: Programme, dynamics: Dynamics, omega: float) -> Cuts:
 
 def guided_torque(setup: Setup, design: Designs, programme: Programme) -> tuple[FloatArray, FloatArray]:
     """T of one design, N·mm: half-widths of parts in rad (n,), and polynomials (powers, n)."""
-    table, (nodes, to_powers) = programme.table, chebyshev_projection(DEGREE)
+    table, (nodes, to_powers) = programme.table, chebyshev_projection(GUIDED_DEGREE)
     parts = smooth_parts(setup, design, programme)
     kinds = np.repeat(table.kind, np.diff(table.first_panel))[parts.panel]
     values = np.zeros((nodes.size, parts.panel.size))

@@ -31,18 +31,18 @@ from camopt.effects.loads import (
     ways,
 )
 from camopt.effects.peak import Peak, Root, Scale, Variant, at_corners
-from camopt.effects.peak_columns import Extreme, as_column, column_of, extreme_of
+from camopt.effects.peak_columns import ExtremeOfEach, as_column, extreme_of, peak_column
 from camopt.mechanisms.body import Flank
 from camopt.mechanisms.design import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.point_contact import ellipticity_of, integrals
 
-SHEAR, DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: over p₀, over b
-STRESS, WIDTH, LENGTH = "contact_stress_max_MPa", "contact_half_width_mm", "contact_half_length_mm"
+SHEAR_SHARE, SHEAR_DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: over p₀, over b
+STRESS, HALF_WIDTH, HALF_LENGTH = "contact_stress_max_MPa", "contact_half_width_mm", "contact_half_length_mm"
 SHEARED = "contact_shear_max_MPa"
-LINE = (STRESS, WIDTH, SHEARED, "contact_shear_depth_mm")
-POINT = (STRESS, WIDTH, LENGTH)
+LINE_CONTACT = (STRESS, HALF_WIDTH, SHEARED, "contact_shear_depth_mm")
+POINT_CONTACT = (STRESS, HALF_WIDTH, HALF_LENGTH)
 FLANKS = {"contact_stress_push_MPa": 1.0, "contact_stress_pull_MPa": -1.0}
 """The sign of the normal force on the flank behind each, where there is one that pulls."""
 EITHER = "contact_stress_either_MPa"
@@ -52,7 +52,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
     if setup.pointed:
         return (STRESS,)
     flanks = (*FLANKS, EITHER) if setup.mechanism.pulls else ()
-    return (*(POINT if setup.spherical else LINE), *flanks)
+    return (*(POINT_CONTACT if setup.spherical else LINE_CONTACT), *flanks)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -70,7 +70,7 @@ def reads(setup: Setup) -> tuple[str, ...]:
     return ("undercut", *(("jamming_margin",) if rubs(setup) else ()))
 
 
-def variants(setup: Setup) -> list[tuple[Flank, float, Variant]]:
+def stress_variants(setup: Setup) -> list[tuple[Flank, float, Variant]]:
     """The load that decides the stress on each flank, with the guide's friction each way: (flank, way, it)."""
     return [
         (flank, way, (partial(contact_load, setup, flank=flank, way=way), kinds))
@@ -79,7 +79,7 @@ def variants(setup: Setup) -> list[tuple[Flank, float, Variant]]:
     ]
 
 
-def scale_of(setup: Setup, factor: float = 1.0) -> Scale:
+def stress_scale(setup: Setup, factor: float = 1.0) -> Scale:
     """From what decides the stress to a multiple of it, MPa: from N/R, N/mm, or of a point from N·h/R_s², N/mm²."""
     degree = 3 if setup.spherical else 2
     root, unit = Root(degree, load_of_unit_stress(setup), factor), Root(degree, 1.0, factor)
@@ -98,16 +98,16 @@ def load_of_unit_stress(setup: Setup) -> Any:
 
 def stress_of(setup: Setup, load: Any, designs: Designs) -> Any:
     """The contact stress at a load, MPa; 0 below 0."""
-    return scale_of(setup).quantity(load, designs)
+    return stress_scale(setup).quantity(load, designs)
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.pointed or lacks(setup):
         return {}
-    curves, stress = tuple(variant for *_, variant in variants(setup)), scale_of(setup)
+    curves, stress = tuple(variant for *_, variant in stress_variants(setup)), stress_scale(setup)
     found = {STRESS: Peak(curves, LARGEST, stress, at_corners)}
     if not setup.spherical:
-        found[SHEARED] = Peak(curves, LARGEST, scale_of(setup, SHEAR), at_corners)
+        found[SHEARED] = Peak(curves, LARGEST, stress_scale(setup, SHEAR_SHARE), at_corners)
     if setup.mechanism.pulls:
         found[EITHER] = Peak(curves, LARGEST_MAGNITUDE, stress, at_corners)
         found |= {name: Peak(tuple(_on_flank(setup, name)), LARGEST, stress, at_corners) for name in FLANKS}
@@ -116,7 +116,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 def _on_flank(setup: Setup, name: str) -> list[Variant]:
     """The load on the flanks that one sign of the normal force presses on."""
-    return [variant for flank, _, variant in variants(setup) if flank.pressing == FLANKS[name]]
+    return [variant for flank, _, variant in stress_variants(setup) if flank.pressing == FLANKS[name]]
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -125,7 +125,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         return {STRESS: np.inf}
     known, sound = peaks(setup), is_sound(case)
     columns: dict[str, Any] = {
-        name: column_of(case, known[name], sound) for name in wanted & known.keys() - {STRESS, SHEARED}
+        name: peak_column(case, known[name], sound) for name in wanted & known.keys() - {STRESS, SHEARED}
     }
     patch_wanted = bool(wanted - known.keys())
     top = extreme_of(case, known[STRESS], sound, located=patch_wanted)
@@ -133,17 +133,17 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     if patch_wanted:
         load, (width, length) = np.maximum(top.value, 0.0), np.zeros((2, len(case.designs)))
         width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf
-        for number, (flank, way, (make, _)) in enumerate(variants(setup)):
+        for number, (flank, way, (make, _)) in enumerate(stress_variants(setup)):
             here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.number == number))
             if here.size:
                 width[here], length[here] = _patch(case, make, flank, way, here, top)
-        columns[WIDTH] = width
-        columns |= {LENGTH: length} if setup.spherical else {"contact_shear_depth_mm": DEPTH * width}
+        columns[HALF_WIDTH] = width
+        columns |= {HALF_LENGTH: length} if setup.spherical else {"contact_shear_depth_mm": SHEAR_DEPTH * width}
     return columns
 
 
 def _patch(
-    case: Case, make: Any, flank: Flank, way: float, index: Any, top: Extreme
+    case: Case, make: Any, flank: Flank, way: float, index: Any, top: ExtremeOfEach
 ) -> tuple[FloatArray, FloatArray]:
     """Half-axes of the contact where the stress is largest, in the plane of the cam and across it.
 

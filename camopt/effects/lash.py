@@ -22,7 +22,7 @@ from camopt.motion.table import INWARD, OUTWARD, WAYS
 from camopt.numerics import FloatArray
 from camopt.numerics.piecewise import sign_changes
 
-OPEN = "lash_open_deg"
+LASH_OPEN = "lash_open_deg"
 
 
 def _speeds(setup: Setup) -> dict[str, int]:
@@ -33,13 +33,13 @@ def _speeds(setup: Setup) -> dict[str, int]:
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return (*_speeds(setup), OPEN)
+    return (*_speeds(setup), LASH_OPEN)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     lash = () if setup.dynamics.lash is not None else ("follower.dynamics.lash",)
     speed = () if setup.omega is not None else ("cam.rpm",)
-    keys = {**dict.fromkeys(_speeds(setup), (*speed, *lash)), OPEN: lash}
+    keys = {**dict.fromkeys(_speeds(setup), (*speed, *lash)), LASH_OPEN: lash}
     return {name: wanting for name, wanting in keys.items() if wanting}
 
 
@@ -100,7 +100,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         return speed_within(programme, lash - variation, lash + variation, ways)
 
     columns: dict[str, Any] = {
-        OPEN: case.by_setting(lambda each: degrees(angle_above(programme, each.dynamics.lash)))
+        LASH_OPEN: case.by_setting(lambda each: degrees(angle_above(programme, each.dynamics.lash)))
     }
     for name, ways in _speeds(setup).items() if setup.omega is not None else ():
         columns[name] = case.by_setting(partial(fastest, ways=ways)) * scale(case.each, 1)

@@ -9,7 +9,7 @@ from typing import Any
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.peak import Derivative, InDegrees, Peak
 from camopt.motion.programme import peak
-from camopt.motion.table import RETURN, RISE, TURN
+from camopt.motion.table import ALL_STROKES, RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 
 
@@ -24,7 +24,7 @@ def per_degree(setup: Setup) -> float:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    return {name_of(case.setup): peak(case.programme, 1, TURN) * per_degree(case.setup)}
+    return {name_of(case.setup): peak(case.programme, 1, ALL_STROKES) * per_degree(case.setup)}
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:

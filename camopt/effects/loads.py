@@ -23,11 +23,11 @@ import numpy as np
 
 from camopt.effects.case import Case, Setup
 from camopt.effects.force import force_curve, own_force_curve
-from camopt.effects.given import Dynamics
+from camopt.effects.given import GivenDynamics
 from camopt.mechanisms.body import Flank
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN
+from camopt.motion.table import ALL_STROKES, INWARD, OUTWARD, RESTING
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import curve, formula
 from camopt.numerics.extremes import Extremes
@@ -206,7 +206,7 @@ def rubs(setup: Setup) -> bool:
     return bool(guided and given.friction and given.guide_length is not None and given.overhang is not None)
 
 
-def friction(dynamics: Dynamics, count: int, way: float) -> tuple[Any, Any]:
+def friction(dynamics: GivenDynamics, count: int, way: float) -> tuple[Any, Any]:
     """drag and slide: way·μ·q as a line in y."""
     assert dynamics.guide_length is not None
     assert dynamics.overhang is not None
@@ -269,7 +269,7 @@ def contact_load(
 
 def ways(setup: Setup) -> tuple[tuple[float, int], ...]:
     """Which way the guide's friction acts, and on which pieces of the turn."""
-    return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if rubs(setup) else ((0.0, TURN),)
+    return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if rubs(setup) else ((0.0, ALL_STROKES),)
 
 
 def driven(setup: Setup) -> int:

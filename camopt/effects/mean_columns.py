@@ -16,8 +16,8 @@ from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.quadrature import Integrated, Rule, by_orders
 
-AT_ONCE = 2**17  # points of all designs of a block
-EACH = np.s_[:, None, None]
+POINTS_AT_ONCE = 2**17  # points of all designs of a block
+ALL_DESIGNS = np.s_[:, None, None]
 """All designs, at many cam angles of many parts."""
 
 
@@ -45,7 +45,7 @@ def _integrated(case: Case, mean: Mean, parts: PanelParts) -> Integrated:
     def integrals(rule: Rule, index: Any) -> FloatArray:
         designs = case.designs.take(index)
         points = len(designs) * parts.panel.size * rule.nodes.size
-        blocks = np.array_split(np.arange(len(designs)), 1 + points // AT_ONCE)
+        blocks = np.array_split(np.arange(len(designs)), 1 + points // POINTS_AT_ONCE)
         rows = [_by_rule(mean, designs.take(block), case.programme, parts, rule) for block in blocks]
         return np.concatenate(rows)[None]
 
@@ -60,7 +60,7 @@ def _by_rule(mean: Mean, designs: Designs, programme: Programme, parts: PanelPar
     for make, chosen in mean.curves:
         some = parts.take((kinds & chosen) != 0)
         state = motion_in(programme, some, some.at(rule.nodes[:, None]))
-        value, _ = curve(make(designs, programme), EACH, state)
+        value, _ = curve(make(designs, programme), ALL_DESIGNS, state)
         half = 0.5 * programme.table.half_width[some.panel] * (some.high - some.low)
         whole = np.broadcast_to(value**mean.power, (len(designs), rule.nodes.size, half.size))
         total += np.einsum("dnp,n,p->d", whole, rule.weights, half) / (2.0 * np.pi)

@@ -14,7 +14,7 @@ from camopt.motion.table import RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.quantities import DERIVATIVES, motion_quantity
 
-KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
+MOVE_KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
 
 
 def _names(setup: Setup) -> dict[str, tuple[int, int]]:
@@ -23,7 +23,7 @@ def _names(setup: Setup) -> dict[str, tuple[int, int]]:
     return {
         motion_quantity(derivative, stroke, angular=setup.angular, timed=timed): (order, kinds)
         for order, derivative in enumerate(DERIVATIVES, start=1)
-        for stroke, kinds in KINDS.items()
+        for stroke, kinds in MOVE_KINDS.items()
     }
 
 
@@ -38,7 +38,7 @@ def scale(setup: Setup, order: int) -> Any:
     return degrees(1.0) if setup.angular else 1.0
 
 
-def scale_of(setup: Setup, order: int) -> Scale:
+def derivative_scale(setup: Setup, order: int) -> Scale:
     """As ``scale``, for any kind of number."""
     if setup.rpm is None:
         return InDegrees(int(setup.angular))
@@ -61,7 +61,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 def _peak(setup: Setup, order: int, kinds: int) -> Peak:
     by_angle = Derivative(order)
-    return Peak(((by_angle, kinds),), LARGEST_MAGNITUDE, scale_of(setup, order), by_angle.jumps)
+    return Peak(((by_angle, kinds),), LARGEST_MAGNITUDE, derivative_scale(setup, order), by_angle.jumps)
 
 
 EFFECT = Effect("motion", offers, run, of_motion=lambda setup: True, peaks=peaks)

@@ -11,8 +11,8 @@ from typing import Any
 
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.peak import Peak
-from camopt.effects.peak_columns import column_of
-from camopt.motion.table import TURN
+from camopt.effects.peak_columns import peak_column
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST
 
 RADIUS = "outer_radius_mm"
@@ -25,11 +25,11 @@ def offers(setup: Setup) -> tuple[str, ...]:
 def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.outline is None:
         return {}
-    return {RADIUS: Peak(((setup.mechanism.outline, TURN),), LARGEST)}
+    return {RADIUS: Peak(((setup.mechanism.outline, ALL_STROKES),), LARGEST)}
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    return {name: column_of(case, peak) for name, peak in peaks(case.setup).items()}
+    return {name: peak_column(case, peak) for name, peak in peaks(case.setup).items()}
 
 
 EFFECT = Effect("outline", offers, run, peaks=peaks)

@@ -8,8 +8,7 @@ from numpy.polynomial import polynomial
 
 from camopt.effects.work import derivative
 from camopt.motion.programme import Programme
-from camopt.motion.table import IntArray
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.piecewise import MotionTable, load_series
 from camopt.numerics.state import Load, State
 

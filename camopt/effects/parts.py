@@ -13,17 +13,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 
 from camopt.effects.case import Setup
 from camopt.mechanisms.design import ComplexArray, Designs
 from camopt.motion.programme import Programme
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.piecewise import MotionTable
 
-IntArray = NDArray[np.int64]
-WIDEST = np.pi / 100  # half of the cam angle of a first part
-ROUNDING = 2e-14  # relative to the size of the cam, beyond the motion's error: some tens of what formulas lose
+HALF_PART = np.pi / 100  # half of the cam angle of a first part
+PART_ERROR = 2e-14  # relative to the size of the cam, beyond the motion's error: some tens of what formulas lose
 
 
 class TurnParts(NamedTuple):
@@ -49,7 +47,7 @@ def first_parts(programme: Programme) -> TurnParts:
     table = programme.table
     most, error = (rows[: table.centre.size] for rows in (table.most, table.error))  # the rest is of groups
     panels = TurnParts(table.centre, table.half_width, most[:, 1], most[:, 2], np.max(error[:, :2], axis=1))
-    return panels.split(np.ceil(table.half_width / WIDEST).astype(int))
+    return panels.split(np.ceil(table.half_width / HALF_PART).astype(int))
 
 
 class Cover(NamedTuple):
@@ -77,13 +75,13 @@ class Cover(NamedTuple):
 def cover(setup: Setup, design: Designs, programme: Programme, parts: TurnParts) -> Cover:
     """Enclose the profile of one design, or of several, (n, 1) each, over parts of the turn."""
     y, y1 = position_and_speed(programme.table, parts.middle)
-    trace, velocity = (x + 1j * z for x, z in drawn(setup, design, start_of(setup, design) + y, y1))
+    trace, velocity = (x + 1j * z for x, z in drawn(setup, design, start_height(setup, design) + y, y1))
     reach = np.abs(design.centre_distance - trace) if setup.angular else 1.0  # of the trace point by y
     distance, speed, radius = np.abs(trace), np.abs(velocity), design.roller_radius
     fastest = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration + parts.error)
     swing = np.square(fastest) if setup.angular else 0.0
     bend = reach * (parts.acceleration + swing + (2.0 + parts.half) * fastest) + distance
-    rounding = ROUNDING * (distance + reach * fastest + radius) + reach * parts.error
+    rounding = PART_ERROR * (distance + reach * fastest + radius) + reach * parts.error
     rounding = rounding * (1.0 + radius / speed)
     ratio = (parts.half * bend + rounding) / speed
     spread = np.where(ratio < 1.0, np.arcsin(np.minimum(ratio, 1.0)), np.pi)
@@ -99,7 +97,7 @@ PartEnds = Sequence[ComplexArray]
 """Where parts of a profile start, and where they end."""
 
 
-def ends_of(setup: Setup, design: Designs, programme: Programme, parts: TurnParts) -> PartEnds:
+def part_ends(setup: Setup, design: Designs, programme: Programme, parts: TurnParts) -> PartEnds:
     """The ends of parts of the profile of one design, or of several, (n, 1) each."""
     angles = np.stack([parts.middle - parts.half, parts.middle + parts.half])
     return list(points_at(setup, design, programme, angles))
@@ -108,7 +106,7 @@ def ends_of(setup: Setup, design: Designs, programme: Programme, parts: TurnPart
 def points_at(setup: Setup, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:
     """The profile of one design, or of several, (n, 1) each, at cam angles in rad."""
     y, y1 = position_and_speed(programme.table, angles)
-    x, z = profile(setup, design, start_of(setup, design) + y, y1)
+    x, z = profile(setup, design, start_height(setup, design) + y, y1)
     return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
 
 
@@ -122,7 +120,7 @@ def position_and_speed(table: MotionTable, angles: FloatArray) -> tuple[FloatArr
     return np.asarray(y), np.asarray(y1 / h)
 
 
-def start_of(setup: Setup, designs: Designs) -> Any:
+def start_height(setup: Setup, designs: Designs) -> Any:
     """The height of the trace point, or the angle of the arm, at displacement 0. Numbers or ranges."""
     assert setup.mechanism.start is not None
     return setup.mechanism.start(designs)

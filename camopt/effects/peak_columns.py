@@ -10,7 +10,7 @@ from camopt.effects.peak import Peak
 from camopt.numerics import LEAST, FloatArray
 
 
-class Extreme(NamedTuple):
+class ExtremeOfEach(NamedTuple):
     """The extreme of each design (designs,), how far out the true one may be, its cam angle and its curve."""
 
     value: FloatArray
@@ -20,13 +20,13 @@ class Extreme(NamedTuple):
     """Of the curve, in the order of the peak's."""
 
 
-def infinite(case: Case, peak: Peak) -> Extreme:
+def infinite(case: Case, peak: Peak) -> ExtremeOfEach:
     """An extreme that is infinite for all designs."""
     count, outwards = len(case.designs), -1.0 if peak.goal == LEAST else 1.0
-    return Extreme(np.full(count, outwards * np.inf), *np.zeros((3, count)))
+    return ExtremeOfEach(np.full(count, outwards * np.inf), *np.zeros((3, count)))
 
 
-def extreme_of(case: Case, peak: Peak, sound: Any = True, *, located: bool = False) -> Extreme:
+def extreme_of(case: Case, peak: Peak, sound: Any = True, *, located: bool = False) -> ExtremeOfEach:
     """The extreme of all curves of a peak; infinite for designs that are not sound, and where jumps make it so.
 
     Its cam angle is as exact as its value only if ``located``.
@@ -50,7 +50,7 @@ def extreme_of(case: Case, peak: Peak, sound: Any = True, *, located: bool = Fal
     return found
 
 
-def as_column(case: Case, peak: Peak, extreme: Extreme) -> Bounded:
+def as_column(case: Case, peak: Peak, extreme: ExtremeOfEach) -> Bounded:
     """The quantity from its extreme."""
     by = -extreme.width if peak.goal == LEAST else extreme.width
     with np.errstate(divide="ignore"):
@@ -59,7 +59,7 @@ def as_column(case: Case, peak: Peak, extreme: Extreme) -> Bounded:
     return Bounded(value, peak.scale.change(extreme.value, by, case.designs), scale)
 
 
-def column_of(case: Case, peak: Peak, sound: Any = True) -> Bounded:
+def peak_column(case: Case, peak: Peak, sound: Any = True) -> Bounded:
     """A quantity that is a peak, of all designs of a case."""
     return as_column(case, peak, extreme_of(case, peak, sound))
 
@@ -70,7 +70,7 @@ def columns_of_ends(case: Case, largest: Peak, least: Peak) -> tuple[Bounded, Bo
     found = case.extremes(make, [(kinds, largest.goal), (kinds, least.goal)])
     columns = []
     for k, peak in enumerate((largest, least)):
-        extreme = Extreme(found.value[k], found.width[k], found.where[k], np.zeros(len(case.designs)))
+        extreme = ExtremeOfEach(found.value[k], found.width[k], found.where[k], np.zeros(len(case.designs)))
         columns.append(as_column(case, peak, infinite(case, peak) if peak.jumps(case.programme) else extreme))
     scale = np.maximum(*(np.abs(column.value) for column in columns))
     above, below = (column._replace(scale=scale) for column in columns)

@@ -6,38 +6,38 @@ import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.peak import Angle, Peak
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 
-ROUNDED = 4e-16  # relative, of an angle from its tangent
+ANGLE_ERROR = 4e-16  # relative, of an angle from its tangent
 PITCH_POINT = {"pressure_angle_max_at_deg", "pitch_circle_radius_mm"}
-ANGLE = Angle()
-KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
+ANGLE_SCALE = Angle()
+STROKE_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    names = ["pressure_angle_max_deg", *(f"pressure_angle_max_{kind}_deg" for kind in KINDS)]
+    names = ["pressure_angle_max_deg", *(f"pressure_angle_max_{kind}_deg" for kind in STROKE_KINDS)]
     names.append("pressure_angle_max_at_deg")
     return (*names, *(() if setup.mechanism.body.developed else ("pitch_circle_radius_mm",)))
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    names = {f"pressure_angle_max_{kind}_deg": bit for kind, bit in KINDS.items()} | {
-        "pressure_angle_max_deg": TURN
+    names = {f"pressure_angle_max_{kind}_deg": bit for kind, bit in STROKE_KINDS.items()} | {
+        "pressure_angle_max_deg": ALL_STROKES
     }
     pressure = setup.mechanism.pressure
-    return {name: Peak(((pressure, kinds),), LARGEST_MAGNITUDE, ANGLE) for name, kinds in names.items()}
+    return {name: Peak(((pressure, kinds),), LARGEST_MAGNITUDE, ANGLE_SCALE) for name, kinds in names.items()}
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    kinds = {name: bit for name, bit in KINDS.items() if case.programme.has(bit)}
+    kinds = {name: bit for name, bit in STROKE_KINDS.items() if case.programme.has(bit)}
     questions = [(bit, LARGEST_MAGNITUDE) for bit in kinds.values()]
     pitch_point_wanted = bool(wanted & PITCH_POINT)
     found = case.extremes(case.setup.mechanism.pressure, questions, located=pitch_point_wanted)
-    angles = ANGLE.quantity(found.value, case.designs)
+    angles = ANGLE_SCALE.quantity(found.value, case.designs)
     largest = angles.max(axis=0)
-    outer = ANGLE.quantity(found.value + found.width, case.designs) + ROUNDED * largest
-    columns: dict[str, Any] = {f"pressure_angle_max_{kind}_deg": 0.0 for kind in KINDS}
+    outer = ANGLE_SCALE.quantity(found.value + found.width, case.designs) + ANGLE_ERROR * largest
+    columns: dict[str, Any] = {f"pressure_angle_max_{kind}_deg": 0.0 for kind in STROKE_KINDS}
     for name, angle, top in zip(kinds, angles, outer, strict=True):
         columns[f"pressure_angle_max_{name}_deg"] = Bounded(angle, top - angle, largest)
     columns["pressure_angle_max_deg"] = Bounded(largest, outer.max(axis=0) - largest, largest)

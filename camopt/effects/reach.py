@@ -9,7 +9,7 @@ from typing import Any
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.peak import Peak
 from camopt.effects.peak_columns import columns_of_ends
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST
 
 
@@ -20,7 +20,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
 def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.reach is None:
         return {}
-    curves, goals = ((setup.mechanism.reach, TURN),), (LARGEST, LEAST)
+    curves, goals = ((setup.mechanism.reach, ALL_STROKES),), (LARGEST, LEAST)
     return {name: Peak(curves, goal) for name, goal in zip(offers(setup), goals, strict=True)}
 
 

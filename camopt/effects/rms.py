@@ -12,21 +12,21 @@ from typing import Any
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.mean import Mean
 from camopt.effects.mean_columns import mean_column
-from camopt.effects.motion import scale_of
+from camopt.effects.motion import derivative_scale
 from camopt.effects.peak import Derivative, InDegrees
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.quantities import MEANS, motion_mean
 
 
 def _mean(setup: Setup, order: int) -> Mean:
     by_angle = Derivative(order)
-    return Mean(((by_angle, TURN),), 2, scale_of(setup, order), by_angle.jumps)
+    return Mean(((by_angle, ALL_STROKES),), 2, derivative_scale(setup, order), by_angle.jumps)
 
 
 def _lift_area(setup: Setup) -> dict[str, Mean]:
     """360° times the mean displacement."""
     name = f"lift_area_{'deg' if setup.angular else 'mm'}_deg"
-    return {name: Mean(((Derivative(0), TURN),), 1, InDegrees(int(setup.angular), 360.0))}
+    return {name: Mean(((Derivative(0), ALL_STROKES),), 1, InDegrees(int(setup.angular), 360.0))}
 
 
 def means(setup: Setup) -> dict[str, Mean]:

@@ -24,33 +24,33 @@ from camopt.effects.implied import Implied
 from camopt.effects.mean import Mean
 from camopt.effects.peak import OverTurn
 from camopt.mechanisms.design import ComplexArray, Designs
-from camopt.motion.programme import BESIDE
-from camopt.motion.table import TURN
+from camopt.motion.programme import JUMP_SIDE
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import FloatArray
 from camopt.numerics.quadrature import Integrated, Rule, by_orders, gauss
 
-AREA, LENGTH, POLAR = "area_mm2", "profile_length_mm", "polar_moment_mm4"
+AREA, PROFILE_LENGTH, POLAR_MOMENT = "area_mm2", "profile_length_mm", "polar_moment_mm4"
 CENTROID = ("centroid_x_mm", "centroid_y_mm")
-GROOVE = "groove_length_mm"
-AT_ONCE = 2**15  # points of all designs of a block
-BEYOND = 1.0 + 1e-12  # of a size, for rounding
+GROOVE_LENGTH = "groove_length_mm"
+SECTION_POINTS = 2**15  # points of all designs of a block
+JUST_ABOVE = 1.0 + 1e-12  # of a size, for rounding
 RADIAL = 6  # points along the depth of a groove, over which integrands hardly change
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return (AREA, LENGTH, *CENTROID, POLAR) if setup.mechanism.body.closed else (GROOVE,)
+    return (AREA, PROFILE_LENGTH, *CENTROID, POLAR_MOMENT) if setup.mechanism.body.closed else (GROOVE_LENGTH,)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     if not case.setup.mechanism.body.closed:
-        groove = groove_of(case)
-        return {GROOVE: Bounded(groove.value[0], groove.error[0], groove.value[0])}
+        groove = groove_integrals_of(case)
+        return {GROOVE_LENGTH: Bounded(groove.value[0], groove.error[0], groove.value[0])}
     found = section_of(case)
     (length, area, *_, polar), size = found.value, found.size
     columns = {
-        LENGTH: Bounded(length, found.error[0], length),
+        PROFILE_LENGTH: Bounded(length, found.error[0], length),
         AREA: Bounded(area, found.error[1], area),
-        POLAR: Bounded(polar, found.error[4], polar),
+        POLAR_MOMENT: Bounded(polar, found.error[4], polar),
     }
     for name, moment, error in zip(CENTROID, found.value[2:4], found.error[2:4], strict=True):
         off = (error + np.abs(moment / area) * found.error[1]) / area
@@ -58,7 +58,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-class Section(NamedTuple):
+class SectionIntegrals(NamedTuple):
     """Length, area, first moments by x and y, polar moment (5, designs); errors; the radius of a disc as large."""
 
     value: FloatArray
@@ -66,10 +66,10 @@ class Section(NamedTuple):
     size: FloatArray
 
 
-def section_of(case: Case) -> Section:
+def section_of(case: Case) -> SectionIntegrals:
     """What the profiles of disc cams enclose, mm."""
     found = by_orders(*_of(case, section_integrals, _scale))
-    return Section(*found, np.sqrt(np.abs(found.value[1]) / pi))
+    return SectionIntegrals(*found, np.sqrt(np.abs(found.value[1]) / pi))
 
 
 def _scale(found: FloatArray) -> FloatArray:
@@ -84,7 +84,7 @@ def _of(case: Case, integrals: Any, scale: Any) -> tuple[Any, Any, int, float]:
 
     def taken(rule: Rule, index: Any) -> FloatArray:
         designs = case.designs.take(index)
-        count = 1 + len(designs) * case.programme.table.centre.size * rule.nodes.size // AT_ONCE
+        count = 1 + len(designs) * case.programme.table.centre.size * rule.nodes.size // SECTION_POINTS
         blocks = np.array_split(np.arange(len(designs)), count)
         return np.concatenate([integrals(case, designs.take(block), rule) for block in blocks], axis=1)
 
@@ -97,7 +97,7 @@ def _columns(designs: Designs) -> Designs:
 
 
 def section_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
-    """As of ``Section``, (5, designs)."""
+    """As of ``SectionIntegrals``, (5, designs)."""
     table, sense = case.programme.table, designs.sense
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
     travel = case.setup.mechanism.travel(_columns(designs), case.programme, angles.ravel())
@@ -127,7 +127,7 @@ def _at_corners(case: Case, designs: Designs, rule: Rule) -> Iterator[tuple[Any,
     """What profiles have at corners of the motion: an arc about the trace point, or an edge along a flat face."""
     share, half = 0.5 * (1.0 + rule.nodes), 0.5
     for corner in case.programme.corners:
-        angles = np.mod(corner.at + BESIDE * np.array([-1.0, 1.0]), 2.0 * pi)
+        angles = np.mod(corner.at + JUMP_SIDE * np.array([-1.0, 1.0]), 2.0 * pi)
         trace, normal = (
             np.broadcast_to(each, (len(designs), 2))
             for each in case.setup.mechanism.travel(_columns(designs), case.programme, angles)
@@ -141,7 +141,7 @@ def _at_corners(case: Case, designs: Designs, rule: Rule) -> Iterator[tuple[Any,
         yield point[:, None], face[:, None], along[:, None], turn
 
 
-def groove_of(case: Case) -> Integrated:
+def groove_integrals_of(case: Case) -> Integrated:
     """The integrals of ``groove_integrals`` (3, designs)."""
     return by_orders(*_of(case, groove_integrals, np.abs))
 
@@ -169,12 +169,12 @@ def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
 
 def means(setup: Setup) -> dict[str, Mean]:
     path = setup.mechanism.path
-    return {} if path is None else {GROOVE: Mean(((path, TURN),), 1, OverTurn())}
+    return {} if path is None else {GROOVE_LENGTH: Mean(((path, ALL_STROKES),), 1, OverTurn())}
 
 
 def implies(setup: Setup, name: str, bound: float) -> Implied:
     """The base radius above which no profile encloses as little: it goes round the base circle."""
-    return Implied(most_size=sqrt(bound / pi) * BEYOND) if name == AREA else Implied()
+    return Implied(most_size=sqrt(bound / pi) * JUST_ABOVE) if name == AREA else Implied()
 
 
 EFFECT = Effect("section", offers, run, means=means, implies=implies)

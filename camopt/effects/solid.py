@@ -21,10 +21,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Effect, Setup, Solid
+from camopt.effects.case import Bounded, Case, Effect, Setup, SolidGiven
 from camopt.effects.figures import Figure, disc, keyway
 from camopt.effects.implied import Implied
-from camopt.effects.section import AREA, BEYOND, CENTROID, POLAR, groove_of
+from camopt.effects.section import AREA, CENTROID, JUST_ABOVE, POLAR_MOMENT, groove_integrals_of
 from camopt.mechanisms.body import CYLINDER, DISC
 
 MASS, INERTIA = "cam_mass_kg", "cam_inertia_kg_m2"
@@ -33,7 +33,7 @@ KG, KG_M2, G_MM = 1e3, 1e-3, 1e6  # of t, t·mm², t·mm
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return FORMULAS[setup.mechanism.body].offers
+    return BODY_FORMULAS[setup.mechanism.body].offers
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -46,7 +46,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def reads(setup: Setup) -> tuple[str, ...]:
-    return FORMULAS[setup.mechanism.body].reads
+    return BODY_FORMULAS[setup.mechanism.body].reads
 
 
 def implies(setup: Setup, name: str, bound: float) -> Implied:
@@ -56,21 +56,21 @@ def implies(setup: Setup, name: str, bound: float) -> Implied:
     return Implied(most_size=_most_size(setup.solid, name, bound))
 
 
-def _most_size(solid: Solid, name: str, most: float) -> float:
+def _most_size(solid: SolidGiven, name: str, most: float) -> float:
     assert solid.thickness is not None
     assert solid.density is not None
     rest, sought = _rest(solid), most / (KG if name == MASS else KG_M2) / solid.density
     square = max(sought - rest.area, 0.0) / (pi * solid.thickness)
     if name == INERTIA:
         square = sqrt(2.0 * max(sought - rest.polar, 0.0) / (pi * solid.thickness))
-    return max(sqrt(square) * BEYOND, solid.bore_reach)  # a hub too heavy by itself leaves no size
+    return max(sqrt(square) * JUST_ABOVE, solid.bore_reach)  # a hub too heavy by itself leaves no size
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     solid, size = case.setup.solid, case.designs.size
     assert solid.thickness is not None
     density = 1.0 if solid.density is None else solid.density
-    body, off = FORMULAS[case.setup.mechanism.body].volume(case)
+    body, off = BODY_FORMULAS[case.setup.mechanism.body].volume(case)
     mass, inertia = density * body.area, density * body.polar
     columns = {
         MASS: Bounded(mass * KG, density * off.area * KG, np.abs(mass) * KG),
@@ -85,7 +85,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-def _hollow(solid: Solid) -> Figure:
+def _hollow(solid: SolidGiven) -> Figure:
     """Bore and keyway."""
     slot = keyway(solid.bore_radius, solid.keyway_width, solid.keyway_depth, solid.keyway_angle)
     return disc(solid.bore_radius).and_(slot)
@@ -96,13 +96,13 @@ def _plate(case: Case) -> tuple[Figure, Figure]:
     solid, found = case.setup.solid, case.found
     assert solid.thickness is not None
     centre = found[CENTROID[0]] + 1j * found[CENTROID[1]]
-    plate = Figure(found[AREA], found[AREA] * centre, found[POLAR]).times(solid.thickness).and_(_rest(solid))
-    area, polar = (case.far(name) - found[name] for name in (AREA, POLAR))
+    plate = Figure(found[AREA], found[AREA] * centre, found[POLAR_MOMENT]).times(solid.thickness).and_(_rest(solid))
+    area, polar = (case.far(name) - found[name] for name in (AREA, POLAR_MOMENT))
     apart = np.hypot(*(case.far(name) - found[name] for name in CENTROID))
     return plate, Figure(area, found[AREA] * apart + np.abs(centre) * area, polar).times(solid.thickness)
 
 
-def _rest(solid: Solid) -> Figure:
+def _rest(solid: SolidGiven) -> Figure:
     """The volume of the hub beside the plate, less bore and keyway in both, and its moments."""
     assert solid.thickness is not None
     hollow, beside = _hollow(solid), max(solid.hub_length - solid.thickness, 0.0)
@@ -111,7 +111,7 @@ def _rest(solid: Solid) -> Figure:
 
 def _cylinder(case: Case) -> tuple[Figure, Figure]:
     """The volume of a cylinder with its groove, its moments without the first, and how far each may be off."""
-    solid, designs, groove = case.setup.solid, case.designs, groove_of(case)
+    solid, designs, groove = case.setup.solid, case.designs, groove_integrals_of(case)
     assert solid.thickness is not None
     assert solid.groove_depth is not None
     cylinder = disc(designs.size + solid.groove_depth / 2.0).without(_hollow(solid)).times(solid.thickness)
@@ -119,7 +119,7 @@ def _cylinder(case: Case) -> tuple[Figure, Figure]:
     return cylinder.without(Figure(band[0], 0.0, band[1])), Figure(off[0], 0.0, off[1])
 
 
-class Formula(NamedTuple):
+class BodyFormula(NamedTuple):
     """How a body's volume and its moments are found, and how far each may be off."""
 
     volume: Callable[[Case], tuple[Figure, Figure]]
@@ -127,9 +127,9 @@ class Formula(NamedTuple):
     reads: tuple[str, ...] = ()
 
 
-FORMULAS = {
-    DISC: Formula(_plate, (MASS, *BALANCE, INERTIA), (AREA, *CENTROID, POLAR)),
-    CYLINDER: Formula(_cylinder, (MASS, INERTIA)),
+BODY_FORMULAS = {
+    DISC: BodyFormula(_plate, (MASS, *BALANCE, INERTIA), (AREA, *CENTROID, POLAR_MOMENT)),
+    CYLINDER: BodyFormula(_cylinder, (MASS, INERTIA)),
 }
 """By body."""
 

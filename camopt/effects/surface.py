@@ -32,20 +32,20 @@ from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
 from camopt.effects.loads import contact_load, is_sound, normal_curve, rubs, ways
 from camopt.effects.peak import AS_IT_IS, Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
-from camopt.effects.peak_columns import as_column, column_of, columns_of_ends, extreme_of
+from camopt.effects.peak_columns import as_column, columns_of_ends, extreme_of, peak_column
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve, formula
 from camopt.numerics.jet import to_power
 
 SLIDING, SPIN = "sliding_speed_max_m_s", "roller_speed_max_rpm"
-FASTEST, SLOWEST = "entrainment_speed_max_m_s", "entrainment_speed_min_m_s"
+FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT = "entrainment_speed_max_m_s", "entrainment_speed_min_m_s"
 WEAR, FILM, RATIO = "wear_depth_max_um", "film_thickness_min_um", "film_ratio_min"
 LUBRICANT = ("viscosity", "pressure_viscosity")
 OF_SPEED, OF_LOAD, OF_RADIUS = 0.7, 0.13, 0.43  # exponents of u, 1/N and R in the film
-TURNS = 1e6
+REPORTED_TURNS = 1e6
 
 
 class TraceSliding(NamedTuple):
@@ -153,7 +153,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
         return ()
     worn = () if setup.spherical or setup.rolls else (WEAR,)
     carried = () if setup.spherical or setup.pointed else (FILM, RATIO)
-    return (SPIN if setup.rolls else SLIDING, FASTEST, SLOWEST, *worn, *carried)
+    return (SPIN if setup.rolls else SLIDING, FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, *worn, *carried)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -224,7 +224,7 @@ def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: fl
     return Thinness(normal, entrainment, mechanism.profile_radius(designs, programme))
 
 
-def variants(name: str, setup: Setup) -> tuple[Variant, ...]:
+def wear_variants(name: str, setup: Setup) -> tuple[Variant, ...]:
     """The curves that decide wear (film), with the guide's friction each way."""
     make = wear_curve if name == WEAR else thinness_curve
     return tuple((partial(make, setup, way=way), kinds) for way, kinds in ways(setup))
@@ -235,7 +235,7 @@ def wear_factor(setup: Setup) -> Any:
     bodies = setup.bodies
     assert bodies.wear_rate is not None
     assert bodies.face_width is not None
-    return TURNS * 1e3 * bodies.wear_rate / bodies.face_width
+    return REPORTED_TURNS * 1e3 * bodies.wear_rate / bodies.face_width
 
 
 def film_factor(setup: Setup) -> Any:
@@ -258,7 +258,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 
 def _speeds(setup: Setup) -> dict[str, Peak]:
-    sliding, carrying = ((partial(each, setup), TURN) for each in (sliding_curve, entrainment_curve))
+    sliding, carrying = ((partial(each, setup), ALL_STROKES) for each in (sliding_curve, entrainment_curve))
     jumps = never if setup.pointed else at_corners
     speed = of_setting(setup, Times(setup.omega / 1e3), AS_IT_IS, lambda each: each.omega / 1e3)
     scale = speed
@@ -267,8 +267,8 @@ def _speeds(setup: Setup) -> dict[str, Peak]:
         scale = of_setting(setup, PerRoller(turns), PerRoller(1.0), lambda each: 30.0 / pi * each.omega)
     return {
         SPIN if setup.rolls else SLIDING: Peak((sliding,), LARGEST_MAGNITUDE, scale),
-        FASTEST: Peak((carrying,), LARGEST, speed, jumps),
-        SLOWEST: Peak((carrying,), LEAST, speed, jumps),
+        FASTEST_ENTRAINMENT: Peak((carrying,), LARGEST, speed, jumps),
+        SLOWEST_ENTRAINMENT: Peak((carrying,), LEAST, speed, jumps),
     }
 
 
@@ -276,7 +276,7 @@ def _of_load(setup: Setup) -> dict[str, Peak]:
     """Wear and film, as far as the scene gives enough for them."""
     missing = lacks(setup)
     return {
-        name: Peak(variants(name, setup), LARGEST, _scale(name, setup), at_corners)
+        name: Peak(wear_variants(name, setup), LARGEST, _scale(name, setup), at_corners)
         for name in offers(setup)
         if name in (WEAR, FILM, RATIO) and name not in missing
     }
@@ -296,14 +296,14 @@ def _scale(name: str, setup: Setup) -> Scale:
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     known, sound = peaks(case.setup), is_sound(case)
-    columns: dict[str, Any] = {name: column_of(case, known[name]) for name in wanted & {SLIDING, SPIN}}
-    if wanted & {FASTEST, SLOWEST, FILM, RATIO}:
-        ends = columns_of_ends(case, known[FASTEST], known[SLOWEST])
-        columns |= zip((FASTEST, SLOWEST), ends, strict=True)
+    columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted & {SLIDING, SPIN}}
+    if wanted & {FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, FILM, RATIO}:
+        ends = columns_of_ends(case, known[FASTEST_ENTRAINMENT], known[SLOWEST_ENTRAINMENT])
+        columns |= zip((FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT), ends, strict=True)
     if wanted & {FILM, RATIO}:
         columns |= _film(case, known, sound & _carries(*ends))
     if WEAR in wanted:
-        columns[WEAR] = column_of(case, known[WEAR], sound)
+        columns[WEAR] = peak_column(case, known[WEAR], sound)
     return columns
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Case, Effect, Setup, of_setting
-from camopt.effects.given import Dynamics
+from camopt.effects.given import GivenDynamics
 from camopt.effects.loads import (
     SideThrust,
     along_curve,
@@ -34,7 +34,7 @@ from camopt.effects.loads import (
     ways,
 )
 from camopt.effects.peak import AS_IT_IS, LeftOfOne, Peak, Scale, Times, at_corners, unweighted
-from camopt.effects.peak_columns import column_of
+from camopt.effects.peak_columns import peak_column
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST_MAGNITUDE
@@ -100,20 +100,20 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup, known, sound = case.setup, peaks(case.setup), True
     columns: dict[str, Any] = {}
     if rubs(setup):
-        margin = columns["jamming_margin"] = column_of(case, known["jamming_margin"])
+        margin = columns["jamming_margin"] = peak_column(case, known["jamming_margin"])
         drag = friction(case.each.dynamics, len(case.designs) if case.designs.numbers else 1, 1.0)[0]
         angle = np.degrees(np.arctan2(1.0, drag))
         columns["jamming_angle_deg"] = angle if case.designs.numbers else float(angle[0])
         sound = margin.value + margin.outward > 0.0
     loads = wanted & known.keys() - {"jamming_margin"}
-    return columns | {name: column_of(case, known[name], sound) for name in loads}
+    return columns | {name: peak_column(case, known[name], sound) for name in loads}
 
 
-def _reaction(given: Dynamics) -> tuple[Any, Any, Any]:
+def _reaction(given: GivenDynamics) -> tuple[Any, Any, Any]:
     return 1.0 + given.overhang / given.guide_length, -1.0 / given.guide_length, 1.0
 
 
-LEVERS: dict[str, Callable[[Dynamics], tuple[Any, Any, Any]]] = {
+LEVERS: dict[str, Callable[[GivenDynamics], tuple[Any, Any, Any]]] = {
     "side_thrust_max_N": lambda given: (1.0, 0.0, 1.0),
     "guide_reaction_max_N": _reaction,
     "stem_bending_stress_max_MPa": lambda given: (given.overhang, -1.0, 32.0 / (pi * given.stem_diameter**3)),

@@ -32,22 +32,22 @@ from numpy.polynomial import polynomial
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
 from camopt.effects.force import ChangingForce
-from camopt.effects.given import Dynamics
+from camopt.effects.given import GivenDynamics
 from camopt.effects.guided import guided_torque, smooth_parts
 from camopt.effects.loads import ShaftTorque, drag_of, driven, rubs, torque_curve, ways
 from camopt.effects.mean import Mean
 from camopt.effects.mean_columns import mean_column
 from camopt.effects.peak import AS_IT_IS, Peak, Scale, Times, at_corners
 from camopt.effects.peak_columns import extreme_of
-from camopt.effects.work import ROUNDED, added, derivative, integral, largest_of_series, product, total
+from camopt.effects.work import WORK_ERROR, added, derivative, integral, largest_of_series, product, total
 from camopt.mechanisms.design import Designs
-from camopt.motion.programme import SAME, Programme
-from camopt.motion.table import INWARD, OUTWARD, TURN
+from camopt.motion.programme import LEAST_JUMP, Programme
+from camopt.motion.table import ALL_STROKES, INWARD, OUTWARD
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import Linear
 from camopt.numerics.piecewise import load_series
 
-NAMES = (
+TORQUE_NAMES = (
     "torque_max_N_m",
     "torque_min_N_m",
     "torque_peak_N_m",
@@ -63,17 +63,17 @@ FLUCTUATING = frozenset(("energy_fluctuation_J", FLYWHEEL))
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return (*NAMES, FLYWHEEL)
+    return (*TORQUE_NAMES, FLYWHEEL)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     keys = force.missing(setup)
     wheel = () if setup.dynamics.fluctuation is not None else ("follower.dynamics.fluctuation",)
-    wanted = {**dict.fromkeys(NAMES, keys), FLYWHEEL: (*keys, *wheel)}
+    wanted = {**dict.fromkeys(TORQUE_NAMES, keys), FLYWHEEL: (*keys, *wheel)}
     return {name: lacking for name, lacking in wanted.items() if lacking}
 
 
-class Span(NamedTuple):
+class TorqueExtremes(NamedTuple):
     """Extremes of the torque and its fluctuation, N·mm: numbers, or arrays where it depends on the design."""
 
     largest: Any
@@ -83,7 +83,7 @@ class Span(NamedTuple):
     """By how much the largest magnitude may be above."""
 
 
-class Turn(NamedTuple):
+class TorqueOverTurn(NamedTuple):
     """What the torque amounts to over a turn, whatever the design, N·mm."""
 
     largest: float
@@ -94,17 +94,17 @@ class Turn(NamedTuple):
     room: float
 
     @property
-    def span(self) -> Span:
-        return Span(self.largest, self.least, self.fluctuation, self.room)
+    def span(self) -> TorqueExtremes:
+        return TorqueExtremes(self.largest, self.least, self.fluctuation, self.room)
 
 
-def torque_series(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
+def torque_series(programme: Programme, dynamics: GivenDynamics, omega: float) -> FloatArray:
     """T on the panels, N·mm; impulses at corners are apart."""
     return product(force.force_series(programme, dynamics, omega), derivative(programme.table, 1))
 
 
 @lru_cache(maxsize=4096)
-def turn_of(programme: Programme, dynamics: Dynamics, omega: float) -> Turn:
+def torque_over_turn(programme: Programme, dynamics: GivenDynamics, omega: float) -> TorqueOverTurn:
     """Extremes, mean, root mean square and fluctuation of energy of the torque."""
     series = torque_series(programme, dynamics, omega)
     speed, half_width = derivative(programme.table, 1), programme.table.half_width
@@ -112,24 +112,24 @@ def turn_of(programme: Programme, dynamics: Dynamics, omega: float) -> Turn:
     rms = sqrt(total(half_width, product(series, series)) / (2.0 * pi))
     upwards, downwards = _impulses(programme)
     top, bottom = inf if upwards else largest_of_series(series), -inf if downwards else -largest_of_series(-series)
-    return Turn(
+    return TorqueOverTurn(
         top,
         bottom,
         mean,
         inf if upwards or downwards else rms,
         _fluctuation(programme, dynamics, omega, mean),
-        0.0 if upwards or downwards else ROUNDED * max(top, -bottom),
+        0.0 if upwards or downwards else WORK_ERROR * max(top, -bottom),
     )
 
 
-def extremes_of_turn(case: Case) -> Span:
+def extremes_of_turn(case: Case) -> TorqueExtremes:
     """The extremes alone, of designs that bring numbers of their own; the motion has no corners."""
     known, unknown = peaks(case.setup), np.full(len(case.designs), inf)
     most, least = (extreme_of(case, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
-    return Span(most.value, least.value, unknown, np.maximum(most.width, least.width))
+    return TorqueExtremes(most.value, least.value, unknown, np.maximum(most.width, least.width))
 
 
-def lasting(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
+def lasting(programme: Programme, dynamics: GivenDynamics, omega: float) -> FloatArray:
     """The part of F that does not give back what it took, on the panels: damping, and a load that changes."""
     return added(dynamics.damping * omega * derivative(programme.table, 1), load_series(programme.table))
 
@@ -137,10 +137,10 @@ def lasting(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArra
 def _impulses(programme: Programme) -> tuple[bool, bool]:
     """Whether corners make the torque infinite upwards, and downwards."""
     shares = [corner.after / corner.size for corner in programme.corners]
-    return any(share > SAME for share in shares), any(1.0 - share > SAME for share in shares)
+    return any(share > LEAST_JUMP for share in shares), any(1.0 - share > LEAST_JUMP for share in shares)
 
 
-def _fluctuation(programme: Programme, dynamics: Dynamics, omega: float, mean: float) -> float:
+def _fluctuation(programme: Programme, dynamics: GivenDynamics, omega: float, mean: float) -> float:
     """Largest minus least W. Where a corner turns the motion round, y' passes through 0 within it."""
     table = programme.table
     stiffness, _, mass, constant = force.weights(dynamics, omega)
@@ -154,10 +154,10 @@ def _fluctuation(programme: Programme, dynamics: Dynamics, omega: float, mean: f
     return largest_of_series(work) - min([-largest_of_series(-work), *map(float, within)])
 
 
-def guided_span(case: Case, runs: Any, wanted: frozenset[str]) -> Span:
+def guided_span(case: Case, runs: Any, wanted: frozenset[str]) -> TorqueExtremes:
     """That of followers that rub in their guides, arrays (designs,); infinite for those that do not run."""
     count, index = len(case.designs), np.flatnonzero(runs)
-    span = Span(np.full(count, inf), np.full(count, -inf), np.full(count, inf), np.zeros(count))
+    span = TorqueExtremes(np.full(count, inf), np.full(count, -inf), np.full(count, inf), np.zeros(count))
     if not index.size:
         return span
     some = replace(case, designs=case.designs.take(index))
@@ -217,7 +217,7 @@ def means(setup: Setup) -> dict[str, Mean]:
         smooth = partial(smooth_parts, setup)
         found = {name: Mean(whole, 1, unit, at_corners, smooth) for name, unit in units.items()}
         return found | {"torque_rms_N_m": Mean(whole, 2, Times(1e-3), at_corners, smooth)}
-    spent = ((partial(spent_curve, setup), TURN),)
+    spent = ((partial(spent_curve, setup), ALL_STROKES),)
     return {name: Mean(spent, 1, unit) for name, unit in units.items()} | {
         "torque_rms_N_m": Mean(whole, 2, Times(1e-3), at_corners)
     }
@@ -239,13 +239,13 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         return _of_span(guided_span(case, runs, wanted), dynamics, omega) | found
     if case.designs.numbers and wanted <= EXTREMES and not case.programme.corners:
         return _of_span(extremes_of_turn(case), dynamics, omega)
-    turn, unit = case.by_setting(lambda each: turn_of(case.programme, each.dynamics, each.omega)), 1e-3
+    turn, unit = case.by_setting(lambda each: torque_over_turn(case.programme, each.dynamics, each.omega)), 1e-3
     columns = _of_span(turn.span, dynamics, omega)
     columns |= {"torque_mean_N_m": turn.mean * unit, "torque_rms_N_m": turn.rms * unit}
     return columns | {"power_mean_W": turn.mean * (unit * omega)}
 
 
-def _of_span(span: Span, dynamics: Dynamics, omega: Any) -> dict[str, Any]:
+def _of_span(span: TorqueExtremes, dynamics: GivenDynamics, omega: Any) -> dict[str, Any]:
     """The columns of extremes and of the fluctuation."""
     unit, power = 1e-3, 1e-3 * omega  # to N·m from N·mm, to W from N·mm
     peak, room = np.maximum(span.largest, -span.least), span.room

@@ -28,10 +28,10 @@ from numpy.polynomial import polynomial
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.force import missing, weights
-from camopt.effects.given import Dynamics
+from camopt.effects.given import GivenDynamics
 from camopt.effects.motion import scale
 from camopt.motion.programme import Programme, peak
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave, is_resonant, steady
 from camopt.numerics.piecewise import load_series
@@ -87,7 +87,7 @@ def corners(programme: Programme) -> FloatArray:
     return sizes
 
 
-def acceleration(wave: Wave, ratio: Any) -> Wave:
+def mass_acceleration(wave: Wave, ratio: Any) -> Wave:
     """x″ = −r²z − 2ζr·z′ of a response."""
     return wave.times(-(ratio**2)).plus(wave.slope().times(-2.0 * wave.damping * ratio))
 
@@ -101,19 +101,19 @@ def vibration(programme: Programme, ratio: float, damping: float) -> Vibration:
     dwells = programme.table.first_panel[:-1][(programme.table.kind & DWELL) != 0]
     residual = float(wave.amplitude[0, dwells].max(initial=0.0))
     return Vibration(
-        *_pair(largest_magnitude(wave)), *_pair(largest_magnitude(acceleration(wave, ratio))), residual
+        *_pair(largest_magnitude(wave)), *_pair(largest_magnitude(mass_acceleration(wave, ratio))), residual
     )
 
 
 @lru_cache(maxsize=4096)
-def contact(programme: Programme, dynamics: Dynamics, omega: float, ratio: float) -> tuple[float, float]:
+def contact(programme: Programme, dynamics: GivenDynamics, omega: float, ratio: float) -> tuple[float, float]:
     """The least F over the turn, N (N·mm), and what it is not below."""
     if is_resonant(ratio, dynamics.damping_ratio):
         return -inf, -inf
     return _pair(least(contact_wave(programme, dynamics, omega, ratio)))
 
 
-def contact_wave(programme: Programme, dynamics: Dynamics, omega: float, ratio: float) -> Wave:
+def contact_wave(programme: Programme, dynamics: GivenDynamics, omega: float, ratio: float) -> Wave:
     """F over the turn with the elastic train, N (N·mm)."""
     stiffness, damping, mass, constant = weights(dynamics, omega)
     table = programme.table
@@ -122,7 +122,7 @@ def contact_wave(programme: Programme, dynamics: Dynamics, omega: float, ratio: 
     held[:-1] += damping * polynomial.polyder(y) / table.half_width
     held[0] += constant
     held[:2] += load_series(table)
-    inertia = acceleration(response(programme, ratio, dynamics.damping_ratio), ratio).times(mass)
+    inertia = mass_acceleration(response(programme, ratio, dynamics.damping_ratio), ratio).times(mass)
     return inertia.over(held)
 
 
@@ -150,7 +150,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
             found.acceleration, found.acceleration_bound, scale(case.each, 2)
         ),
         f"residual_vibration_max_{length}": found.residual * unit,
-        "dynamic_factor": dynamic_factor(found.acceleration, peak(programme, 2, TURN)),
+        "dynamic_factor": dynamic_factor(found.acceleration, peak(programme, 2, ALL_STROKES)),
     }
     if "contact_force_elastic_min_N" in wanted:
         lever = case.designs.arm_length if setup.angular else 1.0

@@ -23,7 +23,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {} if setup.solid.bore_radius else {WALL: ("part.bore",)}
 
 
-def least_size(setup: Setup, wall: float) -> float:
+def size_for_wall(setup: Setup, wall: float) -> float:
     """The base (mean) radius at which the wall is as thick; infinite where that of the hub is not."""
     solid = setup.solid
     if solid.hub_radius and solid.hub_radius - solid.bore_reach < wall:
@@ -33,12 +33,12 @@ def least_size(setup: Setup, wall: float) -> float:
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     solid = case.setup.solid
-    about = case.designs.size - least_size(case.setup, 0.0)
+    about = case.designs.size - size_for_wall(case.setup, 0.0)
     return {WALL: np.minimum(about, solid.hub_radius - solid.bore_reach) if solid.hub_radius else about}
 
 
 def implies(setup: Setup, name: str, bound: float) -> Implied:
-    return Implied(least_size=least_size(setup, bound))
+    return Implied(least_size=size_for_wall(setup, bound))
 
 
 EFFECT = Effect("wall", offers, run, lacks, implies=implies, of_sizes=True)

@@ -13,7 +13,7 @@ from numpy.polynomial import polynomial
 from camopt.numerics import FloatArray
 from camopt.numerics.piecewise import MotionTable, bernstein
 
-ROUNDED = 2.0**-46  # of the largest magnitude: above the rounding of a halving of degree 30, so that it ends
+WORK_ERROR = 2.0**-46  # of the largest magnitude: above the rounding of a halving of degree 30, so that it ends
 
 
 def derivative(table: MotionTable, order: int) -> FloatArray:
@@ -57,7 +57,7 @@ def largest_of_series(series: FloatArray) -> float:
     panels that may hold more than the largest value seen are halved.
     """
     parts, halving = bernstein(len(series) - 1) @ series, _halving(len(series) - 1)
-    room, best = ROUNDED * np.abs(parts).max(), -inf
+    room, best = WORK_ERROR * np.abs(parts).max(), -inf
     while parts.size:
         best = max(best, float(parts[[0, -1]].max()))
         parts = parts[:, parts.max(axis=0) > best + room]

@@ -32,30 +32,30 @@ from distributed.gc import disable_gc_diagnosis
 from distributed.versions import VersionMismatchWarning
 
 from camopt.engines import LOCAL, Item, Result
-from camopt.engines.dask_worker import Ready, digest, run, unlike
+from camopt.engines.dask_worker import Ready, digest, run_worker, unlike
 from camopt.mistakes import BadInput, Mistake
 
-SECONDS = 2.0  # of work in a task: little is lost with a worker
+TASK_SECONDS = 2.0  # of work in a task: little is lost with a worker
 RATE = 200.0  # tasks a second of all workers, at most: the scheduler can do some times as many
 BYTES = 1 << 26  # of a result, at most about
 AHEAD = 4  # tasks for each thread that the reader has not had yet
-SHARES = 4  # tasks for each thread, at least, so that all end together
+TASKS_PER_THREAD = 4  # tasks for each thread, at least, so that all end together
 CONNECTED, JOINED = 20.0, 60.0  # seconds to wait for a scheduler, and for a worker where it has none
-LEFT = 0.5  # seconds for a worker to end by itself
+END_SECONDS = 0.5  # seconds for a worker to end by itself
 TRIM = "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_"
 """What Dask has each worker give back to the system as soon as it is free, and take anew for the next block."""
-LOST = "distributed.deploy.lost-worker-timeout"
+LOST_TIMEOUT = "distributed.deploy.lost-worker-timeout"
 """After which Dask gives up a process that died and has not come back; on a busy machine its 15 s are too few."""
 LOGGERS = ("distributed", "distributed.client", "distributed.gc", "tornado.application", "asyncio")
 SILENT = CRITICAL + 1
-ADDRESS = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
+SCHEDULER = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
 
 
 def items_of_task(items: int, threads: int, seconds: float, size: float) -> int:
     """How many items a task has, of all items, by the seconds and bytes of one."""
-    by_time = max(SECONDS, threads / RATE) / max(seconds, 1e-6)
+    by_time = max(TASK_SECONDS, threads / RATE) / max(seconds, 1e-6)
     by_size = BYTES / max(size, 1.0)
-    return max(1, int(min(by_time, by_size, ceil(items / (SHARES * threads)))))
+    return max(1, int(min(by_time, by_size, ceil(items / (TASKS_PER_THREAD * threads)))))
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Cluster:
         given: deque[Future[Any]] = deque()
         try:
             for items in tasks:
-                given.append(self.client.submit(run, name, items, pure=False))
+                given.append(self.client.submit(run_worker, name, items, pure=False))
                 if len(given) >= AHEAD * self.workers:
                     yield self._result(given.popleft())
             while given:
@@ -171,7 +171,7 @@ class Cluster:
 def connected(scheduler: str, workers: int | None) -> Iterator[Cluster]:
     """The cluster of a scheduler, or one of processes of this machine that lives as long as the block."""
     mistakes = []
-    if scheduler != LOCAL and not ADDRESS.fullmatch(scheduler):
+    if scheduler != LOCAL and not SCHEDULER.fullmatch(scheduler):
         allowed = f'the address of a Dask scheduler, such as tcp://host:8786, or "{LOCAL}"'
         mistakes.append(Mistake("camopt", "scheduler", scheduler, allowed))
     if scheduler != LOCAL and workers is not None:
@@ -214,7 +214,7 @@ def _processes(count: int) -> Iterator[str]:
     """The address of a scheduler in this process with workers that are processes, and end with it."""
     with (
         TemporaryDirectory(prefix="camopt-", ignore_cleanup_errors=True) as folder,
-        dask.config.set({TRIM: None, LOST: JOINED}),
+        dask.config.set({TRIM: None, LOST_TIMEOUT: JOINED}),
     ):
         with _no_interrupts():  # of threads that begin here, and of processes that begin in these
             made = LocalCluster(
@@ -236,7 +236,7 @@ def _processes(count: int) -> Iterator[str]:
 
 async def _end(workers: list[Any]) -> None:
     """End worker processes, with what they are at: nobody waits for it any more."""
-    await gather(*(worker.close(timeout=LEFT) for worker in workers), return_exceptions=True)
+    await gather(*(worker.close(timeout=END_SECONDS) for worker in workers), return_exceptions=True)
 
 
 @contextmanager

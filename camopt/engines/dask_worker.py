@@ -93,7 +93,7 @@ class Ready(WorkerPlugin):
         return work  # type: ignore[no-any-return]
 
 
-def run(name: str, items: Any) -> Any:
+def run_worker(name: str, items: Any) -> Any:
     """Work on some items, in a worker."""
     ready: Any = get_worker().plugins.get(name)
     if ready is None:

@@ -10,7 +10,7 @@ from traceback import format_exc
 from typing import Any
 
 
-def serve() -> None:
+def work() -> None:
     """Do the work that comes on standard input, and write what comes of it, or its exception.
 
     What else prints goes nowhere, or it would be taken for a result.

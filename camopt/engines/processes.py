@@ -16,7 +16,7 @@ from typing import Any
 
 from camopt.engines import Item, Result
 
-TRIES = 2  # for an item, each of which ends with a dead process
+ITEM_TRIES = 2  # for an item, each of which ends with a dead process
 ALONE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """What tells libraries how many threads they may have: those of a process share its part of the machine."""
 PROGRAM = """
@@ -57,7 +57,7 @@ class Processes:
 
     def _done(self, work: Callable[[Sequence[Item]], Result], item: Item) -> Result:
         """What the process of this thread makes of an item, or another one if it ends."""
-        for _ in range(TRIES):
+        for _ in range(ITEM_TRIES):
             process = self._process()
             try:
                 send(process.stdin, (work, (item,)))
@@ -70,7 +70,7 @@ class Processes:
                 raise error[0] from RuntimeError(error[1])  # where it was, as text
             return result  # type: ignore[no-any-return]
         how = f"its end had the code {process.wait()}"
-        raise OSError(f"a process was ended from outside, for want of memory perhaps, {TRIES} times; {how}")
+        raise OSError(f"a process was ended from outside, for want of memory perhaps, {ITEM_TRIES} times; {how}")
 
     def _process(self) -> Popen[bytes]:
         """The process of this thread."""

@@ -19,7 +19,7 @@ from camopt.exporting.shapes import Shape
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import span
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 
@@ -64,7 +64,7 @@ def _possible_groove(work: Workpiece) -> Groove:
 def _middle(problem: Problem) -> float:
     """The height of the middle of the groove, where ``Groove`` has its walls, mm."""
     contact, lift = problem.setup.mechanism.contact, problem.programme.lift
-    ends = [contact(problem.design, lift, 0.0, y, 0.0).y for y in span(problem.programme, (1,), TURN)]
+    ends = [contact(problem.design, lift, 0.0, y, 0.0).y for y in span(problem.programme, (1,), ALL_STROKES)]
     return float(np.mean(ends))
 
 
@@ -124,7 +124,7 @@ def _sector(groove: Groove, skins: list[Skin], here: _Joint, there: _Joint, heig
         for side, wall in enumerate(skins)
     ]
     rims = [
-        shapes.arc_edge(shapes.point(0.0, 0.0, z), groove.outer, -groove.sense, *ends)
+        shapes.arc_edge(shapes.gp_point(0.0, 0.0, z), groove.outer, -groove.sense, *ends)
         for z, ends in zip((0.0, height), zip(here.rims, there.rims, strict=True), strict=True)
     ]
     return _Sector(skins, walls, rims, here, there)

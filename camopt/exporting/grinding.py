@@ -15,13 +15,12 @@ from camopt.contour.curve import CamCurve, SmoothPart, curves_of
 from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
-from camopt.numerics import FloatArray
+from camopt.numerics import BISECTIONS, FloatArray
 from camopt.points.points import check_cutter
 from camopt.points.spacing import in_steps
 from camopt.storage.files import write_text
 from camopt.version import VERSION
 
-HALVINGS = 60
 CHECKED_ANGLES = 20_001  # cam angles at which the path must go round one way
 
 
@@ -73,7 +72,7 @@ def _radii(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:
     wanted = directions[0] + (wanted - directions[0]) % (2.0 * np.pi)
     place = np.clip(np.searchsorted(directions, wanted, side="right") - 1, 0, CHECKED_ANGLES - 2)
     low, high = looked[place], looked[place + 1]
-    for _ in range(HALVINGS):
+    for _ in range(BISECTIONS):
         middle = (low + high) / 2
         past = middle + ahead(middle) > wanted
         low, high = np.where(past, low, middle), np.where(past, middle, high)

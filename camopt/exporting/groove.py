@@ -29,12 +29,12 @@ from camopt.numerics import FloatArray
 
 WALL_SIDES = (-1.0, 1.0)  # of the lower and the upper wall
 SECTOR_ANGLE = 1.6  # rad: of a sector of the turn
-ROUNDS = 100
-SAME_RADIUS = 1e-15  # relative change of a radius that is none
+GROOVE_ROUNDS = 100
+NO_CHANGE = 1e-15  # relative change of a radius that is none
 SPLINE_DEGREE = 5  # of the splines round the cam
 FIRST_POINTS, SECTOR_POINTS = 12, 6000  # points of a sector round the cam
 SECTIONS, MOST_SECTIONS = 4, 16  # radii with points of their own
-SAMPLES = 500  # cam angles of a sector at which a wall may run back
+WALL_SAMPLES = 500  # cam angles of a sector at which a wall may run back
 PARTS_BETWEEN = 4  # parts of the stretches between points at which surfaces are compared
 
 
@@ -97,12 +97,12 @@ class Groove:
         mean, reach = design.size, side * design.roller_radius
         beside = found.x - mean * angles
         station = radii + 0.0 * angles
-        for _ in range(ROUNDS):
+        for _ in range(GROOVE_ROUNDS):
             across, along = found.across, found.up + (station - mean)
             touched = beside + reach * across / np.hypot(across, along)
             with np.errstate(invalid="ignore"):
                 before, station = station, np.sqrt((radii - touched) * (radii + touched))
-            if np.abs(station - before).max() <= SAME_RADIUS * self.outer:
+            if np.abs(station - before).max() <= NO_CHANGE * self.outer:
                 break
         height = found.y + reach * along / np.hypot(across, along)
         return WallPoints(angles + np.arctan2(touched, station), radii + 0.0 * angles, height, along - 1j * across)
@@ -138,7 +138,7 @@ def undercut_at(groove: Groove) -> float | None:
 
 def _runs_back(groove: Groove, sector: Sector, side: float) -> BoolArray:
     """Whether a wall somewhere moves against the roller, or is not there, at each radius."""
-    angles = np.linspace(sector.start, sector.end, SAMPLES)
+    angles = np.linspace(sector.start, sector.end, WALL_SAMPLES)
     wall = groove.wall(sector.span, angles, groove.radii, side)
     moved = groove.radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
     return np.asarray(~((moved * wall.course[1:].conjugate()).real >= 0.0).all(axis=0))

@@ -44,15 +44,15 @@ from camopt.numerics import FloatArray
 Shape = Any
 """Of Open CASCADE, whose classes mypy does not know."""
 EDGE, FACE, SOLID = TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID
-TOUCHING = 1e-7  # mm: what is nearer is one
+TOUCHING_MM = 1e-7  # mm: what is nearer is one
 FLAT_ARC = 1e-8  # mm: an arc that is no higher is a line; the centre of a flatter one would be rounded by as much
 
 
-def point(x: float, y: float, z: float) -> Shape:
+def gp_point(x: float, y: float, z: float) -> Shape:
     return gp_Pnt(float(x), float(y), float(z))
 
 
-def circle(radius: float) -> Shape:
+def circle_wire(radius: float) -> Shape:
     """A wire about the axis z, in the plane z = 0."""
     return wire([BRepBuilderAPI_MakeEdge(gp_Circ(gp.XOY_s(), radius)).Edge()])
 
@@ -86,7 +86,7 @@ def _arcs(path: ArcPath) -> Iterator[Shape]:
         if height <= FLAT_ARC:
             yield line_edge(*corners[k : k + 2])
         else:
-            place = point(centre.real, centre.imag, 0.0)
+            place = gp_point(centre.real, centre.imag, 0.0)
             yield arc_edge(place, radii[k], path.bulges[k], *corners[k : k + 2])
 
 
@@ -109,7 +109,7 @@ def b_spline(poles: FloatArray, knots: FloatArray) -> Shape:
     """A B-spline curve of poles (n, 3 or more: x, y, z), with each knot as often as it counts."""
     places = Array1_gp_Pnt(1, len(poles))
     for k, pole in enumerate(poles, 1):
-        places.SetValue(k, point(*pole[:3]))
+        places.SetValue(k, gp_point(*pole[:3]))
     each, times = np.unique(knots, return_counts=True)
     return Geom_BSplineCurve(places, _reals(each), _integers(times), len(knots) - len(poles) - 1)
 
@@ -119,7 +119,7 @@ def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> 
     count, across = poles.shape[:2]
     places = Array2_gp_Pnt(1, count, 1, across)
     for k, m in np.ndindex(count, across):
-        places.SetValue(k + 1, m + 1, point(*poles[k, m, :3]))
+        places.SetValue(k + 1, m + 1, gp_point(*poles[k, m, :3]))
     knots = [np.unique(each, return_counts=True) for each in (first, second)]
     degrees = len(first) - count - 1, len(second) - across - 1
     return Geom_BSplineSurface(
@@ -134,7 +134,7 @@ def round_surface(radius: float, seam: float) -> Shape:
 
 
 def vertex(place: Iterable[float]) -> Shape:
-    return BRepBuilderAPI_MakeVertex(point(*list(place)[:3])).Vertex()
+    return BRepBuilderAPI_MakeVertex(gp_point(*list(place)[:3])).Vertex()
 
 
 def line_edge(first: Shape, last: Shape) -> Shape:
@@ -156,7 +156,7 @@ def face(surface: Shape, edges: Iterable[Shape], backwards: bool = False) -> Sha
     """The part of a surface inside of edges that follow each other round it, anticlockwise or ``backwards``."""
     made = TopoDS_Face()
     builder = BRep_Builder()
-    builder.MakeFace(made, surface, TOUCHING)
+    builder.MakeFace(made, surface, TOUCHING_MM)
     loop = wire(edges)
     builder.Add(made, loop.Reversed() if backwards else loop)
     fixed = ShapeFix_Face(made)
@@ -171,7 +171,7 @@ def flat(outer: Shape) -> Shape:
 
 def sewn(faces: Iterable[Shape]) -> Shape:
     """The solid that faces enclose."""
-    sewing = BRepBuilderAPI_Sewing(TOUCHING)
+    sewing = BRepBuilderAPI_Sewing(TOUCHING_MM)
     for each in faces:
         sewing.Add(each)
     sewing.Perform()

@@ -55,7 +55,7 @@ def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
     except CAD_ERRORS:
         found = None
     if found is None or not shapes.is_closed(found.shape):
-        faults = f"faces cross each other, or are smaller than {shapes.TOUCHING} mm"
+        faults = f"faces cross each other, or are smaller than {shapes.TOUCHING_MM} mm"
         why = f"makes no valid solid at a chord of {chord:g} mm: {faults}"
         raise BadInput([Mistake(work.scene.file, "part", None, why, bare=True)])
     return found._replace(about=found.about | shapes.measures(found.shape))
@@ -101,9 +101,9 @@ def _plate(part: Part, profile: Shape) -> Shape:
     """The plate with its hub."""
     assert part.thickness
     plate = shapes.extruded(profile, 0.0, part.thickness)
-    if not part.hub_diameter or not part.hub_length or part.hub_length - part.thickness <= shapes.TOUCHING:
+    if not part.hub_diameter or not part.hub_length or part.hub_length - part.thickness <= shapes.TOUCHING_MM:
         return plate
-    hub = shapes.extruded(shapes.circle(part.hub_diameter / 2), part.thickness, part.hub_length)
+    hub = shapes.extruded(shapes.circle_wire(part.hub_diameter / 2), part.thickness, part.hub_length)
     return shapes.fused(plate, hub)
 
 
@@ -111,6 +111,6 @@ def _with_bore(part: Part, body: Shape) -> Shape:
     """A body that stands on z = 0, less its bore and keyway."""
     if not part.bore:
         return body
-    outline = shapes.closed_wire(bore_with_keyway(part)) if part.keyway_width else shapes.circle(part.bore / 2)
+    outline = shapes.closed_wire(bore_with_keyway(part)) if part.keyway_width else shapes.circle_wire(part.bore / 2)
     whole = max(part.thickness or 0.0, part.hub_length or 0.0)
     return shapes.cut(body, shapes.extruded(outline, -OVERCUT, whole + OVERCUT))

@@ -11,7 +11,7 @@ from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.StlAPI import StlAPI_Writer
 
 from camopt.contour.curve import curves_of
-from camopt.contour.follow import CHORD, LEAST_CHORD, check_kind
+from camopt.contour.follow import CHORD, SHORTEST_CHORD, check_kind
 from camopt.exporting.exported import Export
 from camopt.exporting.solid import solid_of
 from camopt.exporting.workpiece import Workpiece
@@ -31,7 +31,7 @@ FLOAT32_ERROR = 2.0**-24 * 2.0**0.5  # of the largest coordinate: what single pr
 def write(work: Workpiece, path: Path, chord: float = CHORD) -> Export:
     """Write the solid of a cam that has a thickness; the deviations told include the rounding of the file."""
     check_kind("polyline", chord)
-    aim = max(SHARE * chord - _rounded(work.problem), LEAST_CHORD)
+    aim = max(SHARE * chord - _rounded(work.problem), SHORTEST_CHORD)
     solid = solid_of(work, aim, "polyline")
     BRepMesh_IncrementalMesh(solid.shape, aim, False, MOST_TURN)
     with whole_file(path) as partial:

@@ -24,7 +24,7 @@ from camopt.scene.scene import Scene
 from camopt.storage.manifest import question_in
 
 FRONT_ONLY = "front-only"
-MOST_PARTS = 100_000
+SWEEP_PARTS = 100_000
 SAMPLE = 3  # blocks all over the space, which call for all kernels
 TABLED = ("feasible", "all")
 KEPT = ("pareto", *TABLED, FRONT_ONLY)
@@ -61,7 +61,7 @@ class Question:
         kinds = {field.name: field.type for field in fields(cls)}
         if any(type(value) is not kinds[name] for name, value in found.items()):
             raise ValueError("no question of a sweep")
-        if not (1 <= found["part"] <= found["parts"] <= MOST_PARTS and found["block"] >= 1):
+        if not (1 <= found["part"] <= found["parts"] <= SWEEP_PARTS and found["block"] >= 1):
             raise ValueError("no part of a sweep")
         return cls(**found)
 
@@ -88,7 +88,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Asked:
+class SweepPlan:
     """A sweep to be run."""
 
     scene: Scene
@@ -155,7 +155,7 @@ def _keys(data: Any, key: str = "") -> dict[str, Any]:
     return {key: value for part in parts for key, value in part.items()}
 
 
-def asked_of(scene: Scene, keep: str, block: int = BLOCK) -> Asked:
+def sweep_plan(scene: Scene, keep: str, block: int = BLOCK) -> SweepPlan:
     """What a sweep of a scene is asked. Errors are those of ``sweep``."""
     if keep not in KEPT:
         raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
@@ -166,12 +166,12 @@ def asked_of(scene: Scene, keep: str, block: int = BLOCK) -> Asked:
     space = searched_space(problem)
     if keep == FRONT_ONLY or scene.search.refine:
         space.check_apart()
-    return Asked(scene, problem, space, keep, block)
+    return SweepPlan(scene, problem, space, keep, block)
 
 
-def asked_again(question: Question) -> Asked:
+def asked_again(question: Question) -> SweepPlan:
     """What a question asks, on another machine or in a later run."""
-    return asked_of(Scene.embedded(question.scene, "sweep"), question.keep, question.block)
+    return sweep_plan(Scene.embedded(question.scene, "sweep"), question.keep, question.block)
 
 
 def with_objectives(problem: Problem) -> Problem:

@@ -12,7 +12,7 @@ import numpy as np
 from camopt.front.pareto import best_of_laws, non_dominated
 from camopt.front.shared_curves import SharedCurves, curve_numbers
 from camopt.problem.problem import Problem
-from camopt.problem.rows import Objectives, Rows, joined
+from camopt.problem.rows import Objectives, Rows, concatenate_rows
 from camopt.problem.space import Space
 from camopt.verdicts.judging import Effort, settled
 from camopt.verdicts.screening import screened
@@ -58,9 +58,9 @@ def merged(batches: Sequence[Batch], objectives: Objectives) -> Batch:
         feasible=sum(batch.feasible for batch in batches),
         effort=effort,
         reached=max(batch.reached for batch in batches),
-        kept=joined(batch.kept for batch in batches),
-        front=non_dominated(joined(batch.front for batch in batches), objectives),
-        best=best_of_laws(joined(batch.best for batch in batches), objectives),
+        kept=concatenate_rows(batch.kept for batch in batches),
+        front=non_dominated(concatenate_rows(batch.front for batch in batches), objectives),
+        best=best_of_laws(concatenate_rows(batch.best for batch in batches), objectives),
     )
 
 
@@ -164,7 +164,7 @@ class Blocks:
         if len(perhaps):
             left, which, effort = shared.judged(perhaps, self._names)
             order = np.argsort(np.concatenate([surely.designs, perhaps.designs[which]]))
-            rows, count = joined([rows, left]).take(order), count + left.count
+            rows, count = concatenate_rows([rows, left]).take(order), count + left.count
         return Block(existing, count, rows, effort)
 
     def _curves_of(self, part: int, problem: Problem) -> SharedCurves:

@@ -16,7 +16,7 @@ from camopt.effects.case import Bounded, Effect
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval, as_interval
@@ -38,8 +38,10 @@ from camopt.smallest.mean_boxes import mean_excess, powers_over
 from camopt.smallest.sloped_designs import sloped_boxes
 from camopt.verdicts.judging import planned
 
-COARSE = 1e-4  # of the cam angles at which curves are evaluated: any would do, those of extremes tell the most
-ROUNDED = 1e-12  # relative, of a quantity from the extreme or the sizes that decide it
+COARSE_SHARE = (
+    1e-4  # of the cam angles at which curves are evaluated: any would do, those of extremes tell the most
+)
+BOUND_ERROR = 1e-12  # relative, of a quantity from the extreme or the sizes that decide it
 TIMES = 4.0  # the tolerance, and the rounding at a point, by which kernels may be off
 
 
@@ -87,7 +89,7 @@ class Looked(NamedTuple):
         return Looked(self.costs[index], self.change[:, index], self.inside.take(index), self.exists[index])
 
 
-class Bounds(NamedTuple):
+class BoxBounds(NamedTuple):
     """Boxes of designs of one motion, asked for bounds; ``free`` are the sizes that have a range."""
 
     problem: Problem
@@ -142,7 +144,7 @@ class Bounds(NamedTuple):
         some, inside = box.take(index), looked.inside.take(index)
         width = _widths(some, self.free)
         for claim in self.claims:
-            asked = [Asked(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+            asked = [ExtremeAsked(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
             angle, side = self._worst(claim.curve, asked, inside)
             value, designs, like = self._over(claim.curve, angle, some, inside)
             over = as_sloped(excess_of(claim, side, as_quotient(value), designs), like)
@@ -175,7 +177,7 @@ class Bounds(NamedTuple):
         extreme = np.full(len(box), 0.0 if known.goal == LARGEST_MAGNITUDE else -np.inf)
         change, farthest, width = np.zeros((len(self.free), len(box))), extreme, _widths(box, self.free)
         for make, part in self._parts(known):
-            angle, _ = self._worst(make, [Asked(part, known.goal)], inside)
+            angle, _ = self._worst(make, [ExtremeAsked(part, known.goal)], inside)
             value, _, like = self._over(make, angle, box, inside)
             made = value.divided() if isinstance(value, Quotient) else as_sloped(value, like)
             least, at = _side(known.goal, made)
@@ -206,10 +208,10 @@ class Bounds(NamedTuple):
         """
         kind = self.problem.programme.table.kind
         for make, kinds in known.curves:
-            parts = (kinds & (RISE | DWELL), kinds & RETURN) if kinds & TURN else (kinds,)
+            parts = (kinds & (RISE | DWELL), kinds & RETURN) if kinds & ALL_STROKES else (kinds,)
             yield from ((make, part) for part in parts if np.any(kind & part))
 
-    def _worst(self, make: Any, asked: list["Asked"], inside: Designs) -> tuple[FloatArray, FloatArray]:
+    def _worst(self, make: Any, asked: list["ExtremeAsked"], inside: Designs) -> tuple[FloatArray, FloatArray]:
         """The cam angle at which a curve is the most extreme for one design of each box, and on which side of 0."""
         problem, programme = coarse(self.problem), self.problem.programme
         where = Case(problem.setup, programme, inside).extremes(make, list(asked)).where
@@ -228,7 +230,7 @@ class Bounds(NamedTuple):
         return curve(make(designs, self.problem.programme), ..., state)[0], designs, like
 
 
-class Asked(NamedTuple):
+class ExtremeAsked(NamedTuple):
     """Kinds of stroke, and a goal."""
 
     kinds: int
@@ -237,7 +239,7 @@ class Asked(NamedTuple):
 
 def coarse(problem: Problem) -> Problem:
     """The problem where extremes need no digits."""
-    return replace(problem, setup=replace(problem.setup, tolerance=max(problem.setup.tolerance, COARSE)))
+    return replace(problem, setup=replace(problem.setup, tolerance=max(problem.setup.tolerance, COARSE_SHARE)))
 
 
 def ranged(problem: Problem, names: set[str], designs: Designs, side: float = 0.0) -> Columns:
@@ -285,7 +287,7 @@ def _relative(slopes: Interval, width: FloatArray, scale: FloatArray) -> FloatAr
 
 def _lowered(cost: FloatArray) -> FloatArray:
     """Costs less their rounding."""
-    return cost - ROUNDED * np.where(np.isfinite(cost), np.abs(cost), 0.0)
+    return cost - BOUND_ERROR * np.where(np.isfinite(cost), np.abs(cost), 0.0)
 
 
 def _known(least: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ from collections import Counter
 import numpy as np
 import pyarrow as pa
 
-from camopt.front.oddities import oddities
+from camopt.front.oddities import table_oddities
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows
 from camopt.problem.settings import problems_of
@@ -40,7 +40,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
         table = table.drop_columns([COLUMN])
     scene = scene_in(table.schema, path)
     problem = resolve(scene)
-    for why in oddities(table, scene, problem):
+    for why in table_oddities(table, scene, problem):
         raise no_table(path, why)
     rows = Rows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)
     space = Space(problem, problems_of(problem), {})

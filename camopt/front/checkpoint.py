@@ -9,19 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from camopt.front.asked import Asked, Question
+from camopt.front.asked import Question, SweepPlan
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import GridBoxes
 from camopt.front.journal import Tell, say_of_another
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
 from camopt.storage.files import whole_file
-from camopt.storage.records import MAGIC, packed, records
+from camopt.storage.records import JOURNAL_MAGIC, record, records
 from camopt.verdicts.judging import Effort
 
-SECONDS = 10.0  # between states: a search that is shorter keeps none
-BOXES = ("waiting", "small")
-NUMBERS = ("started", "boxes", "finished", "evaluated", "decided", "reached")
+STATE_SECONDS = 10.0  # between states: a search that is shorter keeps none
+BOX_LISTS = ("waiting", "small")
+STATE_NUMBERS = ("started", "boxes", "finished", "evaluated", "decided", "reached")
 
 
 class Checkpoint:
@@ -45,15 +45,15 @@ class Checkpoint:
 
     def offer(self, search: FrontSearch) -> None:
         """Keep the state if the last one is old. A disk that takes none does not end the search."""
-        if now() - self._since >= SECONDS:
+        if now() - self._since >= STATE_SECONDS:
             with suppress(OSError), whole_file(self.path) as partial:
-                partial.write_bytes(MAGIC + packed(self.question.encoded()) + packed(state_of(search)))
+                partial.write_bytes(JOURNAL_MAGIC + record(self.question.encoded()) + record(state_of(search)))
                 self.kept = kept_of(search)
             self._since = now()
 
 
 @contextmanager
-def checkpoint_at(path: Path, asked: Asked, tell: Tell | None = None) -> Iterator[Checkpoint]:
+def checkpoint_at(path: Path, asked: SweepPlan, tell: Tell | None = None) -> Iterator[Checkpoint]:
     """The checkpoint of a search. ``tell`` is told if there was one of another question."""
     checkpoint = Checkpoint(path, asked.question())
     say_of_another(path, checkpoint.question, tell)
@@ -69,11 +69,11 @@ def state_of(search: FrontSearch) -> bytes:
     """The state of a search between two steps, as arrays of NumPy."""
     rows = search.archive.front()
     arrays: dict[str, Any] = {f"row {name}": rows.column(name) for name in rows.columns}
-    for name in BOXES:
+    for name in BOX_LISTS:
         parts: list[GridBoxes] = getattr(search, name)
         arrays |= {f"{name} {i} {key}": value for i, part in enumerate(parts) for key, value in vars(part).items()}
-    numbers = {name: getattr(search, name) for name in NUMBERS} | {"effort": search.effort}
-    counts = {name: len(getattr(search, name)) for name in BOXES} | {"rows": rows.count}
+    numbers = {name: getattr(search, name) for name in STATE_NUMBERS} | {"effort": search.effort}
+    counts = {name: len(getattr(search, name)) for name in BOX_LISTS} | {"rows": rows.count}
     file = io.BytesIO()
     np.savez(file, numbers=np.array(json.dumps([numbers, counts])), **arrays)
     return file.getvalue()
@@ -84,11 +84,11 @@ def set_state(search: FrontSearch, data: bytes) -> None:
     with np.load(io.BytesIO(data)) as arrays:
         numbers, counts = json.loads(str(arrays["numbers"]))
         columns = {key.removeprefix("row "): arrays[key] for key in arrays.files if key.startswith("row ")}
-        for name in BOXES:
+        for name in BOX_LISTS:
             keys = [f"{name} {i}" for i in range(counts[name])]
             fields = GridBoxes.__dataclass_fields__
             setattr(search, name, [GridBoxes(*(arrays[f"{key} {field}"] for field in fields)) for key in keys])
-    for name in NUMBERS:
+    for name in STATE_NUMBERS:
         setattr(search, name, numbers[name])
     search.effort = Effort(*numbers["effort"])
     search.archive.add(Rows(columns, counts["rows"]))

@@ -17,7 +17,7 @@ from camopt.mechanisms import FIELDS, Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, missing_numbers, missing_sizes, resolve, size_keys
 from camopt.problem.settings import OF_PROBLEM, freed_of, given_profile, set_up
-from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
+from camopt.quantities import NUMBER_COLUMNS, QUANTITIES, number_quantity
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.scene import Scene
 from camopt.scene.tables import Cam, Dynamics, Follower, Materials, Table
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FILE = "designs"  # what messages call the table
-TABLES: dict[str, type[Table]] = {
+TABLE_TYPES: dict[str, type[Table]] = {
     "cam": Cam,
     "follower": Follower,
     "follower.dynamics": Dynamics,
     "materials": Materials,
 }
-STROKES = (("law_rise", "law"), ("law_return", "law"))
+LAWS_OF_STROKES = (("law_rise", "law"), ("law_return", "law"))
 """Columns with the law of the rises, and with that of the returns."""
-LAWS = ("law", "law_rise", "law_return")
-IMPOSSIBLE = {"violated": ASSEMBLY, "status": CERTIFIED}
+LAW_KEYS = ("law", "law_rise", "law_return")
+NOT_ASSEMBLED = {"violated": ASSEMBLY, "status": CERTIFIED}
 """What is known of designs that cannot be assembled, beside that they are not feasible; numbers are infinite."""
 EXCESS = "excess_"  # before the name of a limit: the column of its excess
 
@@ -107,7 +107,7 @@ def _given(problem: Problem, frame: "pd.DataFrame", size_keys: Iterable[str]) ->
     searched = [key.partition(".")[2] for key in sizes.values()]
     mistakes = [
         *(mistake for name, key in (sizes | numbers).items() for mistake in _out_of_range(key, frame[name])),
-        *(mistake for name in frame if name in LAWS for mistake in _unknown_laws(problem, frame[name])),
+        *(mistake for name in frame if name in LAW_KEYS for mistake in _unknown_laws(problem, frame[name])),
         *missing_sizes(problem, searched),
         *missing_numbers(problem, numbers.values()),
     ]
@@ -122,7 +122,7 @@ def _given(problem: Problem, frame: "pd.DataFrame", size_keys: Iterable[str]) ->
 
 def _numbers(problem: Problem, names: Container[str] | None = None) -> dict[str, str]:
     """The keys of numbers of a scene that are no sizes, by quantity: all, or those of some names."""
-    keys = {number_quantity(key, angular=problem.setup.angular): key for key in NUMBERS}
+    keys = {number_quantity(key, angular=problem.setup.angular): key for key in NUMBER_COLUMNS}
     return {name: key for name, key in keys.items() if names is None or name in names}
 
 
@@ -144,8 +144,9 @@ def _odd_columns(frame: "pd.DataFrame", keys: Mapping[str, str], numbers: Mappin
     for twice in frame.columns[frame.columns.duplicated()]:
         yield Mistake(FILE, str(twice), None, "stands there twice", bare=True)
     for name in frame:
-        if name not in keys and name not in numbers and name not in LAWS:
-            what = f"no size or number of this mechanism and no law; {nearest(str(name), (*keys, *LAWS, *numbers))}"
+        if name not in keys and name not in numbers and name not in LAW_KEYS:
+            known = nearest(str(name), (*keys, *LAW_KEYS, *numbers))
+            what = f"no size or number of this mechanism and no law; {known}"
             yield Mistake(FILE, str(name), None, what, bare=True)
     if "law" in frame and ("law_rise" in frame or "law_return" in frame):
         yield Mistake(FILE, "law", None, "must stand alone, without law_rise and law_return", bare=True)
@@ -154,7 +155,7 @@ def _odd_columns(frame: "pd.DataFrame", keys: Mapping[str, str], numbers: Mappin
 def _out_of_range(key: str, column: "pd.Series[Any]") -> Iterator[Mistake]:
     """The first value of a size that a scene would not take; of numbers, the least or the largest."""
     table, _, name = key.rpartition(".")
-    size: TypeAdapter[Any] = TypeAdapter(get_type_hints(TABLES[table], include_extras=True)[name])
+    size: TypeAdapter[Any] = TypeAdapter(get_type_hints(TABLE_TYPES[table], include_extras=True)[name])
     values = column.to_numpy()
     looked_at: Iterable[int] = range(len(column))
     if values.size and values.dtype.kind in "iuf":
@@ -163,7 +164,7 @@ def _out_of_range(key: str, column: "pd.Series[Any]") -> Iterator[Mistake]:
         try:
             size.validate_python(values.item(row))
         except ValidationError as error:
-            yield mistakes_of(error, TABLES[table], f"{column.name}[{column.index[row]}]", FILE)[0]
+            yield mistakes_of(error, TABLE_TYPES[table], f"{column.name}[{column.index[row]}]", FILE)[0]
             return
 
 
@@ -175,7 +176,7 @@ def _unknown_laws(problem: Problem, column: "pd.Series[Any]") -> Iterator[Mistak
 
 def _by_motion(problem: Problem, frame: "pd.DataFrame") -> Iterator[tuple[Problem, NDArray[np.intp]]]:
     """The problem of each pair of laws, in each setting that is one of problems, and the rows that have it."""
-    rise, fall = (next((name for name in names if name in frame), None) for names in STROKES)
+    rise, fall = (next((name for name in names if name in frame), None) for names in LAWS_OF_STROKES)
     numbers = {key: name for key, name in problem.numbers.items() if name in frame and key in OF_PROBLEM}
     named = [name for name in dict.fromkeys((rise, fall, *numbers.values())) if name]
     if not named or frame.empty:
@@ -200,7 +201,7 @@ def _evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> "pd
     columns |= {f"{EXCESS}{limit.name}": over for limit, over in zip(problem.limits, excess, strict=True)}
     table = pd.DataFrame({name: made.column(name) for name in made.columns})
     for name, values in columns.items():
-        otherwise = IMPOSSIBLE.get(name, inf if values.dtype.kind == "f" else values.dtype.type())
+        otherwise = NOT_ASSEMBLED.get(name, inf if values.dtype.kind == "f" else values.dtype.type())
         table[name] = np.full(len(designs), otherwise, dtype=values.dtype if values.dtype.kind in "fb" else object)
         table.loc[exists, name] = values
     return table

@@ -15,7 +15,7 @@ import numpy as np
 from camopt.numerics import FloatArray
 
 BRANCHES = 8
-AT_ONCE = 8192  # points, so that what is compared fits the cache
+COMPARED_AT_ONCE = 8192  # points, so that what is compared fits the cache
 
 
 class Dominators:
@@ -34,7 +34,7 @@ class Dominators:
 
     def dominate(self, costs: FloatArray) -> Any:
         """Which points (n, objectives) some known point dominates (n,): it costs no more, and in some less."""
-        parts = [costs[first : first + AT_ONCE] for first in range(0, len(costs), AT_ONCE)]
+        parts = [costs[first : first + COMPARED_AT_ONCE] for first in range(0, len(costs), COMPARED_AT_ONCE)]
         return np.concatenate([np.zeros(0, dtype=bool), *map(self._some, parts)])
 
     def _some(self, costs: FloatArray) -> Any:

@@ -10,13 +10,13 @@ import numpy as np
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.front.asked import TABLED, Asked
+from camopt.front.asked import TABLED, SweepPlan
 from camopt.front.journal import Journal, Tell, encoded
 from camopt.numerics.clock import now
 from camopt.tables.cells import duration
 
-MANY = 512  # blocks: a sweep of fewer has ended before anyone wonders
-EACH = 4  # blocks of the sample, a thread
+LEAST_BLOCKS = 512  # blocks: a sweep of fewer has ended before anyone wonders
+BLOCKS_A_THREAD = 4  # blocks of the sample, a thread
 TABLE_AND_JOURNAL = 2  # what is kept is in both until the end
 
 
@@ -45,14 +45,14 @@ class Estimate(NamedTuple):
         )
 
 
-def estimated(asked: Asked, numbers: range, own: Threads, workers: int, folder: Path) -> Estimate | None:
+def estimated(asked: SweepPlan, numbers: range, own: Threads, workers: int, folder: Path) -> Estimate | None:
     """An estimate for blocks of a sweep by some workers, from some of them on a few threads; None for few.
 
     Neighbours of those that are timed come first: they find what a motion has to be known for.
     """
-    if len(numbers) < MANY:
+    if len(numbers) < LEAST_BLOCKS:
         return None
-    places = np.linspace(0, len(numbers) - 2, EACH * own.workers + 2).astype(int)[1:-1]
+    places = np.linspace(0, len(numbers) - 2, BLOCKS_A_THREAD * own.workers + 2).astype(int)[1:-1]
     before, timed = ([numbers[place + step] for place in places.tolist()] for step in (0, 1))
     for _ in own.in_order(asked.evaluated, before):
         pass

@@ -17,24 +17,25 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from camopt.front.box_bounds import Bounds, is_hopeless
+from camopt.front.box_bounds import BoxBounds, is_hopeless
 from camopt.front.dominance import Dominators
-from camopt.front.grid_boxes import Grid, GridBoxes, IntArray, chained_boxes
+from camopt.front.grid_boxes import Grid, GridBoxes, chained_boxes
 from camopt.front.pareto import Archive, non_dominated, row_costs
 from camopt.front.streaming import Seen
+from camopt.numerics import IntArray
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
 from camopt.progress import Progress, report_progress
 from camopt.verdicts.judging import Effort
 from camopt.verdicts.screening import screened
 
-FEW = 64  # designs of a box that are evaluated: to bound it costs as much
-BOXES = 1 << 13  # halved before those that they leave, which bounds the memory
+FEW_DESIGNS = 64  # designs of a box that are evaluated: to bound it costs as much
+HALVED_FIRST = 1 << 13  # halved before those that they leave, which bounds the memory
 TOGETHER = 2048  # boxes bounded together, and few enough for the cache
-SOME, LARGE = 2048, 8  # boxes to begin with, if they are large: so many times as large as small ones
-BLOCK = 8192  # designs evaluated together
+FIRST_BOXES, LARGE_RATIO = 2048, 8  # boxes to begin with, if they are large: so many times as large as small ones
+EVALUATED_AT_ONCE = 8192  # designs evaluated together
 PENDING = 1 << 18  # designs of small boxes evaluated before their dominance is asked again
-NUMBER = "number"  # of a design in the space, as a column of rows
+DESIGN_NUMBER = "number"  # of a design in the space, as a column of rows
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -77,7 +78,7 @@ class FrontSearch:
 
     def __post_init__(self) -> None:
         self.grid, self.objectives = Grid(self.space), self.space.problem.objectives
-        self.archive = Archive(self.objectives, BLOCK)
+        self.archive = Archive(self.objectives, EVALUATED_AT_ONCE)
 
     def run(self, after_step: Callable[["FrontSearch"], None] | None = None) -> Seen:
         """The front, its rows in the order of the space. What is called after each step may keep the state."""
@@ -92,15 +93,15 @@ class FrontSearch:
         finally:
             self.pool.shutdown(cancel_futures=True)
         rows = self.archive.front()
-        rows = rows.take(np.unique(rows.column(NUMBER), return_index=True)[1])
-        rows = rows.only(set(rows.columns) - {NUMBER})
+        rows = rows.take(np.unique(rows.column(DESIGN_NUMBER), return_index=True)[1])
+        rows = rows.only(set(rows.columns) - {DESIGN_NUMBER})
         return Seen(rows, rows, self.effort, self.reached, self.evaluated, boxes=self.boxes, decided=self.decided)
 
     def start(self) -> None:
         """The motions that may meet the limits, halved until there are some boxes: to bound few takes as long."""
         hopeless = np.array([is_hopeless(problem) for problem in self.space.problems])
         boxes = self.kept(self.grid.whole(len(self.objectives)), ~hopeless)
-        while 0 < len(boxes) < SOME and np.all(boxes.counts > LARGE * FEW):
+        while 0 < len(boxes) < FIRST_BOXES and np.all(boxes.counts > LARGE_RATIO * FEW_DESIGNS):
             boxes = boxes.halved(np.argmax(boxes.high - boxes.low, axis=1))
         self.evaluate(boxes.motion[:0], boxes.motion[:0])  # a front without rows has columns
         self.waiting.append(boxes)
@@ -109,17 +110,17 @@ class FrontSearch:
     def step(self) -> None:
         """Halve the boxes that were made last, some at a time, and evaluate small ones."""
         boxes = self.waiting.pop()
-        if len(boxes) > BOXES:
-            self.waiting.append(boxes.take(slice(BOXES, None)))
-            boxes = boxes.take(slice(BOXES))
-        few = boxes.counts <= FEW
+        if len(boxes) > HALVED_FIRST:
+            self.waiting.append(boxes.take(slice(HALVED_FIRST, None)))
+            boxes = boxes.take(slice(HALVED_FIRST))
+        few = boxes.counts <= FEW_DESIGNS
         self.small.append(boxes.take(few))
         if not few.all():
             self.waiting.append(self.halved(boxes.take(~few)))
         if not self.waiting or sum(int(part.counts.sum()) for part in self.small) > PENDING:
             self.finish(chained_boxes(self.small))
         done = self.boxes + self.finished
-        halvings = (np.log2(np.maximum(part.counts / FEW, 2.0)).sum() for part in self.waiting)
+        halvings = (np.log2(np.maximum(part.counts / FEW_DESIGNS, 2.0)).sum() for part in self.waiting)
         report_progress(self.progress, done, done + int(sum(halvings)) + sum(map(len, self.small)))
 
     def kept(self, boxes: GridBoxes, left: Any) -> GridBoxes:
@@ -144,7 +145,7 @@ class FrontSearch:
 
     def bounded(self, dominators: Dominators, boxes: GridBoxes) -> tuple[GridBoxes, Any, IntArray]:
         """Boxes of one motion with what they cost at least, which are open, and the axis to cut."""
-        bounds = Bounds(self.space.problems[boxes.motion[0]], self.grid.free)
+        bounds = BoxBounds(self.space.problems[boxes.motion[0]], self.grid.free)
         designs = self.grid.designs(boxes)
         open_, change = ~bounds.impossible(designs), np.zeros((len(self.grid.free), len(boxes)))
         costs = np.full((len(boxes), len(self.objectives)), -np.inf)
@@ -182,7 +183,7 @@ class FrontSearch:
     def evaluate(self, motion: IntArray, number: IntArray) -> None:
         """Evaluate designs by motion and number, and keep those that may be on the front."""
         order = np.argsort(motion, kind="stable")
-        blocks = [(motion[part], number[part]) for part in _cut(order, motion[order], BLOCK)]
+        blocks = [(motion[part], number[part]) for part in _cut(order, motion[order], EVALUATED_AT_ONCE)]
         for found in self.each(self.block, blocks or [(np.zeros(1, dtype=np.int64), number)]):
             self.archive.add(found.front)
             self.effort, self.reached = self.effort.plus(found.effort), max(self.reached, found.reached)
@@ -194,7 +195,7 @@ class FrontSearch:
         problem, designs = self.space.problems[motion], self.space.designs(number)
         exists = problem.setup.mechanism.exists(designs, problem.programme)
         found = screened(problem, designs.take(exists), frozenset(self.names))
-        numbered = {NUMBER: number[exists][found.which] + motion * self.space.designs_each}
+        numbered = {DESIGN_NUMBER: number[exists][found.which] + motion * self.space.designs_each}
         rows = non_dominated(replace(found.rows, columns=found.rows.columns | numbered), self.objectives)
         return Evaluated(rows, found.effort, float(np.max(found.rows.columns["relative_half_width"], initial=0.0)))
 

@@ -5,15 +5,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from camopt.front.pareto import LARGEST
+from camopt.front.pareto import LARGEST_COST
 from camopt.mechanisms import FIELDS, Designs
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.interval import Interval
 from camopt.problem.space import Space
-
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -43,7 +40,7 @@ class Grid:
         motion = np.arange(len(self.space.problems))
         last = np.array([values.size - 1 for values in self.axes.values()], dtype=np.int64)
         high = np.tile(last, (motion.size, 1))
-        return GridBoxes(motion, np.zeros_like(high), high, np.full((motion.size, objectives), -LARGEST))
+        return GridBoxes(motion, np.zeros_like(high), high, np.full((motion.size, objectives), -LARGEST_COST))
 
     def designs(self, boxes: "GridBoxes") -> Designs:
         """Boxes as designs of Intervals."""

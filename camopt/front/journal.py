@@ -19,22 +19,22 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from camopt.engines import Engine
-from camopt.front.asked import Asked, Question
+from camopt.front.asked import Question, SweepPlan
 from camopt.front.blocks import Batch, merged
-from camopt.front.oddities import oddities
+from camopt.front.oddities import table_oddities
 from camopt.mistakes import Stopped
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
-from camopt.storage.damage import TROUBLE, raise_if_of_the_disk
+from camopt.storage.damage import ARROW_ERRORS, raise_if_of_the_disk
 from camopt.storage.files import regular_file, synced, whole_file
 from camopt.storage.publishing import already_done, answered
-from camopt.storage.records import END, MAGIC, cut_after, packed, records
+from camopt.storage.records import END_RECORD, JOURNAL_MAGIC, cut_after, record, records
 from camopt.storage.unit import journal_path
 from camopt.tables.table import parquet_options, schema, to_table
 from camopt.verdicts.judging import Effort
 
-SECONDS = 1.0  # between records: less is lost at most, and a sweep that is shorter writes none
-TABLES = ("kept", "front", "best")
+RECORD_SECONDS = 1.0  # between records: less is lost at most, and a sweep that is shorter writes none
+BATCH_TABLES = ("kept", "front", "best")
 
 Found = TypeVar("Found")
 
@@ -59,7 +59,7 @@ class Journal:
         Why no more could be written. A sweep goes on without it; what was written is kept.
     """
 
-    def __init__(self, path: Path, asked: Asked, question: Question) -> None:
+    def __init__(self, path: Path, asked: SweepPlan, question: Question) -> None:
         self.path, self.asked, self.question = path, asked, question
         self.numbers = asked.numbers(question.part, question.parts)
         self.done = self.numbers.start
@@ -84,7 +84,7 @@ class Journal:
         if self.trouble:
             return
         self._pending.append(batch)
-        if now() - self._since >= SECONDS:
+        if now() - self._since >= RECORD_SECONDS:
             self._write_pending()
             self._since = now()
 
@@ -109,7 +109,7 @@ class Journal:
         self.write_all()
         if self.trouble:
             raise self.trouble
-        self._append(END)
+        self._append(END_RECORD)
         try:
             os.link(self.path, path)  # the journal stays until the part is published
         except OSError:  # no links here
@@ -155,8 +155,8 @@ class Journal:
             file.seek(self._whole)
             file.truncate()
             if not self._whole:
-                file.write(MAGIC + packed(self.question.encoded()))
-            file.write(packed(payload))
+                file.write(JOURNAL_MAGIC + record(self.question.encoded()))
+            file.write(record(payload))
             file.flush()
             synced(self.path)
             self._whole = file.tell()
@@ -180,7 +180,7 @@ class Lost(str):
 
 @contextmanager
 def journal_at(
-    path: Path, asked: Asked, part: int = 1, parts: int = 1, tell: Tell | None = None
+    path: Path, asked: SweepPlan, part: int = 1, parts: int = 1, tell: Tell | None = None
 ) -> Iterator[Journal]:
     """The journal of a sweep or of a part of one, closed in the end. ``tell`` is told if another one was there."""
     journal = Journal(path, asked, asked.question(part, parts))
@@ -216,7 +216,7 @@ def what_is_kept(kept: Callable[[], str]) -> Iterator[None]:
         raise
 
 
-def going_on(journal: Journal, engine: Engine, tell: Tell | None = None) -> Iterator[Batch]:
+def all_batches(journal: Journal, engine: Engine, tell: Tell | None = None) -> Iterator[Batch]:
     """The batches of a journal, and those that follow, which it takes. ``tell`` is told how many there were."""
     yield from journal.replayed()
     if tell and journal.done > journal.numbers.start:
@@ -245,7 +245,7 @@ def question_of(path: Path) -> Question | None:
     return None
 
 
-def batches_of(file: BinaryIO, question: Question, asked: Asked) -> Iterator[tuple[Batch, int]]:
+def batches_of(file: BinaryIO, question: Question, asked: SweepPlan) -> Iterator[tuple[Batch, int]]:
     """The batches of a journal up to an odd one, each with where it ends; none if it is of another question."""
     numbers = asked.numbers(question.part, question.parts)
     found, expected = records(file), numbers.start
@@ -254,7 +254,7 @@ def batches_of(file: BinaryIO, question: Question, asked: Asked) -> Iterator[tup
             return
         break
     for payload, end in found:
-        if payload == END:
+        if payload == END_RECORD:
             return
         batch = _sound(payload, asked)
         if batch is None or batch.first != expected or batch.last > numbers.stop:
@@ -292,7 +292,7 @@ class Broken(ValueError):
     """A part of a sweep is damaged; the message says where."""
 
 
-def whole_batches(path: Path, question: Question, asked: Asked) -> Iterator[Batch]:
+def whole_batches(path: Path, question: Question, asked: SweepPlan) -> Iterator[Batch]:
     """The batches of a part of a sweep.
 
     Raises
@@ -301,45 +301,45 @@ def whole_batches(path: Path, question: Question, asked: Asked) -> Iterator[Batc
         If it is not as it was written; after the batches before that place.
     """
     numbers = asked.numbers(question.part, question.parts)
-    done, whole = numbers.start, len(MAGIC + packed(question.encoded()))
+    done, whole = numbers.start, len(JOURNAL_MAGIC + record(question.encoded()))
     with regular_file(path) as file:
         for batch, end in batches_of(file, question, asked):
             done, whole = batch.last, end
             yield batch
         file.seek(whole)
         last = file.read()
-    if done != numbers.stop or last != packed(END):
+    if done != numbers.stop or last != record(END_RECORD):
         raise Broken(f"this is {cut_after(whole)}, or not what a sweep of its scene gives there")
 
 
 def encoded(batch: Batch, names: tuple[str, ...]) -> bytes:
     """A batch as bytes: numbers as JSON, then its rows as Parquet."""
     layout = schema(names, "")
-    tables = [_table_bytes(to_table(getattr(batch, name), layout)) for name in TABLES]
-    numbers = {name: value for name, value in vars(batch).items() if name not in TABLES}
+    tables = [_table_bytes(to_table(getattr(batch, name), layout)) for name in BATCH_TABLES]
+    numbers = {name: value for name, value in vars(batch).items() if name not in BATCH_TABLES}
     head = json.dumps([numbers, [*map(len, tables)]]).encode()
     return b"".join([len(head).to_bytes(4, "little"), head, *tables])
 
 
-def decoded(payload: bytes) -> Batch:
+def batch_of(payload: bytes) -> Batch:
     """A batch from its bytes."""
     return _batch(*_parted(payload))
 
 
-def _sound(payload: bytes, asked: Asked) -> Batch | None:
+def _sound(payload: bytes, asked: SweepPlan) -> Batch | None:
     """A batch from its bytes; None if it is not what blocks of a sweep give, though its digest may be right."""
     try:
         numbers, tables = _parted(payload)
-        if any(why for table in tables.values() for why in oddities(table, asked.scene, asked.problem)):
+        if any(why for table in tables.values() for why in table_oddities(table, asked.scene, asked.problem)):
             return None
         batch = _batch(numbers, tables)
         return batch if _counted(batch, asked) else None
-    except (*TROUBLE, LookupError, TypeError, AttributeError, RecursionError) as trouble:
+    except (*ARROW_ERRORS, LookupError, TypeError, AttributeError, RecursionError) as trouble:
         raise_if_of_the_disk(trouble)
         return None
 
 
-def _counted(batch: Batch, asked: Asked) -> bool:
+def _counted(batch: Batch, asked: SweepPlan) -> bool:
     """Whether the numbers of a batch can be those of its blocks."""
     counts = (batch.first, batch.last, batch.designs, batch.existing, batch.feasible, *batch.effort)
     if not all(type(count) is int and count >= 0 for count in counts) or batch.first >= batch.last:
@@ -358,7 +358,7 @@ def _parted(payload: bytes) -> tuple[dict[str, Any], dict[str, pa.Table]]:
     start = 4 + int.from_bytes(payload[:4], "little")
     numbers, lengths = json.loads(payload[4:start])
     tables = {}
-    for name, length in zip(TABLES, lengths, strict=True):
+    for name, length in zip(BATCH_TABLES, lengths, strict=True):
         tables[name] = pq.read_table(pa.BufferReader(payload[start : start + length]))
         start += length
     return numbers, tables

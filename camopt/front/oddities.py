@@ -6,23 +6,23 @@ import numpy as np
 import pyarrow as pa
 
 from camopt.front.asked import column_names
-from camopt.mechanisms import SIZES
-from camopt.mistakes import BadInput, listed
+from camopt.mechanisms import SIZE_FIELDS
+from camopt.mistakes import BadInput, listed_words
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import Problem
 from camopt.problem.settings import problems_of
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
-from camopt.scene.tables import LONGEST, SHORTEST
+from camopt.scene.tables import LARGEST_VALUE, SMALLEST_VALUE
 from camopt.tables.table import schema
 
 
-def oddities(table: pa.Table, scene: Scene, problem: Problem) -> Iterator[str]:
+def table_oddities(table: pa.Table, scene: Scene, problem: Problem) -> Iterator[str]:
     """What keeps a table from being one of a sweep of a scene, which poses a problem."""
     names = column_names(problem)
     expected = schema((*names, "refined") if "refined" in table.column_names else names, "")
     if table.column_names != expected.names:
-        differ = listed(sorted({*table.column_names} ^ {*expected.names})) or "in another order"
+        differ = listed_words(sorted({*table.column_names} ^ {*expected.names})) or "in another order"
         yield f"its columns are not those of its scene: {differ}"
         return
     for column in expected:
@@ -40,10 +40,10 @@ def oddities(table: pa.Table, scene: Scene, problem: Problem) -> Iterator[str]:
         except BadInput as error:
             yield f"its column {name} has values that {key} cannot have: {error.mistakes[0]}"
             return
-    for name in (problem.size_name, *(f"{size}_mm" for size in SIZES)):
-        least = -LONGEST if "offset" in name else SHORTEST
+    for name in (problem.size_name, *(f"{size}_mm" for size in SIZE_FIELDS)):
+        least = -LARGEST_VALUE if "offset" in name else SMALLEST_VALUE
         values = table[name].to_numpy() if name in names else np.zeros(0)
-        if not np.all((least <= values) & (values <= LONGEST)):
+        if not np.all((least <= values) & (values <= LARGEST_VALUE)):
             yield f"its column {name} has values that are no sizes"
             return
     laws = table.select(["law_rise", "law_return"]).group_by(["law_rise", "law_return"]).aggregate([]).to_pylist()

@@ -11,11 +11,11 @@ import numpy as np
 
 from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray
-from camopt.problem.rows import Columns, Objectives, Rows, finite, joined
+from camopt.problem.rows import Columns, Objectives, Rows, concatenate_rows, finite
 
-LARGEST = np.finfo(float).max
-REFERENCE = 1.1  # in normalised objectives: a tenth beyond the nadir, so that the ends of a front count
-WORST = 1e6  # stands for an infinite cost in a sum
+LARGEST_COST = np.finfo(float).max
+REFERENCE_POINT = 1.1  # in normalised objectives: a tenth beyond the nadir, so that the ends of a front count
+INFINITE_COST = 1e6  # stands for an infinite cost in a sum
 EXACT_WORK = 1e9  # points^(objectives − 2) up to which an exact hypervolume takes seconds at most
 SAMPLED_WORK = 1e9  # points × directions of an approximate one, as long
 
@@ -79,12 +79,12 @@ class Archive:
 
     def front(self) -> Rows:
         """The non-dominated ones of all rows so far, in the order in which they came."""
-        front = non_dominated(joined(self._parts), self._objectives)
+        front = non_dominated(concatenate_rows(self._parts), self._objectives)
         self._parts, self._kept, self._new = [front], front.count, 0
         return front
 
 
-class Scale(NamedTuple):
+class CostScale(NamedTuple):
     """The least and the largest finite cost of each objective over a front, (objectives,)."""
 
     ideal: FloatArray
@@ -98,13 +98,13 @@ class Scale(NamedTuple):
         return np.where(known, share, np.where(known.any(axis=0), costs, 0.0))
 
 
-def scale_of_costs(costs: FloatArray) -> Scale:
+def scale_of_costs(costs: FloatArray) -> CostScale:
     """The scale of a front, by its finite costs; 0 to 0 for an objective that has none."""
     known = np.isfinite(costs)
-    ideal = np.min(costs, axis=0, where=known, initial=LARGEST)
-    nadir = np.max(costs, axis=0, where=known, initial=-LARGEST)
+    ideal = np.min(costs, axis=0, where=known, initial=LARGEST_COST)
+    nadir = np.max(costs, axis=0, where=known, initial=-LARGEST_COST)
     some = known.any(axis=0)
-    return Scale(np.where(some, ideal, 0.0), np.where(some, nadir, 0.0))
+    return CostScale(np.where(some, ideal, 0.0), np.where(some, nadir, 0.0))
 
 
 def hypervolume(normalised: FloatArray) -> tuple[float, bool]:
@@ -115,12 +115,12 @@ def hypervolume(normalised: FloatArray) -> tuple[float, bool]:
     """
     import moocore
 
-    counted = np.maximum(normalised[np.all(normalised < REFERENCE, axis=1)], 0.0)
+    counted = np.maximum(normalised[np.all(normalised < REFERENCE_POINT, axis=1)], 0.0)
     counted = counted[:, np.any(counted > 0.0, axis=0)]
     points, many = counted.shape
     if not points or not many:
         return float(points > 0), True
-    reference, box = [REFERENCE] * many, REFERENCE**many
+    reference, box = [REFERENCE_POINT] * many, REFERENCE_POINT**many
     if float(points) ** (many - 2) <= EXACT_WORK:
         return float(moocore.hypervolume(counted, ref=reference)) / box, True
     directions = max(int(SAMPLED_WORK / points), 1000)
@@ -138,7 +138,7 @@ def knee(normalised: FloatArray) -> int:
 
 def _sums(normalised: FloatArray) -> FloatArray:
     """The sum of each row's normalised costs; an infinite gain counts as the ideal, an infinite cost as WORST."""
-    sums: FloatArray = np.clip(normalised, 0.0, WORST).sum(axis=1)
+    sums: FloatArray = np.clip(normalised, 0.0, INFINITE_COST).sum(axis=1)
     return sums
 
 

@@ -10,13 +10,13 @@ from typing import Any
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.front.asked import MOST_PARTS, Asked, Question, asked_again, asked_of
+from camopt.front.asked import SWEEP_PARTS, Question, SweepPlan, asked_again, sweep_plan
 from camopt.front.blocks import Batch
 from camopt.front.estimate import foresee
 from camopt.front.journal import (
     Broken,
     Tell,
-    going_on,
+    all_batches,
     interrupted,
     journal_at,
     question_of,
@@ -34,12 +34,12 @@ from camopt.storage.files import regular_file
 from camopt.storage.manifest import settled_paths
 from camopt.storage.publishing import published
 from camopt.storage.records import damage_of
-from camopt.storage.unit import PART, name_of_part
+from camopt.storage.unit import PART_ENDING, name_of_part
 from camopt.verdicts.judging import Effort
 
-COMMAND = "part"
-NAMED = re.compile(rf"part-(\d{{1,9}})-of-(\d{{1,9}}){re.escape(PART)}")
-COUNTS = ("designs", "impossible", "feasible")
+PART_COMMAND = "part"
+PART_NAME = re.compile(rf"part-(\d{{1,9}})-of-(\d{{1,9}}){re.escape(PART_ENDING)}")
+PART_COUNTS = ("designs", "impossible", "feasible")
 BLOCKS_OF_A_PART = 8  # at least: parts are of equal size, but for one block
 MOST_NAMED = 20  # parts that a message names
 
@@ -149,34 +149,34 @@ def sweep_part(
     >>> camopt.merge(["parts"]).designs
     3
     """
-    asked, own = _part_of(asked_of(scene, keep), part), Threads(workers or os.cpu_count() or 1)
-    folder, name = Path(out) / name_of_part(*part), f"{name_of_part(*part)}{PART}"
+    asked, own = _part_of(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
+    folder, name = Path(out) / name_of_part(*part), f"{name_of_part(*part)}{PART_ENDING}"
     question, journal = asked.question(*part), None
 
     def found(answer: Any) -> SweepPart:
         effort = Effort(*answer["effort"])
-        counts = {name: answer[name] for name in COUNTS}
+        counts = {name: answer[name] for name in PART_COUNTS}
         return SweepPart(asked.scene, *part, **counts, effort=effort, file=folder / name, already_done=True)
 
-    if not again and (done := recalled(folder, COMMAND, question, found, tell)):
+    if not again and (done := recalled(folder, PART_COMMAND, question, found, tell)):
         return done
     with ExitStack() as stack:
         stack.enter_context(what_is_kept(lambda: journal.kept if journal else ""))
-        unit = stack.enter_context(published(folder, COMMAND, (name,), question=question.plain))
+        unit = stack.enter_context(published(folder, PART_COMMAND, (name,), question=question.plain))
         journal = stack.enter_context(journal_at(unit.journal, asked, *part, tell))
         foresee(journal, own, engine or own, tell)
-        batches = going_on(journal, engine or own, tell)
+        batches = all_batches(journal, engine or own, tell)
         seen = gathered(asked.space, batches, asked.block, lambda rows: None, progress)
         journal.finish(unit.path(name))
         existing, feasible = seen.existing or 0, seen.feasible or 0
         impossible = seen.evaluated - existing
         result = SweepPart(asked.scene, *part, seen.evaluated, impossible, feasible, seen.effort, folder / name)
-        unit.answer = {name: getattr(result, name) for name in COUNTS} | {"effort": [*seen.effort]}
+        unit.answer = {name: getattr(result, name) for name in PART_COUNTS} | {"effort": [*seen.effort]}
         unit.answer |= beside(result) if beside else {}
     return result
 
 
-def _part_of(asked: Asked, part: tuple[int, int]) -> Asked:
+def _part_of(asked: SweepPlan, part: tuple[int, int]) -> SweepPlan:
     """The sweep in blocks of which each part has some; BadInput if there is no such part.
 
     Rows do not depend on the size of blocks.
@@ -186,8 +186,8 @@ def _part_of(asked: Asked, part: tuple[int, int]) -> Asked:
         why = "two numbers, such as (3, 100): which part, and of how many"
         raise BadInput([Mistake("camopt", "part", part, why)])
     number, parts = part
-    if not 1 <= parts <= MOST_PARTS:
-        mistakes.append(Mistake("camopt", "part", part, f"one of at most {MOST_PARTS:,} parts"))
+    if not 1 <= parts <= SWEEP_PARTS:
+        mistakes.append(Mistake("camopt", "part", part, f"one of at most {SWEEP_PARTS:,} parts"))
     elif not 1 <= number <= parts:
         mistakes.append(Mistake("camopt", "part", part, f"the number of a part, from 1 to {parts:,}"))
     if asked.front_only:
@@ -264,7 +264,7 @@ def merge(
     return result_of(asked, out, searched, progress)
 
 
-def _check_folder(folder: Path, asked: Asked) -> None:
+def _check_folder(folder: Path, asked: SweepPlan) -> None:
     """BadInput if an interrupted sweep of another question is kept in a folder: it would go."""
     found = interrupted(folder, "sweep")
     if found and found.asks_other_than(asked.question()):
@@ -281,7 +281,7 @@ def _files(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
             found[place] = None
             continue
         folders = [place, *sorted(each for each in place.iterdir() if each.is_dir())]
-        files = [file for folder in folders for file in settled_paths(folder, f"*{PART}")]
+        files = [file for folder in folders for file in settled_paths(folder, f"*{PART_ENDING}")]
         if not files:
             raise BadInput([Mistake("camopt", "part", str(place), "a folder with parts of a sweep; this has none")])
         found |= dict.fromkeys(files)
@@ -331,7 +331,7 @@ def _other_than_named(path: Path, question: Question) -> str:
 
 def _named(path: Path) -> tuple[int, int] | None:
     """Which part, and of how many, the name of a file says it is."""
-    found = NAMED.fullmatch(path.name)
+    found = PART_NAME.fullmatch(path.name)
     return (int(found[1]), int(found[2])) if found else None
 
 
@@ -339,7 +339,7 @@ def _no_part(path: Path, why: str) -> Mistake:
     return Mistake("camopt", "part", str(path), f"a whole part of a sweep; {why}")
 
 
-def _checked(questions: dict[Path, Question], mistakes: list[Mistake]) -> Asked:
+def _checked(questions: dict[Path, Question], mistakes: list[Mistake]) -> SweepPlan:
     """What parts together ask; BadInput with all mistakes if they are not all the parts of one sweep."""
     if not questions:
         raise BadInput(mistakes or [Mistake("camopt", "part", None, "missing", bare=True)])

@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 
 from camopt.front.pareto import costs_of
-from camopt.mechanisms import Designs, chained
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms import Designs, concatenate
+from camopt.mechanisms.design import SizeBounds
 from camopt.numerics import FloatArray
 from camopt.problem.limits import pressure_limits
 from camopt.problem.problem import Problem
 from camopt.smallest.closed_form import NUDGES, closed_form, least_size
 from camopt.verdicts.judging import weighed
 
-FIRST, LONGEST, SHORTEST = 1 / 16, 1 / 4, 1e-10  # steps, as shares of a range
-MOST_STEPS = 300
-HALVINGS = 48
-GAIN = 1e-12  # relative: what is less is rounding
+OPENING_STEP, LONGEST_STEP, SHORTEST_STEP = 1 / 16, 1 / 4, 1e-10  # steps, as shares of a range
+SEARCH_STEPS = 300
+STEP_HALVINGS = 48
+LEAST_GAIN = 1e-12  # relative: what is less is rounding
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class PatternSearch:
     """What designs of one programme may vary, and the objective to lower."""
 
     problem: Problem
-    free: Bounds
+    free: SizeBounds
     """The sizes that may vary, with their ranges."""
     objective: str
 
@@ -75,7 +75,7 @@ class PatternSearch:
         """A size below each allowed one, down to which bisection finds designs allowed."""
         low, high = np.full(len(designs), self.free["size"][0]), designs.size
         high = np.where(self.allowed(replace(designs, size=low), ceilings), low, high)
-        for _ in range(HALVINGS):
+        for _ in range(STEP_HALVINGS):
             middle = (low + high) / 2
             held = self.allowed(replace(designs, size=middle), ceilings)
             low, high = np.where(held, low, middle), np.where(held, middle, high)
@@ -95,10 +95,10 @@ def by_search(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) ->
     """Each design at a local optimum, by a pattern search; designs that are not allowed stay."""
     names = [name for name in pattern.free if not (pattern.of_size and name == "size")]
     designs, value = pattern.lowered(designs, ceilings)
-    step = np.where(np.isfinite(value), FIRST, 0.0)
+    step = np.where(np.isfinite(value), OPENING_STEP, 0.0)
     random = np.random.default_rng(0)
-    for _ in range(MOST_STEPS if names else 0):
-        active = np.flatnonzero(step > SHORTEST)
+    for _ in range(SEARCH_STEPS if names else 0):
+        active = np.flatnonzero(step > SHORTEST_STEP)
         if not active.size:
             break
         directions = _directions(random, len(names))
@@ -106,8 +106,8 @@ def by_search(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) ->
         shares = step[index, None] * np.tile(directions, (active.size, 1))
         moved, reached = pattern.lowered(_moved(designs.take(index), pattern.free, names, shares), ceilings[index])
         best = np.argmin(reached.reshape(active.size, -1), axis=1) + np.arange(active.size) * len(directions)
-        better = reached[best] < value[active] - GAIN * np.abs(value[active])
-        step[active] = np.where(better, np.minimum(2 * step[active], LONGEST), step[active] / 2)
+        better = reached[best] < value[active] - LEAST_GAIN * np.abs(value[active])
+        step[active] = np.where(better, np.minimum(2 * step[active], LONGEST_STEP), step[active] / 2)
         value[active[better]] = reached[best[better]]
         designs = designs.replaced(active[better], moved.take(best[better]))
     return designs
@@ -119,7 +119,7 @@ def _directions(random: np.random.Generator, many: int) -> FloatArray:
     return np.concatenate([sign * frame for frame in frames for sign in (1.0, -1.0)])
 
 
-def _moved(designs: Designs, free: Bounds, names: list[str], shares: FloatArray) -> Designs:
+def _moved(designs: Designs, free: SizeBounds, names: list[str], shares: FloatArray) -> Designs:
     """Designs moved by shares of the ranges of some sizes, within them."""
     sizes = designs.sizes
     for name, share in zip(names, shares.T, strict=True):
@@ -139,7 +139,7 @@ def by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: FloatArra
     settled = np.zeros(len(designs), dtype=bool)
     if not index.size:
         return designs, settled
-    least = chained([design for design in found if design is not None])
+    least = concatenate([design for design in found if design is not None])
     open_ = np.arange(index.size)
     for step in NUDGES:
         larger = replace(least, size=least.size + step * least.prime_radius).take(open_)

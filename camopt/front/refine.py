@@ -15,12 +15,12 @@ import numpy as np
 from camopt.effects import EFFECTS
 from camopt.front.pareto import non_dominated, thinned
 from camopt.front.pattern_search import PatternSearch, by_search, polished
-from camopt.mechanisms import Designs, chained
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms import Designs, concatenate
+from camopt.mechanisms.design import SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly
-from camopt.problem.rows import Rows, joined
+from camopt.problem.rows import Rows, concatenate_rows
 from camopt.problem.space import Space, boxes_of
 from camopt.progress import Progress, report_progress
 from camopt.quantities import QUANTITIES
@@ -28,9 +28,9 @@ from camopt.smallest.optimise import SECONDS
 from camopt.smallest.smallest import smallest
 from camopt.verdicts.judging import judged
 
-BLOCK = 1024  # designs that move at once
-LEVELS = 1000  # that fill a curve
-SAME = 1e-9  # of each objective's range: rows nearer than that are one
+MOVED_AT_ONCE = 1024  # designs that move at once
+CURVE_LEVELS = 1000  # that fill a curve
+EQUAL_ROWS = 1e-9  # of each objective's range: rows nearer than that are one
 
 
 def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
@@ -47,31 +47,31 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
     sized = "size" in free and problem.objectives.get(problem.size_name, 0.0) > 0.0
     objective = problem.size_name if sized else decided[0]
     cams = _smallest_cams(space, names) if sized else ()
-    start = non_dominated(joined([grid, *cams]), problem.objectives)
+    start = non_dominated(concatenate_rows([grid, *cams]), problem.objectives)
     groups = list(space.designs_of(start))
-    parts, done, total = [], 0, start.count + LEVELS * len(groups)
+    parts, done, total = [], 0, start.count + CURVE_LEVELS * len(groups)
 
     def at_optima(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Iterator[Designs]:
         nonlocal done
-        for first in range(0, max(len(designs), 1), BLOCK):
-            block = slice(first, first + BLOCK)
+        for first in range(0, max(len(designs), 1), MOVED_AT_ONCE):
+            block = slice(first, first + MOVED_AT_ONCE)
             yield polished(pattern, designs.take(block), ceilings[block])
-            done = min(done + BLOCK, total)
+            done = min(done + MOVED_AT_ONCE, total)
             report_progress(progress, done, total)
 
     for each, index, designs in groups:
         pattern = PatternSearch(exactly(each), free, objective)
         _, held = pattern.costs(designs)
         parts.append(_marked(start.take(index[~held]), False))  # so near a limit that only balls decide
-        designs = chained([designs.take(held), *_ends(pattern, designs.take(held), decided)])
-        designs = chained(at_optima(pattern, designs, pattern.costs(designs)[0]))
-        designs = chained([designs, *at_optima(pattern, *_levels(pattern, designs, decided))])
+        designs = concatenate([designs.take(held), *_ends(pattern, designs.take(held), decided)])
+        designs = concatenate(at_optima(pattern, designs, pattern.costs(designs)[0]))
+        designs = concatenate([designs, *at_optima(pattern, *_levels(pattern, designs, decided))])
         parts.append(_marked(_rows(pattern.problem, designs, names), True))
-    front = non_dominated(joined(parts), problem.objectives)
-    return thinned(front, problem.objectives, SAME)
+    front = non_dominated(concatenate_rows(parts), problem.objectives)
+    return thinned(front, problem.objectives, EQUAL_ROWS)
 
 
-def free_sizes(problem: Problem) -> Bounds:
+def free_sizes(problem: Problem) -> SizeBounds:
     """The sizes that a front moves in: those that ``[search]`` gives a range, and the cam's own if it varies."""
     free = {name: ends for name, ends in boxes_of(problem)[0].items() if ends[1] > ends[0]}
     if problem.size_name.removesuffix("_mm") not in problem.choices.sizes:
@@ -119,7 +119,7 @@ def _levels(pattern: PatternSearch, designs: Designs, decided: list[str]) -> tup
     (other,) = others
     order = np.argsort(costs[:, other], kind="stable")
     known = costs[order, other]
-    levels = np.linspace(known[0], known[-1], LEVELS)
+    levels = np.linspace(known[0], known[-1], CURVE_LEVELS)
     start = order[np.searchsorted(known, levels, side="right") - 1]
     ceilings = costs[start]
     ceilings[:, other] = levels

@@ -7,12 +7,12 @@ import numpy as np
 
 from camopt.front.blocks import Batch
 from camopt.front.pareto import Archive, best_of_laws
-from camopt.problem.rows import Rows, joined
+from camopt.problem.rows import Rows, concatenate_rows
 from camopt.problem.space import Space
 from camopt.progress import Progress, report_progress
 from camopt.verdicts.judging import Effort
 
-NONE = Rows({}, 0)  # where there are no blocks
+NO_ROWS = Rows({}, 0)  # where there are no blocks
 
 
 class Seen(NamedTuple):
@@ -47,7 +47,7 @@ def gathered(
     ``progress`` is called with (designs done, designs in all). Rows are the same however the space was cut.
     """
     designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
-    objectives, total, best = space.problem.objectives, len(space), NONE
+    objectives, total, best = space.problem.objectives, len(space), NO_ROWS
     archive = Archive(objectives, block)
     for batch in batches:
         designs += batch.designs
@@ -56,9 +56,9 @@ def gathered(
         effort = effort.plus(batch.effort)
         reached = max(reached, batch.reached)
         archive.add(batch.front)
-        best = batch.best if best is NONE else best_of_laws(joined([best, batch.best]), objectives)
+        best = batch.best if best is NO_ROWS else best_of_laws(concatenate_rows([best, batch.best]), objectives)
         write(batch.kept)
         report_progress(progress, designs, total)
-    front = NONE if best is NONE else archive.front()
+    front = NO_ROWS if best is NO_ROWS else archive.front()
     reached = float(np.max(front.columns.get("relative_half_width", 0.0), initial=reached))
     return Seen(front, best, effort, reached, designs, existing, feasible)

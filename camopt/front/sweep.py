@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.front.asked import FRONT_ONLY, TABLED, Asked, asked_of, column_names
+from camopt.front.asked import FRONT_ONLY, TABLED, SweepPlan, column_names, sweep_plan
 from camopt.front.blocks import BLOCK
 from camopt.front.checkpoint import Checkpoint, checkpoint_at
 from camopt.front.estimate import foresee
 from camopt.front.front_search import FrontSearch
-from camopt.front.journal import Journal, Tell, going_on, journal_at, recalled, what_is_kept
+from camopt.front.journal import Journal, Tell, all_batches, journal_at, recalled, what_is_kept
 from camopt.front.pareto import Front, best_of_laws, front_of, thinned
 from camopt.front.refine import refined
 from camopt.front.streaming import Seen, gathered
@@ -26,7 +26,7 @@ from camopt.front.told import numbers_of, told_of
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, exactly, resolve
-from camopt.problem.rows import Rows, joined
+from camopt.problem.rows import Rows, concatenate_rows
 from camopt.problem.space import Space
 from camopt.progress import Progress
 from camopt.quantities import QUANTITIES
@@ -36,7 +36,7 @@ from camopt.storage.files import write_text
 from camopt.storage.publishing import published
 from camopt.storage.unit import Unit
 from camopt.tables.cells import to_json
-from camopt.tables.columns import bounds_of, columns_of, joined_laws, laws_shown, with_law
+from camopt.tables.columns import bounds_shown, columns_of, joined_laws, laws_shown, with_law
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import ByLaw, Design
 from camopt.tables.layout import Table, table_of
@@ -44,8 +44,8 @@ from camopt.tables.table import TableWriter, schema, table_file
 from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, weighed
 
 MOST_LOOKED_AT = 1 << 22  # designs for the nearest miss: to find nothing does not take twice as long
-COMMAND, SCENE = "sweep", "scene.toml"
-FILES = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", SCENE)
+SWEEP_COMMAND, SWEEP_SCENE = "sweep", "scene.toml"
+SWEEP_FILES = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", SWEEP_SCENE)
 """Names of files that sweeps write, each some of them."""
 
 
@@ -141,7 +141,7 @@ class Sweep(Shown):
         knee, search, problem = [self.front.knee], self.scene.search, resolve(self.scene)
         columns = columns_of(problem, with_law(self.best.values()), (*search.minimise, *search.maximise))
         names = [*laws_shown(knee), *(name for name in columns if not name.startswith("law"))]
-        return table_of("Its knee", with_law(knee), names, bounds_of(problem))
+        return table_of("Its knee", with_law(knee), names, bounds_shown(problem))
 
     @property
     def shown_cam(self) -> Scene | None:
@@ -224,7 +224,7 @@ def sweep(
     (9, 0)
     """
     # without a table nobody reads its rows; the front is the same
-    asked = asked_of(scene, keep if out is not None or keep != "feasible" else "pareto", block)
+    asked = sweep_plan(scene, keep if out is not None or keep != "feasible" else "pareto", block)
     own = Threads(workers or os.cpu_count() or 1)
     if asked.front_only and engine:
         why = "decides boxes of designs on this machine alone; pareto gives the same front"
@@ -246,7 +246,7 @@ def sweep(
         if journal is None:
             return gathered(asked.space, asked.batches(asked.numbers(), engine or own), block, write, progress)
         foresee(journal, own, engine or own, tell)
-        return gathered(asked.space, going_on(journal, engine or own, tell), block, write, progress)
+        return gathered(asked.space, all_batches(journal, engine or own, tell), block, write, progress)
 
     return result_of(asked, out, searched, progress, lambda path: journal_at(path, asked, tell=tell), beside)
 
@@ -266,7 +266,7 @@ Keeper = TypeVar("Keeper", bound=Keeps)
 
 
 def result_of(
-    asked: Asked,
+    asked: SweepPlan,
     out: str | os.PathLike[str] | None,
     search: Callable[[Keeper | None, Write], Seen],
     progress: Progress | None,
@@ -312,17 +312,17 @@ def result_of(
             for table, found in (("pareto", rows), ("pareto-grid", grid), ("designs", grid)):
                 if table in tables and (table != "designs" or asked.keep == "pareto"):
                     tables[table].append(found)
-            write_text(unit.path(SCENE), scene.to_toml())
+            write_text(unit.path(SWEEP_SCENE), scene.to_toml())
             unit.answer = told_of(result) | (beside(result) if beside else {})
     return result
 
 
-def _published(out: str | os.PathLike[str], asked: Asked) -> AbstractContextManager[Unit]:
+def _published(out: str | os.PathLike[str], asked: SweepPlan) -> AbstractContextManager[Unit]:
     """Where a sweep writes its files."""
-    return published(out, COMMAND, files_of(asked), stale=FILES, question=asked.question().plain)
+    return published(out, SWEEP_COMMAND, files_of(asked), stale=SWEEP_FILES, question=asked.question().plain)
 
 
-def swept_already(asked: Asked, out: str | os.PathLike[str], tell: Tell | None) -> Sweep | None:
+def swept_already(asked: SweepPlan, out: str | os.PathLike[str], tell: Tell | None) -> Sweep | None:
     """The result of a sweep that is in a folder already; None if it is not."""
 
     def found(answer: Any) -> Sweep:
@@ -330,7 +330,7 @@ def swept_already(asked: Asked, out: str | os.PathLike[str], tell: Tell | None) 
         files = _places(asked, Path(out))
         return Sweep(scene=asked.scene, designs=len(asked.space), files=files, already_done=True, **numbers)
 
-    return recalled(out, COMMAND, asked.question(), found, tell)
+    return recalled(out, SWEEP_COMMAND, asked.question(), found, tell)
 
 
 def _nowhere(rows: Rows) -> None:
@@ -350,7 +350,7 @@ class Compared(NamedTuple):
     """What the next smaller cam of the space would exceed, of each of these."""
 
 
-def _compared(asked: Asked, found: Seen, progress: Progress | None) -> Compared:
+def _compared(asked: SweepPlan, found: Seen, progress: Progress | None) -> Compared:
     """What people compare of a search."""
     space, search, objectives = asked.space, asked.scene.search, asked.problem.objectives
     rows = refined(space, found.front, progress) if search.refine else found.front
@@ -367,7 +367,7 @@ def file_name(table: str) -> str:
     return f"{table}.parquet"
 
 
-def _tables(stack: ExitStack, unit: Unit, asked: Asked) -> dict[str, TableWriter]:
+def _tables(stack: ExitStack, unit: Unit, asked: SweepPlan) -> dict[str, TableWriter]:
     """The tables of a sweep by name, open until the stack is left."""
     scene = asked.scene.to_toml()
     return {
@@ -376,7 +376,7 @@ def _tables(stack: ExitStack, unit: Unit, asked: Asked) -> dict[str, TableWriter
     }
 
 
-def _columns(asked: Asked) -> dict[str, tuple[str, ...]]:
+def _columns(asked: SweepPlan) -> dict[str, tuple[str, ...]]:
     """The columns of the tables of a sweep, by table."""
     names, refine = asked.names, asked.scene.search.refine
     columns = {} if asked.keep == FRONT_ONLY else {"designs": names}
@@ -384,12 +384,12 @@ def _columns(asked: Asked) -> dict[str, tuple[str, ...]]:
     return columns | ({"pareto-grid": names} if refine else {})
 
 
-def files_of(asked: Asked) -> tuple[str, ...]:
+def files_of(asked: SweepPlan) -> tuple[str, ...]:
     """The names of the files that a sweep writes."""
-    return (*map(file_name, _columns(asked)), SCENE)
+    return (*map(file_name, _columns(asked)), SWEEP_SCENE)
 
 
-def _places(asked: Asked, folder: Path) -> tuple[Path, ...]:
+def _places(asked: SweepPlan, folder: Path) -> tuple[Path, ...]:
     return tuple(folder / name for name in files_of(asked))
 
 
@@ -407,14 +407,14 @@ def to_compare(space: Space, *tables: Rows) -> list[Rows]:
     names = frozenset[str]().union(*(rows.columns for rows in tables))
     everywhere = names.intersection(*(rows.columns for rows in tables))
     parts, places = [], []
-    for problem, index, designs in space.designs_of(joined(rows.only(everywhere) for rows in tables)):
+    for problem, index, designs in space.designs_of(concatenate_rows(rows.only(everywhere) for rows in tables)):
         for first in range(0, index.size, BLOCK):
             some = slice(first, first + BLOCK)
             parts.append(as_evaluated(problem, designs.take(some), names))
             places.append(index[some])
     if not parts:
         return [*tables]
-    found, ends = joined(parts), np.cumsum([rows.count for rows in tables])
+    found, ends = concatenate_rows(parts), np.cumsum([rows.count for rows in tables])
     order = np.split(np.argsort(np.concatenate(places)), ends[:-1])
     return [_renewed(rows, found.take(index)) for rows, index in zip(tables, order, strict=True)]
 
@@ -450,7 +450,7 @@ def binding_limits(count: int, index: NDArray[np.intp], smaller: Rows) -> list[s
     return held
 
 
-def nearest_miss_of_space(asked: Asked) -> Design | None:
+def nearest_miss_of_space(asked: SweepPlan) -> Design | None:
     """The design of the space that misses its limits the least, with its quantities; of many, of some blocks."""
     space = asked.space
     best: tuple[tuple[float, float], Problem, Designs] | None = None

@@ -11,7 +11,7 @@ from camopt.scene.scene import Scene
 from camopt.tables.designs import ByLaw, Design
 from camopt.verdicts.judging import Effort
 
-COUNTS: dict[str, Any] = {
+KEPT_FIELDS: dict[str, Any] = {
     **dict.fromkeys(("impossible", "feasible"), int | None),
     **dict.fromkeys(("pareto", "evaluated", "boxes", "decided_by_boxes"), int),
     "reached": float | int,
@@ -24,7 +24,7 @@ def told_of(result: Any) -> dict[str, Any]:
     """What is kept of a ``Sweep``, in what JSON takes."""
     front, miss = result.front, result.nearest_miss
     return {
-        **{name: getattr(result, name) for name in COUNTS},
+        **{name: getattr(result, name) for name in KEPT_FIELDS},
         "effort": [*result.effort],
         "best": {laws: _plain(design) for laws, design in result.best.items()},
         "nearest_miss": miss and [_plain(miss), miss.searched.to_toml()],
@@ -35,10 +35,10 @@ def told_of(result: Any) -> dict[str, Any]:
 def numbers_of(told: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
     """The same as fields of a ``Sweep``; an error of some kind if it was not ``told_of`` one."""
     front, miss = told["front"], told["nearest_miss"]
-    if not all(isinstance(told[name], kind) for name, kind in COUNTS.items()):
+    if not all(isinstance(told[name], kind) for name, kind in KEPT_FIELDS.items()):
         raise TypeError
     return {
-        **{name: told[name] for name in COUNTS},
+        **{name: told[name] for name in KEPT_FIELDS},
         "effort": Effort(*told["effort"]),
         "best": ByLaw((laws, _design(row, scene)) for laws, row in told["best"].items()),
         "nearest_miss": miss and _design(miss[0], Scene.embedded(miss[1], scene.file)),

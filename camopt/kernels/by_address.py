@@ -16,7 +16,7 @@ from camopt.kernels.arguments import ADDRESS, NONE, Code
 from camopt.kernels.compile import called_by_kernels
 
 
-def address_of(values):
+def address_of_values(values):
     """Where a kernel keeps some values until it returns; what is there is read by ``[0]``."""
     return (values,)
 

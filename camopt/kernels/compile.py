@@ -24,14 +24,14 @@ Value = TypeVar("Value")
 Kinds = tuple[Any, ...]
 """The types of a kernel's arguments."""
 
-FEW = 600  # numbers in the largest array to fill: for more, a kernel is compiled at once
+SMALL_ARRAY = 600  # numbers in the largest array to fill: for more, a kernel is compiled at once
 PAYS = 4.0  # seconds of plain runs of a kernel, whenever, after which it is compiled, which takes about as long
 LINKER = 0.05  # seconds of plain runs of all kernels after which llvmlite is imported, which takes about as long
 NEVER = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # whether everything runs as it is written
-LOCK = RLock()
+COMPILE_LOCK = RLock()
 
 
-class Part:
+class KernelPart:
     """A function that kernels compile into themselves; called from Python it runs as it is written."""
 
     def __init__(self, function: Callable[..., Any], *, inline: bool = False) -> None:
@@ -55,7 +55,7 @@ class Part:
         return dispatcher_of(self)
 
 
-class Kernel(Part):
+class Kernel(KernelPart):
     """A kernel that is compiled when it is called, and kept on disk. It returns nothing and raises nothing."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -72,7 +72,7 @@ class Kernel(Part):
     def machine_code(self, kinds: Kinds) -> "MachineCode":
         """What runs for arguments of some types: from disk, or compiled; once, whatever threads ask for it."""
         if kinds not in self.made:
-            with LOCK:
+            with COMPILE_LOCK:
                 if kinds not in self.made:
                     self.made[kinds] = self._loaded(kinds)
         return self.made[kinds]
@@ -133,7 +133,7 @@ class KernelForMany(Kernel):
     @staticmethod
     def dear(arguments: tuple[Any, ...]) -> bool:
         """Whether a call has many numbers to fill in."""
-        return max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0) > FEW
+        return max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0) > SMALL_ARRAY
 
     def plain(self, arguments: tuple[Any, ...]) -> float:
         """Seconds of a run as it is written."""
@@ -145,10 +145,10 @@ class KernelForMany(Kernel):
 
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a function into each kernel that calls it: a call left standing would keep a loop out of vectors."""
-    return Part(function, inline=True)
+    return KernelPart(function, inline=True)
 
 
-called_by_kernels: Callable[..., Any] = Part
+called_by_kernels: Callable[..., Any] = KernelPart
 """Compile a function that kernels call, but not for each number."""
 
 compiled: Callable[..., Any] = Kernel
@@ -158,7 +158,7 @@ compiled_for_many: Callable[..., Any] = KernelForMany
 """As ``compiled``, but plain Python where a call fills arrays of a few numbers."""
 
 
-VALUES: list[tuple[type, tuple[str, ...]]] = []
+VALUE_TYPES: list[tuple[type, tuple[str, ...]]] = []
 """What numba is still to be told: classes that are value types inside kernels, and the fields they are made of."""
 
 CHOICES: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
@@ -169,7 +169,7 @@ def value_type(*fields: str) -> Callable[[type[Value]], type[Value]]:
     """Mark a class whose objects are numbers under these names, and in kernels as many registers."""
 
     def register(owner: type[Value]) -> type[Value]:
-        VALUES.append((owner, fields))
+        VALUE_TYPES.append((owner, fields))
         return owner
 
     return register

@@ -5,7 +5,7 @@ from typing import Any
 
 from llvmlite import binding
 
-from camopt.kernels.compile import LOCK, Kernel, Kinds, Part
+from camopt.kernels.compile import COMPILE_LOCK, Kernel, KernelPart, Kinds
 from camopt.kernels.compiling import COMPILING
 from camopt.mistakes import BadInput, Mistake
 
@@ -50,7 +50,7 @@ event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
 class Dispatcher(CPUDispatcher):
     """What numba compiles a marked function by."""
 
-    part: Part
+    part: KernelPart
 
     def compile(self, signature: Any) -> Any:
         with global_compiler_lock:
@@ -58,15 +58,15 @@ class Dispatcher(CPUDispatcher):
         return super().compile(signature)
 
 
-def dispatcher_of(part: Part) -> Any:
+def dispatcher_of(part: KernelPart) -> Any:
     """What numba compiles a function by: one for each, whatever threads ask for it, and whole before any has it."""
-    with LOCK:
+    with COMPILE_LOCK:
         if "dispatcher" not in vars(part):
             vars(part)["dispatcher"] = _made(part)
         return vars(part)["dispatcher"]
 
 
-def _made(part: Part) -> Any:
+def _made(part: KernelPart) -> Any:
     options = UNWRAPPED if isinstance(part, Kernel) else INLINE if part.inline else LINKED
     made: Any = numba.njit(**options, **FLAGS)(part.py_func)
     made.__class__ = Dispatcher

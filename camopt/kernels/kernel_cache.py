@@ -23,7 +23,7 @@ from platformdirs import user_cache_path
 from camopt.kernels.machine_code import ObjectCode, processor
 from camopt.kernels.version import version_of_kernels
 
-DIGEST = sha256().digest_size
+DIGEST_SIZE = sha256().digest_size
 UNUSED = 30 * 24 * 3600.0  # seconds after which a folder of another version is removed
 TENTH = 0.1
 
@@ -35,7 +35,7 @@ def checked(content: bytes) -> bytes:
 
 def content_of(data: bytes) -> bytes | None:
     """The content of a checked file; None if it is not what was written."""
-    digest, content = data[:DIGEST], data[DIGEST:]
+    digest, content = data[:DIGEST_SIZE], data[DIGEST_SIZE:]
     return content if sha256(content).digest() == digest else None
 
 
@@ -65,9 +65,9 @@ class KernelFile:
             content = content_of(self._file.read_bytes())
         except OSError:
             return None
-        if content is None or content[:DIGEST] != self._key:
+        if content is None or content[:DIGEST_SIZE] != self._key:
             return None
-        name, _, code = content[DIGEST:].partition(b"\n")
+        name, _, code = content[DIGEST_SIZE:].partition(b"\n")
         return ObjectCode(name.decode(), code)
 
     def write(self, code: ObjectCode) -> None:

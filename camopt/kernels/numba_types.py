@@ -24,8 +24,8 @@ from numba.extending import (
 )
 
 from camopt.kernels.arguments import Code, Record
-from camopt.kernels.by_address import address_of, call, code_of
-from camopt.kernels.compile import CHOICES, VALUES, Part
+from camopt.kernels.by_address import address_of_values, call, code_of
+from camopt.kernels.compile import CHOICES, VALUE_TYPES, KernelPart
 
 
 class PartLibrary(JITCodeLibrary):
@@ -62,7 +62,7 @@ LINKED: Any = {"pipeline_class": PartCompiler, **UNWRAPPED}
 INLINE: Any = {"forceinline": True, **LINKED}
 
 
-@typeof_impl.register(Part)
+@typeof_impl.register(KernelPart)
 def _type_part(part, context):
     return types.Dispatcher(part.dispatcher)
 
@@ -141,8 +141,8 @@ def _tell_choice(function: Callable[..., Any], choose: Callable[..., Any]) -> No
 
 def tell_numba() -> None:
     """Tell numba of what has been marked since it was told last."""
-    while VALUES:
-        _tell_value(*VALUES.pop(0))
+    while VALUE_TYPES:
+        _tell_value(*VALUE_TYPES.pop(0))
     while CHOICES:
         _tell_choice(*CHOICES.pop(0))
 
@@ -161,12 +161,12 @@ class CodeType(types.Type):
 register_model(CodeType)(models.OpaqueModel)
 
 
-@type_callable(address_of)
+@type_callable(address_of_values)
 def _type_address_of(context):
     return lambda values: types.voidptr
 
 
-@lower_builtin(address_of, types.Any)
+@lower_builtin(address_of_values, types.Any)
 def _lower_address_of(context, builder, signature, arguments):
     return builder.bitcast(cgutils.alloca_once_value(builder, arguments[0]), cgutils.voidptr_t)
 

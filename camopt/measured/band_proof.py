@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from flint import arb, arb_mat, fmpq
 
-from camopt.measured.reading import TURN, Points
+from camopt.measured.reading import FULL_TURN, MeasuredPoints
 from camopt.motion.programme import Programme
 from camopt.verdicts.ball import precisely
 from camopt.verdicts.exact_laws import pieces_of
@@ -49,11 +49,11 @@ class _Span(NamedTuple):
 
 
 @precisely()
-def deviation(programme: Programme, points: Points, start: float, zero: float, band: float) -> Deviation:
+def prove_band(programme: Programme, points: MeasuredPoints, start: float, zero: float, band: float) -> Deviation:
     """How far a motion is from points, whose angle ``start`` (deg) and lift ``zero`` are its 0 and 0."""
     once = list(_spans(programme))  # and again: lines between points may go beyond the end of the turn
     spans = once + [each._replace(start=once[-1].end + each.start, end=once[-1].end + each.end) for each in once]
-    first, turn = _exact(start), fmpq(int(TURN))
+    first, turn = _exact(start), fmpq(int(FULL_TURN))
     found = [
         (_turned(_exact(a) - first, turn), _exact(y) - _exact(zero), k)
         for k, (a, y) in enumerate(zip(points.angles, points.lifts, strict=True))

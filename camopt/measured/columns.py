@@ -9,14 +9,14 @@ from re import Pattern
 from typing import NamedTuple
 
 from camopt.measured.number_table import NumberTable, bad
-from camopt.mistakes import BadInput, Mistake, listed
+from camopt.mistakes import BadInput, Mistake, listed_words
 
-TURNS = {"deg": 360.0, "rad": tau}
+TURN_IN_UNIT = {"deg": 360.0, "rad": tau}
 """The angle of a turn in each unit."""
-LENGTHS = {"mm": 1.0, "inch": 25.4}
+MM_PER_UNIT = {"mm": 1.0, "inch": 25.4}
 """Units of lengths in mm."""
-ANGLE_UNITS, LIFT_UNITS = tuple(TURNS), (*LENGTHS, "deg")
-FAR = 1e6  # that any number may be from 0
+ANGLE_UNITS, LIFT_UNITS = tuple(TURN_IN_UNIT), (*MM_PER_UNIT, "deg")
+LARGEST_MEASURED = 1e6  # that any number may be from 0
 SPELLED = {
     **dict.fromkeys(("mm", "millimetre", "millimeter", "millimetres", "millimeters"), "mm"),
     **dict.fromkeys(("inch", "inches", "in", "zoll", '"'), "inch"),
@@ -28,7 +28,7 @@ SPELLED = {
 """Units in the words above a column."""
 
 
-class Kind(NamedTuple):
+class TableKind(NamedTuple):
     """What two columns are, and the words above them that say so."""
 
     first: str
@@ -41,16 +41,20 @@ def _words_of(pattern: str) -> Pattern[str]:
     return re.compile(pattern, re.IGNORECASE)
 
 
-ANGLES = _words_of(r"angle|winkel|deg|°|grad|rad|theta|θ|phi|φ|rotation")
-LIFT = Kind("angle", "lift", ANGLES, _words_of(r"lift|hub|displacement|travel|rise|stroke|weg|height|\by\b|\bs\b"))
-POLAR = Kind("angle", "distance", ANGLES, _words_of(r"radius|radii|distance|abstand|polar|rho|ρ|\br\b"))
-XY = Kind("x", "y", _words_of(r"\bx\b"), _words_of(r"\by\b"))
-PROFILES = {"polar": POLAR, "xy": XY}
+ANGLE_WORDS = _words_of(r"angle|winkel|deg|°|grad|rad|theta|θ|phi|φ|rotation")
+LIFT_TABLE = TableKind(
+    "angle", "lift", ANGLE_WORDS, _words_of(r"lift|hub|displacement|travel|rise|stroke|weg|height|\by\b|\bs\b")
+)
+POLAR_TABLE = TableKind(
+    "angle", "distance", ANGLE_WORDS, _words_of(r"radius|radii|distance|abstand|polar|rho|ρ|\br\b")
+)
+XY = TableKind("x", "y", _words_of(r"\bx\b"), _words_of(r"\by\b"))
+PROFILES = {"polar": POLAR_TABLE, "xy": XY}
 """The forms that points of a profile have."""
 
 
 @dataclass(frozen=True)
-class Columns:
+class TableColumns:
     """What the columns of a table are: their names or numbers (from 1), units, and the angle of a whole turn.
 
     None stands for what the table itself says. ``turn`` is in the unit of the angles: 720 deg of a crankshaft.
@@ -60,12 +64,12 @@ class Columns:
     angle_unit: str = "deg"
     lift_unit: str = "mm"
     turn: float | None = None
-    kind: Kind = LIFT
+    kind: TableKind = LIFT_TABLE
 
     @property
     def whole(self) -> float:
         """The angle of a whole turn of the cam."""
-        return self.turn or TURNS[self.angle_unit]
+        return self.turn or TURN_IN_UNIT[self.angle_unit]
 
     def check(self) -> None:
         """Whether units and turn are what they can be."""
@@ -79,13 +83,13 @@ class Columns:
         ]
         if self.turn is not None and self.kind is XY:
             mistakes.append(Mistake("camopt", "turn", self.turn, "left out: points x, y have no angles"))
-        elif self.turn is not None and not (isinstance(self.turn, Real) and 0.0 < self.turn <= FAR):
+        elif self.turn is not None and not (isinstance(self.turn, Real) and 0.0 < self.turn <= LARGEST_MEASURED):
             mistakes.append(Mistake("camopt", "turn", self.turn, "the angle of a whole turn, above 0"))
         if mistakes:
             raise BadInput(mistakes)
 
 
-def chosen_columns(name: str, table: NumberTable, columns: Columns) -> tuple[int | None, int]:
+def chosen_columns(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
     """The places of the two columns; no angle where a table has lifts or distances alone.
 
     Raises
@@ -100,7 +104,7 @@ def chosen_columns(name: str, table: NumberTable, columns: Columns) -> tuple[int
     return first, second
 
 
-def _chosen(name: str, table: NumberTable, columns: Columns) -> tuple[int | None, int]:
+def _chosen(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
     kind, width = columns.kind, len(table.names)
     if columns.chosen is not None:
         if len(columns.chosen) not in (1, 2):
@@ -108,7 +112,7 @@ def _chosen(name: str, table: NumberTable, columns: Columns) -> tuple[int | None
             raise BadInput([Mistake("camopt", "columns", list(columns.chosen), what)])
         places = [_place(name, table.names, each) for each in columns.chosen]
         return (None, places[0]) if len(places) == 1 else (places[0], places[1])
-    if kind is LIFT:
+    if kind is LIFT_TABLE:
         _check_no_profile(name, table.names)
     if width == 1:
         return None, 0
@@ -121,7 +125,7 @@ def _chosen(name: str, table: NumberTable, columns: Columns) -> tuple[int | None
     raise bad(name, "columns", named, f"which are {kind.first} and {kind.second}? Give their columns, such as 1,2")
 
 
-def _named(kind: Kind, names: Sequence[str]) -> tuple[int | None, int | None]:
+def _named(kind: TableKind, names: Sequence[str]) -> tuple[int | None, int | None]:
     """The places of the columns whose words say what they are."""
     second = next((k for k, words in enumerate(names) if kind.second_words.search(words)), None)
     first = next((k for k, words in enumerate(names) if kind.first_words.search(words) and k != second), None)
@@ -134,7 +138,7 @@ def _check_no_profile(name: str, names: Sequence[str]) -> None:
         first, second = _named(kind, names)
         if first is not None and second is not None:
             others = (words for k, words in enumerate(names) if k != second)
-            if not any(LIFT.second_words.search(words) for words in others):
+            if not any(LIFT_TABLE.second_words.search(words) for words in others):
                 what = (
                     f"are points of a profile? Then say so (profile {form}); if not, give the columns, such as 1,2"
                 )
@@ -148,14 +152,18 @@ def _place(name: str, names: Sequence[str], chosen: str | int) -> int:
         return names.index(word)
     if word.isdecimal() and 1 <= int(word) <= len(names):
         return int(word) - 1
-    known = listed([words for words in names if words])
+    known = listed_words([words for words in names if words])
     numbers = f"a number from 1 to {len(names)}" + (f", or one of: {known}" if known else "")
     raise BadInput([Mistake(name, "columns", chosen, numbers)])
 
 
-def _check_units(name: str, names: Sequence[str], first: int | None, second: int, columns: Columns) -> None:
+def _check_units(name: str, names: Sequence[str], first: int | None, second: int, columns: TableColumns) -> None:
     """Whether the words above a column name another unit than the one that is taken."""
-    lengths = columns.lift_unit, "unit of the lifts", LIFT_UNITS if columns.kind is LIFT else tuple(LENGTHS)
+    lengths = (
+        columns.lift_unit,
+        "unit of the lifts",
+        LIFT_UNITS if columns.kind is LIFT_TABLE else tuple(MM_PER_UNIT),
+    )
     places = [(second, *lengths)]
     if first is not None:
         angles = columns.angle_unit, "unit of the angles", ANGLE_UNITS

@@ -9,18 +9,18 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from camopt.measured.number_table import MOST_ROWS, Cell, Row
+from camopt.measured.number_table import TABLE_ROWS, NumberedRow, TableCell
 
 COMMENT = re.compile(r"\s*(#|%|//|!)")
-NUMBERS = {
+NUMBER_FORMS = {
     ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?"),
     ",": re.compile(r"[+-]?(\d+(,\d+)?|,\d+)([eEdD][+-]?\d+)?"),
 }
 BLANKS = r"\s+"
 DELIMITERS = (r"\t", ";", r"\|", ",", BLANKS)
 DISTINCT = 0.9  # of the angles of a table, at least
-MOST_LINES = 2 * MOST_ROWS  # with comments and empty ones
-LONGEST_LINE = 2000  # characters
+MOST_LINES = 2 * TABLE_ROWS  # with comments and empty ones
+MOST_CHARACTERS = 2000  # characters
 
 
 class Dialect(NamedTuple):
@@ -29,7 +29,7 @@ class Dialect(NamedTuple):
     delimiter: str
     decimal: str
 
-    def cells(self, line: str) -> list[Cell]:
+    def cells(self, line: str) -> list[TableCell]:
         """The cells of a line, but for empty ones at its end."""
         line = line.partition("#")[0].strip(None if self.delimiter == BLANKS else " \r\n")
         found = [self._cell(word.strip(" \t\"'\u00a0")) for word in re.split(self.delimiter, line)]
@@ -37,24 +37,24 @@ class Dialect(NamedTuple):
             found.pop()
         return found
 
-    def _cell(self, word: str) -> Cell:
+    def _cell(self, word: str) -> TableCell:
         word = word.replace("\u2212", "-")
-        if not NUMBERS[self.decimal].fullmatch(word):
+        if not NUMBER_FORMS[self.decimal].fullmatch(word):
             return word
         return float(re.sub("[dD]", "e", word.replace(",", ".")))
 
-    def rows(self, lines: Sequence[str]) -> list[Row]:
+    def rows(self, lines: Sequence[str]) -> list[NumberedRow]:
         """The rows of some lines; comments and empty lines are none."""
         found = (
             (number, self.cells(line)) for number, line in enumerate(lines, start=1) if not COMMENT.match(line)
         )
-        return [Row(number, cells) for number, cells in found if cells]
+        return [NumberedRow(number, cells) for number, cells in found if cells]
 
 
-DIALECTS = [Dialect(mark, sign) for mark in DELIMITERS for sign in NUMBERS if mark != sign]
+DIALECTS = [Dialect(mark, sign) for mark in DELIMITERS for sign in NUMBER_FORMS if mark != sign]
 
 
-def text_rows(text: str) -> list[Row]:
+def text_rows(text: str) -> list[NumberedRow]:
     """The rows of a text, read in the way that makes numbers of the most of them.
 
     A ValueError says if it has too many lines, or one that is too long.
@@ -63,12 +63,12 @@ def text_rows(text: str) -> list[Row]:
     if len(lines) > MOST_LINES:
         raise ValueError(f"has {len(lines)} lines; the most are {MOST_LINES}")
     for number, line in enumerate(lines, start=1):
-        if len(line) > LONGEST_LINE:
-            raise ValueError(f"has {len(line)} characters in line {number}; the most are {LONGEST_LINE}")
+        if len(line) > MOST_CHARACTERS:
+            raise ValueError(f"has {len(line)} characters in line {number}; the most are {MOST_CHARACTERS}")
     return max((dialect.rows(lines) for dialect in DIALECTS), key=_likelihood)
 
 
-def _likelihood(rows: list[Row]) -> tuple[int, int]:
+def _likelihood(rows: list[NumberedRow]) -> tuple[int, int]:
     """How many rows are numbers; of ways that are equal in it, one whose first column may be angles.
 
     "1,25" in every line may be an angle and a lift, or a lift with a decimal comma.
@@ -79,7 +79,7 @@ def _likelihood(rows: list[Row]) -> tuple[int, int]:
     return len(numeric), 2 if len({cells[0] for cells in numeric}) >= DISTINCT * len(numeric) else 0
 
 
-def decoded(data: bytes) -> str:
+def decode(data: bytes) -> str:
     """Text of whatever program: UTF-8, UTF-16 with its mark, or Latin-1; a ValueError says what is no text."""
     for mark, encoding in ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig")):
         if data.startswith(mark):

@@ -12,33 +12,35 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camopt.measured.band_proof import deviation
-from camopt.measured.columns import LENGTHS, LIFT, PROFILES, Columns
+from camopt.measured.band_proof import prove_band
+from camopt.measured.columns import LIFT_TABLE, MM_PER_UNIT, PROFILES, TableColumns
 from camopt.measured.fitted import Fit
-from camopt.measured.fitted_scene import LEVEL_DIGITS, Segments, segments_of
+from camopt.measured.fitted_scene import LEVEL_DIGITS, Segments, fitted_segments
 from camopt.measured.least_jerk import Freest, Node, Room, freest, least_band, nodes_of, shaped
-from camopt.measured.noise import NARROWEST, Errors, band_factor, errors_of, noise_of, outliers
+from camopt.measured.noise import LEAST_BAND, ErrorSize, band_factor, errors_of, noise_of, outliers
 from camopt.measured.outline import EARLIER, outline_of
 from camopt.measured.profile import MeasuredProfile, Touched, touched
-from camopt.measured.reading import Points, read_points
+from camopt.measured.reading import MeasuredPoints, read_points
 from camopt.mechanisms.body import BODIES, DISC
 from camopt.mechanisms.follower import OSCILLATING, TRANSLATING
 from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
 from camopt.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.scene import Scene
 
-MARGINS = (1e-6, 1e-2)  # of the band, the least and the largest, for rounding and a solver's error
-SOLVED = 1e-8  # of the range of the lifts: what a solver leaves of a limit
+BAND_MARGINS = (1e-6, 1e-2)  # of the band, the least and the largest, for rounding and a solver's error
+SOLVER_SHARE = 1e-8  # of the range of the lifts: what a solver leaves of a limit
 OF_THE_MOTION = {
     "search": ("law", "law_rise", "law_return", "angle_rise", "angle_return", "angle_dwell"),
     "synthesis": ("points",),
 }
 """Keys of tables that are about the motion which is replaced."""
-BEYOND = 1.5  # times the largest error about, where it is no normal one: what the band is
-WIDEST = 3.5  # times the band of normal errors: further off is none of them, but a corner
-TROUBLE = 1.25  # times the least jerk of all motions: what dwells and turns cost where they are not those measured
+ABNORMAL_FACTOR = 1.5  # times the largest error about, where it is no normal one: what the band is
+CORNER_FACTOR = 3.5  # times the band of normal errors: further off is none of them, but a corner
+JERK_TROUBLE = (
+    1.25  # times the least jerk of all motions: what dwells and turns cost where they are not those measured
+)
 MOST_NODES = 60  # dwells and turns: more are those of errors
-NAMED = 6  # rows at most
+ROWS_NAMED = 6  # rows at most
 HARDLY_MOVING = [{"segment": kind, "angle": 180.0, "lift": 1e-9, "law": "cycloidal"} for kind in ("rise", "return")]
 """The motion of a cam whose own is not known yet."""
 
@@ -124,8 +126,8 @@ def fit(
     """
     tables = _without_motion(scene)
     profile = points if isinstance(points, MeasuredProfile) else None
-    kind = PROFILES[profile.form] if profile else LIFT
-    columns_ = Columns(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn, kind)
+    kind = PROFILES[profile.form] if profile else LIFT_TABLE
+    columns_ = TableColumns(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn, kind)
     measured = read_points(points.points if isinstance(points, MeasuredProfile) else points, columns_)
     tables.setdefault("name", printable(Path(measured.file).stem))
     file = scene.file if isinstance(scene, Scene) else "scene"
@@ -165,7 +167,7 @@ def _resting(tables: Mapping[str, Any], radius: float, file: str) -> Problem:
 
 
 def _touched(
-    profile: MeasuredProfile, points: Points, tables: Mapping[str, Any], file: str, keep_outliers: bool
+    profile: MeasuredProfile, points: MeasuredPoints, tables: Mapping[str, Any], file: str, keep_outliers: bool
 ) -> Touched:
     """The follower of a scene at the points of a profile."""
     profile.check(points)
@@ -193,7 +195,7 @@ def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredPr
     """The unit of the lifts, or of a profile: that of the follower's motion, or one that fits to it."""
     follower = tables.get("follower")
     angular = isinstance(follower, Mapping) and follower.get("motion") == OSCILLATING.name and not profile
-    known = ("deg",) if angular else tuple(LENGTHS)
+    known = ("deg",) if angular else tuple(MM_PER_UNIT)
     if given is not None and given not in known:
         of = "a profile" if profile else f"{(OSCILLATING if angular else TRANSLATING).words} follower"
         what = f"{' or '.join(known)} for {of}"
@@ -201,21 +203,21 @@ def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredPr
     return given or known[0]
 
 
-def _least(points: Points) -> float:
+def _least(points: MeasuredPoints) -> float:
     """The least band of points."""
-    return NARROWEST * float(np.ptp(points.lifts))
+    return LEAST_BAND * float(np.ptp(points.lifts))
 
 
 def _check_band(band: float | None, least: float) -> None:
     """Whether a band that is given can be one."""
     if band is not None and not (isinstance(band, Real) and isfinite(band) and band >= least):
-        raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, a {NARROWEST:g} of the lift")])
+        raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, a {LEAST_BAND:g} of the lift")])
 
 
-def _usual(points: Points, errors: Errors) -> Room:
+def _usual(points: MeasuredPoints, errors: ErrorSize) -> Room:
     """What normal errors leave in one file of twenty, and no less than numbers bear; more if one is larger."""
     least, normal = _least(points), errors.noise * band_factor(points.rows.size)
-    wide = min(BEYOND * errors.largest, WIDEST * normal, float(np.ptp(points.lifts)) / 2.0 - least)
+    wide = min(ABNORMAL_FACTOR * errors.largest, CORNER_FACTOR * normal, float(np.ptp(points.lifts)) / 2.0 - least)
     band = wide if errors.largest > normal else normal
     return Room(max(band, least), max(errors.rms, least))
 
@@ -225,7 +227,7 @@ def _given(band: float, usual: Room) -> Room:
     return Room(band) if band >= usual.band else usual._replace(band=band)
 
 
-def _check_repeats(points: Points, band: float) -> None:
+def _check_repeats(points: MeasuredPoints, band: float) -> None:
     """Whether lifts at one angle are within two bands of each other."""
     for place in np.flatnonzero(np.diff(points.angles) == 0.0):
         same = np.flatnonzero(points.angles == points.angles[place])
@@ -237,7 +239,7 @@ def _check_repeats(points: Points, band: float) -> None:
             raise Unmet(f"{points.file}: {rows}, both at {points.angles[place]:g} deg: {least}")
 
 
-def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[Segments], Scene]) -> Fit:
+def _shaped(points: MeasuredPoints, room: Room, noisy: float, scene_with: Callable[[Segments], Scene]) -> Fit:
     """The fit with the dwells and turns that stand out from the noise, or else with more, or with shorter dwells.
 
     It is the first of these that costs little jerk, or the one that costs least. Where none of them is within the
@@ -261,7 +263,7 @@ def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[Segm
             if len(outline) <= MOST_NODES:
                 nodes = nodes_of(points, outline, free)
                 if fitted := _written(points, nodes, within, free, scene_with):
-                    if fitted.price <= TROUBLE:
+                    if fitted.price <= JERK_TROUBLE:
                         return fitted
                     found.append(fitted)
                 else:
@@ -276,14 +278,14 @@ def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[Segm
 
 def _margins(band: float) -> Iterator[float]:
     """What is kept of a band (of the range of the lifts), as shares of it, until a motion holds all of it."""
-    margin, most = max(MARGINS[0], SOLVED / band), MARGINS[1]
+    margin, most = max(BAND_MARGINS[0], SOLVER_SHARE / band), BAND_MARGINS[1]
     while margin <= most:
         yield margin
         margin *= 10.0
 
 
 def _written(
-    points: Points,
+    points: MeasuredPoints,
     nodes: Sequence[Node],
     room: Room,
     free: Freest,
@@ -294,19 +296,21 @@ def _written(
         motion = shaped(points, nodes, room.less(margin), free.jerk)
         if motion is None:
             return None
-        parts = segments_of(motion)
+        parts = fitted_segments(motion)
         scene = scene_with(parts)
-        found = deviation(resolve(scene).programme, points, parts.start, parts.zero, room.band)
+        found = prove_band(resolve(scene).programme, points, parts.start, parts.zero, room.band)
         if found.held:
             return Fit(scene, points, points.only([]), parts.start, parts.zero, room.band, found, free.square)
     return None
 
 
-def _refusal(points: Points, nodes: Sequence[Node], room: Room, jerk: float) -> Exception:
+def _refusal(points: MeasuredPoints, nodes: Sequence[Node], room: Room, jerk: float) -> Exception:
     """Why no motion of these dwells and turns is within a room."""
     least, places = least_band(points, nodes, jerk)
     if least < room.band:
         return Unsolved("the convex solver holds the band not closely enough")
-    rows = ", ".join(map(str, sorted(points.rows[places])[:NAMED])) + (" and others" if len(places) > NAMED else "")
+    rows = ", ".join(map(str, sorted(points.rows[places])[:ROWS_NAMED])) + (
+        " and others" if len(places) > ROWS_NAMED else ""
+    )
     what = f"{points.file}: no motion with its dwells and turns is within {room.band:.4g} of all points"
     return Unmet(what if least == inf else f"{what}; {least:.4g} can be held; rows {rows} stand in the way")

@@ -10,12 +10,12 @@ import numpy as np
 
 from camopt.effects.motion import scale
 from camopt.measured.band_proof import Deviation
-from camopt.measured.noise import NARROWEST, band_factor
+from camopt.measured.noise import LEAST_BAND, band_factor
 from camopt.measured.one_sided import OneSided, one_sided
 from camopt.measured.profile import Touched
-from camopt.measured.reading import TURN, Points, apart
+from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
 from camopt.motion.programme import peak, root_mean_square
-from camopt.motion.table import TURN as EVERY_STROKE
+from camopt.motion.table import ALL_STROKES as EVERY_STROKE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
@@ -24,7 +24,7 @@ from camopt.shown import Drawn, Shown
 from camopt.tables.cells import number
 from camopt.tables.layout import VALUE, Cell, Table
 
-JERK = 3  # its order
+JERK_ORDER = 3  # its order
 NAMED = 6  # rows at most
 
 
@@ -77,8 +77,8 @@ class Fit(Shown, Drawn):
 
     picture = "fit"
     scene: Scene
-    points: Points
-    outliers: Points
+    points: MeasuredPoints
+    outliers: MeasuredPoints
     start: float
     zero: float
     band: float
@@ -151,7 +151,7 @@ class Fit(Shown, Drawn):
     @property
     def left_out(self) -> tuple[LeftOut, ...]:
         """The points that are left out, by row."""
-        angles = np.radians(apart(self.start, self.outliers.angles))
+        angles = np.radians(angle_from(self.start, self.outliers.angles))
         off = self._problem.programme.at(angles)[0] / self._per + self.zero - self.outliers.lifts
         rows = zip(self.outliers.rows, self.outliers.angles, self.outliers.lifts, off, strict=True)
         return tuple(sorted(LeftOut(int(row), float(a), float(y), float(d)) for row, a, y, d in rows))
@@ -159,12 +159,14 @@ class Fit(Shown, Drawn):
     @property
     def jerk_rms(self) -> float:
         """The root mean square of the jerk over the turn, in the unit of the scene's jerks."""
-        return float(root_mean_square(self._problem.programme, JERK) * scale(self._problem.setup, JERK))
+        return float(root_mean_square(self._problem.programme, JERK_ORDER) * scale(self._problem.setup, JERK_ORDER))
 
     @property
     def least_jerk_rms(self) -> float:
         """What no motion as near to the points has less of: the optimum without dwells and turns."""
-        return float(sqrt(self.least_square / radians(TURN)) * self._per * scale(self._problem.setup, JERK))
+        return float(
+            sqrt(self.least_square / radians(FULL_TURN)) * self._per * scale(self._problem.setup, JERK_ORDER)
+        )
 
     @property
     def price(self) -> float:
@@ -186,16 +188,16 @@ class Fit(Shown, Drawn):
     @cached_property
     def differences(self) -> Mapping[str, tuple[FloatArray, FloatArray]]:
         """Velocity, acceleration and jerk by divided differences of the points: cam angles (deg) and values."""
-        angles, place = np.unique(apart(self.start, self.points.angles), return_inverse=True)
+        angles, place = np.unique(angle_from(self.start, self.points.angles), return_inverse=True)
         lifts = np.bincount(place, self.points.lifts) / np.bincount(place) * self._per
         count, theta = angles.size, np.radians(angles)
         found, rows, factor = {}, lifts, 1.0
-        around = np.concatenate([theta, theta[:JERK] + radians(TURN)])
+        around = np.concatenate([theta, theta[:JERK_ORDER] + radians(FULL_TURN)])
         for order, name in enumerate(DERIVATIVES, start=1):
             rows = (np.roll(rows, -1) - rows) / (around[order : order + count] - theta)
             factor *= order
             middle = np.mean([around[k : k + count] for k in range(order + 1)], axis=0)
-            found[name] = np.degrees(middle) % TURN, rows * factor * scale(self._problem.setup, order)
+            found[name] = np.degrees(middle) % FULL_TURN, rows * factor * scale(self._problem.setup, order)
         return found
 
     @property
@@ -207,7 +209,7 @@ class Fit(Shown, Drawn):
     def one_sided(self) -> tuple[OneSided, ...]:
         """The stretches of points that the motion is on one side of; none in a band that is a tolerance."""
         wanted = self.usual or self.band < self._normal
-        if not wanted or self._normal < NARROWEST * float(np.ptp(self.points.lifts)):
+        if not wanted or self._normal < LEAST_BAND * float(np.ptp(self.points.lifts)):
             return ()
         return tuple(one_sided(np.array(self.deviation.at_points), self.noise))
 

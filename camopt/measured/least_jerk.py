@@ -31,21 +31,23 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.measured.outline import DIGITS, NEAR, Dwell, Outline, Turn
-from camopt.measured.reading import TURN, Points, apart
-from camopt.measured.spline_chain import ORDERS, SplineChain
+from camopt.measured.outline import ANGLE_DIGITS, IN_DWELL, Dwell, Outline, TurningPoint
+from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
+from camopt.measured.spline_chain import JOINED_ORDERS, SplineChain
 from camopt.mistakes import Unsolved
 from camopt.numerics import FloatArray
-from camopt.synthesis.convex import SOLVED, failed, solve
+from camopt.synthesis.convex import SOLVER_ENDS, SOLVER_ERROR, failed, solve
 
-LEAST_KNOTS, MOST_KNOTS = 32, 200  # about, inside a stroke
+LEAST_STROKE_KNOTS, MOST_STROKE_KNOTS = 32, 200  # about, inside a stroke
 CLOSEST = 0.5  # median steps of the points: the least distance of knots
-SOLVER_ERROR = 1e-6  # relative, of an optimum
-MOVED, SMALLEST = 1e-3, 1e-6  # the least lift of a stroke: of what points show, and of the range of the lifts
-LOOKED = 2001  # angles at which a turn is looked for
-AMPLE = 10.0  # times a usual jerk: in units that are rather large a solver errs less
+MOVED_SHARE, SMALLEST_SHARE = (
+    1e-3,
+    1e-6,
+)  # the least lift of a stroke: of what points show, and of the range of the lifts
+TURN_ANGLES = 2001  # angles at which a turn is looked for
+AMPLE_JERK = 10.0  # times a usual jerk: in units that are rather large a solver errs less
 LEVELLING = 0.25  # times the least jerk: what the mean of |jerk| weighs beside the mean square, among errors
-USUAL = tuple(60.0 * each**3 for each in (6.0, 3.0, 12.0))
+USUAL_JERKS = tuple(60.0 * each**3 for each in (6.0, 3.0, 12.0))
 """By x over a turn: the jerk of cubic rises in 60, 120 and 30 deg."""
 
 
@@ -79,7 +81,7 @@ class Node(NamedTuple):
         return self.end > self.start
 
 
-class Stroke(NamedTuple):
+class SplineStroke(NamedTuple):
     """A spline from one node to the next: its angles in deg, and its points."""
 
     chain: SplineChain
@@ -94,7 +96,7 @@ class Shaped:
     """A motion as nodes and the strokes after each, with the coefficients of each stroke's s, from 0 to 1."""
 
     nodes: tuple[Node, ...]
-    strokes: tuple[Stroke, ...]
+    strokes: tuple[SplineStroke, ...]
     coefficients: tuple[FloatArray, ...]
 
 
@@ -102,8 +104,8 @@ class _Variables:
     """The coefficients c₀ … c₃ of a spline by x as unknowns, in units of 1, u^⅓, u^⅔ and u, an ample jerk."""
 
     def __init__(self, chain: SplineChain, jerk: float) -> None:
-        self.chain, self.unit = chain, AMPLE * jerk
-        scaled = [cp.Variable(chain.count - k) for k in range(ORDERS)]
+        self.chain, self.unit = chain, AMPLE_JERK * jerk
+        scaled = [cp.Variable(chain.count - k) for k in range(JOINED_ORDERS)]
         self.c = [self.unit ** (k / 3.0) * c for k, c in enumerate(scaled)]
         joined = zip(chain.steps, scaled[:-1], scaled[1:], strict=True)
         per = self.unit ** (1.0 / 3.0)
@@ -132,18 +134,20 @@ class Freest:
     @property
     def jerk(self) -> float:
         """Its root mean square, by the angle in rad."""
-        return sqrt(self.square / radians(TURN))
+        return sqrt(self.square / radians(FULL_TURN))
 
     def at(self, angles: FloatArray) -> FloatArray:
-        return np.asarray(self.chain.at(apart(self.first, angles) / TURN) @ self.coefficients)
+        return np.asarray(self.chain.at(angle_from(self.first, angles) / FULL_TURN) @ self.coefficients)
 
     def slope(self, angles: FloatArray) -> FloatArray:
         """Its derivative by the angle in rad."""
         coefficients = np.diff(self.coefficients) / self.chain.steps[0]
-        return np.asarray(self.chain.at(apart(self.first, angles) / TURN, 1) @ coefficients) / radians(TURN)
+        return np.asarray(self.chain.at(angle_from(self.first, angles) / FULL_TURN, 1) @ coefficients) / radians(
+            FULL_TURN
+        )
 
 
-def freest(points: Points, room: Room) -> Freest:
+def freest(points: MeasuredPoints, room: Room) -> Freest:
     """The optimum of the room alone: a closed spline with a knot at each angle.
 
     Raises
@@ -151,34 +155,34 @@ def freest(points: Points, room: Room) -> Freest:
     Unsolved
         If the solver fails in each of the units of the jerk that are tried.
     """
-    for usual in USUAL[:-1]:
+    for usual in USUAL_JERKS[:-1]:
         with suppress(Unsolved):
             return _freest(points, room, usual)
-    return _freest(points, room, USUAL[-1])
+    return _freest(points, room, USUAL_JERKS[-1])
 
 
-def _freest(points: Points, room: Room, usual: float) -> Freest:
+def _freest(points: MeasuredPoints, room: Room, usual: float) -> Freest:
     """The optimum by a solver in the units of a usual jerk, by x over a turn."""
     angles, unit = np.unique(points.angles), np.ptp(points.lifts)
-    chain = SplineChain(tuple(((angles[1:] - angles[0]) / TURN).tolist()))
+    chain = SplineChain(tuple(((angles[1:] - angles[0]) / FULL_TURN).tolist()))
     y = _Variables(chain, usual)
     closed = [c[0] == c[-1] for c in y.c]
     first, last = chain.inner[0], 1.0 - chain.inner[-1]  # its fourth derivative goes on, too
     closed.append(last * (y.c[3][1] - y.c[3][0]) == first * (y.c[3][-1] - y.c[3][-2]))
-    middle, x = _middle(points), apart(angles[0], points.angles) / TURN
+    middle, x = _middle(points), angle_from(angles[0], points.angles) / FULL_TURN
     within = room.limits(y.at(x) - (points.lifts - middle) / unit, unit)
     problem = cp.Problem(cp.Minimize(y.square), [*y.limits, *closed, *within])
-    if (status := solve(problem)) not in SOLVED:
+    if (status := solve(problem)) not in SOLVER_ENDS:
         raise Unsolved(failed(status))
-    least = (1.0 - SOLVER_ERROR) * problem.value * (y.unit * unit) ** 2 / radians(TURN) ** 5
+    least = (1.0 - SOLVER_ERROR) * problem.value * (y.unit * unit) ** 2 / radians(FULL_TURN) ** 5
     return Freest(chain, float(angles[0]), np.asarray(y.c[0].value) * unit + middle, float(least))
 
 
-def _middle(points: Points) -> float:
+def _middle(points: MeasuredPoints) -> float:
     return float(points.lifts.max() + points.lifts.min()) / 2.0
 
 
-def nodes_of(points: Points, outline: Outline, motion: Freest) -> tuple[Node, ...]:
+def nodes_of(points: MeasuredPoints, outline: Outline, motion: Freest) -> tuple[Node, ...]:
     """Dwells, and turns at the places where a motion turns in them."""
     found = []
     for part in outline:
@@ -190,56 +194,56 @@ def nodes_of(points: Points, outline: Outline, motion: Freest) -> tuple[Node, ..
     return tuple(found)
 
 
-def _turning(turn: Turn, motion: Freest) -> float:
+def _turning(turn: TurningPoint, motion: Freest) -> float:
     """Where a motion is highest or lowest in a turn, deg."""
-    angles = np.linspace(turn.low, turn.high, LOOKED)[1:-1]
+    angles = np.linspace(turn.low, turn.high, TURN_ANGLES)[1:-1]
     lifts = motion.at(angles) * (1.0 if turn.highest else -1.0)
-    return round(float(angles[lifts.argmax()] % TURN), DIGITS)
+    return round(float(angles[lifts.argmax()] % FULL_TURN), ANGLE_DIGITS)
 
 
 # ---------------------------------------------------------------------------------------------------- shaped
 
 
-def strokes_of(points: Points, nodes: Sequence[Node]) -> tuple[Stroke, ...]:
+def spline_strokes(points: MeasuredPoints, nodes: Sequence[Node]) -> tuple[SplineStroke, ...]:
     """The stroke after each node, to the next one: knots at its points, as far as they are apart."""
     found, resting = [], np.zeros(points.angles.size, dtype=bool)
     resting[np.concatenate([node.places for node in nodes])] = True
     for node, after in zip(nodes, [*nodes[1:], nodes[0]], strict=True):
-        angle = float(round(float(apart(node.end, after.start)), DIGITS)) or TURN
-        away = apart(node.end - NEAR, points.angles)
+        angle = float(round(float(angle_from(node.end, after.start)), ANGLE_DIGITS)) or FULL_TURN
+        away = angle_from(node.end - IN_DWELL, points.angles)
         places = np.flatnonzero((away < angle) & ~resting)
         places = places[np.argsort(away[places], kind="stable")]
-        x = np.maximum(away[places] - NEAR, 0.0) / angle
-        found.append(Stroke(SplineChain(_knots(np.unique(x))), node.end % TURN, angle, places, x))
+        x = np.maximum(away[places] - IN_DWELL, 0.0) / angle
+        found.append(SplineStroke(SplineChain(_knots(np.unique(x))), node.end % FULL_TURN, angle, places, x))
     return tuple(found)
 
 
 def _knots(x: FloatArray) -> tuple[float, ...]:
     """Points inside a stroke as knots, but for those too near to the one before or to an end, and halves of few."""
-    least = max(CLOSEST * float(np.median(np.diff(x))) if x.size > 1 else 1.0, 1.0 / MOST_KNOTS)
+    least = max(CLOSEST * float(np.median(np.diff(x))) if x.size > 1 else 1.0, 1.0 / MOST_STROKE_KNOTS)
     found = [0.0]
     for each in x:
         if each - found[-1] >= least and 1.0 - each >= least:
             found.append(float(each))
     knots = np.array([*found, 1.0])
-    while knots.size < LEAST_KNOTS:
+    while knots.size < LEAST_STROKE_KNOTS:
         knots = np.sort(np.concatenate([knots, (knots[1:] + knots[:-1]) / 2.0]))
     return tuple(knots[1:-1].tolist())
 
 
-def shaped(points: Points, nodes: Sequence[Node], room: Room, jerk: float) -> Shaped | None:
+def shaped(points: MeasuredPoints, nodes: Sequence[Node], room: Room, jerk: float) -> Shaped | None:
     """The motion of an outline within a room; None if none is found. A usual ``jerk`` is by rad."""
     model = _Model(points, nodes, jerk)
     within = room.limits(model.off, model.unit)
-    rough = model.square if room.rms is None else model.square + LEVELLING / AMPLE * model.variation
+    rough = model.square if room.rms is None else model.square + LEVELLING / AMPLE_JERK * model.variation
     status = solve(cp.Problem(cp.Minimize(rough), [*model.limits, *within]))
-    return model.solution() if status in SOLVED else None
+    return model.solution() if status in SOLVER_ENDS else None
 
 
-def least_band(points: Points, nodes: Sequence[Node], jerk: float) -> tuple[float, list[int]]:
+def least_band(points: MeasuredPoints, nodes: Sequence[Node], jerk: float) -> tuple[float, list[int]]:
     """The least band of an outline, and the places of the points that are as far away."""
     model, band = _Model(points, nodes, jerk), cp.Variable()
-    if solve(cp.Problem(cp.Minimize(band), [*model.limits, cp.abs(model.off) <= band])) not in SOLVED:
+    if solve(cp.Problem(cp.Minimize(band), [*model.limits, cp.abs(model.off) <= band])) not in SOLVER_ENDS:
         return inf, []
     off = np.abs(model.off.value)
     return float(band.value) * model.unit, list(map(int, model.places[off >= (1.0 - 1e-3) * band.value]))
@@ -248,8 +252,8 @@ def least_band(points: Points, nodes: Sequence[Node], jerk: float) -> tuple[floa
 class _Model:
     """The unknowns of an outline, what joins them, and what its points are off by."""
 
-    def __init__(self, points: Points, nodes: Sequence[Node], jerk: float) -> None:
-        self.points, self.nodes, self.strokes = points, nodes, strokes_of(points, nodes)
+    def __init__(self, points: MeasuredPoints, nodes: Sequence[Node], jerk: float) -> None:
+        self.points, self.nodes, self.strokes = points, nodes, spline_strokes(points, nodes)
         self.unit, self.middle = float(np.ptp(points.lifts)), _middle(points)
         self.levels = cp.Variable(len(nodes))
         angles = [radians(stroke.angle) for stroke in self.strokes]
@@ -285,7 +289,7 @@ class _Model:
         following = (k + 1) % len(self.nodes)
         lift = (self.nodes[following].level - self.nodes[k].level) / self.unit
         way = 1.0 if lift >= 0.0 else -1.0
-        least = MOVED * abs(lift) + SMALLEST
+        least = MOVED_SHARE * abs(lift) + SMALLEST_SHARE
         return [way * self.motions[k].c[1] >= 0, way * (self.levels[following] - self.levels[k]) >= least]
 
     def solution(self) -> Shaped:

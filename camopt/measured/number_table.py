@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 
-MOST_ROWS = 20_000
+TABLE_ROWS = 20_000
 LIKE_NUMBERS = re.compile(r"[-+.,\d]+[;|\s]+[-+.,\d;|\s]+")
 """Two numbers or more in whatever dialect."""
 
-Cell = float | str
+TableCell = float | str
 """A number, or a text that is none; an empty text where a cell has nothing."""
 
 
-class Row(NamedTuple):
+class NumberedRow(NamedTuple):
     """A row that has anything in it, with its number in the file, from 1."""
 
     number: int
-    cells: Sequence[Cell]
+    cells: Sequence[TableCell]
 
     @property
     def numeric(self) -> bool:
@@ -38,7 +38,7 @@ class NumberTable(NamedTuple):
     names: tuple[str, ...]
 
 
-def number_table(file: str, rows: Sequence[Row]) -> NumberTable:
+def number_table(file: str, rows: Sequence[NumberedRow]) -> NumberTable:
     """The numbers of a file, all of the same number of columns; what is above the first of them is its heading.
 
     Raises
@@ -57,8 +57,8 @@ def number_table(file: str, rows: Sequence[Row]) -> NumberTable:
                 file, f"row {row.number}", None, f"is not read as {width} numbers like most rows, and no heading"
             )
     found = rows[first:]
-    if len(found) > MOST_ROWS:
-        raise bad(file, "rows", len(found), f"the most are {MOST_ROWS}")
+    if len(found) > TABLE_ROWS:
+        raise bad(file, "rows", len(found), f"the most are {TABLE_ROWS}")
     for row in found:
         if fault := _fault(row, width):
             raise bad(file, f"row {row.number}", *fault)
@@ -71,7 +71,7 @@ def bad(file: str, key: str, value: object, what: str) -> BadInput:
     return BadInput([Mistake(file, key, value, what, bare=True)])
 
 
-def _fault(row: Row, width: int) -> tuple[object, str] | None:
+def _fault(row: NumberedRow, width: int) -> tuple[object, str] | None:
     """What is wrong with a row among the numbers: the value, and the words."""
     other = next((cell for cell in row.cells if isinstance(cell, str)), None)
     if other == "":
@@ -83,7 +83,7 @@ def _fault(row: Row, width: int) -> tuple[object, str] | None:
     return None
 
 
-def _names(above: Sequence[Row], width: int) -> Iterator[str]:
+def _names(above: Sequence[NumberedRow], width: int) -> Iterator[str]:
     """The words above each column, from the lines that have one for each."""
     lines = [row.cells for row in above if len(row.cells) == width and not row.numeric]
     for column in range(width):

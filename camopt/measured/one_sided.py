@@ -12,9 +12,9 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 
-SHORTEST, LONGEST = 4, 0.25  # points; of all points
-LENGTHS = 1.2  # from each length that is looked at to the next
-FAR = 6.0  # standard deviations of the mean
+FEWEST_POINTS, MOST_SHARE = 4, 0.25  # points; of all points
+LENGTH_RATIO = 1.2  # from each length that is looked at to the next
+MEAN_SIGMAS = 6.0  # standard deviations of the mean
 
 
 class OneSided(NamedTuple):
@@ -40,8 +40,8 @@ def one_sided(off: FloatArray, noise: float) -> list[OneSided]:
 def _far(off: FloatArray, noise: float) -> Iterator[tuple[float, int, int]]:
     """Each stretch that is far off: how far its mean is, in its deviations, where it starts, and its points."""
     sums = np.concatenate([[0.0], np.cumsum(np.concatenate([off, off]))])
-    count = SHORTEST
-    while count <= LONGEST * off.size:
+    count = FEWEST_POINTS
+    while count <= MOST_SHARE * off.size:
         far = np.abs(sums[count : count + off.size] - sums[: off.size]) / (noise * np.sqrt(count))
-        yield from ((float(far[k]), int(k), count) for k in np.flatnonzero(far > FAR))
-        count = max(count + 1, round(LENGTHS * count))
+        yield from ((float(far[k]), int(k), count) for k in np.flatnonzero(far > MEAN_SIGMAS))
+        count = max(count + 1, round(LENGTH_RATIO * count))

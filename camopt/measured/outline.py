@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.measured.number_table import bad
-from camopt.measured.reading import TURN, Points, apart
+from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
 from camopt.mistakes import BadInput
 from camopt.numerics import FloatArray
 
-LEFT = 8.0  # bands away: what is left as a cubic is then twice as far as at one band
+BANDS_AWAY = 8.0  # bands away: what is left as a cubic is then twice as far as at one band
 LEAST_LEFT = 2.0  # bands, where the points go no further
 EARLIER = 2.0  # beginning a little early costs hardly any jerk, beginning late much
 LEAST_DWELL = 2.0  # times what it takes to leave it: a nose is within the band of a constant for a while, too
 SPARSE = 4.0  # median steps: in a wider gap than that, if it is not narrow, points are missing
-DIGITS = 4  # of the angles of dwells and turns, deg
-NEAR = 1e-9  # deg: a point so near to the end of a dwell is in it
+ANGLE_DIGITS = 4  # of the angles of dwells and turns, deg
+IN_DWELL = 1e-9  # deg: a point so near to the end of a dwell is in it
 
 
 class Dwell(NamedTuple):
@@ -37,7 +37,7 @@ class Dwell(NamedTuple):
     stretch: NDArray[np.intp]  # the points within the band of a constant, some of them beyond its ends
 
 
-class Turn(NamedTuple):
+class TurningPoint(NamedTuple):
     """Where the motion turns back: between two cam angles in deg, which may be beyond the turn."""
 
     low: float
@@ -46,11 +46,11 @@ class Turn(NamedTuple):
     level: float  # about
 
 
-Outline = tuple[Dwell | Turn, ...]
+Outline = tuple[Dwell | TurningPoint, ...]
 """Dwells and turns in their order; the first is a dwell if there is any, and else the lowest turn."""
 
 
-def outline_of(points: Points, band: float, earlier: float = EARLIER) -> Outline:
+def outline_of(points: MeasuredPoints, band: float, earlier: float = EARLIER) -> Outline:
     """The outline of points within a band; dwells end ``earlier`` times the way of a cubic before it leaves.
 
     Raises
@@ -68,7 +68,7 @@ def outline_of(points: Points, band: float, earlier: float = EARLIER) -> Outline
         lowest = int(points.lifts.argmin())
         round_ = np.arange(lowest, lowest + points.lifts.size + 1) % points.lifts.size
         return _turn(points, lowest, False, band), *_turns(points, round_, points.lifts[round_], band)
-    parts: list[Dwell | Turn] = []
+    parts: list[Dwell | TurningPoint] = []
     for dwell, following in zip(dwells, [*dwells[1:], dwells[0]], strict=True):
         between = _between(points, dwell.end, following.start)
         parts += [dwell, *_turns(points, between, [dwell.level, *points.lifts[between], following.level], band)]
@@ -77,17 +77,17 @@ def outline_of(points: Points, band: float, earlier: float = EARLIER) -> Outline
     return tuple(parts)
 
 
-def _between(points: Points, start: float, end: float) -> NDArray[np.intp]:
+def _between(points: MeasuredPoints, start: float, end: float) -> NDArray[np.intp]:
     """The points strictly between two cam angles, in their order."""
-    away = apart(start, points.angles)
-    inside = np.flatnonzero((away > 0.0) & (away < apart(start, end)))
+    away = angle_from(start, points.angles)
+    inside = np.flatnonzero((away > 0.0) & (away < angle_from(start, end)))
     return inside[np.argsort(away[inside], kind="stable")]
 
 
 # ----------------------------------------------------------------------------------------------------- dwells
 
 
-def _dwells(points: Points, band: float, earlier: float) -> list[Dwell]:
+def _dwells(points: MeasuredPoints, band: float, earlier: float) -> list[Dwell]:
     """The dwells, the longest first."""
     found: list[Dwell] = []
     free = np.ones(points.lifts.size, dtype=bool)
@@ -97,11 +97,11 @@ def _dwells(points: Points, band: float, earlier: float) -> list[Dwell]:
     return found
 
 
-def _candidates(points: Points, band: float, earlier: float, free: NDArray[np.bool_]) -> Iterator[Dwell]:
+def _candidates(points: MeasuredPoints, band: float, earlier: float, free: NDArray[np.bool_]) -> Iterator[Dwell]:
     """The dwells of the stretches of free points, the longest stretch first."""
     size = points.lifts.size
     stretches = [np.arange(a, b) % size for a, b in _stretches(points.lifts, free, 2.0 * band)]
-    lengths = [float(apart(points.angles[s[0]], points.angles[s[-1]])) for s in stretches]
+    lengths = [float(angle_from(points.angles[s[0]], points.angles[s[-1]])) for s in stretches]
     for number in np.argsort(lengths)[::-1]:
         stretch, first = stretches[number], points.angles[stretches[number][0]]
         level = float(points.lifts[stretch].max() + points.lifts[stretch].min()) / 2.0
@@ -110,9 +110,9 @@ def _candidates(points: Points, band: float, earlier: float, free: NDArray[np.bo
         start = first + earlier * behind_onset - behind
         end = first + lengths[number] + ahead - earlier * ahead_onset
         if end - start > LEAST_DWELL * earlier * max(ahead_onset, behind_onset):
-            shift = TURN * np.floor(start / TURN)
-            start, end = (round(float(angle - shift), DIGITS) for angle in (start, end))
-            inside = apart(start - NEAR, points.angles[stretch]) <= end - start + 2.0 * NEAR
+            shift = FULL_TURN * np.floor(start / FULL_TURN)
+            start, end = (round(float(angle - shift), ANGLE_DIGITS) for angle in (start, end))
+            inside = angle_from(start - IN_DWELL, points.angles[stretch]) <= end - start + 2.0 * IN_DWELL
             yield Dwell(start, end, level, stretch[inside], stretch)
 
 
@@ -144,12 +144,12 @@ def _stretches(lifts: FloatArray, free: NDArray[np.bool_], room: float) -> Itera
                 queue.popleft()
 
 
-def _leaving(points: Points, place: int, way: int, level: float, band: float) -> tuple[float, float]:
+def _leaving(points: MeasuredPoints, place: int, way: int, level: float, band: float) -> tuple[float, float]:
     """How far after a place the motion is one band from a level, and how long it then was on its way, deg."""
     places = (place + way * np.arange(points.lifts.size)) % points.lifts.size
-    away = np.mod(way * (points.angles[places] - points.angles[place]), TURN)
+    away = np.mod(way * (points.angles[places] - points.angles[place]), FULL_TURN)
     off = np.abs(points.lifts[places] - level) / band
-    left = min(LEFT, max(LEAST_LEFT, float(off.max())))
+    left = min(BANDS_AWAY, max(LEAST_LEFT, float(off.max())))
     one, several = (_reaches(away, off, bands) for bands in (1.0, left))
     return one, (several - one) / (left ** (1.0 / 3.0) - 1.0)
 
@@ -164,21 +164,21 @@ def _reaches(away: FloatArray, off: FloatArray, bands: float) -> float:
     return float(away[k - 1] + np.clip(share, 0.0, 1.0) * (away[k] - away[k - 1]))
 
 
-def gaps(points: Points) -> list[int]:
+def gaps(points: MeasuredPoints) -> list[int]:
     """The places of points after which some are missing."""
-    steps = apart(0.0, np.diff(points.angles, append=points.angles[0] + TURN))
+    steps = angle_from(0.0, np.diff(points.angles, append=points.angles[0] + FULL_TURN))
     sparse = max(SPARSE * float(np.median(steps[steps > 0.0])), points.widest)
     return np.flatnonzero(steps > sparse).tolist()
 
 
-def no_points(points: Points, place: int, why: str) -> BadInput:
+def no_points(points: MeasuredPoints, place: int, why: str) -> BadInput:
     """The mistake of a gap after a place."""
     after = (place + 1) % points.angles.size
     where = f"from {points.angles[place]:g} to {points.angles[after]:g} deg (up to row {points.rows[after]})"
     return bad(points.file, f"row {points.rows[place]}", None, f"no points {where}, and {why}")
 
 
-def _check_gaps(points: Points, dwells: Sequence[Dwell]) -> None:
+def _check_gaps(points: MeasuredPoints, dwells: Sequence[Dwell]) -> None:
     """Whether points are missing where the motion is not at rest."""
     for k in gaps(points):
         after = (k + 1) % points.angles.size
@@ -190,8 +190,8 @@ def _check_gaps(points: Points, dwells: Sequence[Dwell]) -> None:
 
 
 def _turns(
-    points: Points, places: NDArray[np.intp], lifts: Sequence[float] | FloatArray, band: float
-) -> Iterator[Turn]:
+    points: MeasuredPoints, places: NDArray[np.intp], lifts: Sequence[float] | FloatArray, band: float
+) -> Iterator[TurningPoint]:
     """The turns among points between two ends, whose lifts are the first and the last."""
     beside = (len(lifts) - len(places)) // 2
     for k, highest in _pivots(np.asarray(lifts), 2.0 * band):
@@ -215,12 +215,14 @@ def _pivots(lifts: FloatArray, room: float) -> Iterator[tuple[int, bool]]:
             way, highest = 1, k
 
 
-def _turn(points: Points, place: int, highest: bool, band: float) -> Turn:
+def _turn(points: MeasuredPoints, place: int, highest: bool, band: float) -> TurningPoint:
     """Where the motion may turn: as far as points are within two bands of one, and one point more on each side."""
     size = points.lifts.size
     ends = []
     for way in (-1, 1):
         places = (place + way * np.arange(size)) % size
         beyond = np.flatnonzero(np.abs(points.lifts[places] - points.lifts[place]) > 2.0 * band)
-        ends.append(float(np.mod(way * (points.angles[places[beyond[0]]] - points.angles[place]), TURN)))
-    return Turn(points.angles[place] - ends[0], points.angles[place] + ends[1], highest, float(points.lifts[place]))
+        ends.append(float(np.mod(way * (points.angles[places[beyond[0]]] - points.angles[place]), FULL_TURN)))
+    return TurningPoint(
+        points.angles[place] - ends[0], points.angles[place] + ends[1], highest, float(points.lifts[place])
+    )

@@ -24,7 +24,7 @@ from camopt.measured.contact import base_radius, touching
 from camopt.measured.least_jerk import Freest, Room, freest
 from camopt.measured.number_table import bad
 from camopt.measured.outline import gaps, no_points
-from camopt.measured.reading import FEWEST, TURN, Points, apart
+from camopt.measured.reading import FEWEST_MEASURED, FULL_TURN, MeasuredPoints, angle_from
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import profile_points
 from camopt.mistakes import BadInput, Mistake, Unsolved
@@ -32,7 +32,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 
 DENSE = 7200  # points of a curve, about, among which the nearest is sought
-AT_ONCE = 64  # directions in which the furthest of these is sought
+DIRECTIONS_AT_ONCE = 64  # directions in which the furthest of these is sought
 LARGEST_PROBE = 1e3  # mm
 
 
@@ -79,7 +79,7 @@ class MeasuredProfile:
         if mistakes:
             raise BadInput(mistakes)
 
-    def check(self, points: Points) -> None:
+    def check(self, points: MeasuredPoints) -> None:
         """Whether its points can be those of a ball on a cam."""
         for place in np.flatnonzero(points.lifts <= self.probe):
             least = f"the probe's radius {self.probe:g}" if self.probe else "0"
@@ -97,7 +97,7 @@ class Touched(NamedTuple):
 
     problem: Problem
     probe: float
-    positions: Points
+    positions: MeasuredPoints
     lost: list[int]
     centres: ComplexArray
     rows: NDArray[np.int64]
@@ -125,7 +125,9 @@ class Touched(NamedTuple):
         return np.asarray(np.where(inside, -away, away) - self.probe)
 
 
-def touched(problem: Problem, profile: MeasuredProfile, points: Points, lost: Sequence[int], room: Room) -> Touched:
+def touched(
+    problem: Problem, profile: MeasuredProfile, points: MeasuredPoints, lost: Sequence[int], room: Room
+) -> Touched:
     """The follower at each of the points (angles and distances); the room is that of their noise.
 
     Outliers, whose places are ``lost``, do not shape the curve.
@@ -150,20 +152,20 @@ def touched(problem: Problem, profile: MeasuredProfile, points: Points, lost: Se
     dense, dense_normals = _curve(curve, between, side)
     around = dense - profile.probe * dense_normals
     reached = _depth(problem, smooth - profile.probe * normals, normals, around) <= (room.rms or room.band)
-    if reached.sum() < FEWEST:
-        what = f"the follower touches {reached.sum()} of {reached.size} points; it needs {FEWEST}"
+    if reached.sum() < FEWEST_MEASURED:
+        what = f"the follower touches {reached.sum()} of {reached.size} points; it needs {FEWEST_MEASURED}"
         raise bad(points.file, "points", None, what)
     positions = np.degrees(found.positions) if problem.setup.angular else found.positions
-    angles = apart(0.0, np.degrees(found.angles))
+    angles = angle_from(0.0, np.degrees(found.angles))
     order = np.flatnonzero(reached)[np.argsort(angles[reached], kind="stable")]
     step = points.step * float(np.ptp(positions) / np.ptp(points.lifts))
-    seen = Points(points.file, angles[order], positions[order], points.rows[order], step, TURN)
+    seen = MeasuredPoints(points.file, angles[order], positions[order], points.rows[order], step, FULL_TURN)
     outliers = np.flatnonzero(np.isin(seen.rows, points.rows[list(lost)])).tolist()
     unreached = np.sort(points.rows[~reached])
     return Touched(problem, profile.probe, seen, outliers, centres, points.rows, unreached)
 
 
-def _closed(points: Points, room: Room) -> Freest:
+def _closed(points: MeasuredPoints, room: Room) -> Freest:
     """The closed curve of the least jerk of the distances within a room of the points."""
     try:
         return freest(points, room)
@@ -179,7 +181,7 @@ def _curve(curve: Freest, angles: FloatArray, side: float) -> tuple[ComplexArray
     return distances * up, normals / np.abs(normals)
 
 
-def _between(points: Points, band: float) -> FloatArray:
+def _between(points: MeasuredPoints, band: float) -> FloatArray:
     """Angles close to each other, but for parts without points.
 
     Raises
@@ -193,7 +195,7 @@ def _between(points: Points, band: float) -> FloatArray:
         if max(points.lifts[k], points.lifts[after]) - points.lifts.min() > 2.0 * band:
             raise no_points(points, k, "this is not on the base circle")
     starts = np.delete(points.angles, missing)
-    steps = np.delete(np.diff(points.angles, append=points.angles[0] + TURN), missing)
+    steps = np.delete(np.diff(points.angles, append=points.angles[0] + FULL_TURN), missing)
     parts = -(-DENSE // points.angles.size)
     return np.asarray((starts[:, None] + steps[:, None] * np.arange(parts) / parts).ravel())
 
@@ -207,7 +209,7 @@ def _depth(problem: Problem, profile: ComplexArray, normals: ComplexArray, aroun
         return np.asarray(radius - nearest)
     furthest = [
         np.max((around * some[:, None].conjugate()).real, axis=1)
-        for some in np.array_split(normals, -(-normals.size // AT_ONCE))
+        for some in np.array_split(normals, -(-normals.size // DIRECTIONS_AT_ONCE))
     ]
     return np.concatenate(furthest) - (profile * normals.conjugate()).real
 

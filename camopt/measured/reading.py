@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from camopt.measured.columns import FAR, LENGTHS, XY, Columns, chosen_columns
-from camopt.measured.delimited import decoded, text_rows
+from camopt.measured.columns import LARGEST_MEASURED, MM_PER_UNIT, XY, TableColumns, chosen_columns
+from camopt.measured.delimited import decode, text_rows
 from camopt.measured.number_table import NumberTable, bad, number_table
 from camopt.measured.workbook import WORKBOOKS, workbook_rows
 from camopt.mechanisms.design import ComplexArray
@@ -18,14 +18,14 @@ from camopt.mistakes import BadInput
 from camopt.numerics import FloatArray
 from camopt.storage.files import read_bytes
 
-TURN = 360.0
-FEWEST = 12  # points
+FULL_TURN = 360.0
+FEWEST_MEASURED = 12  # points
 CLOSED = (361, 721, 1441, 3601)
 """Numbers of lifts in one column of which the last is the first of the next turn."""
 
 
 @dataclass(frozen=True)
-class Points:
+class MeasuredPoints:
     """Measured points of one turn in the order of their cam angles.
 
     ``angles`` in deg from 0 to 360 (each an exact number), ``lifts`` in mm (deg when oscillating), ``rows`` of the
@@ -40,22 +40,24 @@ class Points:
     step: float
     widest: float = 10.0
 
-    def only(self, places: Sequence[int]) -> "Points":
+    def only(self, places: Sequence[int]) -> "MeasuredPoints":
         """Some of the points, by their places."""
         chosen = np.sort(np.array(places, dtype=np.intp))
         return replace(self, angles=self.angles[chosen], lifts=self.lifts[chosen], rows=self.rows[chosen])
 
-    def without(self, places: Sequence[int]) -> "Points":
+    def without(self, places: Sequence[int]) -> "MeasuredPoints":
         """The points but for some."""
         return self.only(np.setdiff1d(np.arange(self.rows.size), places).tolist())
 
 
-def apart(start: float, end: FloatArray | float) -> FloatArray:
+def angle_from(start: float, end: FloatArray | float) -> FloatArray:
     """How far it is from one cam angle on to another, from 0 to less than a turn, deg."""
-    return np.mod(np.mod(np.asarray(end) - start, TURN), TURN)  # a little less than 0 is a turn, by rounding
+    return np.mod(
+        np.mod(np.asarray(end) - start, FULL_TURN), FULL_TURN
+    )  # a little less than 0 is a turn, by rounding
 
 
-def read_points(source: str | os.PathLike[str] | ArrayLike, columns: Columns) -> Points:
+def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumns) -> MeasuredPoints:
     """The points of a file (text or a workbook), or of an array of rows (angle, lift) or lifts.
 
     Points of a profile have distances from the cam's axis in place of lifts. Of points x, y the angle is the one at
@@ -83,17 +85,17 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: Columns) ->
     else:
         angles = table.numbers[:, place]
     _check_numbers(name, table, {columns.kind.first: angles, columns.kind.second: lifts})
-    step, size, whole = _step(lifts), LENGTHS.get(columns.lift_unit, 1.0), columns.whole
+    step, size, whole = _step(lifts), MM_PER_UNIT.get(columns.lift_unit, 1.0), columns.whole
     if columns.kind is XY:
         angles, lifts = _round_the_axis(name, table, angles + 1j * lifts)
-        whole = TURN
+        whole = FULL_TURN
     _check_turn(name, table, angles, whole)
     if lifts.max() == lifts.min():
         what = "distance" if columns.kind is XY else columns.kind.second
         raise bad(name, f"row {table.rows[0]}", float(lifts[0]), f"all rows have this {what}: nothing moves")
-    turned = apart(0.0, angles * (TURN / whole))
+    turned = angle_from(0.0, angles * (FULL_TURN / whole))
     order = np.argsort(turned, kind="stable")
-    return Points(name, turned[order], lifts[order] * size, table.rows[order], step * size)
+    return MeasuredPoints(name, turned[order], lifts[order] * size, table.rows[order], step * size)
 
 
 def _bytes_of(name: str) -> bytes:
@@ -107,7 +109,7 @@ def _table_of(name: str, data: bytes) -> NumberTable:
     if Path(name).suffix.lower() == ".s96":
         raise bad(name, "file", None, "no description of .s96 is public; save the lifts as CSV, a row for each")
     try:
-        rows = workbook_rows(data) if data.startswith(WORKBOOKS) else text_rows(decoded(data))
+        rows = workbook_rows(data) if data.startswith(WORKBOOKS) else text_rows(decode(data))
     except ValueError as trouble:
         raise bad(name, "file", None, str(trouble)) from None
     return number_table(name, rows)
@@ -130,13 +132,16 @@ def _table_of_array(name: str, source: Any) -> NumberTable:
 def _check_numbers(name: str, table: NumberTable, columns: Mapping[str, FloatArray]) -> None:
     """Whether there are enough numbers, and none is absurd."""
     for what, values in columns.items():
-        far = np.flatnonzero(~(np.abs(values) <= FAR))
+        far = np.flatnonzero(~(np.abs(values) <= LARGEST_MEASURED))
         if far.size:
             raise bad(
-                name, f"row {table.rows[far[0]]}", float(values[far[0]]), f"the {what} must be within ±{FAR:g}"
+                name,
+                f"row {table.rows[far[0]]}",
+                float(values[far[0]]),
+                f"the {what} must be within ±{LARGEST_MEASURED:g}",
             )
-    if len(table.rows) < FEWEST:
-        raise bad(name, "rows", len(table.rows), f"must be at least {FEWEST} points")
+    if len(table.rows) < FEWEST_MEASURED:
+        raise bad(name, "rows", len(table.rows), f"must be at least {FEWEST_MEASURED} points")
 
 
 def _check_turn(name: str, table: NumberTable, angles: FloatArray, turn: float) -> None:
@@ -144,7 +149,7 @@ def _check_turn(name: str, table: NumberTable, angles: FloatArray, turn: float) 
     low, high = int(angles.argmin()), int(angles.argmax())
     if angles[high] - angles[low] > turn * (1.0 + 1e-9):
         across = f"the angles go from {angles[low]:g} (row {table.rows[low]}) to {angles[high]:g}, more than a turn"
-        hint = "give 720 as the turn if they are of a crankshaft" if turn == TURN else f"a turn is {turn:g}"
+        hint = "give 720 as the turn if they are of a crankshaft" if turn == FULL_TURN else f"a turn is {turn:g}"
         raise bad(name, f"row {table.rows[high]}", float(angles[high]), f"{across}; {hint}")
     if angles[high] == angles[low]:
         raise bad(name, f"row {table.rows[0]}", float(angles[0]), "all rows have this angle")
@@ -154,9 +159,9 @@ def _round_the_axis(name: str, table: NumberTable, points: ComplexArray) -> tupl
     """Angles (deg, from 0 to a turn) and distances of points x + iy, which have to go round 0, 0."""
     for place in np.flatnonzero(points == 0.0):
         raise bad(name, f"row {table.rows[place]}", None, "is on the axis of the cam, which is at x = 0, y = 0")
-    angles = np.mod(TURN / 4.0 - np.degrees(np.angle(points)), TURN)
-    steps = np.diff(np.sort(angles), append=angles.min() + TURN)
-    if steps.max() >= TURN / 2.0:
+    angles = np.mod(FULL_TURN / 4.0 - np.degrees(np.angle(points)), FULL_TURN)
+    steps = np.diff(np.sort(angles), append=angles.min() + FULL_TURN)
+    if steps.max() >= FULL_TURN / 2.0:
         what = f"do not go round the axis of the cam, which is at x = 0, y = 0: none over {steps.max():.4g} deg"
         raise bad(name, "points", None, what)
     return angles, np.abs(points)

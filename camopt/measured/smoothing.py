@@ -18,11 +18,11 @@ from scipy import sparse
 from scipy.interpolate import BSpline
 from scipy.linalg import eigh
 
-from camopt.measured.reading import TURN, Points
-from camopt.measured.spline_chain import DEGREE
+from camopt.measured.reading import FULL_TURN, MeasuredPoints
+from camopt.measured.spline_chain import CHAIN_DEGREE
 from camopt.numerics import FloatArray
 
-JERK = 3  # the order of the derivative that is smoothed
+SMOOTHED_ORDER = 3  # the order of the derivative that is smoothed
 MOST_KNOTS = 360
 CAUTION = 1.4
 FREEST = 0.7  # of the points: the most degrees of freedom, so that CAUTION times as many are less than the points
@@ -38,12 +38,12 @@ class Smoothed(NamedTuple):
     freedom: float
 
 
-def smoothed(points: Points) -> Smoothed:
+def smoothed(points: MeasuredPoints) -> Smoothed:
     """The smoothing spline of points by generalised cross-validation.
 
     Knots are at the angles of the points, and at some of these if there are more than 360.
     """
-    basis, roughness = _basis(points.angles / TURN)
+    basis, roughness = _basis(points.angles / FULL_TURN)
     measure = (basis.T @ basis).toarray()
     measure += np.eye(len(measure)) * REGULAR * np.trace(measure) / len(measure)
     rough, vectors = eigh(roughness.toarray(), measure)
@@ -64,16 +64,22 @@ def _basis(x: FloatArray) -> tuple[sparse.csr_array, sparse.csr_array]:
     knots = np.unique(x)
     if knots.size > MOST_KNOTS:
         knots = knots[np.linspace(0, knots.size, MOST_KNOTS, endpoint=False).astype(int)]
-    around = np.concatenate([knots[-DEGREE:] - 1.0, knots, knots[: DEGREE + 1] + 1.0])
-    closed = sparse.csr_array(np.eye(knots.size)[np.arange(knots.size + DEGREE) % knots.size])
+    around = np.concatenate([knots[-CHAIN_DEGREE:] - 1.0, knots, knots[: CHAIN_DEGREE + 1] + 1.0])
+    closed = sparse.csr_array(np.eye(knots.size)[np.arange(knots.size + CHAIN_DEGREE) % knots.size])
     change = closed
-    for k in range(JERK):  # c' = (degree − k)·Δc/Δt
-        steps = (around[DEGREE + 1 : -1 - k] - around[1 + k : -DEGREE - 1]) / (DEGREE - k)
+    for k in range(SMOOTHED_ORDER):  # c' = (degree − k)·Δc/Δt
+        steps = (around[CHAIN_DEGREE + 1 : -1 - k] - around[1 + k : -CHAIN_DEGREE - 1]) / (CHAIN_DEGREE - k)
         change = sparse.diags_array(1.0 / steps) @ (change[1:] - change[:-1])
-    nodes, weights = np.polynomial.legendre.leggauss(DEGREE - 2)
-    starts, half = around[DEGREE : -DEGREE - 1, None], np.diff(around[DEGREE:-DEGREE])[:, None] / 2.0
+    nodes, weights = np.polynomial.legendre.leggauss(CHAIN_DEGREE - 2)
+    starts, half = (
+        around[CHAIN_DEGREE : -CHAIN_DEGREE - 1, None],
+        np.diff(around[CHAIN_DEGREE:-CHAIN_DEGREE])[:, None] / 2.0,
+    )
     inside = (starts + half * (1.0 + nodes)).ravel()
-    jerk = BSpline.design_matrix(inside, around[JERK:-JERK], DEGREE - JERK) @ change
+    jerk = (
+        BSpline.design_matrix(inside, around[SMOOTHED_ORDER:-SMOOTHED_ORDER], CHAIN_DEGREE - SMOOTHED_ORDER)
+        @ change
+    )
     weighted = sparse.diags_array(np.sqrt(half * weights).ravel()) @ jerk
     turned = knots[0] + np.mod(x - knots[0], 1.0)
-    return sparse.csr_array(BSpline.design_matrix(turned, around, DEGREE)) @ closed, weighted.T @ weighted
+    return sparse.csr_array(BSpline.design_matrix(turned, around, CHAIN_DEGREE)) @ closed, weighted.T @ weighted

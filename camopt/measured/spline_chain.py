@@ -19,7 +19,7 @@ from scipy.interpolate import BSpline
 
 from camopt.numerics import FloatArray
 
-DEGREE, ORDERS = 5, 4
+CHAIN_DEGREE, JOINED_ORDERS = 5, 4
 
 
 @dataclass(frozen=True)
@@ -30,19 +30,19 @@ class SplineChain:
 
     @property
     def knots(self) -> FloatArray:
-        ends = DEGREE + 1
+        ends = CHAIN_DEGREE + 1
         return np.concatenate([np.zeros(ends), self.inner, np.ones(ends)])
 
     @property
     def count(self) -> int:
         """How many coefficients the spline itself has; each derivative one less."""
-        return len(self.inner) + DEGREE + 1
+        return len(self.inner) + CHAIN_DEGREE + 1
 
     @cached_property
     def steps(self) -> list[FloatArray]:
         """Δt/(5 − k): what makes of cₖ₊₁ the differences of cₖ."""
-        inside = [self.knots[1 + k : self.knots.size - 1 - k] for k in range(ORDERS - 1)]
-        degrees = [DEGREE - k for k in range(ORDERS - 1)]
+        inside = [self.knots[1 + k : self.knots.size - 1 - k] for k in range(JOINED_ORDERS - 1)]
+        degrees = [CHAIN_DEGREE - k for k in range(JOINED_ORDERS - 1)]
         return [(t[p:] - t[:-p]) / p for t, p in zip(inside, degrees, strict=True)]
 
     def at(self, x: ArrayLike, order: int = 0) -> sparse.csr_array:
@@ -50,12 +50,12 @@ class SplineChain:
         x, knots = np.asarray(x, dtype=float), self.knots[order : self.knots.size - order]
         if not x.size:
             return sparse.csr_array((0, self.count - order))
-        return sparse.csr_array(BSpline.design_matrix(x, knots, DEGREE - order))
+        return sparse.csr_array(BSpline.design_matrix(x, knots, CHAIN_DEGREE - order))
 
     @cached_property
     def square(self) -> sparse.csr_array:
         """The matrix W with |W·c₃|² = ∫ (y''')² dx, by Gauss's rule, which is exact here."""
-        nodes, weights = np.polynomial.legendre.leggauss(DEGREE - 2)
+        nodes, weights = np.polynomial.legendre.leggauss(CHAIN_DEGREE - 2)
         ends = np.array([0.0, *self.inner, 1.0])
         half = np.diff(ends)[:, None] / 2
         x = (ends[:-1, None] + half * (1.0 + nodes)).ravel()
@@ -64,7 +64,7 @@ class SplineChain:
     def integrated(self, jerk: FloatArray, start: tuple[float, float, float]) -> list[FloatArray]:
         """c₀ … c₃ from c₃, and y, y', y'' at x = 0. Of several columns at once, if ``jerk`` has them."""
         found = [jerk]
-        for k in reversed(range(ORDERS - 1)):
+        for k in reversed(range(JOINED_ORDERS - 1)):
             steps = self.steps[k].reshape(-1, *(1,) * (jerk.ndim - 1)) * found[0]
             first = np.full_like(steps[:1], start[k])
             found.insert(0, np.concatenate([first, first + np.cumsum(steps, axis=0)]))

@@ -4,7 +4,7 @@ from io import BytesIO
 from typing import Any
 
 from camopt.measured.delimited import DIALECTS
-from camopt.measured.number_table import Cell, Row
+from camopt.measured.number_table import NumberedRow, TableCell
 from camopt.measured.workbook_extent import Extent, check_archive
 
 ARCHIVE = b"PK\x03\x04"
@@ -13,7 +13,7 @@ WORKBOOKS = (ARCHIVE, b"\xd0\xcf\x11\xe0")
 SPOKEN = [dialect for dialect in DIALECTS if dialect.delimiter == r"\t"]
 
 
-def workbook_rows(data: bytes) -> list[Row]:
+def workbook_rows(data: bytes) -> list[NumberedRow]:
     """The rows of the first sheet that has numbers; a ValueError says why there are none."""
     try:
         from python_calamine import CalamineError, CalamineWorkbook
@@ -31,7 +31,7 @@ def workbook_rows(data: bytes) -> list[Row]:
         raise ValueError(f"is no workbook that can be read: {trouble}") from None
 
 
-def _rows(sheet: Any) -> list[Row]:
+def _rows(sheet: Any) -> list[NumberedRow]:
     found = []
     Extent(sheet.total_height, sheet.total_width).check()  # of an .xls: it has 65,536 rows of 256 columns at most
     for number, values in enumerate(sheet.to_python(skip_empty_area=False), start=1):
@@ -41,11 +41,11 @@ def _rows(sheet: Any) -> list[Row]:
         while cells and cells[0] == "":  # tables need not start in the first column
             cells.pop(0)
         if cells and not str(cells[0]).startswith("#"):
-            found.append(Row(number, cells))
+            found.append(NumberedRow(number, cells))
     return found
 
 
-def _cell(value: Any) -> Cell:
+def _cell(value: Any) -> TableCell:
     """A cell's number, also if it was stored as text; of anything else (dates, errors) its text."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value)

@@ -8,10 +8,10 @@ from camopt.mechanisms import (
     translating,
     translating_flat,
 )
-from camopt.mechanisms.design import FIELDS, SIZES, Designs, Mechanism, chained
+from camopt.mechanisms.design import FIELDS, SIZE_FIELDS, Designs, Mechanism, concatenate
 from camopt.mechanisms.follower import FLAT, TIPS
 
-__all__ = ["FIELDS", "MECHANISMS", "SIZES", "Designs", "Mechanism", "chained", "mechanism_for"]
+__all__ = ["FIELDS", "MECHANISMS", "SIZE_FIELDS", "Designs", "Mechanism", "concatenate", "mechanism_for"]
 
 MECHANISMS: dict[tuple[str, str, bool], Mechanism] = {
     (mechanism.body.form, mechanism.motion.name, FLAT in mechanism.tips): mechanism

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-Form = Literal["disc", "cylindrical"]
+CamForm = Literal["disc", "cylindrical"]
 """The forms of cams, as ``cam.form`` has them."""
 
 
@@ -11,7 +11,7 @@ Form = Literal["disc", "cylindrical"]
 class Body:
     """The body of a cam: the keys of its sizes, and what its form decides."""
 
-    form: Form
+    form: CamForm
     cam: tuple[str, ...]
     """The keys of ``[cam]`` that it alone has, that of its size first."""
     developed: bool

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import CYLINDER, GROOVE
-from camopt.mechanisms.design import Contact, Designs, Mechanism, without_roller
+from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, without_roller
 from camopt.mechanisms.follower import ROUND, TRANSLATING
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
@@ -54,8 +54,8 @@ def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]
     return (designs.size,)
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
-    return Contact(angle * design.size, y, -y1, y * 0.0 + design.size)
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+    return ContactPoint(angle * design.size, y, -y1, y * 0.0 + design.size)
 
 
 MECHANISM = Mechanism(

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import CYLINDER, GROOVE
-from camopt.mechanisms.design import Contact, Designs, Mechanism, Misfit, without_roller
+from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, without_roller
 from camopt.mechanisms.follower import OSCILLATING, ROUND
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
@@ -99,11 +99,11 @@ def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]
     return designs.size, np.pi - programme.lift
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     half, l, sense = lift / 2, design.arm_length, design.sense  # noqa: E741
     cosine, sine = np.cos(y - half), np.sin(y - half)
     x = angle * design.size - (cosine - np.cos(half)) * (sense * l)
-    return Contact(x, sine * l, -y1 * cosine * l, y1 * sine * (sense * l) + design.size)
+    return ContactPoint(x, sine * l, -y1 * cosine * l, y1 * sine * (sense * l) + design.size)
 
 
 def _misfit(sizes: Mapping[str, float]) -> Misfit | None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from camopt.mechanisms.body import Body, Flank
 from camopt.mechanisms.follower import FollowerMotion, Tip
-from camopt.motion.contact import Contact as OnProfile
+from camopt.motion.contact import ProfileContact as OnProfile
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import as_interval
@@ -19,7 +19,7 @@ ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
 
 
-SIZES = ("size", "roller_radius", "offset", "arm_length", "centre_distance", "face_offset")
+SIZE_FIELDS = ("size", "roller_radius", "offset", "arm_length", "centre_distance", "face_offset")
 FIELDS = {
     "face_offset": "face_offset",
     "centre_distance": "centre_distance",
@@ -31,7 +31,7 @@ FIELDS = {
     "base_radius": "size",
 }
 """The arrays of ``Designs`` by the keys of a scene that give them or vary them, the slowest of a sweep first."""
-Bounds = dict[str, tuple[float, float]]
+SizeBounds = dict[str, tuple[float, float]]
 """Closed intervals of the sizes of a design, by field of Designs; equal ends where a size is fixed."""
 
 
@@ -70,8 +70,8 @@ class Designs:
 
     def with_values(self, values: Mapping[str, Any]) -> "Designs":
         """The same with other sizes, by field, and other numbers, by key of the scene."""
-        sizes = {name: value for name, value in values.items() if name in SIZES}
-        numbers = {name: value for name, value in values.items() if name not in SIZES}
+        sizes = {name: value for name, value in values.items() if name in SIZE_FIELDS}
+        numbers = {name: value for name, value in values.items() if name not in SIZE_FIELDS}
         return replace(self, **sizes, numbers={**self.numbers, **numbers})
 
     @property
@@ -82,7 +82,7 @@ class Designs:
     @property
     def sizes(self) -> dict[str, FloatArray]:
         """The arrays of sizes by name."""
-        return {name: getattr(self, name) for name in SIZES}
+        return {name: getattr(self, name) for name in SIZE_FIELDS}
 
     @property
     def values(self) -> dict[str, FloatArray]:
@@ -99,7 +99,7 @@ class Designs:
         return self.sense * self.offset
 
 
-def chained(parts: Iterable[Designs]) -> Designs:
+def concatenate(parts: Iterable[Designs]) -> Designs:
     """Designs one after the other, of cams that turn the same way."""
     parts = list(parts)
     return parts[0].with_values({n: np.concatenate([part.values[n] for part in parts]) for n in parts[0].values})
@@ -129,7 +129,7 @@ Misfit = tuple[str, Any, str]
 """A key of a scene, its value if that is at fault, and what is wrong."""
 
 
-class Contact(NamedTuple):
+class ContactPoint(NamedTuple):
     """Where the trace point (flat faces: the contact point) is in the ground frame, and the cam's outward normal.
 
     x and y in mm; of the normal the direction (across, up), of any length. Each an array, a ``Taylor`` series of
@@ -171,7 +171,7 @@ class Mechanism:
     """Numbers, or Intervals over boxes of designs, all above 0 where a design can be assembled at every angle."""
     assembly: str
     """That condition in words."""
-    contact: Callable[[Designs, float, Any, Any, Any], Contact]
+    contact: Callable[[Designs, float, Any, Any, Any], ContactPoint]
     """From a design, the lift, the cam angle (rad), y and y' to where the follower touches or traces the cam."""
     sliding: Callable[[Designs, Programme], Any] | None = None
     """Curve of the speed at which the trace point or the flat face slides over a disc cam, mm/rad."""

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import DISC, OUTER
-from camopt.mechanisms.design import Contact, Designs, Mechanism, Misfit, drawn_by_point
+from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, drawn_by_point
 from camopt.mechanisms.follower import OSCILLATING, ROUND
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.contact import OscillatingPoint
@@ -135,11 +135,11 @@ def trace_point(designs: Designs, angle: Any) -> tuple[Any, Any]:
     return designs.centre_distance - l * np.cos(angle), l * np.sin(angle)
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     """The trace point moves as the arm and the cam turn: the normal is p − σ·y'·(c − p) for a pivot c."""
     x, height = trace_point(design, y + first_angle(design))
     turn = y1 * design.sense
-    return Contact(x, height, x - turn * (design.centre_distance - x), height + turn * height)
+    return ContactPoint(x, height, x - turn * (design.centre_distance - x), height + turn * height)
 
 
 def _misfit(sizes: Mapping[str, float]) -> Misfit | None:

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import DISC, OUTER
-from camopt.mechanisms.design import Contact, Designs, Mechanism, Misfit
+from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit
 from camopt.mechanisms.follower import FLAT, OSCILLATING
 from camopt.motion.contact import OscillatingFace
 from camopt.motion.programme import Programme, span
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
 from camopt.numerics.trigonometry import turned
@@ -134,15 +134,15 @@ def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]
 
 def slowest(sense: float, programme: Programme) -> float:
     """The least q, at which the face turns against the cam."""
-    return 1.0 + min(sense * speed for speed in span(programme, (0, 1), TURN))
+    return 1.0 + min(sense * speed for speed in span(programme, (0, 1), ALL_STROKES))
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     psi = y + np.arcsin(first_sine(design))
     cosine, sine = np.cos(psi), np.sin(psi)
     c, f = design.centre_distance, design.face_offset
     t = cosine * c / (y1 * design.sense + 1.0)
-    return Contact(sine * f - t * cosine + c, cosine * f + t * sine, sine, cosine)
+    return ContactPoint(sine * f - t * cosine + c, cosine * f + t * sine, sine, cosine)
 
 
 def _misfit(sizes: Mapping[str, float]) -> Misfit | None:

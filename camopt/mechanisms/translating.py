@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import DISC, OUTER
-from camopt.mechanisms.design import Contact, Designs, Mechanism, Misfit, drawn_by_point
+from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, drawn_by_point
 from camopt.mechanisms.follower import ROUND, TRANSLATING
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.contact import TranslatingPoint
@@ -94,9 +94,9 @@ def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]
     return designs.prime_radius - designs.offset, designs.prime_radius + designs.offset
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     s = y + height(design)
-    return Contact(s * 0.0 + design.offset, s, (design.lead - y1) * design.sense, s)
+    return ContactPoint(s * 0.0 + design.offset, s, (design.lead - y1) * design.sense, s)
 
 
 def _misfit(sizes: Mapping[str, float]) -> Misfit | None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from camopt.mechanisms.body import DISC, OUTER
-from camopt.mechanisms.design import Contact, Designs, Mechanism
+from camopt.mechanisms.design import ContactPoint, Designs, Mechanism
 from camopt.mechanisms.follower import FLAT, TRANSLATING
 from camopt.motion.contact import TranslatingFace
 from camopt.motion.programme import Programme
@@ -27,8 +27,8 @@ def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]
     return (designs.size,)
 
 
-def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
-    return Contact(y1 * design.sense, y + design.size, y * 0.0, y * 0.0 + 1.0)
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
+    return ContactPoint(y1 * design.sense, y + design.size, y * 0.0, y * 0.0 + 1.0)
 
 
 MECHANISM = Mechanism(

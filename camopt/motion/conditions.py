@@ -3,7 +3,7 @@
 from math import isfinite
 from typing import NamedTuple
 
-NAMES = ("position", "velocity", "acceleration", "jerk")
+DERIVATIVE_NAMES = ("position", "velocity", "acceleration", "jerk")
 """Of y and its derivatives by the cam angle, by order."""
 MISSED = (1e-6, 1e-6, 1e-5, 1e-3)
 """By what share of its largest value a motion, and each derivative, may miss what is asked: a solver does."""

@@ -35,7 +35,7 @@ class Stand(NamedTuple):
     """Above 0 where the cam drives it, as cos β; not a number where it cannot be."""
 
 
-class Contact(Protocol):
+class ProfileContact(Protocol):
     """A follower as the profile meets it. Arcs have a radius and a distance of their centre, lines a distance."""
 
     @property

@@ -21,7 +21,7 @@ from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 
 
-def joined(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
+def with_moves(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
     """The strokes of a turn, each move among them with the motion that joins it to what is beside it.
 
     Raises

@@ -67,21 +67,21 @@ def folded(x: ArrayLike) -> tuple[FloatArray, Any]:
     return np.where(mirrored, 1.0 - x, x), mirrored
 
 
-STATES = {(False, False): "R", (True, False): "G", (False, True): "U", (True, True): "B"}
+VDI_STATES = {(False, False): "R", (True, False): "G", (False, True): "U", (True, True): "B"}
 """Whether there is a velocity and an acceleration: rest (Rast), constant velocity (Geschwindigkeit), reversal
 (Umkehr), and motion in general (Bewegung)."""
-SAMPLES = np.linspace(0.0, 1.0, 257)
-NOTHING = 1e-9  # of the largest value: less is rounding
+UNIT_SAMPLES = np.linspace(0.0, 1.0, 257)
+LEAST_SHARE = 1e-9  # of the largest value: less is rounding
 
 
 def pair_of(law: Law) -> str:
     """What a law joins by its first two derivatives at both ends, such as R-G: the motion tasks of VDI 2143."""
     ends = [
-        np.abs(verb([0.0, 1.0])) > NOTHING * np.abs(verb(SAMPLES)).max()
+        np.abs(verb([0.0, 1.0])) > LEAST_SHARE * np.abs(verb(UNIT_SAMPLES)).max()
         for verb in (law.velocity, law.acceleration)
     ]
     return "-".join(
-        STATES[bool(velocity), bool(acceleration)] for velocity, acceleration in zip(*ends, strict=True)
+        VDI_STATES[bool(velocity), bool(acceleration)] for velocity, acceleration in zip(*ends, strict=True)
     )
 
 
@@ -92,4 +92,6 @@ def is_still(law: Law) -> bool:
 
 def is_symmetric(law: Law) -> bool:
     """Whether the second half of a stroke is the first from its other end: s(1 − x) = 1 − s(x)."""
-    return bool(np.abs(law.displacement(SAMPLES) + law.displacement(1.0 - SAMPLES) - 1.0).max() <= NOTHING)
+    return bool(
+        np.abs(law.displacement(UNIT_SAMPLES) + law.displacement(1.0 - UNIT_SAMPLES) - 1.0).max() <= LEAST_SHARE
+    )

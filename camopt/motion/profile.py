@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from math import atan2, pi, sqrt
 from typing import NamedTuple
 
-CLOSE = 1e-9  # of the radii: what touches but for rounding, touches
+TOUCHING_SHARE = 1e-9  # of the radii: what touches but for rounding, touches
 
 
 class Unfit(ValueError):
@@ -27,7 +27,7 @@ class Unfit(ValueError):
         self.why = why
 
 
-class Element(NamedTuple):
+class GivenElement(NamedTuple):
     """An arc or line as it is given."""
 
     radius: float | None
@@ -43,7 +43,7 @@ class Joint(NamedTuple):
     normal: complex
 
 
-class Part(NamedTuple):
+class PlacedElement(NamedTuple):
     """An element in its place, from joint to joint."""
 
     radius: float | None
@@ -69,13 +69,15 @@ class Part(NamedTuple):
     @property
     def is_concentric(self) -> bool:
         """Whether it is an arc about the axis, on which the follower rests."""
-        return self.radius is not None and abs(self.centre) <= CLOSE * abs(self.radius)
+        return self.radius is not None and abs(self.centre) <= TOUCHING_SHARE * abs(self.radius)
 
     def heights(self) -> list[float]:
         """Distances from the axis where they are least or greatest; below 0 if the axis is outside."""
         if self.radius is None:
             ahead = [(joint.point - self.centre) / (1j * joint.normal) for joint in (self.start, self.end)]
-            passed = ahead[0].real <= CLOSE * abs(self.centre) and ahead[1].real >= -CLOSE * abs(self.centre)
+            passed = ahead[0].real <= TOUCHING_SHARE * abs(self.centre) and ahead[1].real >= -TOUCHING_SHARE * abs(
+                self.centre
+            )
             return [self.height] if passed else []
         if self.is_concentric:
             return [self.radius]
@@ -85,7 +87,7 @@ class Part(NamedTuple):
     def _has(self, normal: complex) -> bool:
         """Whether the arc has this normal, but for rounding."""
         turned = abs(_turn(self.start.normal, normal, self.sweep > 0.0))
-        return turned <= abs(self.sweep) + CLOSE or turned >= 2 * pi - CLOSE
+        return turned <= abs(self.sweep) + TOUCHING_SHARE or turned >= 2 * pi - TOUCHING_SHARE
 
 
 def phase(z: complex) -> float:
@@ -104,7 +106,7 @@ def _turn(start: complex, end: complex, forward: bool) -> float:
     return angle % (2 * pi) if forward else -(-angle % (2 * pi))
 
 
-def parts_of(elements: Sequence[Element]) -> list[Part]:
+def parts_of(elements: Sequence[GivenElement]) -> list[PlacedElement]:
     """The elements in their places.
 
     Raises
@@ -121,25 +123,25 @@ def parts_of(elements: Sequence[Element]) -> list[Part]:
         start, end = joints[k - 1][1], joints[k][0]
         centre = fixed[k] if element.radius is not None else _height(start.point, start.normal) * start.normal
         assert centre is not None
-        parts.append(Part(element.radius, centre, start, end))
+        parts.append(PlacedElement(element.radius, centre, start, end))
     if round(sum(part.sweep for part in parts) / (2 * pi)) != 1:
         raise Unfit(0, "the elements do not go round the cam once")
     return parts
 
 
-def _eccentric(element: Element) -> Part:
+def _eccentric(element: GivenElement) -> PlacedElement:
     """One circle, from where it is nearest to the axis."""
     radius, centre = element.radius, element.centre
     if radius is None or centre is None or radius < 0.0:
         raise Unfit(1, "a profile of one element is an arc with its centre (x, y) and a radius above 0")
-    if abs(centre) <= CLOSE * radius:
+    if abs(centre) <= TOUCHING_SHARE * radius:
         raise Unfit(1, "a circle about the cam's axis moves nothing")
     normal = -centre / abs(centre)
     joint = Joint(centre + radius * normal, normal)
-    return Part(radius, centre, joint, joint)
+    return PlacedElement(radius, centre, joint, joint)
 
 
-def _fixed(elements: Sequence[Element], k: int) -> complex | None:
+def _fixed(elements: Sequence[GivenElement], k: int) -> complex | None:
     """The centre of an arc, as it is given, or found; None for a line."""
     element = elements[k]
     if element.radius is None or element.centre is not None:
@@ -154,7 +156,7 @@ def _fixed(elements: Sequence[Element], k: int) -> complex | None:
     return c1 + a * normal / abs(normal)
 
 
-def _neighbours(elements: Sequence[Element], k: int) -> list[tuple[float, complex]]:
+def _neighbours(elements: Sequence[GivenElement], k: int) -> list[tuple[float, complex]]:
     """Radius and centre of the arcs before and after an element that has to touch both."""
     found = []
     for other in (elements[k - 1], elements[(k + 1) % len(elements)]):
@@ -164,7 +166,7 @@ def _neighbours(elements: Sequence[Element], k: int) -> list[tuple[float, comple
     return found
 
 
-def _joint(elements: Sequence[Element], centres: Sequence[complex | None], k: int) -> tuple[Joint, Joint]:
+def _joint(elements: Sequence[GivenElement], centres: Sequence[complex | None], k: int) -> tuple[Joint, Joint]:
     """Where an element ends, and where the one after it starts: the same place but for rounding."""
     after = (k + 1) % len(elements)
     if elements[k].radius is None:
@@ -177,16 +179,16 @@ def _joint(elements: Sequence[Element], centres: Sequence[complex | None], k: in
     assert c1 is not None
     assert c2 is not None
     apart, gap = abs(c2 - c1), abs(abs(c2 - c1) - abs(r1 - r2))
-    if apart <= CLOSE * (abs(r1) + abs(r2)):
+    if apart <= TOUCHING_SHARE * (abs(r1) + abs(r2)):
         raise Unfit(after + 1, "has the centre of the arc before it: they are one circle, or never touch")
-    if gap > CLOSE * (abs(r1) + abs(r2)):
+    if gap > TOUCHING_SHARE * (abs(r1) + abs(r2)):
         why = f"does not touch the arc before it, by {gap:.3g} mm; one of them may leave its centre out (x, y)"
         raise Unfit(after + 1, why)
     normal = (c2 - c1) / apart * (1.0 if r1 > r2 else -1.0)
     return Joint(c1 + r1 * normal, normal), Joint(c2 + r2 * normal, normal)
 
 
-def _on_line(elements: Sequence[Element], k: int) -> tuple[Joint, Joint]:
+def _on_line(elements: Sequence[GivenElement], k: int) -> tuple[Joint, Joint]:
     """The ends of a line."""
     (r1, c1), (r2, c2) = _neighbours(elements, k)
     square = abs(c2 - c1) ** 2 - (r1 - r2) ** 2
@@ -197,7 +199,7 @@ def _on_line(elements: Sequence[Element], k: int) -> tuple[Joint, Joint]:
     return Joint(c1 + r1 * normal, normal), Joint(c2 + r2 * normal, normal)
 
 
-def least_radius(parts: Sequence[Part]) -> float:
+def least_radius(parts: Sequence[PlacedElement]) -> float:
     """The least radius of a profile, mm.
 
     Raises
@@ -209,4 +211,4 @@ def least_radius(parts: Sequence[Part]) -> float:
     if least <= 0.0:
         raise Unfit(0, "the axis of the cam (0, 0) is outside the profile")
     base = [part.radius for part in parts if part.is_concentric and part.radius is not None]
-    return next((radius for radius in base if abs(radius - least) <= CLOSE * least), least)
+    return next((radius for radius in base if abs(radius - least) <= TOUCHING_SHARE * least), least)

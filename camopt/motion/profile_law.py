@@ -11,19 +11,19 @@ from math import ceil, cos, degrees, floor, inf, pi, radians
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camopt.motion.contact import Contact, Stand
+from camopt.motion.contact import ProfileContact, Stand
 from camopt.motion.law import ByOrder
 from camopt.motion.load import ExternalLoad
-from camopt.motion.profile import Joint, Part, Unfit, least_radius, phase
+from camopt.motion.profile import Joint, PlacedElement, Unfit, least_radius, phase
 from camopt.motion.programme import Programme
-from camopt.motion.stroke import Given, Stroke
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.stroke import AsGiven, Stroke
+from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor
 
-ORDERS = 4  # y and its first three derivatives
-LEAST = 1e-6  # of the largest position: a lift of which rounding leaves enough digits
-SAME = 1e-12  # of the largest position: no more from the lowest is rounding
+STATE_ORDERS = 4  # y and its first three derivatives
+LEAST_LIFT = 1e-6  # of the largest position: a lift of which rounding leaves enough digits
+LEAST_DROP = 1e-12  # of the largest position: no more from the lowest is rounding
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class ProfileLaw(ByOrder):
     ``first`` are the distance of its centre from the axis (of the trace point's line itself), and δ at the start.
     """
 
-    contact: Contact
+    contact: ProfileContact
     radius: float | None
     distance: float
     first: float
@@ -59,7 +59,7 @@ class ProfileLaw(ByOrder):
 
     def _at(self, x: ArrayLike, order: int) -> FloatArray:
         x, turn = np.asarray(x, dtype=float), radians(self.turn)
-        rates = (turn, *(0.0,) * (ORDERS - 2))
+        rates = (turn, *(0.0,) * (STATE_ORDERS - 2))
         found = self.position(Taylor([self.first + turn * x, *rates])).derivative(order)
         return np.asarray(found - self.position(Taylor([self.first])).terms[0] if order == 0 else found)
 
@@ -76,7 +76,9 @@ class ProfileLaw(ByOrder):
         return bool(np.isfinite(found.terms).all())
 
 
-def programme_on(parts: Sequence[Part], contact: Contact, load: ExternalLoad | None = None) -> Programme:
+def programme_on(
+    parts: Sequence[PlacedElement], contact: ProfileContact, load: ExternalLoad | None = None
+) -> Programme:
     """The turn of a follower on a profile.
 
     Raises
@@ -89,7 +91,7 @@ def programme_on(parts: Sequence[Part], contact: Contact, load: ExternalLoad | N
     lowest = contact.at(Joint(complex(least), 1.0 + 0.0j)).position
     farthest = max(abs(stand.position) for stand in stands)
     levels = [stand.position - lowest for stand in stands]
-    levels = [0.0 if abs(level) <= SAME * farthest else level for level in levels]
+    levels = [0.0 if abs(level) <= LEAST_DROP * farthest else level for level in levels]
     strokes: list[Stroke] = []
     for k, (part, stand) in enumerate(zip(parts, stands, strict=True), start=1):
         turn = degrees((stands[k % len(parts)].turned - stand.turned) % (2 * pi)) or 360.0
@@ -102,16 +104,18 @@ def programme_on(parts: Sequence[Part], contact: Contact, load: ExternalLoad | N
         raise Unfit(0, "the follower does not go round the cam once")
     radii = tuple(inf if part.radius is None else part.radius + contact.radius for part in parts)
     programme = Programme(tuple(strokes), load, levels[0], radii)
-    if programme.lift <= LEAST * farthest:
+    if programme.lift <= LEAST_LIFT * farthest:
         raise Unfit(0, "the arcs are one circle about the cam's axis but for a millionth: nothing moves")
     return programme
 
 
-STEEPEST = 89.0  # deg: beyond, rounding makes corners of joints
-TOO_STEEP = f"too steep: the pressure angle would exceed {STEEPEST:g} deg, or the follower does not come so far"
+STEEPEST_JOINT = 89.0  # deg: beyond, rounding makes corners of joints
+TOO_STEEP = (
+    f"too steep: the pressure angle would exceed {STEEPEST_JOINT:g} deg, or the follower does not come so far"
+)
 
 
-def _stands(part: Part, contact: Contact, number: int) -> Stand:
+def _stands(part: PlacedElement, contact: ProfileContact, number: int) -> Stand:
     """Where a follower comes on an element, if it can be there."""
     if part.radius is None or part.radius < 0.0:
         what = "a line" if part.radius is None else "a hollow flank"
@@ -121,20 +125,20 @@ def _stands(part: Part, contact: Contact, number: int) -> Stand:
             why = f"the follower bridges this hollow flank: its radius ({contact.radius:g}) is too large for it"
             raise Unfit(number, why)
     stand = contact.at(part.start)
-    if not stand.lead > cos(radians(STEEPEST)) * (not contact.is_flat):
+    if not stand.lead > cos(radians(STEEPEST_JOINT)) * (not contact.is_flat):
         raise Unfit(number, TOO_STEEP)
     return stand
 
 
 def _stroke(
-    part: Part, contact: Contact, turned: float, turn: float, start: float, low: float, high: float
+    part: PlacedElement, contact: ProfileContact, turned: float, turn: float, start: float, low: float, high: float
 ) -> Stroke:
     """What the follower does on an element: on an arc about the axis it rests."""
     if part.is_concentric:
-        return Stroke(DWELL, None, start, radians(turn), low, low, Given(turn, 0.0, angular=False))
+        return Stroke(DWELL, None, start, radians(turn), low, low, AsGiven(turn, 0.0, angular=False))
     if part.radius is None:
         radius, distance, towards = None, part.height + contact.radius, part.start.normal
     else:
         radius, distance, towards = part.radius + contact.radius, abs(part.centre), part.centre
     law = ProfileLaw(contact, radius, distance, turned - phase(towards), turn)
-    return Stroke(TURN, law, start, radians(turn), low, high, Given(turn, high - low, angular=False))
+    return Stroke(ALL_STROKES, law, start, radians(turn), low, high, AsGiven(turn, high - low, angular=False))

@@ -10,10 +10,10 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from camopt.motion import LAWS
-from camopt.motion.joints import joined
+from camopt.motion.joints import with_moves
 from camopt.motion.law import Law
 from camopt.motion.load import ExternalLoad
-from camopt.motion.segments import Segment, strokes_of
+from camopt.motion.segments import GivenSegment, strokes_from
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import (
@@ -24,15 +24,14 @@ from camopt.motion.table import (
     RETURN,
     RISE,
     WAY_OF,
-    IntArray,
-    cut,
+    cut_at,
     stroke_coefficients,
     turnings,
 )
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.loading import tabulated_load
 from camopt.numerics.piecewise import (
-    DEGREE,
+    TABLE_DEGREE,
     MotionTable,
     bernstein,
     fill_nodes,
@@ -42,10 +41,10 @@ from camopt.numerics.piecewise import (
 )
 from camopt.numerics.state import Load, State
 
-PANELS = 24
-SAME = 1e-9  # jumps below this share of the largest value in the turn are rounding
-BESIDE = 1e-12  # rad, to either side of a jump
-BEYOND = 1e-12  # by how much rounding may take a law below 0 or above 1
+TURN_PANELS = 24
+LEAST_JUMP = 1e-9  # jumps below this share of the largest value in the turn are rounding
+JUMP_SIDE = 1e-12  # rad, to either side of a jump
+OVERSHOOT = 1e-12  # by how much rounding may take a law below 0 or above 1
 
 
 @dataclass(frozen=True)
@@ -78,26 +77,26 @@ class Programme:
     @classmethod
     def from_segments(
         cls,
-        segments: Sequence[Segment | tuple[str, float, float, str | None]],
+        segments: Sequence[GivenSegment | tuple[str, float, float, str | None]],
         *,
         angular: bool,
         laws: Mapping[str, Law] = LAWS,
         load: ExternalLoad | None = None,
     ) -> "Programme":
         """From segments as they are given; those of no length drop out. Displacements are in deg if ``angular``."""
-        start, strokes = strokes_of([Segment(*each) for each in segments], angular=angular, laws=laws)
-        return cls(joined(strokes), load, start).on_base_circle()
+        start, strokes = strokes_from([GivenSegment(*each) for each in segments], angular=angular, laws=laws)
+        return cls(with_moves(strokes), load, start).on_base_circle()
 
     def with_laws(self, rise: Law | None, fall: Law | None) -> "Programme":
         """The same turn with other laws on its rises and returns (None keeps them)."""
         chosen = {RISE: rise, RETURN: fall}
         strokes = [replace(s, law=chosen.get(s.kind) or s.law) for s in self.strokes]
-        return replace(self, strokes=joined(strokes)).on_base_circle()
+        return replace(self, strokes=with_moves(strokes)).on_base_circle()
 
     def on_base_circle(self) -> "Programme":
         """The same turn with its displacements counted from the lowest of it."""
         least, most = self.levels
-        if abs(least) <= SAME * (most - least):
+        if abs(least) <= LEAST_JUMP * (most - least):
             return self
         start = self.start - least / self.unit
         up = start * self.unit - self.strokes[0].low
@@ -121,7 +120,7 @@ class Programme:
     @property
     def monotone(self) -> bool:
         """Whether the follower turns back nowhere but between strokes."""
-        return not any(s.law and (s.is_move or turnings(s.law, PANELS)) for s in self.strokes)
+        return not any(s.law and (s.is_move or turnings(s.law, TURN_PANELS)) for s in self.strokes)
 
     @property
     def lift(self) -> float:
@@ -133,7 +132,7 @@ class Programme:
         """The lowest and the highest displacement of the turn, mm (rad): where strokes end, or turn back."""
         found = [y for stroke in self.strokes for y in (stroke.low, stroke.high)]
         for stroke in self.strokes:
-            if stroke.law is not None and (places := turnings(stroke.law, PANELS)):
+            if stroke.law is not None and (places := turnings(stroke.law, TURN_PANELS)):
                 found += (stroke.low + stroke.size * stroke.law.displacement(np.array(places))).tolist()
         return min(found), max(found)
 
@@ -197,14 +196,14 @@ class Programme:
         if not chosen.size:
             return np.empty((0, *angles.shape))
         middle = np.mean([*starts, self.strokes[-1].end][chosen[0] : chosen[0] + 2])
-        sides = np.mod(np.stack([angles - BESIDE, angles + BESIDE]), self.strokes[-1].end)
+        sides = np.mod(np.stack([angles - JUMP_SIDE, angles + JUMP_SIDE]), self.strokes[-1].end)
         inside = (self.kinds_at(sides) & kinds) != 0
         return np.where(inside, sides, np.where(inside[::-1], sides[::-1], middle))
 
     def cuts(self, stroke: Stroke) -> tuple[float, ...]:
         """Where the motion turns back or the load has a corner, as shares of a stroke; those outside it too."""
         corners = tuple((angle - stroke.start) / stroke.angle for angle in (self.load.angles if self.load else ()))
-        return corners if stroke.law is None else (*turnings(stroke.law, PANELS), *corners)
+        return corners if stroke.law is None else (*turnings(stroke.law, TURN_PANELS), *corners)
 
 
 @lru_cache(maxsize=512)
@@ -213,11 +212,11 @@ def _table(programme: Programme) -> MotionTable:
     numbers: list[NDArray[np.int64]] = []
     for stroke in programme.strokes:
         if stroke.law is None:
-            ends = np.array(cut((0.0, 1.0), programme.cuts(stroke)))
+            ends = np.array(cut_at((0.0, 1.0), programme.cuts(stroke)))
             counts: tuple[int, ...] = (1,) * (len(ends) - 1)
-            coefficients = np.zeros((len(counts), DEGREE + 1))
+            coefficients = np.zeros((len(counts), TABLE_DEGREE + 1))
         else:
-            coefficients, ends, counts = stroke_coefficients(stroke.law, PANELS, programme.cuts(stroke))
+            coefficients, ends, counts = stroke_coefficients(stroke.law, TURN_PANELS, programme.cuts(stroke))
         row = coefficients * stroke.size
         ways = _ways(row, counts)
         row[:, 0] += stroke.low
@@ -274,7 +273,7 @@ def _jumps(programme: Programme) -> list[Jump]:
     for q in pieces:
         change = first[q] - last[q - 1]
         for order in (1, 2):
-            if abs(change[order]) > SAME * scale[order]:
+            if abs(change[order]) > LEAST_JUMP * scale[order]:
                 kinds = int(table.kind[q] | table.kind[q - 1])
                 found.append(Jump(order, float(start[q]), float(change[order]), float(first[q, order]), kinds))
                 break
@@ -292,7 +291,7 @@ def peak(programme: Programme, order: int, kinds: int) -> float:
     return max(-least, largest, 0.0)
 
 
-NOTHING = 1e-100  # of a slope's largest coefficient: no more of it is seen, and dividing by less overflows
+LEAST_SLOPE = 1e-100  # of a slope's largest coefficient: no more of it is seen, and dividing by less overflows
 
 
 @lru_cache(maxsize=4096)
@@ -308,7 +307,7 @@ def span(programme: Programme, weights: tuple[float, ...], kinds: int, load: flo
     factors = np.array((*weights, load))
     series, slope, ends, slopes, bounds = (_summed(factors, terms) for terms in found)
     low, high = bounds.min(axis=0), bounds.max(axis=0)
-    least, largest, rounding = float(ends.min()), float(ends.max()), BEYOND * max(-low.min(), high.max())
+    least, largest, rounding = float(ends.min()), float(ends.max()), OVERSHOOT * max(-low.min(), high.max())
     turning = (slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0)  # the others have no extreme inside,
     beyond = (low < least + rounding) | (high > largest - rounding)  # or none that exceeds an end
     inside = [v for k in np.flatnonzero(turning & beyond) for v in _stationary_values(series[:, k], slope[:, k])]
@@ -343,7 +342,7 @@ def _summed(factors: FloatArray, terms: FloatArray) -> FloatArray:
 
 def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
     """Values of a polynomial where it is stationary in [−1, 1]."""
-    roots = polynomial.polyroots(polynomial.polytrim(slope, NOTHING * np.abs(slope).max()))
+    roots = polynomial.polyroots(polynomial.polytrim(slope, LEAST_SLOPE * np.abs(slope).max()))
     real = roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1)]
     return [float(v) for v in polynomial.polyval(real, series)]
 
@@ -365,7 +364,7 @@ def root_mean_square(programme: Programme, order: int) -> float:
 def unit_span(law: Law) -> tuple[float, float]:
     """Least and largest displacement of a law's unit stroke: 0 and 1, but for what is more than rounding."""
     least, largest = span(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)
-    return least if least < -BEYOND else 0.0, largest if largest > 1.0 + BEYOND else 1.0
+    return least if least < -OVERSHOOT else 0.0, largest if largest > 1.0 + OVERSHOOT else 1.0
 
 
 PEAKS = {"peak_velocity": 1, "peak_acceleration": 2, "peak_jerk": 3}

@@ -20,24 +20,26 @@ from math import comb, isfinite, perm
 import numpy as np
 from numpy.polynomial import polynomial
 
-from camopt.mistakes import Unmet, listed
+from camopt.mistakes import Unmet, listed_words
 from camopt.motion.conditions import Condition
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.irreducible import irreducible
 from camopt.numerics.quadratic import least_within, solutions_of
 
-NARROW = 1e-12  # of the run's largest number: ranges no wider are single numbers
-SAME = 1e-6  # of the run: angles nearer than that are one
-SMOOTH, SMOOTHER = 3, 4  # numbers of a state: up to the acceleration, up to the jerk
-PARTS = 12  # of a range of angles: there the Bernstein coefficients are hardly wider than the motion
+SINGLE_NUMBER = 1e-12  # of the run's largest number: ranges no wider are single numbers
+NEAR_ANGLE = 1e-6  # of the run: angles nearer than that are one
+TO_ACCELERATION, TO_JERK = 3, 4  # numbers of a state: up to the acceleration, up to the jerk
+RANGE_PARTS = 12  # of a range of angles: there the Bernstein coefficients are hardly wider than the motion
 
 
 class Contradiction(Unmet):
     """No motion meets all that is asked of a run of moves; ``keys`` are those of a smallest set that none meets."""
 
     def __init__(self, keys: Sequence[str]) -> None:
-        super().__init__(f"no motion meets these together: {listed(keys)}; without any one of them there is one")
+        super().__init__(
+            f"no motion meets these together: {listed_words(keys)}; without any one of them there is one"
+        )
         self.keys = tuple(keys)
 
 
@@ -72,10 +74,10 @@ class Run:
         found = np.cumsum([0.0, *(move.angle for move in self.moves)])
         most = found[-1]
         for each in self.conditions:
-            found = _with(found, np.array([each.start, each.end]), SAME * most)
+            found = _with(found, np.array([each.start, each.end]), NEAR_ANGLE * most)
         for each in self.conditions:
-            parts = np.linspace(each.start, each.end, PARTS + 1)[1:-1]
-            found = _with(found, parts, max(SAME * most, (each.end - each.start) / PARTS / 2))
+            parts = np.linspace(each.start, each.end, RANGE_PARTS + 1)[1:-1]
+            found = _with(found, parts, max(NEAR_ANGLE * most, (each.end - each.start) / RANGE_PARTS / 2))
         return np.sort(found)
 
     @property
@@ -94,8 +96,8 @@ class Run:
     @property
     def count(self) -> int:
         """Numbers of a state: a run of which a jerk is asked at an angle has a continuous one."""
-        jerks = any(each.order == SMOOTHER - 1 and each.start == each.end for each in self.conditions)
-        return SMOOTHER if jerks else SMOOTH
+        jerks = any(each.order == TO_JERK - 1 and each.start == each.end for each in self.conditions)
+        return TO_JERK if jerks else TO_ACCELERATION
 
     @property
     def closed(self) -> bool:
@@ -204,7 +206,7 @@ def _least(
         factor[i * count : (i + 1) * count] *= share ** (0.5 - count)
     low, high = low.ravel() * scale, high.ravel() * scale
     largest = np.abs(np.nan_to_num([low, high], posinf=0.0, neginf=0.0)).max()
-    fixed = high - low <= NARROW * largest
+    fixed = high - low <= SINGLE_NUMBER * largest
     states = np.where(fixed, low, 0.0)
     free = np.unique(place.ravel()[~fixed])
     onto = np.eye(place.size)[place.ravel()]  # to all numbers of the states from those that are chosen

@@ -40,7 +40,7 @@ RAMP: tuple[Verb, ...] = (
     lambda t, length: np.sin(_wave(length) * t),
     lambda t, length: _wave(length) * np.cos(_wave(length) * t),
 )
-FLAT: tuple[Verb, ...] = (
+CONSTANT: tuple[Verb, ...] = (
     lambda t, _: t * t / 2,
     lambda t, _: t,
     lambda t, _: np.ones_like(t),
@@ -52,7 +52,7 @@ FALL: tuple[Verb, ...] = (
     lambda t, length: np.sin(_wave(length) * (length - t)),  # cos: full digits where it passes through zero
     lambda t, length: -_wave(length) * np.sin(_wave(length) * t),
 )
-RUN: tuple[Verb, ...] = (lambda t, _: np.zeros_like(t),) * 4
+ZERO: tuple[Verb, ...] = (lambda t, _: np.zeros_like(t),) * 4
 
 
 class Quarter(NamedTuple):
@@ -81,7 +81,7 @@ class SCCALaw:
     def _half(self) -> list[Quarter]:
         """The pieces of the first half that are not empty, scaled so that s is ½ at its end."""
         found, start, s, v = [], 0.0, 0.0, 0.0
-        for verbs, share in zip((RAMP, FLAT, FALL, RUN), self.shares, strict=True):
+        for verbs, share in zip((RAMP, CONSTANT, FALL, ZERO), self.shares, strict=True):
             if share > 0.0:
                 length = share / sum(self.shares) / 2
                 found.append(Quarter(verbs, start, length, s, v))

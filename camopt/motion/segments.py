@@ -6,18 +6,18 @@ from typing import NamedTuple
 
 from camopt.motion.law import Law
 from camopt.motion.polynomial import PolynomialLaw
-from camopt.motion.stroke import Asked, Given, Stroke, Through
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.stroke import AsGiven, AskedValue, Passing, Stroke
+from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 
 MOVE, CONSTANT_VELOCITY = "move", "constant-velocity"
-KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL, MOVE: TURN, CONSTANT_VELOCITY: TURN}
-SIGNS = {"rise": 1.0, "return": -1.0, "dwell": 0.0, MOVE: 1.0, CONSTANT_VELOCITY: 1.0}
+SEGMENT_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL, MOVE: ALL_STROKES, CONSTANT_VELOCITY: ALL_STROKES}
+LIFT_SIGNS = {"rise": 1.0, "return": -1.0, "dwell": 0.0, MOVE: 1.0, CONSTANT_VELOCITY: 1.0}
 """Of the lift of a segment: which way it goes."""
-NOTHING = 1e-12  # deg: a shorter dwell is the rounding of the other angles
-SAME = 1e-9  # displacements nearer than this share of a stroke are the same but for rounding
+NO_DWELL = 1e-12  # deg: a shorter dwell is the rounding of the other angles
+SAME_LIFT = 1e-9  # displacements nearer than this share of a stroke are the same but for rounding
 
 
-class Segment(NamedTuple):
+class GivenSegment(NamedTuple):
     """A segment of the turn as it is given: cam angle in deg, displacements in mm, or deg if they are angular."""
 
     segment: str
@@ -26,11 +26,11 @@ class Segment(NamedTuple):
     law: str | None = None
     to: float | None = None
     """The position at its end, in place of the lift."""
-    wanted: tuple[Asked, ...] = ()
+    wanted: tuple[AskedValue, ...] = ()
     """Of a move: what is asked of y', y'' … at its end, by the cam angle in rad."""
     between: tuple[float, float] | None = None
     """Of a move between others: from where to where the position at its end may be, if it is not given."""
-    through: tuple[Through, ...] = ()
+    through: tuple[Passing, ...] = ()
     """Of a move: what is asked of it on its way, with positions."""
     key: str = ""
     """Of the segment in its scene."""
@@ -38,10 +38,10 @@ class Segment(NamedTuple):
     @property
     def change(self) -> float:
         """Of the displacement, where no position is given."""
-        return SIGNS[self.segment] * self.lift
+        return LIFT_SIGNS[self.segment] * self.lift
 
 
-def start_of(segments: Sequence[Segment]) -> float:
+def start_position(segments: Sequence[GivenSegment]) -> float:
     """The position at which a turn starts: the last that is given, and the lifts after it; 0 if none is given."""
     position = 0.0
     for segment in segments:
@@ -49,57 +49,57 @@ def start_of(segments: Sequence[Segment]) -> float:
     return position if any(segment.to is not None for segment in segments) else 0.0
 
 
-def changes(segments: Sequence[Segment]) -> list[float]:
+def lifts_of(segments: Sequence[GivenSegment]) -> list[float]:
     """By how much the displacement changes in each segment."""
-    position, found = start_of(segments), []
+    position, found = start_position(segments), []
     for segment in segments:
         found.append(segment.change if segment.to is None else segment.to - position)
         position = position + segment.change if segment.to is None else segment.to
     return found
 
 
-def ends_of(segments: Sequence[Segment]) -> list[float]:
+def positions_of(segments: Sequence[GivenSegment]) -> list[float]:
     """The position at the start of the turn, and at the end of each segment."""
-    found = [start_of(segments)]
-    for change in changes(segments):
+    found = [start_position(segments)]
+    for change in lifts_of(segments):
         found.append(found[-1] + change)
     return found
 
 
-def strokes_of(
-    segments: Sequence[Segment], *, angular: bool, laws: Mapping[str, Law]
+def strokes_from(
+    segments: Sequence[GivenSegment], *, angular: bool, laws: Mapping[str, Law]
 ) -> tuple[float, list[Stroke]]:
     """Where the turn starts, as given, and its strokes; moves are without their laws (``joints``)."""
-    start = start_of(segments)
+    start = start_position(segments)
     strokes: list[Stroke] = []
-    turned, y = 0.0, start * Given(0.0, 0.0, angular).unit
-    for segment, change in zip(segments, changes(segments), strict=True):
-        if segment.angle < NOTHING:
+    turned, y = 0.0, start * AsGiven(0.0, 0.0, angular).unit
+    for segment, change in zip(segments, lifts_of(segments), strict=True):
+        if segment.angle < NO_DWELL:
             continue
         through = tuple(_counted(each, start) for each in segment.through)
         segment = segment._replace(wanted=(_from(start, segment.between), *segment.wanted), through=through)
-        strokes.append(_stroke(segment, Given(segment.angle, change, angular), turned, y, laws))
+        strokes.append(_stroke(segment, AsGiven(segment.angle, change, angular), turned, y, laws))
         turned, y = strokes[-1].end, strokes[-1].high
     return start, strokes
 
 
-def _from(start: float, asked: Asked) -> Asked:
+def _from(start: float, asked: AskedValue) -> AskedValue:
     """A position, or a range of them, counted from another."""
     if asked is None:
         return None
     return (asked[0] - start, asked[1] - start) if isinstance(asked, tuple) else asked - start
 
 
-def _counted(through: Through, start: float) -> Through:
+def _counted(through: Passing, start: float) -> Passing:
     """What is asked at cam angles in rad, with positions counted from one of them."""
     position, *others = through.asked
-    return Through(radians(through.start), radians(through.end), (_from(start, position), *others))
+    return Passing(radians(through.start), radians(through.end), (_from(start, position), *others))
 
 
-def _stroke(segment: Segment, given: Given, start: float, low: float, laws: Mapping[str, Law]) -> Stroke:
+def _stroke(segment: GivenSegment, given: AsGiven, start: float, low: float, laws: Mapping[str, Law]) -> Stroke:
     change = given.change * given.unit
-    high = 0.0 if abs(low + change) <= SAME * abs(change) else low + change
-    wanted: tuple[Asked, ...] | None = None
+    high = 0.0 if abs(low + change) <= SAME_LIFT * abs(change) else low + change
+    wanted: tuple[AskedValue, ...] | None = None
     law: Law | None = None
     if segment.segment == MOVE:
         wanted, law = segment.wanted, laws[segment.law] if segment.law else None
@@ -107,5 +107,9 @@ def _stroke(segment: Segment, given: Given, start: float, low: float, laws: Mapp
         law = PolynomialLaw(CONSTANT_VELOCITY.replace("-", " "), (0.0,), (given.change,))
     elif segment.law is not None:
         law = laws[segment.law]
-    kind, angle, named = KINDS[segment.segment], radians(given.angle), wanted is not None and law is not None
+    kind, angle, named = (
+        SEGMENT_KINDS[segment.segment],
+        radians(given.angle),
+        wanted is not None and law is not None,
+    )
     return Stroke(kind, law, start, angle, low, high, given, wanted, segment.through, segment.key, named)

@@ -7,16 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.motion.conditions import NAMES, Condition
+from camopt.motion.conditions import DERIVATIVE_NAMES, Condition
 from camopt.motion.law import Law
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 
-SAME = 1e-9  # of a stroke: an angle as close as that to its end is there
-LOOKED = 2001  # angles of a range at which a condition is looked at
+AT_END = 1e-9  # of a stroke: an angle as close as that to its end is there
+RANGE_SAMPLES = 2001  # angles of a range at which a condition is looked at
 
 
-class Given(NamedTuple):
+class AsGiven(NamedTuple):
     """A segment's numbers as they were given, which a proof takes as exact."""
 
     angle: float  # deg
@@ -29,20 +29,20 @@ class Given(NamedTuple):
         return pi / 180 if self.angular else 1.0
 
 
-class Through(NamedTuple):
+class Passing(NamedTuple):
     """What a move is asked for from one cam angle of the turn to another, or at one; deg as given, else rad."""
 
     start: float
     end: float
-    asked: tuple["Asked", ...]
+    asked: tuple["AskedValue", ...]
     """Of y, y', y'' … as those of ``Stroke.wanted``."""
 
 
-Asked = float | tuple[float, float] | None
+AskedValue = float | tuple[float, float] | None
 """A number, from where to where it may be, or nothing that is asked."""
 
 
-def range_of(asked: Asked) -> tuple[float, float]:
+def asked_range(asked: AskedValue) -> tuple[float, float]:
     """From where to where a number may be."""
     if asked is None:
         return -inf, inf
@@ -63,12 +63,12 @@ class Stroke:
     angle: float
     low: float  # displacement at its start
     high: float  # and at its end
-    given: Given | None = None
+    given: AsGiven | None = None
     """What its angle and displacements are made from; None where they are exact themselves."""
-    wanted: tuple[Asked, ...] | None = None
+    wanted: tuple[AskedValue, ...] | None = None
     """Of a move: what is asked of y, y', y'' … at its end as given, mm (deg) by rad. Its y is counted from the
     start of the turn, and None where ``high`` has it."""
-    through: tuple[Through, ...] = ()
+    through: tuple[Passing, ...] = ()
     """What is asked of it on its way, at cam angles in rad."""
     key: str = ""
     """Of its segment in the scene."""
@@ -81,7 +81,7 @@ class Stroke:
 
     @property
     def is_move(self) -> bool:
-        return self.kind == TURN
+        return self.kind == ALL_STROKES
 
     @property
     def is_open(self) -> bool:
@@ -116,10 +116,10 @@ class Stroke:
 
         Not the position at its end, where that is a number: ``high`` has it.
         """
-        for order, name in enumerate(("to", *NAMES[1:])):
+        for order, name in enumerate(("to", *DERIVATIVE_NAMES[1:])):
             yield from _asked(f"{self.key}.{name}", order, self.end, self.end, self.wanted or ())
         for number, each in enumerate(self.through, start=1):
-            for order, name in enumerate(NAMES):
+            for order, name in enumerate(DERIVATIVE_NAMES):
                 yield from _asked(f"{self.key}.through.{number}.{name}", order, each.start, each.end, each.asked)
 
     def part(self, condition: Condition) -> tuple[float, float] | None:
@@ -128,7 +128,7 @@ class Stroke:
         One at the angle where the stroke starts is about the stroke before.
         """
         low, high = ((angle - self.start) / self.angle for angle in (condition.start, condition.end))
-        low, high = (round(x) if abs(x - round(x)) <= SAME else x for x in (low, high))
+        low, high = (round(x) if abs(x - round(x)) <= AT_END else x for x in (low, high))
         if condition.start == condition.end:
             return (low, high) if 0.0 < low <= 1.0 else None
         return (max(low, 0.0), min(high, 1.0)) if low < 1.0 and high > 0.0 else None
@@ -139,7 +139,7 @@ class Stroke:
         if part is None:
             return np.empty(0)
         low, high = part  # where a range ends the jerk may jump
-        x = np.linspace(low + SAME, high - SAME, LOOKED) if low < high else np.array([low])
+        x = np.linspace(low + AT_END, high - AT_END, RANGE_SAMPLES) if low < high else np.array([low])
         return np.asarray(self.motion(self.start + self.angle * x)[condition.order])
 
     def motion(self, angles: FloatArray) -> FloatArray:
@@ -153,8 +153,8 @@ class Stroke:
         return rows
 
 
-def _asked(key: str, order: int, start: float, end: float, asked: tuple[Asked, ...]) -> Iterator[Condition]:
+def _asked(key: str, order: int, start: float, end: float, asked: tuple[AskedValue, ...]) -> Iterator[Condition]:
     """A condition, if there is one of that order."""
-    low, high = range_of(asked[order] if order < len(asked) else None)
+    low, high = asked_range(asked[order] if order < len(asked) else None)
     if isfinite(low) or isfinite(high):
         yield Condition(key, order, start, end, low, high)

@@ -5,23 +5,21 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import chebyshev, polynomial
-from numpy.typing import NDArray
 
 from camopt.motion.law import Law
 from camopt.numerics import UNIT, FloatArray
-from camopt.numerics.piecewise import DEGREE, sign_changes
+from camopt.numerics.piecewise import TABLE_DEGREE, sign_changes
 
 RISE, RETURN, DWELL = 1, 2, 4  # bits, so that a question can ask for several kinds at once
-IntArray = NDArray[np.int64]
-TURN = RISE | RETURN | DWELL
+ALL_STROKES = RISE | RETURN | DWELL
 OUTWARD, INWARD, RESTING = 8, 16, 32  # which way a piece moves: the sign of y', whatever its stroke
 WAYS = OUTWARD | INWARD | RESTING
 WAY_OF = {RISE: OUTWARD, RETURN: INWARD, DWELL: RESTING}
 
-JERK_DEGREE = DEGREE - 3
-SAME = 1e-12  # of a stroke: a cut this near to a break is one but for rounding
-HELD = 1e-14  # of a law's jerk: panels that leave out more of it are halved
-HALVINGS = 8  # at most
+JERK_DEGREE = TABLE_DEGREE - 3
+SAME_BREAK = 1e-12  # of a stroke: a cut this near to a break is one but for rounding
+KEPT_JERK = 1e-14  # of a law's jerk: panels that leave out more of it are halved
+MOST_HALVINGS = 8  # at most
 
 
 def chebyshev_series(degree: int) -> tuple[FloatArray, FloatArray]:
@@ -48,9 +46,11 @@ NODES, TO_POWERS = chebyshev_projection(JERK_DEGREE)
 FINER_NODES, TO_CHEBYSHEV = chebyshev_series(JERK_DEGREE + 4)
 
 
-def cut(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tuple[float, ...]:
+def cut_at(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tuple[float, ...]:
     """The breaks of a unit stroke, and further cuts of it, in order."""
-    return tuple(sorted({*breaks, *(x for x in cuts if 0.0 < x < 1.0 and min(abs(x - b) for b in breaks) > SAME)}))
+    return tuple(
+        sorted({*breaks, *(x for x in cuts if 0.0 < x < 1.0 and min(abs(x - b) for b in breaks) > SAME_BREAK)})
+    )
 
 
 def _panels(breaks: tuple[float, ...], counts: list[int]) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -70,7 +70,7 @@ def _coarse(law: Law, breaks: tuple[float, ...], counts: list[int]) -> set[int]:
     series = np.abs(law.jerk(centre[:, None] + half[:, None] * FINER_NODES) @ TO_CHEBYSHEV.T)
     slope = series @ np.arange(series.shape[1]) ** 2 / half
     rest = series[:, JERK_DEGREE + 1 :].sum(axis=1)
-    wide = rest > HELD * series.sum(axis=1).max() + UNIT * slope
+    wide = rest > KEPT_JERK * series.sum(axis=1).max() + UNIT * slope
     return set(np.repeat(np.arange(len(counts)), counts)[wide].tolist())
 
 
@@ -86,9 +86,9 @@ def stroke_coefficients(
     Returns the coefficients (P, DEGREE + 1) of s in powers of u, the panel ends (P + 1,), and the number of
     panels in each piece. ``panels`` is the least number in a stroke; ``cuts`` are further ends of pieces.
     """
-    breaks = cut(law.BREAKS, cuts)
+    breaks = cut_at(law.BREAKS, cuts)
     counts = [max(1, round(panels * (b - a))) for a, b in pairwise(breaks)]
-    for _ in range(HALVINGS):
+    for _ in range(MOST_HALVINGS):
         coarse = _coarse(law, breaks, counts)
         if not coarse:
             break

@@ -4,9 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 LARGEST, LEAST, LARGEST_MAGNITUDE = 0, 1, 2
 """Goals of a question about the extremes of a curve."""
 
 UNIT = 2.0**-53  # relative rounding error of one operation
 GIVEN = 4.0 * UNIT  # of a number that enters
+BISECTIONS = 60  # halvings of a bracket: its ends are then neighbours among doubles

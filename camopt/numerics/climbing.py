@@ -13,7 +13,7 @@ import numpy as np
 from camopt.kernels.by_address import call
 from camopt.kernels.compile import called_by_kernels, inlined
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
-from camopt.numerics.jet import chosen, larger
+from camopt.numerics.jet import larger, where
 from camopt.numerics.workspace import (
     AT,
     BEST,
@@ -33,7 +33,7 @@ from camopt.numerics.workspace import (
     VALUE,
 )
 
-MOST_STEPS = 60
+CLIMB_STEPS = 60
 
 
 class Ask(NamedTuple):
@@ -97,7 +97,7 @@ def orient(value, goal):
 @inlined
 def allowed(best, tolerance, error):
     """The gain that may be left: below it an extreme is exact enough. No less than rounding where that is known."""
-    return larger(0.5 * tolerance * abs(best), chosen(error < np.inf, error, 0.0))
+    return larger(0.5 * tolerance * abs(best), where(error < np.inf, error, 0.0))
 
 
 @inlined
@@ -107,7 +107,7 @@ def crossing(bracket):
 
 
 @inlined
-def narrowed(bracket, u, slope):
+def shrink(bracket, u, slope):
     """The bracket with u as one of its ends; if that end was moved before, the slope at the other one is halved."""
     up = slope > 0.0
     rising = 0.5 * bracket.rising if bracket.side < 0.0 else bracket.rising
@@ -165,13 +165,13 @@ def step_all(many, half_width, state):
         best[j] = max(value, best[j])
         at[j] = u if grade < steep[j] else at[j]  # values no longer tell points apart where the slope still does
         steep[j] = min(grade, steep[j])
-        bracket = narrowed(bracket, u, slope)
+        bracket = shrink(bracket, u, slope)
         low[j], high[j], rising[j], falling[j], side[j] = bracket
         following[j] = crossing(bracket)
 
 
 @called_by_kernels
-def going_on(many, place, errors, last, ask, found, climbs):
+def advance(many, place, errors, last, ask, found, climbs):
     """Take what the climbs have found, and keep those that go on: how many.
 
     ``place`` is (centre, half-width) of the panel, ``errors`` those of the designs in it.
@@ -205,13 +205,13 @@ def climb_all(curve, first, many, panels, panel, ask, work):
     """
     place, errors, climbs = (panels.centre[panel], panels.half_width[panel]), work.bounds.error[panel], work.climbs
     state = climbs.state
-    for step in range(MOST_STEPS):
+    for step in range(CLIMB_STEPS):
         if many == 0:
             break
         there = (curve.made, panel, state[NEXT], ask.sign, first, climbs.design, many, state[VALUE:])
         call(curve.panel, there)
         step_all(many, place[1], state)
-        many = going_on(many, place, errors, step == MOST_STEPS - 1, ask, work.found, climbs)
+        many = advance(many, place, errors, step == CLIMB_STEPS - 1, ask, work.found, climbs)
 
 
 @inlined
@@ -220,7 +220,7 @@ def climb(curve, design, panels, panel, ends, concavity, sign, aim):
     bracket = Bracket(ends.low, ends.high, ends.rising, ends.falling, 0.0)
     largest, at, bound, flattest, exact = -np.inf, ends.low, np.inf, np.inf, False
     half_width = panels.half_width[panel]
-    for _ in range(MOST_STEPS):
+    for _ in range(CLIMB_STEPS):
         u = crossing(bracket)
         value, slope = call(curve.point, (curve.made, panel, u, sign, design))
         largest = largest if exact else max(largest, value)
@@ -232,5 +232,5 @@ def climb(curve, design, panels, panel, ends, concavity, sign, aim):
         exact = exact or gain <= aim.gain
         if bound < aim.best or (exact and grade <= aim.slope):
             break
-        bracket = narrowed(bracket, u, slope)
+        bracket = shrink(bracket, u, slope)
     return largest, at, max(bound, largest)

@@ -17,32 +17,32 @@ from camopt.kernels.compile import chosen_by_type
 from camopt.numerics import FloatArray
 from camopt.numerics.state import State
 
-Formula = TypeVar("Formula", bound=Callable[..., tuple[Any, Any]])
+CurveFormula = TypeVar("CurveFormula", bound=Callable[..., tuple[Any, Any]])
 
-FORMULAS: dict[type, Callable[..., tuple[Any, Any]]] = {}
-LOADED: set[type] = set()
+COMPILED: dict[type, Callable[..., tuple[Any, Any]]] = {}
+WITH_LOAD: set[type] = set()
 
 
 def curve(f: Any, i: Any, at: State) -> tuple[Any, Any]:
     """Value and slope of curve ``f`` for design ``i``; uncompiled, and resolved by type inside kernels."""
-    return FORMULAS[type(f)](f, i, at)
+    return COMPILED[type(f)](f, i, at)
 
 
 @chosen_by_type(curve)
 def _formula(f, i, at):
-    return FORMULAS.get(f)
+    return COMPILED.get(f)
 
 
-def formula(owner: type, *, loaded: bool = False) -> Callable[[Formula], Formula]:
+def formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormula], CurveFormula]:
     """Register a function as the formula of the curve type ``owner``.
 
     One that reads an external load that changes over the turn, or hands it on to a curve that does, is ``loaded``.
     """
 
-    def register(function: Formula) -> Formula:
-        FORMULAS[owner] = function
+    def register(function: CurveFormula) -> CurveFormula:
+        COMPILED[owner] = function
         if loaded:
-            LOADED.add(owner)
+            WITH_LOAD.add(owner)
         return function
 
     return register

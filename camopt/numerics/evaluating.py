@@ -19,8 +19,8 @@ from camopt.kernels.compile import inlined
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.jet import known_bound
-from camopt.numerics.piecewise import motion, node_motion, of_all_rows, part_jets, row_jets
-from camopt.numerics.workspace import BOUNDS, COUNTS, NUMBERS, ROWS
+from camopt.numerics.piecewise import COUNTS, NUMBERS, motion, node_motion, of_all_rows, part_jets, row_jets
+from camopt.numerics.workspace import BOUNDS, ROWS
 
 
 class PartBounds(NamedTuple):
@@ -130,7 +130,7 @@ def point(made, place, u, sign, design):
 
 
 @inlined
-def bounds_of(f, design, at):
+def jet_bounds(f, design, at):
     """What a state in jets says of a design."""
     value, slope = curve(f, design, at)
     return PartBounds(
@@ -150,13 +150,13 @@ def part(made, place, middle, reach, design):
     """Bounds of one design over the part |u − middle| ≤ reach of a panel; over all of it if ``reach`` is 1."""
     f, table = made[0]
     at = row_jets(table, place) if reach == 1.0 else part_jets(table, place, middle, reach)
-    return bounds_of(f, np.uint64(design), at)
+    return jet_bounds(f, np.uint64(design), at)
 
 
 def many_parts(made: Any, place: int, middles: FloatArray, reaches: FloatArray, designs: Any) -> PartBounds:
     """As ``part``, uncompiled, of many designs, each with a part of its own that is less than the panel."""
     f, table = made[0]
-    found: PartBounds = bounds_of(f, designs, part_jets(table, place, middles, reaches))
+    found: PartBounds = jet_bounds(f, designs, part_jets(table, place, middles, reaches))
     return found
 
 

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record
-from camopt.kernels.by_address import Reached, address_of, call
+from camopt.kernels.by_address import Reached, address_of_values, call
 from camopt.kernels.compile import (
     called_by_kernels,
     compiled,
@@ -28,10 +28,10 @@ from camopt.kernels.compile import (
 )
 from camopt.numerics import LEAST, UNIT, FloatArray
 from camopt.numerics.climbing import Ask, allowed, first_and_last, orient
-from camopt.numerics.curves import LOADED
+from camopt.numerics.curves import WITH_LOAD
 from camopt.numerics.evaluating import CURVE, evaluator
 from camopt.numerics.jet import larger
-from camopt.numerics.piecewise import PANELS, MotionTable, panels_of
+from camopt.numerics.piecewise import PANEL_RECORD, MotionTable, panels_of
 from camopt.numerics.searching import blurred, look_again, search_panel
 from camopt.numerics.workspace import TILE, WORK, workspace
 
@@ -266,12 +266,12 @@ def search_all(curve, panels, questions, precision, answers, work):
 def search_curve(f, table, panels, questions, precision, answers, work, search_all):
     """As ``search_all``, which is called by its address, from a curve and a motion table."""
     made = (f, table)
-    call(search_all, (evaluator(made, address_of(made)), panels, questions, precision, answers, work))
+    call(search_all, (evaluator(made, address_of_values(made)), panels, questions, precision, answers, work))
 
 
 ANSWERS = Kind(NUMBER.name, 3)
 QUESTIONS = Kind(COUNT.name, 2)
-SEARCH = Reached(search_all, (CURVE, PANELS, QUESTIONS, PRECISION, ANSWERS, WORK))
+SEARCH = Reached(search_all, (CURVE, PANEL_RECORD, QUESTIONS, PRECISION, ANSWERS, WORK))
 
 
 def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision: Precision) -> Extremes:
@@ -280,7 +280,7 @@ def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision
     questions (K, 2): the kinds of stroke to look at and the goal.
     """
     answers = np.empty((3, len(questions), designs))
-    if type(f) not in LOADED:  # one kernel for both kinds of turn
+    if type(f) not in WITH_LOAD:  # one kernel for both kinds of turn
         table = table._replace(load=None)
     panels, asked = panels_of(table), np.array(questions, np.int64)
     with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn

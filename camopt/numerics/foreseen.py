@@ -11,24 +11,24 @@ import numpy as np
 
 from camopt.numerics.evaluating import PartBounds, many_parts, many_points
 
-LEVELS = 5  # of halves, that asked for included, which are evaluated together
+HALF_LEVELS = 5  # of halves, that asked for included, which are evaluated together
 
-WHOLE = (0.0, 1.0)
-Place = tuple[int, float, float]
+WHOLE_PANEL = (0.0, 1.0)
+PanelPart = tuple[int, float, float]
 """A design and a part of the panel: its middle and half its width, as u."""
 
 
 class Foreseen:
     """Bounds of the parts of one panel, and oriented values and slopes in their middles."""
 
-    def __init__(self, curve: Any, panel: int, sign: float, places: list[Place]) -> None:
+    def __init__(self, curve: Any, panel: int, sign: float, places: list[PanelPart]) -> None:
         self.curve, self.panel, self.sign = curve, panel, sign
-        self.bounds: dict[Place, PartBounds] = {}
+        self.bounds: dict[PanelPart, PartBounds] = {}
         self.points: dict[tuple[int, float], tuple[float, float]] = {}
         designs = sorted({design for design, _, _ in places})
         together = np.array(designs) if len(designs) > 1 else designs[0]  # an array of one takes longer
-        whole = curve.part(curve.made, panel, *WHOLE, together)
-        self._keep([(design, *WHOLE) for design in designs], whole)
+        whole = curve.part(curve.made, panel, *WHOLE_PANEL, together)
+        self._keep([(design, *WHOLE_PANEL) for design in designs], whole)
         self.first = places  # looked at when one of them is asked for: often the whole panel settles them
 
     def part(self, made: Any, panel: int, middle: float, reach: float, design: int) -> PartBounds:
@@ -42,10 +42,10 @@ class Foreseen:
         """As ``evaluating.point``."""
         return self.points.get((design, u)) or self.curve.point(made, panel, u, sign, design)
 
-    def _look(self, places: list[Place]) -> None:
+    def _look(self, places: list[PanelPart]) -> None:
         """Evaluate some parts, and the halves that they may be cut into."""
         level = every = places
-        for _ in range(LEVELS - 1):
+        for _ in range(HALF_LEVELS - 1):
             level = [(i, m + side * r / 2, r / 2) for i, m, r in level for side in (-1.0, 1.0)]
             every = every + level
         designs, middles, reaches = map(np.array, zip(*every, strict=True))
@@ -54,6 +54,6 @@ class Foreseen:
         for (design, middle, _), *found in zip(every, values, slopes, strict=True):
             self.points[design, middle] = (found[0], found[1])
 
-    def _keep(self, places: list[Place], found: PartBounds) -> None:
+    def _keep(self, places: list[PanelPart], found: PartBounds) -> None:
         columns = (np.broadcast_to(column, len(places)) for column in found)
         self.bounds.update(zip(places, map(PartBounds, *columns), strict=True))

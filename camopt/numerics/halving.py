@@ -8,9 +8,9 @@ from camopt.numerics.climbing import Aim, Ends, allowed, climb
 from camopt.numerics.jet import known_bound
 from camopt.numerics.workspace import DEPTH
 
-MOST_PARTS = 4096  # looked at in one panel, before it stays undecided
-POINT = 2.0**-40  # of a panel: a part so short that its rounding error is that of a point
-CONCAVE, CLIMBS, SETTLED, OPEN = 0, 1, 2, 3
+PANEL_PARTS = 4096  # looked at in one panel, before it stays undecided
+POINT_WIDTH = 2.0**-40  # of a panel: a part so short that its rounding error is that of a point
+CONCAVE, CLIMBS, SETTLED, UNSETTLED = 0, 1, 2, 3
 
 
 @inlined
@@ -44,7 +44,7 @@ def looked_at(ends, third, half_width, enough):
         ascent = most_ascent(rising, bend + room, 0.5 * third, width)
         descent = most_ascent(-falling, bend + room, 0.5 * third, width)
         bound = min(bound, max(most, min(left + ascent, right + descent)))
-    return (SETTLED if bound <= enough else OPEN), bound, 0.0
+    return (SETTLED if bound <= enough else UNSETTLED), bound, 0.0
 
 
 @called_by_kernels
@@ -90,7 +90,7 @@ def blurs(error, bound, best, ask):
 @called_by_kernels
 def is_blurred_by_width(curve, design, panel, middle, error):
     """Whether the rounding error of a part is far more than that of one point, so that halves have less."""
-    return error > 2.0 * call(curve.part, (curve.made, panel, middle, POINT, design)).error
+    return error > 2.0 * call(curve.part, (curve.made, panel, middle, POINT_WIDTH, design)).error
 
 
 @called_by_kernels
@@ -119,12 +119,12 @@ def split(curve, design, panels, panel, error, ask, best, stack):
         own = min(error, bounds.error)
         gain = allowed(best, ask.tolerance, own)
         verdict, bound, concavity = looked_at(ends, bounds.third, half_width, best + gain)
-        if verdict == OPEN:
+        if verdict == UNSETTLED:
             bound = bound_by_jet(bound, bounds, ends, ask.sign, half_width)
-        more = verdict == OPEN and bound > best + gain
+        more = verdict == UNSETTLED and bound > best + gain
         if not more and blurs(own, np.inf if verdict == CLIMBS else bound, best, ask):
             more = is_blurred_by_width(curve, design, panel, middle, own)
-        if more and parts < MOST_PARTS and depth + 2 <= DEPTH and top < np.inf:
+        if more and parts < PANEL_PARTS and depth + 2 <= DEPTH and top < np.inf:
             value, slope = call(curve.point, (curve.made, panel, middle, ask.sign, design))
             if value > best:
                 best, largest, at = value, value, middle

@@ -80,7 +80,7 @@ def _rising(function: Any) -> Callable[..., "Interval"]:
     return lambda *a: Interval(function(*(x.low for x in a)), function(*(x.high for x in a)))
 
 
-RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
+INTERVAL_RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
     np.add: _add,
     np.subtract: _subtract,
     np.multiply: _multiply,
@@ -111,11 +111,11 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
     high: FloatArray
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        rule = RULES.get(ufunc)
+        rule = INTERVAL_RULES.get(ufunc)
         if method != "__call__" or kwargs or rule is None:
             return NotImplemented
         for x in inputs:
-            if not isinstance(x, KNOWN):
+            if not isinstance(x, OPERANDS):
                 return NotImplemented
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return rule(*[x if isinstance(x, Interval) else as_interval(x) for x in inputs])
@@ -141,7 +141,7 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
         return np.maximum(-self.low, self.high)
 
 
-KNOWN = (Interval, int, float, np.ndarray, np.generic)
+OPERANDS = (Interval, int, float, np.ndarray, np.generic)
 
 
 def as_interval(x: Any) -> Interval:
@@ -152,6 +152,6 @@ def as_interval(x: Any) -> Interval:
     return Interval(value, value)
 
 
-def chained(parts: Sequence[Interval]) -> Interval:
+def concatenated(parts: Sequence[Interval]) -> Interval:
     """Intervals one after the other."""
     return Interval(np.concatenate([x.low for x in parts]), np.concatenate([x.high for x in parts]))

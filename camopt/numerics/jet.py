@@ -43,7 +43,7 @@ class Jet:
         return NotImplemented if method != "__call__" or kwargs or rule is None else rule(*inputs)
 
 
-def chosen(condition, a, b):
+def where(condition, a, b):
     """a where a condition holds, else b; numbers or arrays."""
     return np.where(condition, a, b) if type(condition) is np.ndarray else a if condition else b
 
@@ -61,7 +61,7 @@ def smaller(a, b):
 
 
 @inlined
-def ends_of(p, q, r, s):
+def extent_of(p, q, r, s):
     """The least and the largest of four."""
     return smaller(smaller(p, q), smaller(r, s)), larger(larger(p, q), larger(r, s))
 
@@ -74,7 +74,7 @@ def to_power(a, exponent):
 
 
 chosen_by_type(to_power)(lambda a, exponent: lambda a, exponent: a**exponent)
-chosen_by_type(chosen)(lambda condition, a, b: lambda condition, a, b: a if condition else b)
+chosen_by_type(where)(lambda condition, a, b: lambda condition, a, b: a if condition else b)
 chosen_by_type(larger)(lambda a, b: lambda a, b: max(a, b))
 chosen_by_type(smaller)(lambda a, b: lambda a, b: min(a, b))
 
@@ -94,7 +94,7 @@ def least_magnitude(a):
 @inlined
 def known_bound(bound):
     """A bound that a jet has come to; inf where 0·∞ has left NaN, which compares as if nothing were beyond it."""
-    return chosen(bound >= 0.0, bound, np.inf)
+    return where(bound >= 0.0, bound, np.inf)
 
 
 @inlined
@@ -124,7 +124,7 @@ def add_number(a, x):
 
 @inlined
 def multiply(a, b):
-    least, most = ends_of(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high)
+    least, most = extent_of(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high)
     m, n = magnitude(a), magnitude(b)
     return Jet(
         least,
@@ -161,9 +161,9 @@ def square(a):
 def divide(a, b):
     """a/b; without bounds where b may be zero."""
     apart = (b.low > 0.0) | (b.high < 0.0)
-    low, high = 1.0 / chosen(apart, b.high, -NOTHING), 1.0 / chosen(apart, b.low, NOTHING)
-    least, most = ends_of(a.low * low, a.low * high, a.high * low, a.high * high)
-    inverse = 1.0 / chosen(apart, least_magnitude(b), NOTHING)
+    low, high = 1.0 / where(apart, b.high, -NOTHING), 1.0 / where(apart, b.low, NOTHING)
+    least, most = extent_of(a.low * low, a.low * high, a.high * low, a.high * high)
+    inverse = 1.0 / where(apart, least_magnitude(b), NOTHING)
     m = magnitude(a) * inverse
     first = (a.first + m * b.first) * inverse
     second = (a.second + 2.0 * first * b.first + m * b.second) * inverse
@@ -186,15 +186,15 @@ def root(a):
 @inlined
 def absolute(a):
     """|a|; its slope is known where a may pass through zero, what is beyond is not."""
-    kink = chosen((a.low >= 0.0) | (a.high <= 0.0), 0.0, np.inf)
+    kink = where((a.low >= 0.0) | (a.high <= 0.0), 0.0, np.inf)
     return Jet(least_magnitude(a), magnitude(a), a.error, a.first, a.second + kink, a.third + kink)
 
 
 @inlined
 def at_least(a, x):
     """The larger of a and a number."""
-    kink = chosen((a.low >= x) | (a.high <= x), 0.0, np.inf)
-    share = chosen(a.high <= x, 0.0, 1.0)
+    kink = where((a.low >= x) | (a.high <= x), 0.0, np.inf)
+    share = where(a.high <= x, 0.0, 1.0)
     low, high = larger(a.low, x), larger(a.high, x)
     return Jet(low, high, a.error, share * a.first, share * a.second + kink, share * a.third + kink)
 
@@ -202,7 +202,7 @@ def at_least(a, x):
 @inlined
 def sign(a):
     """−1, 0 or 1; without derivatives where a may pass through zero."""
-    jump = chosen((a.low > 0.0) | (a.high < 0.0), 0.0, np.inf)
+    jump = where((a.low > 0.0) | (a.high < 0.0), 0.0, np.inf)
     return Jet(np.sign(a.low), np.sign(a.high), 0.0, jump, jump, jump)
 
 
@@ -210,7 +210,7 @@ def sign(a):
 def power(a, exponent):
     """a to the power of a number, for a > 0; without bounds where a may be zero or less."""
     inside = a.low > 0.0
-    low, high = chosen(inside, a.low, NOTHING), chosen(inside, a.high, np.inf)
+    low, high = where(inside, a.low, NOTHING), where(inside, a.high, np.inf)
     p, q = to_power(low, exponent), to_power(high, exponent)
     m, inverse = larger(p, q), 1.0 / low
     ratio1, ratio2, ratio3 = a.first * inverse, a.second * inverse, a.third * inverse
@@ -268,7 +268,7 @@ def cosine(a):
 
 
 JET, NUMBER = True, False
-RULES: dict[Callable[..., Any], dict[tuple[bool, ...], Any]] = {
+JET_RULES: dict[Callable[..., Any], dict[tuple[bool, ...], Any]] = {
     operator.add: {
         (JET, JET): lambda a, b: add(a, b),
         (JET, NUMBER): lambda a, b: add_number(a, b),
@@ -309,7 +309,7 @@ OPERATORS: dict[Any, Any] = {
     operator.pow: np.power,
     operator.neg: np.negative,
 }
-UFUNCS = {OPERATORS.get(operation, operation): rules for operation, rules in RULES.items()}
+UFUNCS = {OPERATORS.get(operation, operation): rules for operation, rules in JET_RULES.items()}
 
 
 def _give_operators():
@@ -325,7 +325,7 @@ def _give_operators():
         return NotImplemented
 
     for operation in OPERATORS:
-        name, rules = operation.__name__, RULES[operation]
+        name, rules = operation.__name__, JET_RULES[operation]
         setattr(Jet, f"__{name}__", rules[(JET,)] if (JET,) in rules else applied(rules))
         if (JET,) not in rules:
             setattr(Jet, f"__r{name}__", reflected(rules))
@@ -344,5 +344,5 @@ def _register(operation, rules):
     chosen_by_type(operation)((lambda a: choose(a)) if unary else (lambda a, b: choose(a, b)))
 
 
-for _operation, _rules in RULES.items():
+for _operation, _rules in JET_RULES.items():
     _register(_operation, _rules)

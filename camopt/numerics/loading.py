@@ -11,7 +11,10 @@ from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.jet import Jet
 from camopt.numerics.state import Load
 
-LOADED, TURNED = 8.0, 64.0  # errors of a load, in roundings of the largest; of its cam angles, in those of 1 rad
+LOAD_ERRORS, ANGLE_ERRORS = (
+    8.0,
+    64.0,
+)  # errors of a load, in roundings of the largest; of its cam angles, in those of 1 rad
 
 
 class LoadTable(NamedTuple):
@@ -39,7 +42,7 @@ def tabulated_load(
     """
     rise = slope * half_width
     low, high = centre - np.abs(rise), centre + np.abs(rise)
-    error = UNIT * (LOADED * largest + TURNED * np.abs(slope))
+    error = UNIT * (LOAD_ERRORS * largest + ANGLE_ERRORS * np.abs(slope))
     errors = np.transpose([error, error / half_width])
     piece = np.repeat(np.arange(len(first_panel) - 1), np.diff(first_panel))
     nodes = np.empty((len(centre) + len(first_panel) - 1, 2))

@@ -13,7 +13,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 
-SIDE = 3  # neighbours on either side
+REACH = 3  # neighbours on either side
 MEDIAN = NormalDist().inv_cdf(0.75)  # of |x|, for a normal x of deviation 1
 
 
@@ -24,12 +24,12 @@ def deviations(angles: FloatArray, lifts: FloatArray, turn: float) -> FloatArray
     """
     turned, group, counts = np.unique(angles, return_inverse=True, return_counts=True)
     means = np.bincount(group, lifts) / counts
-    places = np.arange(turned.size)[:, None] + np.delete(np.arange(-SIDE, SIDE + 1), SIDE)
+    places = np.arange(turned.size)[:, None] + np.delete(np.arange(-REACH, REACH + 1), REACH)
     beside = places % turned.size
     apart = turned[beside] + turn * (places // turned.size) - turned[:, None]
     weights = np.ones_like(apart)
-    for j in range(2 * SIDE):
-        for k in range(2 * SIDE):
+    for j in range(2 * REACH):
+        for k in range(2 * REACH):
             if k != j:
                 weights[:, j] *= apart[:, k] / (apart[:, k] - apart[:, j])
     predicted = (weights * means[beside]).sum(axis=1)
@@ -40,7 +40,7 @@ def deviations(angles: FloatArray, lifts: FloatArray, turn: float) -> FloatArray
 def noise_of_table(x: Sequence[float], s: Sequence[float]) -> float:
     """The standard deviation of the errors of s, by the median of what points between others are off by."""
     off = deviations(np.array(x, dtype=float), np.array(s, dtype=float), 2.0)
-    return float(np.median(np.abs(off[SIDE:-SIDE]))) / MEDIAN  # those at the ends have no neighbours beyond
+    return float(np.median(np.abs(off[REACH:-REACH]))) / MEDIAN  # those at the ends have no neighbours beyond
 
 
 def share_of_noise(x: Sequence[float], s: Sequence[float]) -> float:

@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 from camopt.numerics import FloatArray
 
 SHORT = 2.0  # a panel of fewer radians of free vibration on each side of its centre takes the power series
-POWERS = 40  # of which the next term is below 1e-18 of the largest, for every ζ < 1
-LEFT = np.array([-1.0])
-WHOLE = 4e-15  # relative: r this near to a whole number is one, but for rounding of its factors
+SERIES_TERMS = 40  # of which the next term is below 1e-18 of the largest, for every ζ < 1
+LEFT_END = np.array([-1.0])
+WHOLE_NUMBER = 4e-15  # relative: r this near to a whole number is one, but for rounding of its factors
 
 
 def damped(damping: float) -> float:
@@ -118,7 +118,7 @@ def _horner(series: FloatArray, u: FloatArray) -> FloatArray:
 def is_resonant(ratio: float, damping: float) -> bool:
     """Whether a harmonic of the turn meets the natural frequency of an undamped train: no bounded response."""
     whole = max(round(ratio), 1)
-    return damping == 0.0 and abs(ratio - whole) <= WHOLE * ratio
+    return damping == 0.0 and abs(ratio - whole) <= WHOLE_NUMBER * ratio
 
 
 def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: float, damping: float) -> Wave:
@@ -136,7 +136,7 @@ def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, rati
         shift, drive, kicks = _stiff(motion, phase, corners / rows)
     solution = _particular(shift, drive, phase, damping)
     # from the polynomial's start: one from rest would vibrate, only to have it taken away with the phase's rounding
-    smooth = _horner(solution[0][:, 0, 0], LEFT), _horner(solution[1][:, 0, 0], LEFT)
+    smooth = _horner(solution[0][:, 0, 0], LEFT_END), _horner(solution[1][:, 0, 0], LEFT_END)
     *_, end = _carried(solution, phase, kicks, damping, smooth)
     short = _closed((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping)
     wave = _wave(solution, h, phase, kicks, damping, (smooth[0] + short[0], smooth[1] + short[1]))
@@ -164,7 +164,7 @@ def _stiff(motion: FloatArray, phase: FloatArray, jumps: FloatArray) -> tuple[Fl
 
 def _particular(shift: FloatArray, drive: FloatArray, phase: FloatArray, damping: float) -> Pair:
     """A polynomial solution of s′ = a(p − 2ζs + shift), p′ = drive − a·s on each panel."""
-    degree, shape = len(drive) - 1, (POWERS + 1, *phase.shape)
+    degree, shape = len(drive) - 1, (SERIES_TERMS + 1, *phase.shape)
     s, p = np.zeros(shape), np.zeros(shape)
     a = np.maximum(phase, SHORT)
     for k in range(degree, -1, -1):
@@ -172,7 +172,7 @@ def _particular(shift: FloatArray, drive: FloatArray, phase: FloatArray, damping
         p[k] = (k + 1) * s[k + 1] / a + 2.0 * damping * s[k] - shift[k]
     up, along = np.zeros(shape), np.zeros(shape)
     a = np.minimum(phase, SHORT)
-    for k in range(POWERS):
+    for k in range(SERIES_TERMS):
         known = k <= degree
         up[k + 1] = a * (along[k] - 2.0 * damping * up[k] + (shift[k] if known else 0.0)) / (k + 1)
         along[k + 1] = ((drive[k] if known else 0.0) - a * up[k]) / (k + 1)

@@ -23,12 +23,12 @@ from camopt.numerics.loading import LoadTable, load_of_all_rows, loaded, loaded_
 from camopt.numerics.state import State
 
 GROUPED = 4  # panels of a group
-DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
+TABLE_DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
 CONVERTED = 1e-10  # relative, for rounding in the ranges below
-STILL = 1e-12  # of a polynomial's largest value: less is rounding
+LEAST_VALUE = 1e-12  # of a polynomial's largest value: less is rounding
 NEARLY_REAL = 1e-6  # imaginary part of a root that is taken for real: a double root, and no change of sign
 PLACED = 1.5  # errors of the cam angle, in roundings of the stroke's
-ROUNDED = (4.0, 8.0, 32.0, 512.0)  # errors of y … as tabulated, in roundings of the largest in the stroke
+TABLE_ERRORS = (4.0, 8.0, 32.0, 512.0)  # errors of y … as tabulated, in roundings of the largest in the stroke
 
 
 class MotionTable(NamedTuple):
@@ -60,8 +60,8 @@ class Panels(NamedTuple):
     rows: int  # panels and groups
 
 
-INTEGERS, NUMBERS = Kind(COUNT.name, 1), Kind(NUMBER.name, 1)
-PANELS = Record(Panels, (INTEGERS, INTEGERS, NUMBERS, NUMBERS, INTEGERS, COUNT))
+COUNTS, NUMBERS = Kind(COUNT.name, 1), Kind(NUMBER.name, 1)
+PANEL_RECORD = Record(Panels, (COUNTS, COUNTS, NUMBERS, NUMBERS, COUNTS, COUNT))
 
 
 def panels_of(table: MotionTable) -> Panels:
@@ -78,9 +78,9 @@ def of_all_rows(table: MotionTable) -> MotionTable:
 @inlined
 def derivatives(table, panel, u):
     """(y, y', y'', y''') by cam angle on a panel, by Horner's scheme for a polynomial and its derivatives."""
-    y = table.coefficients[panel, DEGREE]
+    y = table.coefficients[panel, TABLE_DEGREE]
     d1 = d2 = d3 = 0.0
-    for k in range(DEGREE - 1, -1, -1):
+    for k in range(TABLE_DEGREE - 1, -1, -1):
         d3 = d3 * u + d2
         d2 = d2 * u + d1
         d1 = d1 * u + y
@@ -158,10 +158,10 @@ def bernstein(degree: int) -> FloatArray:
 def sign_changes(series: FloatArray) -> Iterator[tuple[int, float]]:
     """Where panel polynomials (powers, panels) may change sign within a panel: (panel, u)."""
     bounds = bernstein(len(series) - 1) @ series
-    still = STILL * np.abs(bounds).max()
+    still = LEAST_VALUE * np.abs(bounds).max()
     for panel in np.flatnonzero((bounds.min(axis=0) < -still) & (bounds.max(axis=0) > still)):
         row = series[:, panel]
-        roots = polynomial.polyroots(polynomial.polytrim(row, STILL * np.abs(row).max()))
+        roots = polynomial.polyroots(polynomial.polytrim(row, LEAST_VALUE * np.abs(row).max()))
         for root in roots[(np.abs(roots.imag) < NEARLY_REAL) & (np.abs(roots.real) < 1.0)]:
             yield int(panel), float(root.real)
 
@@ -196,7 +196,7 @@ def ranges(
     for order in (3, 2, 1, 0):
         peak = np.zeros(stroke.max() + 1)
         np.maximum.at(peak, stroke, most[order])
-        rounded = np.maximum(ROUNDED[order] * UNIT * peak[stroke], turned * most[order + 1])
+        rounded = np.maximum(TABLE_ERRORS[order] * UNIT * peak[stroke], turned * most[order + 1])
         brought = rounded + half_width * brought
         error[order] = brought
     starts = np.flatnonzero(np.diff(group, prepend=-1))  # a group's first panel

@@ -21,13 +21,17 @@ import numpy as np
 from camopt.kernels.compile import chosen_by_type, inlined
 from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.interval import Interval
-from camopt.numerics.jet import Jet, chosen
+from camopt.numerics.jet import Jet, where
 from camopt.numerics.sloped import Quotient, Sloped, by_chain, widened
 
-STEP, CENTRES, DEGREE = 0.5, 46, 15  # of ln t: width of a piece, pieces to either side of 0, degree of each
-FLATTEST = float(np.exp(STEP * CENTRES))  # the largest t of the table, 1e10; its inverse is the least
+PIECE_WIDTH, CENTRES, PIECE_DEGREE = (
+    0.5,
+    46,
+    15,
+)  # of ln t: width of a piece, pieces to either side of 0, degree of each
+FLATTEST = float(np.exp(PIECE_WIDTH * CENTRES))  # the largest t of the table, 1e10; its inverse is the least
 RELATIVE = 32.0 * UNIT  # error of h in numbers
-SLACK = 1.0 + 1e-9  # on bounds of derivatives: the third of the table is right to 2e-10
+BOUND_SLACK = 1.0 + 1e-9  # on bounds of derivatives: the third of the table is right to 2e-10
 ITERATIONS = 24  # each leaves less than a seventh of the error
 
 
@@ -57,13 +61,13 @@ def pressure_table() -> FloatArray:
     """Coefficients of t·h, (pieces, powers): powers of the distance of ln t from a piece's centre, lowest first."""
     from numpy.polynomial import chebyshev
 
-    nodes = chebyshev.chebpts1(DEGREE + 1)
-    centres = STEP * np.arange(-CENTRES, CENTRES + 1)
-    mu = ellipticity_of(np.exp(centres + 0.5 * STEP * nodes[:, None]))
+    nodes = chebyshev.chebpts1(PIECE_DEGREE + 1)
+    centres = PIECE_WIDTH * np.arange(-CENTRES, CENTRES + 1)
+    mu = ellipticity_of(np.exp(centres + 0.5 * PIECE_WIDTH * nodes[:, None]))
     b, d = integrals(mu)
-    fitted = chebyshev.chebfit(nodes, 3.0 / (8.0 * np.pi * mu * b * d), DEGREE)
+    fitted = chebyshev.chebfit(nodes, 3.0 / (8.0 * np.pi * mu * b * d), PIECE_DEGREE)
     powers = np.array([chebyshev.cheb2poly(column) for column in fitted.T])
-    return np.ascontiguousarray(powers / (0.5 * STEP) ** np.arange(DEGREE + 1))
+    return np.ascontiguousarray(powers / (0.5 * PIECE_WIDTH) ** np.arange(PIECE_DEGREE + 1))
 
 
 @inlined
@@ -71,11 +75,11 @@ def table_derivatives(t, table):
     """h and three derivatives by t at numbers, t held within the table."""
     t = np.minimum(np.maximum(t, 1.0 / FLATTEST), FLATTEST)
     logarithm = np.log(t)
-    piece = np.rint(logarithm / STEP)
+    piece = np.rint(logarithm / PIECE_WIDTH)
     row = np.int64(piece) + CENTRES
-    z = logarithm - STEP * piece
-    q, q1, q2, q3 = table[row, DEGREE], 0.0, 0.0, 0.0  # derivatives by ln t; the higher ones over 2 and 6
-    for k in range(DEGREE - 1, -1, -1):
+    z = logarithm - PIECE_WIDTH * piece
+    q, q1, q2, q3 = table[row, PIECE_DEGREE], 0.0, 0.0, 0.0  # derivatives by ln t; the higher ones over 2 and 6
+    for k in range(PIECE_DEGREE - 1, -1, -1):
         q3 = q3 * z + q2
         q2 = q2 * z + q1
         q1 = q1 * z + q
@@ -96,10 +100,10 @@ def jet_factor(t, table):
     most, h1, h2, h3 = table_derivatives(t.low, table)
     least = table_derivatives(t.high, table)[0]
     h1, h2, h3 = -h1, h2, -h3
-    scale = chosen(within, SLACK, np.inf)
+    scale = where(within, BOUND_SLACK, np.inf)
     return Jet(
-        chosen(t.high <= FLATTEST, least, 0.0),
-        chosen(within, most, np.inf),
+        where(t.high <= FLATTEST, least, 0.0),
+        where(within, most, np.inf),
         scale * (h1 * t.error + RELATIVE * most),
         scale * (h1 * t.first),
         scale * (h2 * t.first * t.first + h1 * t.second),

@@ -7,11 +7,11 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 
-ROOM = 1e-9  # of the largest number of a limit: what counts as holding it
-SLIGHT = 1e-3  # of the largest such number: a limit whose own numbers are less has that room
+HOLDING = 1e-9  # of the largest number of a limit: what counts as holding it
+LEAST_LIMIT = 1e-3  # of the largest such number: a limit whose own numbers are less has that room
 INDEPENDENT = 1e-10  # of the largest singular value: a row with less follows from others
-NOTHING = 1e-12  # of the longest row: one that x hardly changes
-NONE = 1e-8  # of a residual: with less of it nothing holds all limits
+LEAST_ROW = 1e-12  # of the longest row: one that x hardly changes
+UNHELD = 1e-8  # of a residual: with less of it nothing holds all limits
 
 
 def least_within(
@@ -32,7 +32,7 @@ def least_within(
     by_z = np.linalg.solve(root.T, rows.T).T
     missing = least - rows @ bottom
     lengths = np.linalg.norm(by_z, axis=1)
-    some = lengths > NOTHING * lengths.max()
+    some = lengths > LEAST_ROW * lengths.max()
     if np.any(missing[~some] > _room(rows, least, bottom, size)[~some]):  # x does not change these
         return None
     by_z, missing = by_z[some] / lengths[some, None], missing[some] / lengths[some]
@@ -41,7 +41,7 @@ def least_within(
     wanted = np.append(np.zeros(bottom.size), 1.0)
     forces = nnls(system, wanted)[0]
     left = wanted - system @ forces
-    if left[-1] <= NONE:
+    if left[-1] <= UNHELD:
         return None
     active = forces > 0.0
     z = np.linalg.lstsq(by_z[active], missing[active], rcond=None)[0]  # the nearest point of those planes
@@ -75,4 +75,4 @@ def _hold(rows: FloatArray, least: FloatArray, x: FloatArray, size: float) -> bo
 def _room(rows: FloatArray, least: FloatArray, x: FloatArray, size: float) -> FloatArray:
     """By how much each limit may be missed."""
     values = np.abs(rows) @ np.abs(x) + np.abs(least)
-    return np.asarray(ROOM * (values + SLIGHT * values.max(initial=size)))
+    return np.asarray(HOLDING * (values + LEAST_LIMIT * values.max(initial=size)))

@@ -16,8 +16,8 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 
-ORDERS = (6, 9, 13, 19, 28, 40)
-ROUNDED = 5e-14  # relative: what laws, derivatives on panels of a hundredth of the turn, and sums lose
+GAUSS_ORDERS = (6, 9, 13, 19, 28, 40)
+SUM_ERROR = 5e-14  # relative: what laws, derivatives on panels of a hundredth of the turn, and sums lose
 
 
 class Rule(NamedTuple):
@@ -57,13 +57,13 @@ def by_orders(
 
     ``integrals`` gives those of an index by a rule; errors are relative to their ``scale``.
     """
-    value = integrals(gauss(ORDERS[0]), slice(None))
+    value = integrals(gauss(GAUSS_ORDERS[0]), slice(None))
     error, open_ = np.full_like(value, np.inf), np.arange(n)
-    for order in ORDERS[1:]:
+    for order in GAUSS_ORDERS[1:]:
         found = integrals(gauss(order), open_)
         off = np.abs(found - value[:, open_])
         value[:, open_] = found
-        error[:, open_] = off + ROUNDED * scale(found)
+        error[:, open_] = off + SUM_ERROR * scale(found)
         open_ = open_[np.any(off > tolerance * scale(found), axis=0)]
         if not open_.size:
             break

@@ -11,7 +11,7 @@ from camopt.kernels.by_address import call
 from camopt.kernels.compile import called_by_kernels, inlined
 from camopt.numerics.climbing import Ends, allowed, begin_climb, climb_all
 from camopt.numerics.foreseen import Foreseen
-from camopt.numerics.halving import CLIMBS, OPEN, looked_at, put, split, taken
+from camopt.numerics.halving import CLIMBS, UNSETTLED, looked_at, put, split, taken
 
 
 @called_by_kernels
@@ -29,7 +29,7 @@ def judge_panels(many, panel, half_width, ask, work):
         if verdict == CLIMBS:
             begin_climb(work.climbs, climbs, i, ends, half_width, concavity)
             climbs += 1
-        elif verdict == OPEN:
+        elif verdict == UNSETTLED:
             work.opened[opened] = i
             for side in (left, right):
                 side[0, opened], side[1, opened] = side[0, j], side[1, j]
@@ -61,7 +61,7 @@ def judge_halves(opened, climbs, panel, place, ask, work):
             if verdict == CLIMBS:
                 begin_climb(work.climbs, climbs, i, ends, place[1], concavity)
                 climbs += 1
-            elif verdict == OPEN:
+            elif verdict == UNSETTLED:
                 work.parts.design[parts] = i
                 put(work.parts.ends[parts], ends)
                 parts += 1

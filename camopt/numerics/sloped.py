@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from camopt.numerics import GIVEN, FloatArray
-from camopt.numerics.interval import RULES, Interval, as_interval
+from camopt.numerics.interval import INTERVAL_RULES, Interval, as_interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,7 @@ def _step(a: Interval) -> Interval:
 
 
 def _power(value: Interval, a: Interval, exponent: Interval) -> tuple[Any, ...]:
-    return exponent * RULES[np.power](a, exponent - 1.0), 0.0
+    return exponent * INTERVAL_RULES[np.power](a, exponent - 1.0), 0.0
 
 
 def _arctan2(value: Interval, y: Interval, x: Interval) -> tuple[Any, ...]:

@@ -19,8 +19,8 @@ class Taylor:
     """f + f'·t + f''/2·t² + …, cut off; the terms are numbers, arrays of one shape, intervals, or balls."""
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        known = method == "__call__" and not kwargs and ufunc in RULES
-        return RULES[ufunc](*inputs) if known else NotImplemented
+        known = method == "__call__" and not kwargs and ufunc in TAYLOR_RULES
+        return TAYLOR_RULES[ufunc](*inputs) if known else NotImplemented
 
     def __init__(self, terms: Sequence[Any]) -> None:
         self.terms = tuple(terms)
@@ -127,7 +127,7 @@ def angle_of(x: Series, y: Series) -> Series:
     return rate.integral(np.arctan2(y.terms[0], x.terms[0]))
 
 
-RULES: dict[np.ufunc, Callable[..., Taylor]] = {
+TAYLOR_RULES: dict[np.ufunc, Callable[..., Taylor]] = {
     np.add: lambda a, b: a + b if isinstance(a, Taylor) else b + a,
     np.subtract: lambda a, b: a - b if isinstance(a, Taylor) else -b + a,
     np.multiply: lambda a, b: a * b if isinstance(a, Taylor) else b * a,

@@ -18,8 +18,8 @@ from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave
 
 TOLERANCE = 1e-14  # of the largest magnitude that a wave could have
-MOST = 1 << 20  # intervals at once; beyond, the enclosure stays as wide as it is
-HALVINGS = 64
+MOST_INTERVALS = 1 << 20  # intervals at once; beyond, the enclosure stays as wide as it is
+WAVE_HALVINGS = 64
 
 
 class Enclosed(NamedTuple):
@@ -39,14 +39,14 @@ def largest(wave: Wave) -> Enclosed:
     flat = row * wave.phase.shape[1] + panel
     centre, radius = np.zeros(len(flat)), 1.0
     pieces = _Pieces.of(wave)
-    for _ in range(HALVINGS):
+    for _ in range(WAVE_HALVINGS):
         found, upper = pieces.bounds(flat, centre, radius)
         owner = flat // wave.phase.shape[1]
         np.maximum.at(value, owner, found)
         open_ = upper > value[owner] + TOLERANCE * scale[owner]
         np.maximum.at(bound, owner[~open_], upper[~open_])
         flat, centre = flat[open_], centre[open_]
-        if not flat.size or 2 * flat.size > MOST:
+        if not flat.size or 2 * flat.size > MOST_INTERVALS:
             break
         radius /= 2.0
         flat, centre = np.concatenate([flat, flat]), np.concatenate([centre - radius, centre + radius])

@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.kernels.arguments import BOOLEAN, COUNT, NUMBER, Kind, Record
+from camopt.kernels.arguments import BOOLEAN, NUMBER, Kind, Record
 from camopt.numerics import FloatArray
+from camopt.numerics.piecewise import COUNTS, NUMBERS
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
 ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
@@ -17,7 +18,7 @@ LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, NEXT,
 VALUE, GRADIENT, STATES = 13, 14, 15  # the last two next to each other, as the values and slopes looked at
 
 
-COUNTS, NUMBERS, ROWS = Kind(COUNT.name, 1), Kind(NUMBER.name, 1), Kind(NUMBER.name, 2)
+ROWS = Kind(NUMBER.name, 2)
 
 
 class PanelBounds(NamedTuple):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from camopt.mechanisms import FIELDS
-from camopt.scene.choices import Chosen, Range
+from camopt.scene.choices import Chosen, StepRange
 from camopt.scene.search import Search
 
 LawPair = tuple[str | None, str | None]
@@ -21,7 +21,7 @@ class Choices:
     numbers: Mapping[str, Chosen]
     """Other numbers by their key in the scene, as ``cam.rpm``."""
     laws: tuple[LawPair, ...]
-    angles: Mapping[str, Range]
+    angles: Mapping[str, StepRange]
     """The angle of each rise, return and dwell, by kind of segment; deg."""
     samples: int | None
     """How many designs are drawn; None for a grid."""

@@ -11,7 +11,7 @@ from camopt.effects.mean import Mean
 from camopt.effects.peak import DOUBLES, BodyRadiusPlus, NumberKind, Peak, Scale, unweighted
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 
 
@@ -37,7 +37,7 @@ class Plain(NamedTuple):
 Bound = At | Plain
 
 
-SIDES = {LARGEST: (1.0,), LEAST: (-1.0,), LARGEST_MAGNITUDE: (1.0, -1.0)}
+CLAIM_SIDES = {LARGEST: (1.0,), LEAST: (-1.0,), LARGEST_MAGNITUDE: (1.0, -1.0)}
 
 
 class Claim(NamedTuple):
@@ -63,7 +63,7 @@ class Claim(NamedTuple):
 
     @property
     def sides(self) -> tuple[float, ...]:
-        return SIDES[self.goal]
+        return CLAIM_SIDES[self.goal]
 
     def allowed(self, numbers: NumberKind = DOUBLES) -> Any:
         """The upper bound of each side."""
@@ -101,7 +101,7 @@ class MeanClaim(NamedTuple):
     @property
     def kinds(self) -> int:
         """The kinds of stroke that it is about: all."""
-        return TURN
+        return ALL_STROKES
 
     def allowed(self, numbers: NumberKind = DOUBLES) -> Any:
         """The mean of the curve to the power that is just allowed, times the factor."""

@@ -10,7 +10,7 @@ from camopt.effects import EFFECTS, Setup, force, outline, wall
 from camopt.effects.curvature import CONVEX, CUTTER
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak
-from camopt.motion.table import DWELL, RISE, TURN
+from camopt.motion.table import ALL_STROKES, DWELL, RISE
 from camopt.numerics import LEAST
 from camopt.problem.claims import Claim, Plain
 from camopt.problem.limit import SELF_CROSSING, UNDERCUT, Limit, QuantityLimit, SelfCrossing, WithinBase
@@ -19,7 +19,7 @@ from camopt.scene.scene import Scene
 
 NO_FORCE = 1e-9  # N: less than nothing by so much is rounding
 THINNEST = 1e-12  # of the base radius: the wall that a keyway or bore leaves, since a scene has to have one
-LOADS = {
+LOAD_LIMITS = {
     "contact_force_min": "contact_force_min_N",
     "jump_speed": "jump_speed_rpm",
     "normal_force": "normal_force_max_N",
@@ -38,7 +38,7 @@ LOADS = {
     "power": "power_peak_W",
 }
 """Short keys of limits on loads: the quantity that each bounds."""
-PART = {
+PART_LIMITS = {
     "lift_change": "lift_change_max_mm_per_deg",
     "hub_wall": wall.WALL,
     "area": "area_mm2",
@@ -47,7 +47,7 @@ PART = {
     "unbalance": "unbalance_g_mm",
 }
 """Short keys of limits on the cam as a part, likewise."""
-OF_QUANTITIES = LOADS | PART | {name: name for name in BOUNDED}
+OF_QUANTITIES = LOAD_LIMITS | PART_LIMITS | {name: name for name in BOUNDED}
 """All keys that bound just one quantity from one side."""
 ANGULAR = {"_mm_per_deg": "_deg_per_deg", "_mm": "_deg", "_m_s": "_rad_s"}
 """Units of the motion of a follower that oscillates in place of those of one that translates."""
@@ -90,7 +90,9 @@ def _of_jump(quantity: str, bound: float, setup: Setup) -> Iterator[Claim]:
         "jump_speed_ratio": lambda own: bound * own.omega,
     }
     if setup.free and quantity in speeds:
-        yield Claim(partial(force.force_at_speed, setup, speed=speeds[quantity]), TURN, LEAST, Plain(-NO_FORCE))
+        yield Claim(
+            partial(force.force_at_speed, setup, speed=speeds[quantity]), ALL_STROKES, LEAST, Plain(-NO_FORCE)
+        )
 
 
 def _implied(setup: Setup) -> list[Limit]:
@@ -110,7 +112,7 @@ def _implied(setup: Setup) -> list[Limit]:
 def _within_base(setup: Setup) -> Iterator[WithinBase]:
     """What lies within the base circle: the shaft, the hub, and the bore with the thinnest wall about it."""
     bore = "keyway" if setup.solid.keyway_width else "bore"
-    around = wall.least_size(setup, 0.0) * (1.0 + THINNEST)
+    around = wall.size_for_wall(setup, 0.0) * (1.0 + THINNEST)
     shaft = setup.shaft_radius or 0.0
     for name, radius, key in (
         ("shaft_diameter", shaft, "cam.shaft_diameter"),
@@ -155,8 +157,8 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     limits += of({"outer_radius": outline.RADIUS} if mechanism.outline is not None else {})
     limits += of({"curvature_radius": CONVEX})
     limits += of({"cutter_radius": CUTTER} if mechanism.curvature is not None else {})
-    limits += of({key: limited_quantity(key, setup) for key in PART})
-    limits += of({name: name for name in named if name in BOUNDED and name not in LOADS})
+    limits += of({key: limited_quantity(key, setup) for key in PART_LIMITS})
+    limits += of({name: name for name in named if name in BOUNDED and name not in LOAD_LIMITS})
     limits += _implied(setup)
-    limits += of({key: limited_quantity(key, setup) for key in LOADS})
+    limits += of({key: limited_quantity(key, setup) for key in LOAD_LIMITS})
     return tuple(sorted(limits, key=lambda limit: limit.last))

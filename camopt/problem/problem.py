@@ -9,12 +9,12 @@ import numpy as np
 
 from camopt.effects import Setup, lacking, offered
 from camopt.effects.peak import unweighted
-from camopt.mechanisms import FIELDS, SIZES, Designs
+from camopt.mechanisms import FIELDS, SIZE_FIELDS, Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
-from camopt.motion.segments import Segment
+from camopt.motion.segments import GivenSegment
 from camopt.problem.choices import Choices, choices_of
 from camopt.problem.claims import Claim
 from camopt.problem.limit import Limit
@@ -22,15 +22,15 @@ from camopt.problem.limits import OF_QUANTITIES, limited_quantity, limits_of
 from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES, number_quantity
-from camopt.scene.choices import Range
+from camopt.scene.choices import StepRange
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
 from camopt.scene.profile import programme_of
 from camopt.scene.scene import Scene
-from camopt.scene.segments import segments_of
+from camopt.scene.segments import given_segments
 
 VERDICT = ("feasible", "violated", "status", "relative_half_width")
-EXACT = 1e-13  # tolerance for single designs, whose digits people compare: it costs nothing there
+SINGLE_TOLERANCE = 1e-13  # tolerance for single designs, whose digits people compare: it costs nothing there
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Problem:
     laws: Mapping[str, Law]
     """Every law that the scene can name: the built-in ones and its own."""
     programme: Programme
-    segments: tuple[Segment, ...]
+    segments: tuple[GivenSegment, ...]
     """The turn as the scene gives it; none where it gives the profile of the cam."""
     profile: tuple[float, ...]
     """The radii of that profile's arcs, mm; below 0 where hollow, infinite for a line."""
@@ -174,7 +174,7 @@ def resolve(scene: Scene) -> Problem:
         raise BadInput([Mistake("camopt", "scene", scene, "a Scene, such as find_scene or Scene.from_toml give")])
     setup = setup_of(scene.with_values(_first_values(scene)))
     sizes = {FIELDS[key.partition(".")[2]]: np.array([_given(scene, key)]) for key in size_keys(scene)}
-    absent = {name: np.zeros(1) for name in SIZES if name not in sizes}
+    absent = {name: np.zeros(1) for name in SIZE_FIELDS if name not in sizes}
     arrays: dict[str, Any] = {**sizes, **absent}
     design = Designs(**arrays, sense=1.0 if scene.cam.rotation == "ccw" else -1.0)
     mistakes = [*_not_offered(scene, setup), *_out_of_reach(scene, setup)]
@@ -182,7 +182,7 @@ def resolve(scene: Scene) -> Problem:
         raise BadInput(mistakes)
     laws = {**LAWS, **{name: law_of(name, law) for name, law in scene.laws.items()}}
     _, load = constant_and_changing(*load_and_unit(scene))
-    turn = segments_of(scene.motion, scene.cam.rpm)
+    turn = given_segments(scene.motion, scene.cam.rpm)
     if scene.profile:
         programme = programme_of(scene.profile, scene.cam, scene.follower, load)
     else:
@@ -212,7 +212,7 @@ def _first_values(scene: Scene) -> dict[str, float]:
     They tell what quantities there are; no design has them but those that the search gives them.
     """
     given, choices = scene.numbers(scene.search.numbers), scene.search.numbers
-    firsts = {key: c.start if isinstance(c, Range) else c[0] for key, c in choices.items()}
+    firsts = {key: c.start if isinstance(c, StepRange) else c[0] for key, c in choices.items()}
     return {key: firsts[key] for key, value in given.items() if value is None}
 
 
@@ -282,7 +282,7 @@ def strictest(problem: Problem) -> list[Claim]:
 
 def exactly(problem: Problem) -> Problem:
     """The problem at a tolerance near rounding, for the few designs whose digits count."""
-    return replace(problem, setup=replace(problem.setup, tolerance=min(problem.setup.tolerance, EXACT)))
+    return replace(problem, setup=replace(problem.setup, tolerance=min(problem.setup.tolerance, SINGLE_TOLERANCE)))
 
 
 def _out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:

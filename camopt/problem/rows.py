@@ -68,7 +68,7 @@ class Rows:
         return [{name: values[i] for name, values in lists.items()} for i in range(self.count)]
 
 
-def joined(parts: Iterable[Rows]) -> Rows:
+def concatenate_rows(parts: Iterable[Rows]) -> Rows:
     """Rows put one after the other; all must have the same columns."""
     parts = list(parts)
     columns = {name: _one_after_the_other(name, parts) for name in parts[0].columns}

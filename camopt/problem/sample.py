@@ -18,7 +18,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, missing_sizes
 from camopt.problem.settings import OF_PROBLEM, freed_angles, freed_of, problems_of, too_many_settings
 from camopt.problem.space import Block, Space, field_of, space_of
-from camopt.scene.choices import Chosen, Range
+from camopt.scene.choices import Chosen, StepRange
 
 NEARBY = 0.01  # of a cam's size: how much smaller the next one is said to be
 
@@ -69,7 +69,7 @@ def searched_space(problem: Problem) -> Space:
     if mistakes:
         raise BadInput(mistakes)
     points = SAMPLERS[choices.sampler](len(chosen), choices.samples, choices.seed)
-    drawn = {key: placed(choice, column) for (key, choice), column in zip(chosen.items(), points.T, strict=True)}
+    drawn = {key: values_at(choice, column) for (key, choice), column in zip(chosen.items(), points.T, strict=True)}
     of_problem = [key for key in choices.numbers if key in OF_PROBLEM]
     settings, which = _settings([drawn.pop(key) for key in of_problem], choices.samples)
     if mistakes := too_many_settings(problem, len(settings)):
@@ -88,9 +88,9 @@ def _settings(columns: list[FloatArray], count: int) -> tuple[list[tuple[float, 
     return [*map(tuple, settings.tolist())], which.reshape(-1)
 
 
-def placed(choice: Chosen, shares: FloatArray) -> FloatArray:
+def values_at(choice: Chosen, shares: FloatArray) -> FloatArray:
     """Values of a range, or of a list, at shares of it from 0 to 1."""
-    if isinstance(choice, Range):
+    if isinstance(choice, StepRange):
         return np.asarray(np.clip(choice.start + shares * (choice.stop - choice.start), choice.start, choice.stop))
     values = np.array(list(dict.fromkeys(choice)), dtype=float)
     return np.asarray(values[np.minimum((shares * values.size).astype(int), values.size - 1)])

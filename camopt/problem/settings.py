@@ -11,7 +11,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.problem.choices import LawPair
 from camopt.problem.problem import Problem
-from camopt.scene.choices import Chosen, Range
+from camopt.scene.choices import Chosen, StepRange
 
 MOST_SETTINGS = 10_000  # of which each has problems of its own, one for each motion
 OF_PROBLEM = frozenset(("cam.shaft_diameter",))
@@ -56,7 +56,9 @@ def freed_of(problem: Problem) -> Problem:
 
 def ends_of(choice: Chosen) -> tuple[float, float]:
     """The least and the largest value of a range or list."""
-    return (choice.start, choice.stop) if isinstance(choice, Range) else (float(min(choice)), float(max(choice)))
+    return (
+        (choice.start, choice.stop) if isinstance(choice, StepRange) else (float(min(choice)), float(max(choice)))
+    )
 
 
 def set_up(problem: Problem, settings: Iterable[Setting]) -> list[Problem]:

@@ -3,8 +3,8 @@
 from math import radians
 from typing import Any
 
-from camopt.effects import Given, Setup, Solid
-from camopt.quantities import NUMBERS, number_quantity
+from camopt.effects import GivenNumbers, Setup, SolidGiven
+from camopt.quantities import NUMBER_COLUMNS, number_quantity
 from camopt.scene.load import constant_and_changing
 from camopt.scene.materials import MATERIALS
 from camopt.scene.scene import Scene
@@ -17,7 +17,7 @@ def setup_of(scene: Scene) -> Setup:
         mechanism=scene.mechanism,
         tip=scene.tip,
         tolerance=scene.accuracy.tolerance,
-        given=Given(_numbers(scene), angular),
+        given=GivenNumbers(_numbers(scene), angular),
         solid=_solid(scene),
         varied={key: number_quantity(key, angular=angular) for key in scene.search.numbers},
     )
@@ -25,7 +25,7 @@ def setup_of(scene: Scene) -> Setup:
 
 def _numbers(scene: Scene) -> dict[str, float | None]:
     """The numbers of a scene by key, with those of its materials where it only names them."""
-    numbers, given = scene.numbers(NUMBERS), scene.materials
+    numbers, given = scene.numbers(NUMBER_COLUMNS), scene.materials
     load, _ = constant_and_changing(load_and_unit(scene)[0], 1.0)
     numbers["follower.dynamics.load"] = load
     for body in ("cam", "follower"):
@@ -42,10 +42,10 @@ def load_and_unit(scene: Scene) -> tuple[Any, float]:
     return given and given.load, 1e3 if scene.mechanism.motion.angular else 1.0
 
 
-def _solid(scene: Scene) -> Solid:
+def _solid(scene: Scene) -> SolidGiven:
     """The cam as a solid, with what ``[part]`` leaves to other tables."""
     part = scene.whole_part
-    return Solid(
+    return SolidGiven(
         thickness=part.thickness,
         density=None if part.density is None else part.density * 1e-12,  # kg/m³ to t/mm³
         bore_radius=(part.bore or 0.0) / 2,

@@ -11,15 +11,15 @@ from math import floor, inf, prod
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.mechanisms import FIELDS, SIZES, Designs
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms import FIELDS, SIZE_FIELDS, Designs
+from camopt.mechanisms.design import SizeBounds
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, missing_sizes
 from camopt.problem.rows import Rows
 from camopt.problem.settings import OF_PROBLEM, freed_angles, freed_of, laws_of, problems_of, too_many_settings
-from camopt.scene.choices import Chosen, Range
+from camopt.scene.choices import Chosen, StepRange
 
 MOST_DESIGNS = 2**63 - 1  # what their numbers can count
 MOST_VALUES = 10_000_000  # of one axis; a space may have far more designs, it is never materialised
@@ -96,7 +96,7 @@ class Space:
     def designs_of(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.int64], Designs]]:
         """The designs of some rows of a sweep by motion and setting: (problem, numbers of rows, their designs)."""
         fixed = self.problem.design
-        named = {name: rows.column(f"{name}_mm") for name in SIZES if f"{name}_mm" in rows.columns}
+        named = {name: rows.column(f"{name}_mm") for name in SIZE_FIELDS if f"{name}_mm" in rows.columns}
         named["size"] = rows.column(self.problem.size_name)
         columns = {
             name: np.asarray(named.get(name, value + np.zeros(rows.count))) for name, value in fixed.sizes.items()
@@ -143,10 +143,10 @@ def field_of(key: str) -> str:
 
 def _ungridded(file: str, key: str, choice: Chosen) -> Iterator[Mistake]:
     """What keeps a range from being an axis of a grid."""
-    if isinstance(choice, Range) and choice.step is None and choice.start != choice.stop:
+    if isinstance(choice, StepRange) and choice.step is None and choice.start != choice.stop:
         allowed = "a step above 0, for a sweep of a grid, or search.samples"
         yield Mistake(file, f"search.{key}.step", None, allowed)
-    elif isinstance(choice, Range) and value_count(choice) > MOST_VALUES:
+    elif isinstance(choice, StepRange) and value_count(choice) > MOST_VALUES:
         allowed = f"a range of at most {MOST_VALUES:,} values; this one has {value_count(choice):,}"
         yield Mistake(file, f"search.{key}.step", choice.step, allowed)
 
@@ -154,17 +154,17 @@ def _ungridded(file: str, key: str, choice: Chosen) -> Iterator[Mistake]:
 def number_values(choice: Chosen) -> list[float]:
     """The values of a list or range of a number; rounding takes none beyond the end of the range."""
     values = axis_values(choice)
-    return [*map(float, np.minimum(values, choice.stop) if isinstance(choice, Range) else values)]
+    return [*map(float, np.minimum(values, choice.stop) if isinstance(choice, StepRange) else values)]
 
 
-def boxes_of(problem: Problem) -> list[Bounds]:
+def boxes_of(problem: Problem) -> list[SizeBounds]:
     """The boxes to search: every combination of what is listed, with an interval for every range."""
     options = {name: [(float(value[0]), float(value[0]))] for name, value in problem.design.sizes.items()}
     options["size"] = [(0.0, inf)]
     numbers = {key: choice for key, choice in problem.choices.numbers.items() if key in problem.setup.free}
     for key, choice in {**problem.choices.sizes, **numbers}.items():
         field = field_of(key)
-        if isinstance(choice, Range):
+        if isinstance(choice, StepRange):
             options[field] = [(choice.start, choice.stop)]
         elif key == problem.setup.mechanism.body.size:
             options[field] = [(float(min(choice)), float(max(choice)))]
@@ -173,7 +173,7 @@ def boxes_of(problem: Problem) -> list[Bounds]:
     return [dict(zip(options, pick, strict=True)) for pick in product(*options.values())]
 
 
-def choices(problem: Problem, bounds: Bounds) -> str:
+def choices(problem: Problem, bounds: SizeBounds) -> str:
     """What a box has of the sizes of which ``[search]`` lists several, as a user writes them."""
     chosen = {**problem.choices.sizes, **problem.choices.numbers}
     listed = {
@@ -186,7 +186,7 @@ def choices(problem: Problem, bounds: Bounds) -> str:
 
 def axis_values(choice: Chosen) -> FloatArray:
     """The values of a list, or of a range with both its ends (the last step may fall short)."""
-    if not isinstance(choice, Range):
+    if not isinstance(choice, StepRange):
         return np.array(list(dict.fromkeys(choice)), dtype=float)
     if choice.step is None:
         return np.array([choice.start])
@@ -195,6 +195,6 @@ def axis_values(choice: Chosen) -> FloatArray:
 
 def value_count(choice: Chosen) -> int:
     """How many values a list or range has."""
-    if not isinstance(choice, Range):
+    if not isinstance(choice, StepRange):
         return len(set(choice))
     return 1 + (floor((choice.stop - choice.start) / choice.step + 1e-9) if choice.step else 0)

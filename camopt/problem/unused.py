@@ -5,12 +5,12 @@ from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 
-LOADED = ("force", "torque", "thrust", "hertz", "surface", "vibration")
+LOAD_USERS = ("force", "torque", "thrust", "hertz", "surface", "vibration")
 GUIDED = ("torque", "thrust", "hertz", "surface")
 MASSES = ("follower.dynamics.mass", "follower.dynamics.inertia")
 PRESSING = ("mass", "inertia", "spring_rate", "preload", "damping", "load", "gravity")
 READERS: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(PRESSING, LOADED),
+    **dict.fromkeys(PRESSING, LOAD_USERS),
     **dict.fromkeys(("guide_length", "overhang", "friction"), GUIDED),
     **dict.fromkeys(("natural_frequency", "damping_ratio"), ("vibration",)),
     "stem_diameter": ("thrust",),

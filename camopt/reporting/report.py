@@ -25,7 +25,7 @@ from camopt.storage.files import (
 )
 from camopt.storage.manifest import of_one_run, settled_path, settled_paths
 from camopt.synthesis.compare import known_laws_of
-from camopt.synthesis.files import FRONTIER, KNOWN, SCENE, SUMMARY
+from camopt.synthesis.files import FRONTIER, KNOWN_FILE, SCENE_FILE, SUMMARY_FILE
 from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.told import bound_in_words
 from camopt.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, scene_of
@@ -182,21 +182,21 @@ def _found_in(folder: Path) -> Iterable[ShownCam | ResultRows]:
     for table in (pareto, settled_path(folder / FRONTIER)):
         if table.exists():
             return _of_a_table(table)
-    if settled_path(folder / SCENE).exists():
+    if settled_path(folder / SCENE_FILE).exists():
         return list(_of_a_synthesis(folder))
     scenes = settled_paths(folder, OPTIMUM)
     if scenes:
         return _smallest([ShownCam(path.stem.removeprefix("optimum-"), Scene.from_toml(path)) for path in scenes])
-    why = f"a folder that a command wrote: with {PARETO}, {FRONTIER}, {SCENE} or {OPTIMUM}"
+    why = f"a folder that a command wrote: with {PARETO}, {FRONTIER}, {SCENE_FILE} or {OPTIMUM}"
     raise BadInput([Mistake("camopt", "what", str(folder), why)])
 
 
 def _of_a_synthesis(folder: Path) -> Iterable[ShownCam]:
     """The smallest cam of the best known law, and that of the new laws."""
-    summary = _summary(settled_path(folder / SUMMARY))
-    if settled_path(folder / KNOWN).exists():
-        yield ShownCam(f"known law: {summary.get('known_law')}", Scene.from_toml(folder / KNOWN))
-    yield ShownCam("new laws", Scene.from_toml(folder / SCENE), str(summary.get("told", "")))
+    summary = _summary(settled_path(folder / SUMMARY_FILE))
+    if settled_path(folder / KNOWN_FILE).exists():
+        yield ShownCam(f"known law: {summary.get('known_law')}", Scene.from_toml(folder / KNOWN_FILE))
+    yield ShownCam("new laws", Scene.from_toml(folder / SCENE_FILE), str(summary.get("told", "")))
 
 
 def _summary(path: Path) -> dict[str, Any]:

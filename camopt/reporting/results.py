@@ -24,12 +24,12 @@ from camopt.scene.scene import Scene
 from camopt.tables.cells import heading
 from camopt.tables.columns import axes_of
 from camopt.tables.designs import DESIGNS, PARETO, scene_of_row
-from camopt.tables.layout import NUMBER, Cell, Table
+from camopt.tables.layout import NUMERIC, Cell, Table
 
 if TYPE_CHECKING:
     import pandas as pd
 
-MOST_DESIGNS = 100_000
+PAGE_ROWS = 100_000
 MOST_MOTIONS = 200
 MOST_WORDS = 2**16
 MOST_AXES = 8
@@ -54,7 +54,7 @@ class ResultRows:
         """The scene that was searched."""
         text = self.frame.attrs.get("scene")
         names = {*self.frame.columns}
-        if not text or not {"law_rise", *RADII} & names or len({"law_rise", "law_return"} & names) == 1:
+        if not text or not {"law_rise", *RADIUS_COLUMNS} & names or len({"law_rise", "law_return"} & names) == 1:
             why = "a table of designs that camopt wrote, such as pareto.parquet"
             raise BadInput([Mistake("camopt", "table", self.name, why)])
         return Scene.embedded(text, self.name)
@@ -66,14 +66,14 @@ class ResultRows:
         return axes_of(names) or [name for name in (*search.minimise, *search.maximise) if name in names]
 
 
-RADII = ("base_radius_mm", "mean_radius_mm")
+RADIUS_COLUMNS = ("base_radius_mm", "mean_radius_mm")
 
 
 def of_frame(name: str, frame: "pd.DataFrame", front: "pd.DataFrame | None" = None) -> ResultRows:
     """A table, or one with its Pareto front: thinned evenly if it has too many rows, the front whole."""
     import pandas as pd
 
-    room = MOST_DESIGNS - (0 if front is None else len(front))
+    room = PAGE_ROWS - (0 if front is None else len(front))
     kept = frame if len(frame) <= room else frame.iloc[:: -(-len(frame) // room)]
     kept = kept.assign(**{IN_ROW: kept.index})
     attrs = frame.attrs
@@ -232,7 +232,7 @@ def _columns(frame: "pd.DataFrame", results: Sequence[ResultRows]) -> tuple[list
         about = QUANTITIES[name].sentence if name in QUANTITIES else ""
         found.append({"name": str(name), "title": title, "about": about, **_packed_column(values)})
     found.sort(key=lambda column: (column["name"] != RESULT, column["name"] != FRONT, column["name"] != IN_ROW))
-    return found, Table.of("The same in all designs", ["quantity", Cell("value", NUMBER)], same)
+    return found, Table.of("The same in all designs", ["quantity", Cell("value", NUMERIC)], same)
 
 
 def _title(name: str, unit: str, twice: Collection[str]) -> str:

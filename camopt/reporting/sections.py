@@ -6,12 +6,12 @@ from typing import Any
 
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
-from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
+from camopt.quantities import NUMBER_COLUMNS, QUANTITIES, number_quantity
 from camopt.scene.scene import Scene
 from camopt.studies.called import what_runs
 from camopt.tables.cells import number, quantity
-from camopt.tables.columns import bounds_of, is_nothing
-from camopt.tables.layout import ABOUT, NUMBER, WORDS, Cell, Table
+from camopt.tables.columns import bounds_shown, is_nothing
+from camopt.tables.layout import ABOUT, NUMERIC, WORDS, Cell, Table
 from camopt.verdicts.certify import CONDITIONS, certify_problem
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation
@@ -47,7 +47,7 @@ def verdicts_sheet(
         limit, how = limits.get(name), proofs[name]
         for bound, reached, margin in _reached(limit, found, verdict):
             rows.append([_words(name), Cell(verdict, verdict), bound, reached, margin, Cell(how, "how")])
-    numbers = (Cell(text, NUMBER) for text in ("bound", "reached", "margin"))
+    numbers = (Cell(text, NUMERIC) for text in ("bound", "reached", "margin"))
     used = dict.fromkeys(proofs[name] for name in verdicts)
     note = "; ".join(f"{how}: {PROOFS[how]}" for how in used)
     if found.scene.mechanism.motion.angular:
@@ -134,7 +134,7 @@ def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], label
     heads: list[Cell | str] = [
         "quantity",
         "symbol",
-        *(Cell(label, NUMBER) for label in labels),
+        *(Cell(label, NUMERIC) for label in labels),
         "unit",
         "limit",
         "",
@@ -149,7 +149,7 @@ def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], label
 
 def _common_bounds(problems: Iterable[Problem]) -> dict[str, str]:
     """What limits ask of quantities, where all designs are asked the same."""
-    each = [bounds_of(problem) for problem in problems]
+    each = [bounds_shown(problem) for problem in problems]
     return {name: bound for name, bound in each[0].items() if all(other.get(name) == bound for other in each)}
 
 
@@ -173,18 +173,18 @@ def motion_sheet(scene: Scene) -> Table:
 def given_sheet(scene: Scene) -> Table:
     """Sizes, speed, materials and loads that the scene gives, by key."""
     angular = scene.mechanism.motion.angular
-    units = {key: QUANTITIES[number_quantity(key, angular=angular)] for key in NUMBERS}
+    units = {key: QUANTITIES[number_quantity(key, angular=angular)] for key in NUMBER_COLUMNS}
     given = [pair for name, table in scene.to_dict().items() if name in GIVEN_TABLES for pair in _flat(name, table)]
     rows: list[list[Cell | str]] = [
         [
             key,
-            Cell(_said(value), NUMBER if isinstance(value, (int, float)) else WORDS),
+            Cell(_said(value), NUMERIC if isinstance(value, (int, float)) else WORDS),
             units[key].unit if key in units else "mm" if key in LENGTH_KEYS else "",
             units[key].sentence if key in units else "",
         ]
         for key, value in given
     ]
-    return Table.of("What the scene gives", ["key", Cell("value", NUMBER), "unit", ""], rows)
+    return Table.of("What the scene gives", ["key", Cell("value", NUMERIC), "unit", ""], rows)
 
 
 GIVEN_TABLES = ("cam", "follower", "materials", "part")
@@ -208,13 +208,15 @@ def _flat(prefix: str, value: Any) -> Iterator[tuple[str, Any]]:
 def _said(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         texts = [_said(each) for each in value]
-        return ", ".join(texts if len(texts) <= MOST_LISTED else [*texts[:MOST_LISTED], f"… ({len(texts)} in all)"])
+        return ", ".join(
+            texts if len(texts) <= LISTED_NUMBERS else [*texts[:LISTED_NUMBERS], f"… ({len(texts)} in all)"]
+        )
     if isinstance(value, Mapping):
         return ", ".join(f"{key} {_said(inner)}" for key, inner in value.items())
     return signed(float(value)) if isinstance(value, float) else str(value)
 
 
-MOST_LISTED = 8  # numbers of a list that are shown
+LISTED_NUMBERS = 8  # numbers of a list that are shown
 
 
 def effects_sheet(problem: Problem) -> Table:

@@ -11,23 +11,23 @@ from typing import Any
 from camopt.mechanisms import FIELDS, Mechanism
 from camopt.mechanisms.body import BODIES
 from camopt.mechanisms.follower import FLAT, MOTIONS, Tip
-from camopt.scene.law_forms import CLOSE, Fault
+from camopt.scene.law_forms import NEAR_END, LawFault
 from camopt.scene.load import check_load
-from camopt.scene.mapping import at, length, number, segments
+from camopt.scene.mapping import at, length, number_of, segments
 from camopt.scene.own_laws import check_laws, law_names
 from camopt.scene.part import check_part
 from camopt.scene.profile import check_profile, highest_on_profile
-from camopt.scene.sizes import SIGNED, mechanism_in, sizes_in
+from camopt.scene.sizes import SIGNED_SIZES, mechanism_in, sizes_in
 from camopt.scene.tables import Cam, Follower
-from camopt.scene.turn import LEAST, POSITIONED, check_law, check_turn, highest_of
+from camopt.scene.turn import LEAST_MOVE, POSITIONED, check_law, check_turn, highest_of
 
-SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in FIELDS) for table in (Follower, Cam))
+FOLLOWER_SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in FIELDS) for table in (Follower, Cam))
 """The keys of sizes in ``[follower]``, and in ``[cam]``."""
-SEARCHED = (*SIZES, *CAM_SIZES)
+SEARCHED = (*FOLLOWER_SIZES, *CAM_SIZES)
 """Those in ``[search]``."""
 
 
-def check(data: Mapping[str, Any]) -> Iterator[Fault]:
+def faults_of(data: Mapping[str, Any]) -> Iterator[LawFault]:
     """Every fault that needs more than one value to be seen."""
     yield from check_laws(data)
     yield from check_load(data)
@@ -57,10 +57,10 @@ def check(data: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _size(data: Mapping[str, Any], key: str) -> float | None:
-    return number(at(data, key))
+    return number_of(at(data, key))
 
 
-def _searched_motion(data: Mapping[str, Any]) -> Iterator[Fault]:
+def _searched_motion(data: Mapping[str, Any]) -> Iterator[LawFault]:
     """With a profile nothing is searched that the motion follows from."""
     laws, angles = ("law", "law_rise", "law_return"), ("angle_rise", "angle_return", "angle_dwell")
     for key in (*SEARCHED, *laws, *angles):
@@ -69,14 +69,14 @@ def _searched_motion(data: Mapping[str, Any]) -> Iterator[Fault]:
             yield f"search.{key}", None, why
 
 
-def _searched_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
+def _searched_laws(data: Mapping[str, Any]) -> Iterator[LawFault]:
     for key in ("search.law", "search.law_rise", "search.law_return"):
         named = at(data, key)
         for place, law in enumerate(named if isinstance(named, list) else [named], start=1):
             yield from check_law(law, f"{key}.{place}", law_names(data))
 
 
-def _searched_angles(data: Mapping[str, Any]) -> Iterator[Fault]:
+def _searched_angles(data: Mapping[str, Any]) -> Iterator[LawFault]:
     """Freed angles have a segment each to go to, and ranges that hold the degrees they share."""
     ranges, freed, reached = {}, [], True
     for kind in ("rise", "return", "dwell"):
@@ -86,8 +86,8 @@ def _searched_angles(data: Mapping[str, Any]) -> Iterator[Fault]:
             continue
         if not isinstance(given, Mapping):
             return
-        least = 0.0 if kind == "dwell" else LEAST["angle"]
-        start, stop = number(given.get("start")), number(given.get("stop"))
+        least = 0.0 if kind == "dwell" else LEAST_MOVE["angle"]
+        start, stop = number_of(given.get("start")), number_of(given.get("stop"))
         if start is None or stop is None or stop < start:
             return
         if start < least:
@@ -96,7 +96,7 @@ def _searched_angles(data: Mapping[str, Any]) -> Iterator[Fault]:
         if stop > 360.0:
             yield f"{key}.stop", given["stop"], "must be at most 360"
             reached = False
-        here = [number(s.get("angle")) for s in segments(data) if s.get("segment") == kind]
+        here = [number_of(s.get("angle")) for s in segments(data) if s.get("segment") == kind]
         if any(s.get("segment") in POSITIONED for s in segments(data)):
             yield key, None, "the angles of a motion with moves or constant velocities stay as they are"
             return
@@ -114,7 +114,7 @@ def _searched_angles(data: Mapping[str, Any]) -> Iterator[Fault]:
             None,
             "no other segment can exchange degrees with it: give another kind a range too",
         )
-    elif not low - CLOSE * total <= total <= high + CLOSE * total:
+    elif not low - NEAR_END * total <= total <= high + NEAR_END * total:
         between = f"between {low:g} and {high:g}"
         yield (
             next(iter(ranges)),
@@ -123,7 +123,7 @@ def _searched_angles(data: Mapping[str, Any]) -> Iterator[Fault]:
         )
 
 
-def _synthesis(data: Mapping[str, Any]) -> Iterator[Fault]:
+def _synthesis(data: Mapping[str, Any]) -> Iterator[LawFault]:
     for key in ("synthesis.peak_velocity", "synthesis.peak_acceleration", "synthesis.peak_jerk"):
         yield from check_law(at(data, key), key, law_names(data))
     degree, continuity = _size(data, "synthesis.degree"), _size(data, "synthesis.continuity")
@@ -136,7 +136,7 @@ def _named(mechanism: Mechanism, tip: Tip) -> str:
     return f"{mechanism.body.form} cam with {mechanism.motion.words} {tip.name} follower"
 
 
-def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[LawFault]:
     """A mechanism has all its sizes, and none of others."""
     what, body, own = _named(mechanism, tip), mechanism.body, mechanism.follower_keys(tip)
     if tip not in mechanism.tips:
@@ -145,7 +145,7 @@ def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[F
         return
     others = [key for other in BODIES.values() if other != body for key in other.cam]
     absent = [f"cam.{key}" for key in others]
-    absent += [f"follower.{name}" for name in SIZES if name not in own]
+    absent += [f"follower.{name}" for name in FOLLOWER_SIZES if name not in own]
     absent += [f"search.cam.{key}" for key in others if key not in SEARCHED]
     for key in absent:
         if at(data, key) not in (None, 0.0):
@@ -157,7 +157,7 @@ def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[F
             yield f"follower.{name}", None, f"missing; a {what} needs it"
 
 
-def _dynamics(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _dynamics(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[LawFault]:
     """A follower that swings has an inertia and no guide; the guide never reaches the trace point."""
     motion = mechanism.motion
     for name in (key for other in MOTIONS.values() if other != motion for key in other.dynamics):
@@ -173,13 +173,13 @@ def _dynamics(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism,
         yield "search.follower.dynamics.load", at(data, "search.follower.dynamics.load"), why
 
 
-def _lash(data: Mapping[str, Any], lift: float | None) -> Iterator[Fault]:
+def _lash(data: Mapping[str, Any], lift: float | None) -> Iterator[LawFault]:
     """A lash is taken up before the follower is at its highest, and its variation leaves some of it."""
     key = "follower.dynamics.lash"
     for name in _both(key):
         if lift is not None and any(each is not None and each >= lift for each in _values(at(data, name))):
             yield name, at(data, name), f"must be below the lift ({lift:g}): what it drives would never move"
-    lash, varies = number(at(data, key)), number(at(data, f"{key}_variation"))
+    lash, varies = number_of(at(data, key)), number_of(at(data, f"{key}_variation"))
     if lash is not None and varies is not None and varies > lash:
         yield f"{key}_variation", varies, f"must be at most the lash ({lash:g})"
 
@@ -189,7 +189,7 @@ def _both(key: str) -> tuple[str, str]:
     return key, f"search.{key}"
 
 
-def _fit(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _fit(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[LawFault]:
     """Whether the design can be put together, at its lowest and its highest position."""
     base, shaft = length(data, "cam.base_radius"), length(data, "cam.shaft_diameter")
     if base and shaft and shaft / 2 > base:
@@ -205,7 +205,7 @@ def _trace_radius(data: Mapping[str, Any], tip: Tip) -> float | None:
     return length(data, f"follower.{tip.radius}") if tip.radius else 0.0
 
 
-def _search(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _search(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[LawFault]:
     search = data.get("search")
     if not isinstance(search, Mapping):
         return
@@ -217,7 +217,7 @@ def _search(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator
                 search[key],
                 f"a {_named(mechanism, tip)} has none; known: {', '.join(own)}",
             )
-    for key in (each for each in own if each not in SIGNED):
+    for key in (each for each in own if each not in SIGNED_SIZES):
         if any(v is not None and v <= 0 for v in _values(search.get(key))):
             yield f"search.{key}", search[key], "must be above 0"
     for name in _texts(search.get("minimise")):
@@ -236,11 +236,11 @@ def _texts(value: Any) -> list[str]:
 
 def _values(choice: Any) -> list[float | None]:
     if isinstance(choice, Mapping):
-        return [number(choice.get("start"))]
-    return [number(v) for v in choice] if isinstance(choice, list) else [number(choice)]
+        return [number_of(choice.get("start"))]
+    return [number_of(v) for v in choice] if isinstance(choice, list) else [number_of(choice)]
 
 
-def _limits(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _limits(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[LawFault]:
     limits = data.get("limits")
     if not isinstance(limits, Mapping):
         return

@@ -9,10 +9,10 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, Va
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.scene.checks import SEARCHED
 from camopt.scene.complaints import mistakes_of
-from camopt.scene.tables import Anywhere, Length, Number, Positive, Table, as_list
+from camopt.scene.tables import Anywhere, Length, Positive, SceneNumber, Table, as_list
 
 
-class Range(Table):
+class StepRange(Table):
     """A closed interval; the step matters to a sweep of a grid alone."""
 
     start: Anywhere
@@ -29,20 +29,20 @@ class Range(Table):
         return self
 
 
-class NumberRange(Range):
+class NumberRange(StepRange):
     """A closed interval of a number that is no size."""
 
-    start: Number
-    stop: Number
+    start: SceneNumber
+    stop: SceneNumber
     step: Positive | None = None
 
 
-Chosen = Range | tuple[float, ...]
+Chosen = StepRange | tuple[float, ...]
 """What a checked choice is."""
 
 
 def _kind_of_choice(value: Any) -> str:
-    return "range/" if isinstance(value, (dict, Range)) else "values/"
+    return "range/" if isinstance(value, (dict, StepRange)) else "values/"
 
 
 ListedValues = Annotated[
@@ -52,13 +52,15 @@ ListedValues = Annotated[
 ]
 Choice = (
     Annotated[
-        Annotated[Range, Tag("range/")] | Annotated[ListedValues, Tag("values/")],
+        Annotated[StepRange, Tag("range/")] | Annotated[ListedValues, Tag("values/")],
         Discriminator(_kind_of_choice),
     ]
     | None
 )
 ListedNumbers = Annotated[
-    tuple[Number, ...], Field(min_length=1), BeforeValidator(as_list, json_schema_input_type=Number | list[Number])
+    tuple[SceneNumber, ...],
+    Field(min_length=1),
+    BeforeValidator(as_list, json_schema_input_type=SceneNumber | list[SceneNumber]),
 ]
 NumberChoice = Annotated[
     Annotated[NumberRange, Tag("range/")] | Annotated[ListedNumbers, Tag("values/")],
@@ -110,7 +112,7 @@ def _free(table: type[Table], key: str, value: Any, where: str) -> Any:
         )
         raise BadInput([Mistake("", where, value, why, bare=True)])
     try:
-        choice = _choices().validate_python(value.model_dump() if isinstance(value, Range) else value)
+        choice = _choices().validate_python(value.model_dump() if isinstance(value, StepRange) else value)
     except ValidationError as error:
         raise BadInput(mistakes_of(error, NumberRange, where)) from None
     if mistakes := list(_out_of_bounds(TypeAdapter(number), choice, where)):
@@ -140,7 +142,7 @@ def _number_in(hint: Any) -> Any:
 
 def _out_of_bounds(number: TypeAdapter[Any], choice: Any, where: str) -> Iterator[Mistake]:
     """A mistake for each value of a choice that the number may not have."""
-    ends = choice.model_dump(include={"start", "stop"}) if isinstance(choice, Range) else {}
+    ends = choice.model_dump(include={"start", "stop"}) if isinstance(choice, StepRange) else {}
     for name, value in ends.items() or enumerate(choice, start=1):
         try:
             number.validate_python(value)

@@ -7,7 +7,7 @@ from pathlib import Path
 from camopt.mistakes import BadInput
 from camopt.storage.files import read_bytes, text_of
 
-MOST_VALUES = 2000  # of a law or load: each span of one is a panel of its own in every kernel
+MOST_SPANS = 2000  # of a law or load: each span of one is a panel of its own in every kernel
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 
 
@@ -39,8 +39,8 @@ def _columns(text: str, wanted: tuple[str, ...]) -> dict[str, list[float]]:
     for row in filter(None, rows):
         for name, value in _numbers(row, names, wanted, rows.line_num):
             found[name].append(value)
-        if len(found[wanted[0]]) > MOST_VALUES:
-            raise ValueError(f"has more than {MOST_VALUES} rows")
+        if len(found[wanted[0]]) > MOST_SPANS:
+            raise ValueError(f"has more than {MOST_SPANS} rows")
     return found
 
 

@@ -1,6 +1,6 @@
 """The forms in which a scene gives a law: for each, the keys, the law that they make, and what may be wrong.
 
-A new form is an entry of ``FORMS`` and its keys in ``tables.OwnLaw``. A fault is (key, value, what is wrong).
+A new form is an entry of ``LAW_FORMS`` and its keys in ``tables.OwnLaw``. A fault is (key, value, what is wrong).
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,40 +16,43 @@ from camopt.motion.spline import SplineLaw, tabulated
 from camopt.motion.turned import MirroredLaw
 from camopt.numerics.neighbours import noise_of_table
 
-Fault = tuple[str, Any, str]
-Given = Mapping[str, Any]
+LawFault = tuple[str, Any, str]
+LawValues = Mapping[str, Any]
 """The values of a law by key: of the plain mapping of a scene, or of ``tables.OwnLaw``."""
 DEGREES = range(3, 13)  # a jerk is its third derivative, and the panels of a motion hold polynomials of degree 12
-CLOSE = 1e-9  # to 0 or 1, of what has to be just that
+NEAR_END = 1e-9  # to 0 or 1, of what has to be just that
 MOST_LEEWAY = 0.005  # of a stroke: more is no noise
-ENOUGH, NOISES = 16, 10.0  # points to tell noise from motion; standard deviations of it that a spline swings by
-APART = 1e-6  # least distance of points or knots, and least share of a stroke
-ENDS = ((0, 0.0), (-1, 1.0))  # where a law starts and ends
+NOISY_POINTS, NOISE_SWING = (
+    16,
+    10.0,
+)  # points to tell noise from motion; standard deviations of it that a spline swings by
+LEAST_GAP = 1e-6  # least distance of points or knots, and least share of a stroke
+LAW_ENDS = ((0, 0.0), (-1, 1.0))  # where a law starts and ends
 
 
-class Form(NamedTuple):
+class LawForm(NamedTuple):
     """One way to give a law."""
 
     what: str
     keys: tuple[str, ...]
-    make: Callable[[str, Given, bool], Law]
+    make: Callable[[str, LawValues, bool], Law]
     """The law of a name, from a faultless table; mirrored it is 1 − s(1 − x)."""
-    check: Callable[[str, Given], Iterator[Fault]]
+    check: Callable[[str, LawValues], Iterator[LawFault]]
     """Every fault that needs more than one value to be seen, below the law's key."""
     of_moves: bool = False
     """Whether it gives positions, for a move; if not, a unit stroke."""
 
 
-def form_of(law: Given) -> Form:
+def form_of(law: LawValues) -> LawForm:
     """The form of a law that has any of its keys: by the first, which no other form has, or else by any."""
-    own = [form for form in FORMS if law.get(form.keys[0]) is not None]
-    return next(iter(own or (form for form in FORMS if any(law.get(key) is not None for key in form.keys))))
+    own = [form for form in LAW_FORMS if law.get(form.keys[0]) is not None]
+    return next(iter(own or (form for form in LAW_FORMS if any(law.get(key) is not None for key in form.keys))))
 
 
 # ---------------------------------------------------------------------------------------- tables and B-splines
 
 
-def _tabulated(name: str, law: Given, mirror: bool) -> SplineLaw:
+def _tabulated(name: str, law: LawValues, mirror: bool) -> SplineLaw:
     x, s = (_with_exact_ends(_turned(law[key], mirror), 1) for key in ("x", "s"))
     rest = AT_REST[law.get("rest") or "both"]
     return tabulated(name, x, s, rest[::-1] if mirror else rest)
@@ -59,22 +62,22 @@ AT_REST = {"both": (True, True), "start": (True, False), "end": (False, True), "
 """Whether the law of a table rests at its start, and at its end, by the word for it."""
 
 
-def leeway(law: Given) -> float:
+def leeway(law: LawValues) -> float:
     """How far noise, or the rounding of points, may take the law of a table beyond its ends; 0 for other forms."""
     x, s = law.get("x"), law.get("s")
-    if x is None or s is None or len(x) < ENOUGH:
+    if x is None or s is None or len(x) < NOISY_POINTS:
         return 0.0
-    return min(NOISES * noise_of_table(x, s), MOST_LEEWAY)
+    return min(NOISE_SWING * noise_of_table(x, s), MOST_LEEWAY)
 
 
-def _spline_of(name: str, law: Given, mirror: bool) -> SplineLaw:
+def _spline_of(name: str, law: LawValues, mirror: bool) -> SplineLaw:
     knots, coefficients = (_turned(law[key], mirror) for key in ("knots", "coefficients"))
     return SplineLaw(
         name, law["degree"], _with_exact_ends(knots, law["degree"] + 1), _with_exact_ends(coefficients, 1)
     )
 
 
-def _positions_of(name: str, law: Given, mirror: bool) -> SplineLaw:
+def _positions_of(name: str, law: LawValues, mirror: bool) -> SplineLaw:
     """The law of a move, whose displacement is counted from its start."""
     ends, start = law["degree"] + 1, float(law["positions"][0])
     return SplineLaw(
@@ -91,7 +94,7 @@ def _with_exact_ends(values: Sequence[float], count: int) -> tuple[float, ...]:
     return (*[0.0] * count, *(float(v) for v in values[count:-count]), *[1.0] * count)
 
 
-def _table(key: str, law: Given) -> Iterator[Fault]:
+def _table(key: str, law: LawValues) -> Iterator[LawFault]:
     x, s = law["x"], law["s"]
     least = 3 if law.get("rest") == "none" else 2
     if len(x) < least:
@@ -106,24 +109,24 @@ def _table(key: str, law: Given) -> Iterator[Fault]:
     yield from _ends(f"{key}.x", x, "a stroke runs from x = 0 to x = 1")
     yield from _ends(f"{key}.s", s, "a stroke runs from s = 0 to s = 1")
     for number, (before, after) in enumerate(pairwise(x), start=2):
-        if not after - before >= APART:
-            yield f"{key}.x.{number}", after, f"must be above the {before:g} before it, by {APART:g} at least"
+        if not after - before >= LEAST_GAP:
+            yield f"{key}.x.{number}", after, f"must be above the {before:g} before it, by {LEAST_GAP:g} at least"
             return
 
 
-def _spline(key: str, law: Given) -> Iterator[Fault]:
+def _spline(key: str, law: LawValues) -> Iterator[LawFault]:
     yield from _ends(f"{key}.coefficients", law["coefficients"], "s(0) = 0 and s(1) = 1, the first and the last")
     yield from _knots(key, law, "coefficients")
 
 
-def _positions(key: str, law: Given) -> Iterator[Fault]:
+def _positions(key: str, law: LawValues) -> Iterator[LawFault]:
     for name in ("mirror", "crossing", "peaks", "overshoot"):
         if law.get(name) not in (None, False):
             yield f"{key}.{name}", law[name], "is for a law that runs from 0 to 1; this one has positions"
     yield from _knots(key, law, "positions")
 
 
-def _knots(key: str, law: Given, values: str) -> Iterator[Fault]:
+def _knots(key: str, law: LawValues, values: str) -> Iterator[LawFault]:
     degree, knots, count = law["degree"], law["knots"], len(law[values])
     needed = max(count, degree + 1) + degree + 1
     if count <= degree:
@@ -134,35 +137,35 @@ def _knots(key: str, law: Given, values: str) -> Iterator[Fault]:
         yield f"{key}.knots", None, f"has {len(knots)} values; {number} need {needed}"
         return
     first, last, inner = knots[: degree + 1], knots[-degree - 1 :], knots[degree + 1 : -degree - 1]
-    if max(abs(k) for k in first) > CLOSE or max(abs(k - 1) for k in last) > CLOSE:
+    if max(abs(k) for k in first) > NEAR_END or max(abs(k - 1) for k in last) > NEAR_END:
         yield f"{key}.knots", knots, f"must start with {degree + 1} zeros and end with {degree + 1} ones"
         return
     distinct = [(k, len(list(group))) for k, group in groupby([0.0, *inner, 1.0])]
-    if any(b - a < APART for (a, _), (b, _) in pairwise(distinct)):
-        yield f"{key}.knots", knots, f"must be in order, and equal or {APART:g} apart"
+    if any(b - a < LEAST_GAP for (a, _), (b, _) in pairwise(distinct)):
+        yield f"{key}.knots", knots, f"must be in order, and equal or {LEAST_GAP:g} apart"
     for knot, times in distinct:
         if times > degree:
             yield f"{key}.knots", knot, f"is there {times} times; more than the degree makes the motion jump"
 
 
-def _ends(key: str, values: Sequence[float], why: str) -> Iterator[Fault]:
-    for place, end in ENDS:
-        if abs(values[place] - end) > CLOSE:
+def _ends(key: str, values: Sequence[float], why: str) -> Iterator[LawFault]:
+    for place, end in LAW_ENDS:
+        if abs(values[place] - end) > NEAR_END:
             yield f"{key}.{place % len(values) + 1}", values[place], f"must be {end:g}: {why}"
 
 
 # ------------------------------------------------------------------------------------------ from a few numbers
 
 
-def _polynomial_of(name: str, law: Given, mirror: bool) -> PolynomialLaw:
+def _polynomial_of(name: str, law: LawValues, mirror: bool) -> PolynomialLaw:
     ends = [law["end"], law["start"]] if mirror else [law["start"], law["end"]]
     start, end = ([(-1.0) ** (k * mirror) * v for k, v in enumerate(values[1:])] for values in ends)
     return PolynomialLaw(name, (0.0, *start), (1.0, *end))
 
 
-def _polynomial(key: str, law: Given) -> Iterator[Fault]:
+def _polynomial(key: str, law: LawValues) -> Iterator[LawFault]:
     for side, end in (("start", 0.0), ("end", 1.0)):
-        if abs(law[side][0] - end) > CLOSE:
+        if abs(law[side][0] - end) > NEAR_END:
             yield f"{key}.{side}.1", law[side][0], f"must be {end:g}: a stroke runs from s = 0 to s = 1"
     degree = len(law["start"]) + len(law["end"]) - 1
     if degree > HIGHEST:
@@ -170,34 +173,38 @@ def _polynomial(key: str, law: Given) -> Iterator[Fault]:
         yield f"{key}.end", None, why
 
 
-def _scca_of(name: str, law: Given, mirror: bool) -> SCCALaw:
+def _scca_of(name: str, law: LawValues, mirror: bool) -> SCCALaw:
     """The law of some shares: the same mirrored."""
     b, c, d, e = (*map(float, law["scca"]), 0.0)[:4]
     return SCCALaw(name, (b, c, d, e))
 
 
-def _scca(key: str, law: Given) -> Iterator[Fault]:
+def _scca(key: str, law: LawValues) -> Iterator[LawFault]:
     shares = law["scca"]
     if len(shares) not in (3, 4):
         what = "must be three shares of the stroke, sine ramps, constant acceleration and cosine"
         yield f"{key}.scca", shares, f"{what}, or four with constant velocity"
         return
     for number, share in enumerate(shares, start=1):
-        if not (share == 0.0 or APART <= share <= 1.0):
-            yield f"{key}.scca.{number}", share, f"must be 0, or from {APART:g} to 1: it is a share of the stroke"
+        if not (share == 0.0 or LEAST_GAP <= share <= 1.0):
+            yield (
+                f"{key}.scca.{number}",
+                share,
+                f"must be 0, or from {LEAST_GAP:g} to 1: it is a share of the stroke",
+            )
             return
-    if abs(sum(shares) - 1.0) > CLOSE:
+    if abs(sum(shares) - 1.0) > NEAR_END:
         yield f"{key}.scca", shares, f"the shares add up to {sum(shares):.10g}, not to 1"
     elif sum(shares[:3]) == 0.0:
         yield f"{key}.scca", shares, "needs a share with acceleration; constant velocity alone is the law uniform"
 
 
-def _known(name: str, law: Given, mirror: bool) -> Law:
+def _known(name: str, law: LawValues, mirror: bool) -> Law:
     """A built-in law, which keeps its own name unless it is mirrored."""
     return MirroredLaw(name, LAWS[law["law"]]) if mirror else LAWS[law["law"]]
 
 
-def _built_in(key: str, law: Given) -> Iterator[Fault]:
+def _built_in(key: str, law: LawValues) -> Iterator[LawFault]:
     name = law["law"]
     if name not in LAWS:
         yield f"{key}.law", name, f"must be a built-in motion law; {nearest(name, LAWS)}"
@@ -205,11 +212,11 @@ def _built_in(key: str, law: Given) -> Iterator[Fault]:
         yield f"{key}.law", name, "give crossing, peaks or mirror too; without them it is the built-in law"
 
 
-FORMS = (
-    Form("a table", ("x", "s"), _tabulated, _table),
-    Form("a B-spline", ("coefficients", "degree", "knots"), _spline_of, _spline),
-    Form("a B-spline of positions", ("positions", "degree", "knots"), _positions_of, _positions, of_moves=True),
-    Form("a polynomial", ("start", "end"), _polynomial_of, _polynomial),
-    Form("an SCCA law", ("scca",), _scca_of, _scca),
-    Form("a built-in law", ("law",), _known, _built_in),
+LAW_FORMS = (
+    LawForm("a table", ("x", "s"), _tabulated, _table),
+    LawForm("a B-spline", ("coefficients", "degree", "knots"), _spline_of, _spline),
+    LawForm("a B-spline of positions", ("positions", "degree", "knots"), _positions_of, _positions, of_moves=True),
+    LawForm("a polynomial", ("start", "end"), _polynomial_of, _polynomial),
+    LawForm("an SCCA law", ("scca",), _scca_of, _scca),
+    LawForm("a built-in law", ("law",), _known, _built_in),
 )

@@ -13,7 +13,7 @@ def at(data: Mapping[str, Any], key: str) -> Any:
     return value
 
 
-def number(value: Any) -> float | None:
+def number_of(value: Any) -> float | None:
     if isinstance(value, bool) or not isinstance(value, Real):
         return None
     try:
@@ -24,7 +24,7 @@ def number(value: Any) -> float | None:
 
 def length(data: Mapping[str, Any], key: str) -> float | None:
     """A size, mm; None where it is missing or wrong."""
-    size = number(at(data, key))
+    size = number_of(at(data, key))
     return size if size and size > 0.0 else None
 
 

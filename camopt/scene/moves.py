@@ -7,27 +7,27 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mistakes import listed
+from camopt.mistakes import listed_words
 from camopt.motion import LAWS
-from camopt.motion.conditions import MISSED, NAMES
+from camopt.motion.conditions import DERIVATIVE_NAMES, MISSED
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.run import Contradiction
-from camopt.motion.segments import MOVE, Segment, ends_of
-from camopt.motion.stroke import Stroke, range_of
-from camopt.motion.table import TURN
-from camopt.scene.law_forms import CLOSE, Fault
+from camopt.motion.segments import MOVE, GivenSegment, positions_of
+from camopt.motion.stroke import Stroke, asked_range
+from camopt.motion.table import ALL_STROKES
+from camopt.scene.law_forms import NEAR_END, LawFault
 from camopt.scene.mapping import tables_in
-from camopt.scene.own_laws import are_faultless, law_in, own_laws
-from camopt.scene.segments import as_asked
+from camopt.scene.own_laws import are_faultless, law_in, own_law_tables
+from camopt.scene.segments import asked_value
 
-INSIDE = 1e-6  # of a move: the least distance of a condition from its ends, and the least length of a range
-LOOKED = 257  # angles of a move
+INSIDE_MOVE = 1e-6  # of a move: the least distance of a condition from its ends, and the least length of a range
+MOVE_SAMPLES = 257  # angles of a move
 
 
 def check_moves(
-    data: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], given: Sequence[Segment]
-) -> Iterator[Fault]:
+    data: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], given: Sequence[GivenSegment]
+) -> Iterator[LawFault]:
     """Every fault of what is asked of moves, if segments and laws are faultless by themselves."""
     faults = list(_conditions(rows))
     yield from faults
@@ -38,24 +38,24 @@ def check_moves(
     yield from _contradictions(data, given)
 
 
-def has_laws(data: Mapping[str, Any], given: Sequence[Segment]) -> bool:
+def has_laws(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> bool:
     """Whether all laws that segments name are there, and the scene's own are faultless."""
     names = [segment.law for segment in given if segment.law is not None]
-    known = {**LAWS, **own_laws(data)}
+    known = {**LAWS, **own_law_tables(data)}
     return all(isinstance(name, str) and name in known for name in names) and are_faultless(data)
 
 
-def turn_as_given(data: Mapping[str, Any], given: Sequence[Segment]) -> Programme:
+def turn_as_given(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Programme:
     """The turn of faultless laws and segments, displacements as they are given."""
-    own = {name: law_in(name, law) for name, law in own_laws(data).items()}
+    own = {name: law_in(name, law) for name, law in own_law_tables(data).items()}
     return Programme.from_segments(given, angular=False, laws={**LAWS, **own})
 
 
-def _laws_of_moves(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterator[Fault]:
+def _laws_of_moves(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Iterator[LawFault]:
     """Whether a law of positions starts and ends where its move does, and has what the move asks for at its end."""
-    tables, ends = own_laws(data), ends_of(given)
+    tables, ends = own_law_tables(data), positions_of(given)
     named = (tables[segment.law]["positions"] for segment in given if segment.segment == MOVE and segment.law)
-    room = CLOSE * max(max(ends) - min(ends), *(max(map(abs, positions)) for positions in named))
+    room = NEAR_END * max(max(ends) - min(ends), *(max(map(abs, positions)) for positions in named))
     starts = [0.0, *accumulate(segment.angle for segment in given)]
     for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
         if segment.segment != MOVE or segment.law is None:
@@ -71,19 +71,23 @@ def _laws_of_moves(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterato
         yield from _missed(law_in(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}")
 
 
-def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[Fault]:
+def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[LawFault]:
     """Whether what is asked on the way of a move is about angles inside it, and is anything."""
     turned = 0.0
     for k, row in enumerate(rows, start=1):
         before, turned = turned, turned + row["angle"]
         for number_, each in enumerate(tables_in(row.get("through")), start=1):
             key = f"motion.{k}.through.{number_}"
-            start, end = range_of(as_asked(each["angle"]))
-            room = INSIDE * row["angle"]
-            if not set(each) <= {"angle", *NAMES}:
+            start, end = asked_range(asked_value(each["angle"]))
+            room = INSIDE_MOVE * row["angle"]
+            if not set(each) <= {"angle", *DERIVATIVE_NAMES}:
                 continue  # which is said
-            if all(each.get(name) is None for name in NAMES):
-                yield key, None, f"asks for nothing: give {', '.join(NAMES[:-1])} or {NAMES[-1]}"
+            if all(each.get(name) is None for name in DERIVATIVE_NAMES):
+                yield (
+                    key,
+                    None,
+                    f"asks for nothing: give {', '.join(DERIVATIVE_NAMES[:-1])} or {DERIVATIVE_NAMES[-1]}",
+                )
             elif start == end and not before + room <= start <= turned - room:
                 what = f"must be inside the move, between {before:g} and {turned:g} deg of the turn"
                 yield f"{key}.angle", each["angle"], f"{what}; its end has keys of its own (to, velocity, …)"
@@ -92,7 +96,7 @@ def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[Fault]:
                 yield f"{key}.angle", each["angle"], what
 
 
-def _contradictions(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterator[Fault]:
+def _contradictions(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Iterator[LawFault]:
     """What is asked of moves can be met."""
     if not any(segment.segment == MOVE and segment.law is None for segment in given):
         return
@@ -101,19 +105,19 @@ def _contradictions(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterat
             yield "motion", None, "stays where it is: nothing that is asked moves it"
     except Contradiction as contradiction:
         first, *others = contradiction.keys
-        why = f"contradicts {listed(others)}: no motion meets all of these"
+        why = f"contradicts {listed_words(others)}: no motion meets all of these"
         if not others:
             why = "contradicts what is beside the moves, or the numbers at their ends (to): no motion meets both"
         yield first, None, f"{why}; leave one out, or ask for a wider range"
 
 
-def _missed(law: Law, segment: Segment, before: float, turned: float, key: str) -> Iterator[Fault]:
+def _missed(law: Law, segment: GivenSegment, before: float, turned: float, key: str) -> Iterator[LawFault]:
     """What a move asks for that its law has not."""
     start, angle = radians(turned), radians(segment.angle)
     stroke = Stroke(
-        TURN, law, start, angle, before, before + 1.0, None, (None, *segment.wanted), segment.through, key
+        ALL_STROKES, law, start, angle, before, before + 1.0, None, (None, *segment.wanted), segment.through, key
     )
-    largest = np.abs(stroke.motion(np.linspace(start, start + angle, LOOKED))).max(axis=1)
+    largest = np.abs(stroke.motion(np.linspace(start, start + angle, MOVE_SAMPLES))).max(axis=1)
     for each in stroke.conditions():
         room = MISSED[each.order] * largest[each.order]
         values = stroke.values_at(each)

@@ -3,19 +3,19 @@
 from collections.abc import Iterator
 
 from camopt.numerics.neighbours import share_of_noise
-from camopt.scene.law_forms import CLOSE, ENOUGH
+from camopt.scene.law_forms import NEAR_END, NOISY_POINTS
 from camopt.scene.scene import Scene
 
-LENGTH = (0.1, 1e4, "mm")
-USUAL = {
-    **dict.fromkeys(("cam.base_radius", "cam.mean_radius", "cam.shaft_diameter"), LENGTH),
-    **dict.fromkeys((f"follower.{k}" for k in ("roller_radius", "arm_length", "centre_distance")), LENGTH),
+LENGTH_RANGE = (0.1, 1e4, "mm")
+USUAL_RANGES = {
+    **dict.fromkeys(("cam.base_radius", "cam.mean_radius", "cam.shaft_diameter"), LENGTH_RANGE),
+    **dict.fromkeys((f"follower.{k}" for k in ("roller_radius", "arm_length", "centre_distance")), LENGTH_RANGE),
     "follower.face_radius": (0.1, 1e6, "mm"),
     "cam.rpm": (0.01, 1e5, "rev/min"),
     "follower.dynamics.mass": (1e-5, 1e4, "kg"),
     "follower.dynamics.inertia": (1e-9, 1e4, "kg·m²"),
-    **dict.fromkeys((f"part.{k}" for k in ("thickness", "bore", "hub_diameter", "hub_length")), LENGTH),
-    **dict.fromkeys((f"part.{k}" for k in ("keyway_width", "keyway_depth", "groove_depth")), LENGTH),
+    **dict.fromkeys((f"part.{k}" for k in ("thickness", "bore", "hub_diameter", "hub_length")), LENGTH_RANGE),
+    **dict.fromkeys((f"part.{k}" for k in ("keyway_width", "keyway_depth", "groove_depth")), LENGTH_RANGE),
     "part.profile_tolerance": (1e-4, 1.0, "mm"),
     "part.roughness": (0.005, 50.0, "µm"),
     "part.density": (500.0, 25000.0, "kg/m³"),
@@ -24,7 +24,7 @@ USUAL = {
 }
 """From where to where a value raises no question, and its unit."""
 MOSTLY = 0.5  # of the acceleration of a table: a share of noise that is said
-LIFT = {"mm": (0.01, 2e3), "deg": (0.1, 180.0)}
+LIFT_RANGES = {"mm": (0.01, 2e3), "deg": (0.1, 180.0)}
 """Likewise of a lift, by its unit."""
 
 
@@ -44,7 +44,7 @@ def no_wall(scene: Scene, base: float | None = None) -> list[str]:
     ``base`` is the radius of that in mm, if not the scene's own.
     """
     base, reach = base or scene.cam.base_radius, scene.whole_part.bore_reach
-    if not base or scene.limits.hub_wall is not None or base - reach > CLOSE * base:
+    if not base or scene.limits.hub_wall is not None or base - reach > NEAR_END * base:
         return []
     what = "keyway" if scene.whole_part.keyway_width else "bore"
     asks = "limits.hub_wall asks for a least wall, and is not set"
@@ -54,7 +54,7 @@ def no_wall(scene: Scene, base: float | None = None) -> list[str]:
 def _noisy(scene: Scene) -> Iterator[str]:
     """The tables of laws whose acceleration is mostly the noise, or the rounding, of their points."""
     for name, law in scene.laws.items():
-        if law.x is not None and law.s is not None and len(law.x) >= ENOUGH:
+        if law.x is not None and law.s is not None and len(law.x) >= NOISY_POINTS:
             share = share_of_noise(law.x, law.s)
             if share > MOSTLY:
                 why = "camopt fit finds the gentlest motion within a band of measured points"
@@ -62,7 +62,7 @@ def _noisy(scene: Scene) -> Iterator[str]:
 
 
 def _values(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]]]:
-    for key, usual in USUAL.items():
+    for key, usual in USUAL_RANGES.items():
         value: object = scene
         for part in key.split("."):
             value = getattr(value, part, None)
@@ -71,4 +71,4 @@ def _values(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]
     for number, segment in enumerate(scene.motion, start=1):
         if segment.lift:
             unit = scene.mechanism.motion.unit
-            yield f"motion.{number}.lift", segment.lift, (*LIFT[unit], unit)
+            yield f"motion.{number}.lift", segment.lift, (*LIFT_RANGES[unit], unit)

@@ -13,13 +13,13 @@ from camopt.motion.law import Law, is_symmetric
 from camopt.motion.programme import unit_span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.turned import SkewedLaw
-from camopt.scene.csv_columns import MOST_VALUES, read_columns
-from camopt.scene.law_forms import DEGREES, FORMS, Fault, Given, form_of, leeway
+from camopt.scene.csv_columns import MOST_SPANS, read_columns
+from camopt.scene.law_forms import DEGREES, LAW_FORMS, LawFault, LawValues, form_of, leeway
 from camopt.scene.tables import OwnLaw
 
 GIVEN_BY = "law, scca, start and end, degree, knots and coefficients (of a move: positions), x and s, or a file"
-PLAIN = {"degree", "law"}  # keys with one value
-FAR = 1e9  # that a number may be from 0
+ONE_VALUE = {"degree", "law"}  # keys with one value
+LARGEST_NUMBER = 1e9  # that a number may be from 0
 NEAREST = 0.01  # of a crossing to an end of the stroke
 
 
@@ -28,7 +28,7 @@ def law_of(name: str, law: OwnLaw) -> Law:
     return law_in(name, vars(law))
 
 
-def law_in(name: str, law: Given) -> Law:
+def law_in(name: str, law: LawValues) -> Law:
     """The law that a faultless table of the plain mapping of a scene describes."""
     crossing, mirror, make = _crossing(law), law.get("mirror") is True, form_of(law).make
     if crossing is None:
@@ -36,7 +36,7 @@ def law_in(name: str, law: Given) -> Law:
     return SkewedLaw(name, make(name, law, False), 1.0 - crossing if mirror else crossing)
 
 
-def _crossing(law: Given) -> float | None:
+def _crossing(law: LawValues) -> float | None:
     """Where the acceleration crosses zero, should it not be the middle: as such, or from the ratio of its peaks."""
     if law.get("peaks") is not None:
         up, down = law["peaks"]
@@ -46,12 +46,12 @@ def _crossing(law: Given) -> float | None:
 
 def law_names(data: Mapping[str, Any]) -> tuple[str, ...]:
     """The names of the laws that a rise or return can have: the built-in ones and the scene's own."""
-    return (*LAWS, *(name for name, law in own_laws(data).items() if not is_of_moves(law)))
+    return (*LAWS, *(name for name, law in own_law_tables(data).items() if not is_of_moves(law)))
 
 
 def laws_of_moves(data: Mapping[str, Any]) -> tuple[str, ...]:
     """The names of the laws that a move can have."""
-    return tuple(name for name, law in own_laws(data).items() if is_of_moves(law))
+    return tuple(name for name, law in own_law_tables(data).items() if is_of_moves(law))
 
 
 def is_of_moves(law: Any) -> bool:
@@ -59,12 +59,14 @@ def is_of_moves(law: Any) -> bool:
     return isinstance(law, Mapping) and bool(given_keys(law)) and form_of(law).of_moves
 
 
-def given_keys(law: Given) -> list[str]:
+def given_keys(law: LawValues) -> list[str]:
     """The keys of a law that tell its form."""
-    return [key for key in dict.fromkeys(key for form in FORMS for key in form.keys) if law.get(key) is not None]
+    return [
+        key for key in dict.fromkeys(key for form in LAW_FORMS for key in form.keys) if law.get(key) is not None
+    ]
 
 
-def own_laws(data: Mapping[str, Any]) -> Mapping[str, Any]:
+def own_law_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
     """The tables of the laws that a scene brings itself."""
     laws = data.get("laws")
     return laws if isinstance(laws, Mapping) else {}
@@ -73,12 +75,12 @@ def own_laws(data: Mapping[str, Any]) -> Mapping[str, Any]:
 # ------------------------------------------------------------------------------------------------- from files
 
 
-def read_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
+def read_files(data: dict[str, Any], folder: Path | None) -> Iterator[LawFault]:
     """Put the points of each law that names a file in place of the name, in ``data`` itself.
 
     ``folder`` is where files are looked for; None if none may be named.
     """
-    for name, law in own_laws(data).items():
+    for name, law in own_law_tables(data).items():
         if not isinstance(law, dict) or not isinstance(law.get("file"), str):
             continue
         key = f"laws.{name}.file"
@@ -97,9 +99,9 @@ def read_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
 # ----------------------------------------------------------------------------------------------------- checks
 
 
-def check_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
+def check_laws(data: Mapping[str, Any]) -> Iterator[LawFault]:
     """Every fault of a scene's own laws that needs more than one value to be seen."""
-    for name, law in own_laws(data).items():
+    for name, law in own_law_tables(data).items():
         if name in LAWS:
             yield "laws", name, "is a built-in law; give yours another name"
         elif not name or not name.isprintable() or set(name) & set("+/"):
@@ -111,12 +113,13 @@ def check_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
 def are_faultless(data: Mapping[str, Any]) -> bool:
     """Whether a scene's own laws have no fault, of values or of files either, which are told elsewhere."""
     values = (
-        isinstance(law, Mapping) and law.get("file") is None and _are_values(law) for law in own_laws(data).values()
+        isinstance(law, Mapping) and law.get("file") is None and _are_values(law)
+        for law in own_law_tables(data).values()
     )
     return all(values) and not any(check_laws(data))
 
 
-def _check_law(name: str, law: Given) -> Iterator[Fault]:
+def _check_law(name: str, law: LawValues) -> Iterator[LawFault]:
     key = f"laws.{name}"
     if law.get("file") is not None:  # it could not be read, which is said
         return
@@ -136,17 +139,17 @@ def _check_law(name: str, law: Given) -> Iterator[Fault]:
         yield f"{key}.{k}", None, f"missing; {form.what} has {', '.join(form.keys)}"
     if absent or not _are_values(law):
         return
-    most = max((len(law[k]) for k in form.keys if k not in PLAIN), default=0)
-    if most > MOST_VALUES:
-        yield f"{key}.{form.keys[-1]}", None, f"has {most} values; the most are {MOST_VALUES}"
+    most = max((len(law[k]) for k in form.keys if k not in ONE_VALUE), default=0)
+    if most > MOST_SPANS:
+        yield f"{key}.{form.keys[-1]}", None, f"has {most} values; the most are {MOST_SPANS}"
         return
     faults = list(form.check(key, law)) or list(_skew(key, law)) or list(_mirror(name, law))
     yield from faults or _shape(name, law)
 
 
-def _are_values(law: Given) -> bool:
+def _are_values(law: LawValues) -> bool:
     """Whether each value is one of its kind: the mistake in another is told on its own."""
-    lists = [law[k] for form in FORMS for k in form.keys if k not in PLAIN and law.get(k) is not None]
+    lists = [law[k] for form in LAW_FORMS for k in form.keys if k not in ONE_VALUE and law.get(k) is not None]
     degree, name, crossing, peaks = (law.get(k) for k in ("degree", "law", "crossing", "peaks"))
     pair = isinstance(peaks, (list, tuple)) and len(peaks) == 2
     return (
@@ -160,10 +163,10 @@ def _are_values(law: Given) -> bool:
 
 def _is_number(value: Any) -> bool:
     """Whether it is a number within bounds."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= FAR
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
 
 
-def _skew(key: str, law: Given) -> Iterator[Fault]:
+def _skew(key: str, law: LawValues) -> Iterator[LawFault]:
     """Whether the acceleration of a law can cross zero elsewhere than it does."""
     named = [k for k in ("crossing", "peaks") if law.get(k) is not None]
     if not named:
@@ -181,13 +184,13 @@ def _skew(key: str, law: Given) -> Iterator[Fault]:
         yield where, value, why
 
 
-def _mirror(name: str, law: Given) -> Iterator[Fault]:
+def _mirror(name: str, law: LawValues) -> Iterator[LawFault]:
     """Whether a law that is to be mirrored is another law then."""
     if law.get("mirror") is True and is_symmetric(law_in(name, {**law, "mirror": False})):
         yield f"laws.{name}.mirror", True, f"{law.get('law') or 'the law'} is the same from both ends; leave it out"
 
 
-def _shape(name: str, law: Given) -> Iterator[Fault]:
+def _shape(name: str, law: LawValues) -> Iterator[LawFault]:
     """Whether the law stays between the ends of its stroke, unless it may go beyond them."""
     if law.get("overshoot") is True or form_of(law).of_moves:
         return

@@ -12,12 +12,12 @@ from pydantic import BeforeValidator, Field
 
 from camopt.mechanisms import Mechanism
 from camopt.mechanisms.body import BODIES, DISC
-from camopt.scene.law_forms import Fault
+from camopt.scene.law_forms import LawFault
 from camopt.scene.mapping import at, length
 from camopt.scene.materials import MATERIALS
-from camopt.scene.tables import Cam, Length, Materials, Number, Positive, Table, one_line
+from camopt.scene.tables import Cam, Length, Materials, Positive, SceneNumber, Table, one_line
 
-Line = Annotated[str, BeforeValidator(one_line)]
+OneLine = Annotated[str, BeforeValidator(one_line)]
 TOWARDS_FOLLOWER = 90.0
 HUB, KEYWAY = DISC.part, ("keyway_width", "keyway_depth")
 
@@ -41,25 +41,25 @@ class Part(Table):
     """Width of the keyway; mm."""
     keyway_depth: Length | None = None
     """Depth of the keyway in the hub (t₂ of DIN 6885), from the bore's surface at its middle; mm."""
-    keyway_angle: Annotated[Number, Field(ge=-360, le=360)] | None = None
+    keyway_angle: Annotated[SceneNumber, Field(ge=-360, le=360)] | None = None
     """Direction of the keyway's middle in the cam's own frame, ccw from x; deg."""
     groove_depth: Length | None = None
     """Depth of the groove of a cylindrical cam; mm."""
     density: Positive | None = None
     """Density; that of ``materials.cam`` if not given; kg/m³."""
-    material: Line | None = None
+    material: OneLine | None = None
     """Material in the title block, ``materials.cam`` if not given."""
-    hardness: Line | None = None
+    hardness: OneLine | None = None
     """Hardness in the title block, such as 58 + 4 HRC."""
     profile_tolerance: Length | None = None
     """Tolerance of the profile, ±; mm."""
     roughness: Positive | None = None
     """Roughness Ra of the profile; µm."""
-    name: Line | None = None
+    name: OneLine | None = None
     """Name in the title block, that of the scene if not given."""
-    number: Line | None = None
+    number: OneLine | None = None
     """Number of the drawing."""
-    designer: Line | None = None
+    designer: OneLine | None = None
     """Who drew it."""
 
     @property
@@ -96,7 +96,7 @@ def resolved(part: Part, title: str, cam: Cam, materials: Materials) -> Part:
 
 def check_part(
     data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
-) -> Iterator[Fault]:
+) -> Iterator[LawFault]:
     """Whether what is given of the part goes together, and is inside the cam.
 
     ``travel`` of the follower is in mm, or in deg of its arm; ``radius`` is that of a roller or spherical face.
@@ -129,7 +129,7 @@ def _reach(data: Mapping[str, Any]) -> float | None:
     return None if bore is None else reach_of(bore, width if depth else 0.0, depth)
 
 
-def _keyway(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[Fault]:
+def _keyway(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[LawFault]:
     """A keyway has a width, a depth and a bore that it is in."""
     given = [key for key in (*KEYWAY, "keyway_angle") if part.get(key) is not None]
     if not given:
@@ -144,7 +144,7 @@ def _keyway(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[Fault]
         yield "part.keyway_width", width, f"must be below the diameter of the bore ({bore:g})"
 
 
-def _hub(data: Mapping[str, Any], part: Mapping[str, Any], base: float | None) -> Iterator[Fault]:
+def _hub(data: Mapping[str, Any], part: Mapping[str, Any], base: float | None) -> Iterator[LawFault]:
     """A hub has a diameter and a length, is longer and wider than what it holds, and lies behind the profile."""
     given = [key for key in HUB if part.get(key) is not None]
     for key in (*HUB, "thickness") if given else ():
@@ -160,7 +160,7 @@ def _hub(data: Mapping[str, Any], part: Mapping[str, Any], base: float | None) -
         yield "part.hub_diameter", diameter, f"must be at most twice the base radius ({2 * base:g})"
 
 
-def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterator[Fault]:
+def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterator[LawFault]:
     """Bore and keyway are inside a circle about the axis."""
     reach, bore = _reach(data), _bore(data)
     if not radius or not reach or not bore or reach < radius:
@@ -174,7 +174,7 @@ def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterato
 
 def _groove(
     data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
-) -> Iterator[Fault]:
+) -> Iterator[LawFault]:
     """A groove lies within the length of the cylinder, and leaves a wall to the bore."""
     mean, depth = length(data, f"cam.{mechanism.body.size}"), length(data, "part.groove_depth")
     if mean and depth and depth >= 2 * mean:

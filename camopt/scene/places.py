@@ -6,9 +6,9 @@ from functools import cache
 from itertools import pairwise
 from textwrap import dedent
 
-from camopt.scene.choices import Range
+from camopt.scene.choices import StepRange
 from camopt.scene.scene import Scene
-from camopt.scene.tables import Dynamics, Element, OwnLaw, Segment, Table, Through
+from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, Segment, Table, Through
 
 TOP = ""
 """Where the keys before the first table of a scene stand."""
@@ -22,9 +22,9 @@ TABLES: dict[str, type[Table]] = {
     "follower.dynamics": Dynamics,
     "motion": Segment,
     "motion.through": Through,
-    "profile": Element,
+    "profile": ProfileElement,
     "laws.NAME": OwnLaw,
-    "search.KEY": Range,
+    "search.KEY": StepRange,
 }
 """Every table by where it stands in a scene."""
 LISTS = ("motion", "motion.through", "profile")

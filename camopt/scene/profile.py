@@ -11,18 +11,18 @@ from typing import Any
 from camopt.mechanisms import Mechanism, mechanism_for
 from camopt.mechanisms.body import BODIES, DISC
 from camopt.mechanisms.follower import OSCILLATING, TIPS
-from camopt.motion.contact import Contact
+from camopt.motion.contact import ProfileContact
 from camopt.motion.load import ExternalLoad
-from camopt.motion.profile import CLOSE, Element, Unfit, least_radius, parts_of
+from camopt.motion.profile import TOUCHING_SHARE, GivenElement, Unfit, least_radius, parts_of
 from camopt.motion.profile_law import programme_on
 from camopt.motion.programme import Programme
 from camopt.scene import tables
-from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import at, number, tables_in
-from camopt.scene.own_laws import FAR
+from camopt.scene.law_forms import LawFault
+from camopt.scene.mapping import at, number_of, tables_in
+from camopt.scene.own_laws import LARGEST_NUMBER
 from camopt.scene.sizes import mechanism_in, sizes_in, sizes_of
 
-LEAST = 1e-9  # mm: of a radius
+LEAST_RADIUS = 1e-9  # mm: of a radius
 
 
 def read_profile(data: dict[str, Any]) -> None:
@@ -36,7 +36,7 @@ def read_profile(data: dict[str, Any]) -> None:
 
 
 def programme_of(
-    profile: Sequence[tables.Element], cam: tables.Cam, follower: tables.Follower, load: ExternalLoad | None
+    profile: Sequence[tables.ProfileElement], cam: tables.Cam, follower: tables.Follower, load: ExternalLoad | None
 ) -> Programme:
     """The turn of a scene with a profile.
 
@@ -69,7 +69,7 @@ def highest_on_profile(data: Mapping[str, Any]) -> float | None:
     return degrees(programme.lift) if at(data, "follower.motion") == OSCILLATING.name else programme.lift
 
 
-def check_profile(data: Mapping[str, Any]) -> Iterator[Fault]:
+def check_profile(data: Mapping[str, Any]) -> Iterator[LawFault]:
     """Every fault of a profile that needs more than one value to be seen."""
     if data.get("motion"):
         yield "profile", None, "a scene has either [[motion]] or [[profile]]: one follows from the other"
@@ -86,9 +86,9 @@ def check_profile(data: Mapping[str, Any]) -> Iterator[Fault]:
             yield f"profile.{unfit.number}" if unfit.number else "profile", None, unfit.why
 
 
-def _base(data: Mapping[str, Any], least: float) -> Iterator[Fault]:
-    base = number(at(data, "cam.base_radius"))
-    if base is not None and abs(base - least) > CLOSE * least:
+def _base(data: Mapping[str, Any], least: float) -> Iterator[LawFault]:
+    base = number_of(at(data, "cam.base_radius"))
+    if base is not None and abs(base - least) > TOUCHING_SHARE * least:
         yield "cam.base_radius", base, f"the least radius of the profile is {least:.10g}: leave it out"
 
 
@@ -100,51 +100,51 @@ def _rows(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return tables_in(data.get("profile"))
 
 
-def _element(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
+def _element(row: Mapping[str, Any], key: str) -> Iterator[LawFault]:
     if row.get("element") == "line":
         for name in ("radius", "x", "y"):
             if row.get(name) is not None:
                 yield f"{key}.{name}", row[name], "a line has none: it touches both neighbours"
     elif row.get("element") == "arc":
-        radius = number(row.get("radius"))
+        radius = number_of(row.get("radius"))
         if row.get("radius") is None:
             yield f"{key}.radius", None, "missing; an arc has a radius (mm), below 0 where the flank is hollow"
-        elif radius is not None and abs(radius) < LEAST:
-            yield f"{key}.radius", row["radius"], f"must be at least {LEAST:g} from 0"
+        elif radius is not None and abs(radius) < LEAST_RADIUS:
+            yield f"{key}.radius", row["radius"], f"must be at least {LEAST_RADIUS:g} from 0"
         for name, other in (("x", "y"), ("y", "x")):
             if row.get(name) is None and row.get(other) is not None:
                 yield f"{key}.{name}", None, "missing; a centre has x and y (mm)"
 
 
-def _elements(data: Mapping[str, Any]) -> list[Element] | None:
+def _elements(data: Mapping[str, Any]) -> list[GivenElement] | None:
     """The elements as the motion takes them; None where a number or a kind is missing or wrong."""
     found = []
     for row in _rows(data):
         given = {name: row[name] for name in ("radius", "x", "y") if row.get(name) is not None}
         numbers: dict[str, Any] = {
-            name: value for name, each in given.items() if (value := number(each)) is not None
+            name: value for name, each in given.items() if (value := number_of(each)) is not None
         }
         wrong = row.get("element") not in ("arc", "line") or len(numbers) < len(given)
-        if wrong or max(map(abs, numbers.values()), default=0.0) > FAR or any(_element(row, "")):
+        if wrong or max(map(abs, numbers.values()), default=0.0) > LARGEST_NUMBER or any(_element(row, "")):
             return None
-        found.append(_element_of(tables.Element.model_construct(**numbers), at(data, "cam.rotation")))
+        found.append(_element_of(tables.ProfileElement.model_construct(**numbers), at(data, "cam.rotation")))
     return found
 
 
-def _element_of(row: tables.Element, rotation: str) -> Element:
+def _element_of(row: tables.ProfileElement, rotation: str) -> GivenElement:
     """An element as the motion takes it: in a plane that is mirrored unless the cam turns cw."""
     if row.x is None or row.y is None:
-        return Element(row.radius)
-    return Element(row.radius, complex(row.x, row.y if rotation == "cw" else -row.y))
+        return GivenElement(row.radius)
+    return GivenElement(row.radius, complex(row.x, row.y if rotation == "cw" else -row.y))
 
 
-def _contact(data: Mapping[str, Any]) -> Contact | None:
+def _contact(data: Mapping[str, Any]) -> ProfileContact | None:
     """The follower as the profile meets it; None where a size is missing or wrong."""
     found = mechanism_in(data, DISC.form)
     return found and _on_profile(found[0], sizes_in(data, *found), at(data, "cam.rotation"))
 
 
-def _on_profile(mechanism: Mechanism, sizes: Mapping[str, float], rotation: str) -> Contact | None:
+def _on_profile(mechanism: Mechanism, sizes: Mapping[str, float], rotation: str) -> ProfileContact | None:
     """The follower of a mechanism on a profile; None where it meets none, or a size is missing."""
     try:
         return mechanism.on_profile and mechanism.on_profile(sizes, -1.0 if rotation == "cw" else 1.0)

@@ -16,7 +16,7 @@ from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationE
 from camopt.mechanisms import Mechanism, mechanism_for
 from camopt.mechanisms.follower import TIPS, Tip
 from camopt.mistakes import BadInput, Mistake, nearest, printable
-from camopt.scene.checks import check
+from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.load import read_load
 from camopt.scene.mapping import without
@@ -30,12 +30,12 @@ from camopt.scene.tables import (
     Accuracy,
     Cam,
     Dynamics,
-    Element,
     Follower,
     Limits,
     Materials,
     Outputs,
     OwnLaw,
+    ProfileElement,
     Segment,
     SynthesisSettings,
     Table,
@@ -104,7 +104,7 @@ class Scene(Shown, Drawn, Table):
     """The follower."""
     motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
     """The turn, segment by segment."""
-    profile: Annotated[tuple[Element, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
+    profile: Annotated[tuple[ProfileElement, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
     """The cam's profile, in place of the motion."""
     laws: dict[str, OwnLaw] = Field(default_factory=dict)
     """Motion laws of the scene's own, by name."""
@@ -180,7 +180,7 @@ class Scene(Shown, Drawn, Table):
         except ValidationError as error:
             found = mistakes_of(error, Scene, "", file)
         keys = {mistake.key for mistake in found}
-        faults = (*unread, *check(without(tables, keys) if keys else tables))
+        faults = (*unread, *faults_of(without(tables, keys) if keys else tables))
         found += [Mistake(file, *fault, bare=True) for fault in faults if fault[0] not in keys]
         if found:
             raise BadInput(found)

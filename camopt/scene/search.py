@@ -7,18 +7,18 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from camopt.scene.checks import SEARCHED
-from camopt.scene.choices import Choice, Chosen, NumberRange, Range, free_numbers
+from camopt.scene.choices import Choice, Chosen, NumberRange, StepRange, free_numbers
 from camopt.scene.tables import (
     Cam,
     Follower,
     LawName,
     Materials,
-    Number,
     Quantities,
+    SceneNumber,
     Switch,
     Table,
     as_list,
-    is_whole,
+    whole_number,
 )
 
 Laws = Annotated[
@@ -68,11 +68,11 @@ class Search(Table):
     """Motion laws to try on rises, with each of ``law_return``."""
     law_return: Laws = ()
     """Motion laws to try on returns."""
-    angle_rise: Range | None = None
+    angle_rise: StepRange | None = None
     """Range for the angle of each rise; deg."""
-    angle_return: Range | None = None
+    angle_return: StepRange | None = None
     """Range for the angle of each return; deg."""
-    angle_dwell: Range | None = None
+    angle_dwell: StepRange | None = None
     """Range for the angle of each dwell; deg."""
     cam: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Cam))] = Field(default_factory=dict)
     """Other numbers of ``[cam]``, such as ``rpm``, which a sweep varies."""
@@ -84,23 +84,23 @@ class Search(Table):
         default_factory=dict
     )
     """Numbers of ``[materials]``, likewise."""
-    samples: Annotated[int, BeforeValidator(is_whole), Field(ge=1, le=MOST_SAMPLES)] | None = None
+    samples: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_SAMPLES)] | None = None
     """How many designs a sweep draws for each law, in place of a grid."""
     sampler: Literal["sobol", "latin-hypercube"] = "sobol"
     """How they are drawn."""
-    seed: Annotated[int, BeforeValidator(is_whole), Field(ge=0, le=MOST_SEED)] = 0
+    seed: Annotated[int, BeforeValidator(whole_number), Field(ge=0, le=MOST_SEED)] = 0
     """Which of all such draws."""
     minimise: Quantities = ()
     """Quantities that a Pareto front minimises."""
     maximise: Quantities = ()
     """Quantities that it maximises."""
-    thin: Annotated[Number, Field(ge=1e-9, lt=1)] | None = None
+    thin: Annotated[SceneNumber, Field(ge=1e-9, lt=1)] | None = None
     """Share of an objective's range within which rows of the front count as one; no unit."""
     refine: Switch = False
     """Move each row of the front off the grid, to an optimum of the continuous problem."""
 
     @property
-    def angles(self) -> dict[str, Range]:
+    def angles(self) -> dict[str, StepRange]:
         """The ranges of the angles of rises, returns and dwells, by kind of segment; those that are given."""
         kinds = {"rise": self.angle_rise, "return": self.angle_return, "dwell": self.angle_dwell}
         return {kind: ends for kind, ends in kinds.items() if ends is not None}

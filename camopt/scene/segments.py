@@ -4,18 +4,18 @@ from collections.abc import Mapping, Sequence
 from math import pi, radians
 from typing import Any, TypeVar
 
-from camopt.motion.conditions import NAMES
-from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment
-from camopt.motion.stroke import Asked, Through, range_of
+from camopt.motion.conditions import DERIVATIVE_NAMES
+from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment
+from camopt.motion.stroke import AskedValue, Passing, asked_range
 from camopt.quantities import DERIVATIVES
 from camopt.scene import tables
-from camopt.scene.mapping import number, tables_in
+from camopt.scene.mapping import number_of, tables_in
 
-Row = TypeVar("Row")
-NOTHING = 1e-100  # mm or deg: a position no further from 0 is there
+SegmentRow = TypeVar("SegmentRow")
+LEAST_POSITION = 1e-100  # mm or deg: a position no further from 0 is there
 
 
-def segments_of(rows: Sequence[tables.Segment], rpm: float | None) -> list[Segment]:
+def given_segments(rows: Sequence[tables.Segment], rpm: float | None) -> list[GivenSegment]:
     """Faultless segments of a scene as the motion takes them: derivatives by the cam angle in rad.
 
     A move that gives no position ends where the constant velocity after it has to start, or, before another move,
@@ -46,7 +46,7 @@ def _known(table: type[tables.Table], row: Mapping[str, Any]) -> dict[str, Any]:
     return {key: row[key] for key in table.model_fields if key in row}
 
 
-def after_each(rows: Sequence[Row]) -> list[Row]:
+def after_each(rows: Sequence[SegmentRow]) -> list[SegmentRow]:
     """The segment after each, round the turn."""
     return [*rows[1:], *rows[:1]]
 
@@ -66,38 +66,40 @@ def _per_rad(row: tables.Segment, rpm: float | None) -> float:
     return {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.per or "rad"]
 
 
-def _through_of(row: tables.Segment, rpm: float | None) -> tuple[Through, ...]:
+def _through_of(row: tables.Segment, rpm: float | None) -> tuple[Passing, ...]:
     """What a move is asked for on its way, its angles in deg of the turn, its derivatives by rad."""
     per, found = _per_rad(row, rpm), []
     for each in row.through:
-        start, end = range_of(as_asked(each.angle))
-        asked = (_times(as_asked(getattr(each, name)), per**order) for order, name in enumerate(NAMES))
-        found.append(Through(start, end, tuple(asked)))
+        start, end = asked_range(asked_value(each.angle))
+        asked = (
+            _times(asked_value(getattr(each, name)), per**order) for order, name in enumerate(DERIVATIVE_NAMES)
+        )
+        found.append(Passing(start, end, tuple(asked)))
     return tuple(found)
 
 
-def as_asked(value: Any) -> Asked:
+def asked_value(value: Any) -> AskedValue:
     """A number or a range from the mapping of a scene, where a range may be a list."""
     return tuple(value) if isinstance(value, (list, tuple)) else value
 
 
-def _segment_of(row: tables.Segment, rpm: float | None) -> Segment:
+def _segment_of(row: tables.Segment, rpm: float | None) -> GivenSegment:
     per = _per_rad(row, rpm)
     wanted = [getattr(row, key) for key in DERIVATIVES]
     by_angle = tuple(_times(value, per**order) for order, value in enumerate(wanted, start=1))
-    kind, angle, lift, to = row.segment, row.angle, row.lift or 0.0, as_asked(row.to)
+    kind, angle, lift, to = row.segment, row.angle, row.lift or 0.0, asked_value(row.to)
     position = None if isinstance(to, tuple) else to
     if kind == CONSTANT_VELOCITY:
-        lift = (number(row.velocity) or 0.0) * per * radians(angle)
+        lift = (number_of(row.velocity) or 0.0) * per * radians(angle)
     if kind != MOVE:
-        return Segment(kind, angle, lift, row.law, position)
+        return GivenSegment(kind, angle, lift, row.law, position)
     if position is not None:
-        position = float(position) if abs(position) > NOTHING else 0.0
-        return Segment(kind, angle, law=row.law, to=position, wanted=by_angle)
-    return Segment(kind, angle, wanted=by_angle, between=range_of(to))
+        position = float(position) if abs(position) > LEAST_POSITION else 0.0
+        return GivenSegment(kind, angle, law=row.law, to=position, wanted=by_angle)
+    return GivenSegment(kind, angle, wanted=by_angle, between=asked_range(to))
 
 
-def _times(asked: Asked, factor: float) -> Asked:
+def _times(asked: AskedValue, factor: float) -> AskedValue:
     """A number or a range in another unit."""
     if asked is None:
         return None

@@ -6,19 +6,19 @@ from typing import Any
 from camopt.mechanisms import Mechanism, mechanism_for
 from camopt.mechanisms.body import BODIES
 from camopt.mechanisms.follower import MOTIONS, TIPS, Tip
-from camopt.scene.mapping import at, length, number
+from camopt.scene.mapping import at, length, number_of
 
-SIGNED = {"offset": 0.0, "face_offset": None}
+SIGNED_SIZES = {"offset": 0.0, "face_offset": None}
 """Sizes that may be 0 or below, each with what it is where a scene does not give it."""
 
-WORDS: tuple[dict[str, Any], ...] = (BODIES, MOTIONS, TIPS)
+FORM_WORDS: tuple[dict[str, Any], ...] = (BODIES, MOTIONS, TIPS)
 """What ``cam.form``, ``follower.motion`` and ``follower.contact`` may say."""
 
 
 def mechanism_in(data: Mapping[str, Any], form: str | None = None) -> tuple[Mechanism, Tip] | None:
     """The mechanism and the tip of its follower, of a form of cam or the scene's own; None if a word is wrong."""
     named = form or at(data, "cam.form"), at(data, "follower.motion"), at(data, "follower.contact")
-    if not all(isinstance(word, str) and word in known for word, known in zip(named, WORDS, strict=True)):
+    if not all(isinstance(word, str) and word in known for word, known in zip(named, FORM_WORDS, strict=True)):
         return None
     return mechanism_for(*named), TIPS[named[2]]
 
@@ -27,9 +27,9 @@ def sizes_in(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> dict[st
     """The sizes of a mechanism in mm, by field of ``Designs``; without those that are missing or wrong."""
     found = {"size": length(data, f"cam.{mechanism.body.size}")}
     for field in mechanism.sizes:
-        if field in SIGNED:
+        if field in SIGNED_SIZES:
             given = at(data, f"follower.{field}")
-            found[field] = SIGNED[field] if given is None else number(given)
+            found[field] = SIGNED_SIZES[field] if given is None else number_of(given)
         elif field != "roller_radius":
             found[field] = length(data, f"follower.{field}")
         else:
@@ -41,5 +41,5 @@ def sizes_of(mechanism: Mechanism, tip: Tip, follower: Any) -> dict[str, float]:
     """The sizes that the table ``[follower]`` of a scene gives of a mechanism, likewise."""
     keys = {field: field for field in mechanism.sizes} | {"roller_radius": tip.radius}
     given = {field: getattr(follower, key) if key else 0.0 for field, key in keys.items()}
-    found = {field: SIGNED.get(field) if size is None else size for field, size in given.items()}
+    found = {field: SIGNED_SIZES.get(field) if size is None else size for field, size in given.items()}
     return {field: size for field, size in found.items() if size is not None}

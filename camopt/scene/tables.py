@@ -15,7 +15,7 @@ from pydantic import (
     create_model,
 )
 
-from camopt.mechanisms.body import Form
+from camopt.mechanisms.body import CamForm
 from camopt.mechanisms.follower import MotionName, TipName
 from camopt.mistakes import BadInput, nearest
 from camopt.motion import LAWS
@@ -34,13 +34,13 @@ def _is_number(value: Any) -> Any:
         raise ValueError("a finite number") from None
 
 
-SHORTEST, LONGEST, SLOWEST = 1e-9, 1e9, 1e-9
-Number = Annotated[float, BeforeValidator(_is_number), Field(allow_inf_nan=False)]
-Length = Annotated[Number, Field(ge=SHORTEST, le=LONGEST)]
-Anywhere = Annotated[Number, Field(ge=-LONGEST, le=LONGEST)]
-Positive = Annotated[Number, Field(ge=1e-15, le=1e15)]
-NotNegative = Annotated[Number, Field(ge=0, le=1e15)]
-Acute = Annotated[Number, Field(ge=1e-9, lt=90)]
+SMALLEST_VALUE, LARGEST_VALUE, SLOWEST_RPM = 1e-9, 1e9, 1e-9
+SceneNumber = Annotated[float, BeforeValidator(_is_number), Field(allow_inf_nan=False)]
+Length = Annotated[SceneNumber, Field(ge=SMALLEST_VALUE, le=LARGEST_VALUE)]
+Anywhere = Annotated[SceneNumber, Field(ge=-LARGEST_VALUE, le=LARGEST_VALUE)]
+Positive = Annotated[SceneNumber, Field(ge=1e-15, le=1e15)]
+NotNegative = Annotated[SceneNumber, Field(ge=0, le=1e15)]
+Acute = Annotated[SceneNumber, Field(ge=1e-9, lt=90)]
 
 
 def _known(names: Any, what: str) -> Any:
@@ -58,7 +58,7 @@ def one_line(value: Any) -> Any:
     return value
 
 
-def is_whole(value: Any) -> Any:
+def whole_number(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise ValueError("a whole number")
     return int(value)
@@ -97,23 +97,23 @@ class Table(BaseModel):
 
 
 def _turns(value: Any) -> Any:
-    if isinstance(value, Real) and not isinstance(value, bool) and value < SLOWEST:
-        raise ValueError(f"at least {SLOWEST:g}; the sense of rotation is cam.rotation, 'ccw' or 'cw'")
+    if isinstance(value, Real) and not isinstance(value, bool) and value < SLOWEST_RPM:
+        raise ValueError(f"at least {SLOWEST_RPM:g}; the sense of rotation is cam.rotation, 'ccw' or 'cw'")
     return value
 
 
 class Cam(Table):
     """The cam: form, sense of rotation, speed and size."""
 
-    form: Form
+    form: CamForm
     """A disc cam turns about an axis square to the motion, a cylindrical one carries a groove on its mantle."""
     rotation: Literal["ccw", "cw"] = "ccw"
     """Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw."""
     rpm: (
         Annotated[
-            Number,
+            SceneNumber,
             Field(le=1e15),
-            BeforeValidator(_turns, json_schema_input_type=Annotated[float, Field(ge=SLOWEST, le=1e15)]),
+            BeforeValidator(_turns, json_schema_input_type=Annotated[float, Field(ge=SLOWEST_RPM, le=1e15)]),
         ]
         | None
     ) = None
@@ -137,7 +137,7 @@ def _kind_of_load(value: Any) -> str:
 Rows = Annotated[
     tuple[Any, ...], BeforeValidator(_rows, json_schema_input_type=list[tuple[float, float]])
 ]  # what is in them is checked with the scene
-Load = Annotated[
+GivenLoad = Annotated[
     Annotated[Anywhere, Tag("constant/")] | Annotated[str, Tag("file/")] | Annotated[Rows, Tag("rows/")],
     Discriminator(_kind_of_load),
 ]
@@ -162,7 +162,7 @@ class Dynamics(Table):
     """Force (moment) of that spring at the lowest position; N, oscillating N·m."""
     damping: NotNegative | None = None
     """Damping of the follower's motion; N·s/mm, oscillating N·m·s/rad."""
-    load: Load | None = None
+    load: GivenLoad | None = None
     """External force (moment) that presses the follower on the cam; N, oscillating N·m."""
     gravity: Anywhere | None = None
     """Acceleration of gravity, positive if it presses the mass on the cam; m/s²."""
@@ -176,7 +176,7 @@ class Dynamics(Table):
     """Diameter of the round stem of a translating follower; mm."""
     natural_frequency: Positive | None = None
     """Natural frequency of the elastic train; Hz."""
-    damping_ratio: Annotated[Number, Field(ge=0, lt=1)] | None = None
+    damping_ratio: Annotated[SceneNumber, Field(ge=0, lt=1)] | None = None
     """Damping ratio of the elastic train; no unit."""
     fluctuation: Positive | None = None
     """Share by which the speed may vary, (largest − least)/mean, for the flywheel; no unit."""
@@ -225,8 +225,8 @@ def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:
     return BeforeValidator(taken)
 
 
-Asked = Annotated[
-    float | tuple[float, float], _number_or_range("a number, or a range [low, high]", -LONGEST, LONGEST)
+NumberOrRange = Annotated[
+    float | tuple[float, float], _number_or_range("a number, or a range [low, high]", -LARGEST_VALUE, LARGEST_VALUE)
 ]
 CamAngle = Annotated[
     float | tuple[float, float], _number_or_range("a cam angle, or a range [from, to], deg", 0.0, 360.0)
@@ -244,13 +244,13 @@ class Through(Table):
     elsewhere: ClassVar[Mapping[str, str]] = {"per": "belongs to the segment, for all that it asks"}
     angle: CamAngle
     """Cam angle, or range of cam angles [from, to], from the start of the first segment; deg."""
-    position: Asked | None = None
+    position: NumberOrRange | None = None
     """Displacement there; mm, oscillating deg."""
-    velocity: Asked | None = None
+    velocity: NumberOrRange | None = None
     """First derivative there; mm (deg) ``per`` rad, deg or s."""
-    acceleration: Asked | None = None
+    acceleration: NumberOrRange | None = None
     """Second derivative there; mm (deg) ``per`` rad², deg² or s²."""
-    jerk: Asked | None = None
+    jerk: NumberOrRange | None = None
     """Third derivative there; mm (deg) ``per`` rad³, deg³ or s³."""
 
 
@@ -273,19 +273,19 @@ class Segment(Table):
 
     segment: Literal["rise", "dwell", "return", "move", "constant-velocity"]
     """What the follower does."""
-    angle: Annotated[Number, Field(ge=0, le=360 * (1 + 1e-9))]
+    angle: Annotated[SceneNumber, Field(ge=0, le=360 * (1 + 1e-9))]
     """Cam angle that the segment takes; those of a turn add up to 360; deg."""
-    lift: Annotated[Number, Field(ge=0, le=LONGEST)] = 0.0
+    lift: Annotated[SceneNumber, Field(ge=0, le=LARGEST_VALUE)] = 0.0
     """Displacement of a rise or return, above 0; mm, oscillating deg."""
     law: LawName | None = None
     """Motion law: a built-in one, or one of ``[laws]``."""
-    to: Asked | None = None
+    to: NumberOrRange | None = None
     """Position at the end; between moves also a range [low, high]; mm, oscillating deg."""
-    velocity: Asked | None = None
+    velocity: NumberOrRange | None = None
     """First derivative at the end of a move, or along a constant velocity; mm (deg) ``per`` rad, deg or s."""
-    acceleration: Asked | None = None
+    acceleration: NumberOrRange | None = None
     """Second derivative at the end of a move; mm (deg) ``per`` rad², deg² or s²."""
-    jerk: Asked | None = None
+    jerk: NumberOrRange | None = None
     """Third derivative at the end of a move; mm (deg) ``per`` rad³, deg³ or s³."""
     per: Literal["rad", "deg", "s"] = "rad"
     """What derivatives of this segment are by: rad or deg of the cam's angle, or s."""
@@ -293,7 +293,7 @@ class Segment(Table):
     """Conditions on the way of a move."""
 
 
-class Element(Table):
+class ProfileElement(Table):
     """One arc or line of the cam's profile, which is given in place of the motion; mm.
 
     The elements are in the order in which the follower meets them, clockwise on a cam that turns ccw, each tangent
@@ -359,7 +359,7 @@ class OwnLaw(Table):
     """s, s′, s″, … of a polynomial at x = 0; no unit."""
     end: Numbers | None = None
     """s, s′, s″, … of a polynomial at x = 1; no unit."""
-    degree: Annotated[int, BeforeValidator(is_whole), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
+    degree: Annotated[int, BeforeValidator(whole_number), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
     """Degree of a B-spline."""
     knots: Numbers | None = None
     """Knots of a B-spline from 0 to 1, degree + 1 equal ones at each end; no unit."""
@@ -375,7 +375,7 @@ class OwnLaw(Table):
     """CSV file with the columns x and s, a path relative to the scene file."""
     rest: Literal["both", "start", "end", "none"] | None = None
     """At which ends the law of a table starts from rest, both if not given."""
-    crossing: Number | None = None
+    crossing: SceneNumber | None = None
     """Where the acceleration of a symmetric law crosses zero, in place of ½; no unit."""
     peaks: Annotated[tuple[Positive, Positive], BeforeValidator(_is_pair)] | None = None
     """Largest acceleration to largest deceleration, [a, d], in place of ``crossing``; no unit."""
@@ -430,7 +430,7 @@ class ShortLimits(Table):
     """Largest reaction at the near end of the guide; N."""
     stem_bending_stress: Positive | None = None
     """Largest bending stress of the stem; MPa."""
-    jamming_margin: Annotated[Number, Field(ge=0, le=1)] | None = None
+    jamming_margin: Annotated[SceneNumber, Field(ge=0, le=1)] | None = None
     """Least jamming margin; a follower at 0 jams; no unit."""
     contact_stress: Positive | None = None
     """Largest contact pressure (Hertz), in a groove on the flank that carries; MPa."""
@@ -494,19 +494,19 @@ def _is_peak(value: Any) -> Any:
         return value
     if isinstance(value, (list, tuple)):
         pair = _is_pair(value)
-        if not -LONGEST <= pair[0] <= 0.0 < pair[1] <= LONGEST:
+        if not -LARGEST_VALUE <= pair[0] <= 0.0 < pair[1] <= LARGEST_VALUE:
             raise ValueError("a range with 0 in it")
         return pair
     number = _is_number(value)
-    if not 0.0 < number <= LONGEST:
+    if not 0.0 < number <= LARGEST_VALUE:
         raise ValueError("a number above 0, a range or the name of a law")
     return number
 
 
-TERMS = ("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms", "residual_vibration")
+OBJECTIVE_TERMS = ("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms", "residual_vibration")
 PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
-Term = Annotated[str, _known(TERMS, "a term of the objective")]
-Points = tuple[Annotated[tuple[float, float], BeforeValidator(_is_pair)], ...]
+ObjectiveTerm = Annotated[str, _known(OBJECTIVE_TERMS, "a term of the objective")]
+PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(_is_pair)], ...]
 
 
 class SynthesisSettings(Table):
@@ -523,7 +523,8 @@ class SynthesisSettings(Table):
     """
 
     minimise: Annotated[
-        Annotated[Term, Tag("range/")] | Annotated[dict[Term, Positive], Field(min_length=1), Tag("values/")],
+        Annotated[ObjectiveTerm, Tag("range/")]
+        | Annotated[dict[ObjectiveTerm, Positive], Field(min_length=1), Tag("values/")],
         Discriminator(lambda value: TAGS[isinstance(value, dict)]),
     ] = "size"
     """What free laws minimise: one term, or a table of weights for several."""
@@ -533,21 +534,21 @@ class SynthesisSettings(Table):
     """Bound on its acceleration; no unit."""
     peak_jerk: PeakAsked = None
     """Bound on its jerk; no unit."""
-    rest: Annotated[int, BeforeValidator(is_whole), Field(ge=1, le=3)] = 2
+    rest: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=3)] = 2
     """How many derivatives are zero beside a dwell."""
     monotone: Switch = False
     """Whether rises never fall, and returns never rise."""
     symmetric: Switch = False
     """Whether the motion is its own mirror image, about a cam angle that the segments allow."""
-    smooth: Annotated[Number, Field(ge=0, le=1)] = 0.0
+    smooth: Annotated[SceneNumber, Field(ge=0, le=1)] = 0.0
     """Share of the objective that is given up for the least variation of the jerk; no unit."""
-    points: Points = ()
+    points: PointPairs = ()
     """Points (cam angle, displacement) that the motion goes through; deg and mm, oscillating deg."""
-    degree: Annotated[int, BeforeValidator(is_whole), Field(ge=4, le=9)] = 5
+    degree: Annotated[int, BeforeValidator(whole_number), Field(ge=4, le=9)] = 5
     """Degree of the B-splines."""
-    pieces: Annotated[int, BeforeValidator(is_whole), Field(ge=2, le=200)] = 48
+    pieces: Annotated[int, BeforeValidator(whole_number), Field(ge=2, le=200)] = 48
     """Polynomial pieces of a stroke."""
-    continuity: Annotated[int, BeforeValidator(is_whole), Field(ge=2, le=8)] | None = None
+    continuity: Annotated[int, BeforeValidator(whole_number), Field(ge=2, le=8)] | None = None
     """How many derivatives are continuous, one less than the degree if not given."""
 
 
@@ -560,11 +561,11 @@ class Materials(Table):
     """Material of the roller or face, for its modulus and Poisson's ratio."""
     cam_modulus: Positive | None = None
     """Young's modulus of the cam; GPa."""
-    cam_poisson: Annotated[Number, Field(ge=0, lt=0.5)] | None = None
+    cam_poisson: Annotated[SceneNumber, Field(ge=0, lt=0.5)] | None = None
     """Poisson's ratio of the cam; no unit."""
     follower_modulus: Positive | None = None
     """Young's modulus of the follower; GPa."""
-    follower_poisson: Annotated[Number, Field(ge=0, lt=0.5)] | None = None
+    follower_poisson: Annotated[SceneNumber, Field(ge=0, lt=0.5)] | None = None
     """Poisson's ratio of the follower; no unit."""
     face_width: Length | None = None
     """Width of the contact along the cam's axis; mm."""
@@ -581,5 +582,5 @@ class Materials(Table):
 class Accuracy(Table):
     """Relative error allowed in each reported value."""
 
-    tolerance: Annotated[Number, Field(ge=1e-14, le=1e-2)] = 1e-9
+    tolerance: Annotated[SceneNumber, Field(ge=1e-14, le=1e-2)] = 1e-9
     """Relative error allowed in each reported value; no unit."""

@@ -9,22 +9,22 @@ from typing import Any
 
 from camopt.mistakes import nearest
 from camopt.motion import LAWS
-from camopt.motion.conditions import NAMES
+from camopt.motion.conditions import DERIVATIVE_NAMES
 from camopt.motion.run import Contradiction
-from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, ends_of
+from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment, lifts_of, positions_of
 from camopt.quantities import DERIVATIVES
-from camopt.scene.law_forms import CLOSE, Fault
-from camopt.scene.mapping import at, number, segments, tables_in
+from camopt.scene.law_forms import NEAR_END, LawFault
+from camopt.scene.mapping import at, number_of, segments, tables_in
 from camopt.scene.moves import check_moves, has_laws, turn_as_given
-from camopt.scene.own_laws import FAR, is_of_moves, law_names, laws_of_moves, own_laws
-from camopt.scene.segments import after_each, segment_in, segments_of, starts_itself
+from camopt.scene.own_laws import LARGEST_NUMBER, is_of_moves, law_names, laws_of_moves, own_law_tables
+from camopt.scene.segments import after_each, given_segments, segment_in, starts_itself
 
-LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
+LEAST_MOVE = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
 LAST = ", mm (deg when oscillating), unless another move follows it in the turn"
 DECIDES = {"rise": "lift", "return": "lift", CONSTANT_VELOCITY: "velocity"}
 """What a segment of a kind may have in place of its position."""
 POSITIONED = (MOVE, CONSTANT_VELOCITY)
-KEYS = {
+KEYS_OF_SEGMENT = {
     "rise": ("lift", "to", "law"),
     "return": ("lift", "to", "law"),
     "dwell": (),
@@ -34,7 +34,7 @@ KEYS = {
 """What a segment of a kind may have, beside its angle and the unit of its derivatives."""
 
 
-def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
+def check_turn(data: Mapping[str, Any]) -> Iterator[LawFault]:
     """The turn closes in angle and displacement, and one of rises and returns never goes below its start."""
     rows = segments(data)
     for k, row in enumerate(rows, start=1):
@@ -42,17 +42,17 @@ def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
         if row.get("segment") == MOVE and _needs_position(row, after_each(rows)[k - 1], k == len(rows)):
             missing = "missing; " if row.get("to") is None else "must be a number: "
             yield f"motion.{k}.to", row.get("to"), f"{missing}a move goes to a position{LAST}"
-    angles = [number(row.get("angle")) for row in rows]
+    angles = [number_of(row.get("angle")) for row in rows]
     if rows and None not in angles:
         total = sum(a for a in angles if a is not None)
-        if not abs(total - 360.0) <= 360.0 * CLOSE:
+        if not abs(total - 360.0) <= 360.0 * NEAR_END:
             yield "motion.angle", None, f"the angles add up to {total:.10g} deg, not to 360"
     if given := _given(data):
         faults = list(_levels(given))
         yield from faults or check_moves(data, rows, given)
 
 
-def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
+def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[LawFault]:
     """A law that is named has to be there."""
     if isinstance(law, str) and law not in laws:
         yield key, law, f"must be a motion law; {nearest(law, laws)}"
@@ -63,7 +63,7 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
     given = _given(data)
     if not given:
         return None
-    ends, laws = ends_of(given), own_laws(data)
+    ends, laws = positions_of(given), own_law_tables(data)
     beyond = any(isinstance(law, Mapping) and law.get("overshoot") is True for law in laws.values())
     if (beyond or any(segment.segment == MOVE for segment in given)) and has_laws(data, given):
         try:
@@ -76,18 +76,21 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
 # --------------------------------------------------------------------------------------------------- segments
 
 
-def _given(data: Mapping[str, Any]) -> list[Segment] | None:
+def _given(data: Mapping[str, Any]) -> list[GivenSegment] | None:
     """The segments as the motion takes them; None where a number or a kind is missing or wrong."""
-    rows, laws = segments(data), own_laws(data)
+    rows, laws = segments(data), own_law_tables(data)
     for row, after in zip(rows, after_each(rows), strict=True):
         kind = str(row.get("segment"))
         asked: list[Any] = [row.get(key) for key in ("lift", "to", *DERIVATIVES) if row.get(key) is not None]
         numbers: list[Any] = []
         for each in asked:
             numbers += list(each) if kind == MOVE and _is_range(each) else [each]
-        if kind not in KEYS or None in map(number, [row.get("angle"), *numbers]):
+        if kind not in KEYS_OF_SEGMENT or None in map(number_of, [row.get("angle"), *numbers]):
             return None
-        if row["angle"] < (0.0 if kind == "dwell" else LEAST["angle"]) or max(map(abs, numbers), default=0.0) > FAR:
+        if (
+            row["angle"] < (0.0 if kind == "dwell" else LEAST_MOVE["angle"])
+            or max(map(abs, numbers), default=0.0) > LARGEST_NUMBER
+        ):
             return None
         if kind in DECIDES and row.get("to") is None and row.get(DECIDES[kind]) is None:
             return None
@@ -100,41 +103,41 @@ def _given(data: Mapping[str, Any]) -> list[Segment] | None:
             return None
         if row.get("per") not in (None, "rad", "deg", "s"):
             return None
-    return segments_of([*map(segment_in, rows)], number(at(data, "cam.rpm")))
+    return given_segments([*map(segment_in, rows)], number_of(at(data, "cam.rpm")))
 
 
 def _segment(
     data: Mapping[str, Any], row: Mapping[str, Any], before: Mapping[str, Any], key: str
-) -> Iterator[Fault]:
+) -> Iterator[LawFault]:
     kind = row.get("segment")
-    if not isinstance(kind, str) or kind not in KEYS:
+    if not isinstance(kind, str) or kind not in KEYS_OF_SEGMENT:
         return
     named = "a stretch at constant velocity" if kind == CONSTANT_VELOCITY else f"a {kind}"
     for name in ("lift", "to", "law", "through", *DERIVATIVES):
         nothing: list[Any] = [None, (), [], *([0.0] if name == "lift" else [])]
-        if name not in KEYS[kind] and row.get(name) not in nothing:
+        if name not in KEYS_OF_SEGMENT[kind] and row.get(name) not in nothing:
             yield f"{key}.{name}", row[name], f"{named} has none{_instead(kind, name)}"
         elif kind != MOVE and _is_range(row.get(name)):
             yield f"{key}.{name}", row[name], "must be a number: ranges are for what a move joins"
-    angle = number(row.get("angle"))
-    if kind != "dwell" and angle is not None and 0.0 <= angle < LEAST["angle"]:
+    angle = number_of(row.get("angle"))
+    if kind != "dwell" and angle is not None and 0.0 <= angle < LEAST_MOVE["angle"]:
         where = "a rise or return" if kind in ("rise", "return") else named
-        yield f"{key}.angle", row.get("angle"), f"must be at least {LEAST['angle']:g} in {where}"
+        yield f"{key}.angle", row.get("angle"), f"must be at least {LEAST_MOVE['angle']:g} in {where}"
     if kind in ("rise", "return"):
         yield from _stroke(row, key)
     elif kind == CONSTANT_VELOCITY:
         yield from _stretch(row, before, key)
-    if row.get("law") is not None and "law" in KEYS[kind]:
+    if row.get("law") is not None and "law" in KEYS_OF_SEGMENT[kind]:
         yield from _named(data, kind, row["law"], f"{key}.law")
     if row.get("per") == "s":
         yield from _per_second(data, key)
 
 
-def _named(data: Mapping[str, Any], kind: str, law: Any, key: str) -> Iterator[Fault]:
+def _named(data: Mapping[str, Any], kind: str, law: Any, key: str) -> Iterator[LawFault]:
     """A law that is named is there, and is one of positions where a move has it."""
     if not isinstance(law, str):
         return  # which is said
-    own = own_laws(data).get(law)
+    own = own_law_tables(data).get(law)
     if law in LAWS or isinstance(own, Mapping):
         if kind == MOVE and not is_of_moves(own):
             yield key, law, "is for a rise or return; a move joins what is beside it, or has a law of positions"
@@ -150,28 +153,28 @@ def _needs_position(row: Mapping[str, Any], after: Mapping[str, Any], last: bool
     So has a move with a law of its own, which ends there.
     """
     if row.get("law") is not None:
-        return number(row.get("to")) is None
+        return number_of(row.get("to")) is None
     free = starts_itself(segment_in(row), segment_in(after)) or (after.get("segment") == MOVE and not last)
-    return number(row.get("to")) is None and not free
+    return number_of(row.get("to")) is None and not free
 
 
 def _is_condition(row: Mapping[str, Any]) -> bool:
     """Whether what is asked on the way of a move has an angle, and numbers or ranges."""
     if not _is_asked(row.get("angle"), 360.0):
         return False
-    return all(row.get(name) is None or _is_asked(row[name], FAR) for name in NAMES)
+    return all(row.get(name) is None or _is_asked(row[name], LARGEST_NUMBER) for name in DERIVATIVE_NAMES)
 
 
 def _is_asked(value: Any, far: float) -> bool:
     """Whether a value is a number or a range that is not beyond some bound."""
     ends = list(value) if _is_range(value) else [value]
-    return all((end := number(each)) is not None and abs(end) <= far for each in ends)
+    return all((end := number_of(each)) is not None and abs(end) <= far for each in ends)
 
 
 def _is_range(value: Any) -> bool:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
         return False
-    low, high = map(number, value)
+    low, high = map(number_of, value)
     return low is not None and high is not None and low <= high
 
 
@@ -184,21 +187,21 @@ def _instead(kind: str, name: str) -> str:
     return ""
 
 
-def _stroke(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
+def _stroke(row: Mapping[str, Any], key: str) -> Iterator[LawFault]:
     """A rise or return has a law, and a lift or the position at its end."""
     if row.get("law") is None:
         yield f"{key}.law", None, "missing; a rise or return needs a motion law"
-    lift = number(row.get("lift", 0.0))
+    lift = number_of(row.get("lift", 0.0))
     if row.get("to") is not None:
         if lift:
             yield f"{key}.lift", row["lift"], "give the lift, or the position at its end (to)"
     elif row.get("lift") is None:
         yield f"{key}.lift", None, "missing; give the lift, or the position at its end (to)"
-    elif lift is not None and 0.0 <= lift < LEAST["lift"]:
-        yield f"{key}.lift", row.get("lift"), f"must be at least {LEAST['lift']:g} in a rise or return"
+    elif lift is not None and 0.0 <= lift < LEAST_MOVE["lift"]:
+        yield f"{key}.lift", row.get("lift"), f"must be at least {LEAST_MOVE['lift']:g} in a rise or return"
 
 
-def _stretch(row: Mapping[str, Any], before: Mapping[str, Any], key: str) -> Iterator[Fault]:
+def _stretch(row: Mapping[str, Any], before: Mapping[str, Any], key: str) -> Iterator[LawFault]:
     """A constant velocity has a position at its end or a velocity; both if the move before it ends as it starts."""
     if row.get("to") is None and row.get("velocity") is None:
         yield f"{key}.to", None, "missing; give the position at its end (to), or the velocity"
@@ -209,7 +212,7 @@ def _stretch(row: Mapping[str, Any], before: Mapping[str, Any], key: str) -> Ite
         yield f"{key}.velocity", row["velocity"], why
 
 
-def _per_second(data: Mapping[str, Any], key: str) -> Iterator[Fault]:
+def _per_second(data: Mapping[str, Any], key: str) -> Iterator[LawFault]:
     if at(data, "cam.rpm") is None:
         yield f"{key}.per", "s", "derivatives by time need the speed: give cam.rpm, or use per deg or per rad"
     elif at(data, "search.cam.rpm") is not None:
@@ -219,9 +222,9 @@ def _per_second(data: Mapping[str, Any], key: str) -> Iterator[Fault]:
 # ----------------------------------------------------------------------------------------------------- levels
 
 
-def _levels(given: Sequence[Segment]) -> Iterator[Fault]:
+def _levels(given: Sequence[GivenSegment]) -> Iterator[LawFault]:
     """Whether rises go up and returns down, and, where positions are not given, the turn closes above its start."""
-    ends, largest = ends_of(given), max(map(abs, changes(given)), default=0.0)
+    ends, largest = positions_of(given), max(map(abs, lifts_of(given)), default=0.0)
     positioned = any(segment.to is not None for segment in given)
     kinds = [segment.segment for segment in given]
     if not positioned and "rise" not in kinds and CONSTANT_VELOCITY not in kinds:
@@ -232,19 +235,19 @@ def _levels(given: Sequence[Segment]) -> Iterator[Fault]:
     for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
         if segment.to is not None and segment.segment in ("rise", "return"):
             up = segment.segment == "rise"
-            if not (after - before if up else before - after) >= LEAST["lift"]:
+            if not (after - before if up else before - after) >= LEAST_MOVE["lift"]:
                 way = "above" if up else "below"
                 yield f"motion.{k}.to", segment.to, f"must be {way} {before:g}, where this {segment.segment} starts"
                 return
-        if not positioned and after < -largest * CLOSE:
+        if not positioned and after < -largest * NEAR_END:
             yield _below(given, k, before)
             return
-    if not positioned and abs(ends[-1]) > largest * CLOSE:
+    if not positioned and abs(ends[-1]) > largest * NEAR_END:
         why = f"the follower ends {ends[-1]:g} above its start: rises and returns must cancel"
         yield "motion.lift", None, why
 
 
-def _below(given: Sequence[Segment], k: int, before: float) -> Fault:
+def _below(given: Sequence[GivenSegment], k: int, before: float) -> LawFault:
     """A turn of rises and returns starts where the follower is lowest."""
     segment = given[k - 1]
     if "rise" not in [each.segment for each in given[:k]]:

@@ -9,14 +9,14 @@ from camopt.drawing.picture import round_length
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import Problem, resolve, size_keys
 from camopt.quantities import QUANTITIES
-from camopt.scene.choices import Range
+from camopt.scene.choices import StepRange
 from camopt.scene.read import numbers_read
 from camopt.scene.scene import Scene
 
 Settings = Mapping[str, Any]
 """Numbers and names of laws, by the keys of controls."""
 
-LAW_KEYS = {"rise": "law_rise", "return": "law_return"}
+LAW_CONTROLS = {"rise": "law_rise", "return": "law_return"}
 """The keys of the controls for the laws of all rises and of all returns."""
 MOST_ANGLES = 24  # segments that have a slider each
 REACHES = (3.0, 2.0, 1.5, 1.2)  # of a number, to which its slider may go if the scene allows
@@ -52,14 +52,14 @@ def controls_of(scene: Scene) -> list[Control]:
 def values_of(scene: Scene, keys: Mapping[str, Any] | list[str]) -> dict[str, Any]:
     """What controls of these keys show of a scene."""
     found: dict[str, Any] = scene.numbers([key for key in keys if not _of_motion(key)])
-    for kind, key in LAW_KEYS.items():
+    for kind, key in LAW_CONTROLS.items():
         laws = {segment.law for segment in scene.motion if segment.segment == kind}
         found[key] = laws.pop() if len(laws) == 1 else ""
     found |= {_angle(place): segment.angle for place, segment in enumerate(scene.motion, start=1)}
     return {key: found[key] for key in keys}
 
 
-def scene_of(scene: Scene, own: Settings, values: Settings, moved: str = "") -> Scene:
+def scene_of_settings(scene: Scene, own: Settings, values: Settings, moved: str = "") -> Scene:
     """The scene as controls have it whose values of its own are ``own``.
 
     Of the angles, the others make room for the one that was moved last.
@@ -85,7 +85,7 @@ def _motion(scene: Scene, values: Settings, moved: str) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = [dict(row) for row in scene.to_dict()["motion"]]
     for place, row in enumerate(rows, start=1):
         row["angle"] = values.get(_angle(place), row["angle"])
-        if law := values.get(LAW_KEYS.get(row["segment"], ""), ""):
+        if law := values.get(LAW_CONTROLS.get(row["segment"], ""), ""):
             row["law"] = law
     others = [row for place, row in enumerate(rows, start=1) if _angle(place) != moved]
     if len(others) < len(rows) and all(isinstance(row["angle"], float) for row in rows):
@@ -101,7 +101,7 @@ def _angle(place: int) -> str:
 
 
 def _of_motion(key: str) -> bool:
-    return key.startswith("motion.") or key in LAW_KEYS.values()
+    return key.startswith("motion.") or key in LAW_CONTROLS.values()
 
 
 def _numbers(scene: Scene) -> Iterator[Control]:
@@ -135,8 +135,8 @@ def _laws(scene: Scene, problem: Problem) -> Iterator[Control]:
     """The laws of rises and returns; those given as positions are for moves."""
     own = scene.laws
     laws = tuple(name for name in problem.laws if name not in own or own[name].positions is None)
-    values = values_of(scene, list(LAW_KEYS.values()))
-    for kind, key in LAW_KEYS.items():
+    values = values_of(scene, list(LAW_CONTROLS.values()))
+    for kind, key in LAW_CONTROLS.items():
         if any(segment.segment == kind for segment in scene.motion):
             options = laws if values[key] else ("", *laws)  # several laws stay as they are until one is chosen
             yield Control(key, "Laws", f"law of the {kind}s", "", values[key], options=options)
@@ -154,7 +154,7 @@ def _number(scene: Scene, key: str, group: str, unit: str, value: float, chosen:
     if isinstance(chosen, tuple):
         options = tuple(sorted({*chosen, value}))
         return Control(key, group, label, unit, value, options=options)
-    ranged = isinstance(chosen, Range)
+    ranged = isinstance(chosen, StepRange)
     low, high = (chosen.start, chosen.stop) if ranged else _about(scene, key, value)
     low, high = min(low, value), max(high, value)
     step = round_length((high - low) / SLIDER_STEPS) if high > low else 1.0

@@ -29,7 +29,7 @@ from camopt.reporting.sections import (
     verdicts_sheet,
 )
 from camopt.scene.scene import Scene
-from camopt.serving.controls import FOLDED, Control, controls_of, scene_of, values_of
+from camopt.serving.controls import FOLDED, Control, controls_of, scene_of_settings, values_of
 from camopt.serving.search import Background
 from camopt.storage.files import write_text
 from camopt.tables.layout import Cell, Table
@@ -76,7 +76,7 @@ class Session:
 
     def scene_of(self, asked: Mapping[str, Any]) -> Scene:
         """The scene that a request is about."""
-        return scene_of(self.scene, self.own, asked["values"], asked.get("moved", ""))
+        return scene_of_settings(self.scene, self.own, asked["values"], asked.get("moved", ""))
 
     def page(self) -> str:
         """The page as it opens."""

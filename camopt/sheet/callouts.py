@@ -8,7 +8,7 @@ import numpy as np
 from camopt.contour.hole import keyway_corners, keyway_turn
 from camopt.numerics import FloatArray
 from camopt.sheet import symbols
-from camopt.sheet.dimensions import CELL, OVER_LINE, arrow, linear
+from camopt.sheet.dimensions import CELL, OVER_LINE, arrow, distance
 from camopt.sheet.front_view import EVERY_DEGREE, FrontView, angle_between, is_upright
 from camopt.sheet.marks import (
     LARGE,
@@ -18,9 +18,9 @@ from camopt.sheet.marks import (
     Taken,
     Words,
     box_of,
+    decimal,
     line,
     moved,
-    number,
     upright,
     width_of,
 )
@@ -77,11 +77,11 @@ def _keyway(view: FrontView, taken: Marks) -> Marks:
     _, first, last, _ = keyway_corners(part, turn) * view.scale
     bottom = ((part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)) * view.scale
     level = view.radius_at(turn, abs(first - last) / bottom) + 5.0 - bottom
-    across, width = -1j * np.exp(1j * turn), number(part.keyway_width)
+    across, width = -1j * np.exp(1j * turn), decimal(part.keyway_width)
     _, datum = symbols.datums_of(part, bool(part.thickness))
     return first_free(
         (
-            linear(*ends, side * across, side * (level + further), width, datum)
+            distance(*ends, side * across, side * (level + further), width, datum)
             for further in FURTHER
             for ends, side in (((last, first), 1.0), ((first, last), -1.0))
         ),
@@ -148,7 +148,7 @@ def _plane_end(foot: complex, seen: complex) -> Marks:
 def _rotation(view: FrontView, turn: float) -> Marks:
     rpm = view.cam.scene.cam.rpm
     radius = view.ring + OUTSIDE + 4.0
-    words = "rotation" if rpm is None else f"{number(rpm)} rpm"
+    words = "rotation" if rpm is None else f"{decimal(rpm)} rpm"
     at = (radius + 2.0) * np.exp(1j * turn) - (1j * LARGE if sin(turn) < 0.0 else 0.0)
     place = 1.0 if cos(turn) < 0.0 else 0.0
     return [*symbols.rotation(radius, turn, view.cam.sense), Words(at, words, LARGE, place)]
@@ -175,7 +175,7 @@ def _bore(view: FrontView, turn: float) -> Marks:
         return []
     ray, side = np.exp(1j * turn), 1.0 if cos(turn) >= 0.0 else -1.0
     tip, knee = part.bore / 2 * view.scale * ray, (view.ring + OUTSIDE + 2.0) * ray
-    text = f"Ø{number(part.bore)}"
+    text = f"Ø{decimal(part.bore)}"
     wide = width_of(text, LARGE)
     words = Words(knee + side * (1.0 + wide / 2) + 1j * OVER_LINE, text, LARGE, 0.5)
     return [line(knee + side * (wide + 2.0), knee, tip), arrow(tip, -ray), words]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.contour.curve import CamCurve, curves_of
-from camopt.contour.follow import LARGEST_CHORD, LEAST_CHORD, Followed, follow
+from camopt.contour.follow import LONGEST_CHORD, SHORTEST_CHORD, Followed, follow
 from camopt.contour.path import ArcPath
 from camopt.drawing.picture import END_SHARE, STROKE_NAMES, Picture
 from camopt.effects import Case, offered
@@ -18,7 +18,7 @@ from camopt.motion.stroke import Stroke
 from camopt.problem.problem import Problem
 from camopt.scene.part import Part
 from camopt.scene.scene import Scene
-from camopt.sheet.marks import number
+from camopt.sheet.marks import decimal
 from camopt.verdicts.judging import run_effects
 
 FINENESS = 2e-5  # of the cam's size: how far lines may be off its curves
@@ -100,7 +100,7 @@ class TrueCam:
         return {name: self._followed(curve) for name, curve in found.items()}
 
     def _followed(self, curve: CamCurve) -> Polyline:
-        fine = float(np.clip(FINENESS * self.size, LEAST_CHORD, LARGEST_CHORD))
+        fine = float(np.clip(FINENESS * self.size, SHORTEST_CHORD, LONGEST_CHORD))
         return flattened(follow(curve, "arcs", fine), POINT_STEP * self.size)
 
     @cached_property
@@ -119,7 +119,7 @@ class TrueCam:
         found = [(STROKE_NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
         if self.problem.segments:
             found = [(_named(each, found), each.start, each.end) for each in self.problem.programme.strokes]
-        return [(f"{name} {number(degrees(end - begin), 2)}°", begin, end) for name, begin, end in found]
+        return [(f"{name} {decimal(degrees(end - begin), 2)}°", begin, end) for name, begin, end in found]
 
     def quantity(self, name: str) -> float | None:
         """One quantity; None where the scene does not give what it needs."""

@@ -18,7 +18,7 @@ from camopt.mechanisms.geometry import cam_curves
 from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.cam import POINT_STEP, TrueCam
-from camopt.sheet.dimensions import CELL, LEVEL, OVER_LINE, STEM, arrow, datum_at, linear
+from camopt.sheet.dimensions import CELL, FIRST_LEVEL, OVER_LINE, STEM, arrow, datum_at, distance
 from camopt.sheet.hole import hole_outline
 from camopt.sheet.marks import (
     CHAIN,
@@ -30,9 +30,9 @@ from camopt.sheet.marks import (
     Marks,
     Words,
     box_of,
+    decimal,
     line,
     moved,
-    number,
     rectangle,
     width_of,
 )
@@ -95,14 +95,17 @@ class DevelopedView:
         marks += [Line(self.pitch, DOUBLE_CHAIN)] if self.cam.problem.setup.rolls else []
         for name, begin, end in self.cam.segments:
             x = begin * self.mean
-            marks += [*self._stroke(name, begin, end), line(complex(x, top + 1.0), complex(x, top + LEVEL + 4.0))]
+            marks += [
+                *self._stroke(name, begin, end),
+                line(complex(x, top + 1.0), complex(x, top + FIRST_LEVEL + 4.0)),
+            ]
             marks += [line(complex(x, bottom), complex(x, top), pen=CHAIN)] if x else []
-        marks.append(line(complex(self.around, top + 1.0), complex(self.around, top + LEVEL + 4.0)))
+        marks.append(line(complex(self.around, top + 1.0), complex(self.around, top + FIRST_LEVEL + 4.0)))
         return [*marks, *self._lengths(), *self._sense()]
 
     def _stroke(self, name: str, begin: float, end: float) -> Marks:
         """What the follower does over cam angles (rad), above the cylinder."""
-        x, to, foot = begin * self.mean, end * self.mean, self.ends[1] + LEVEL + 2.0
+        x, to, foot = begin * self.mean, end * self.mean, self.ends[1] + FIRST_LEVEL + 2.0
         height = next((h for h in (LARGE, MEDIUM) if width_of(name, h) + 2.0 <= to - x), None)
         if height is None:
             at = complex((x + to + MEDIUM) / 2, foot + 3.0)
@@ -130,26 +133,26 @@ class DevelopedView:
         bottom, top = self.ends
         size = self.cam.size
         foot, end = 1j * bottom, self.around + 1j * bottom
-        marks = linear(foot, end, 1.0, -LEVEL, f"{number(2 * pi * size)} (2π · R{number(size)})")
+        marks = distance(foot, end, 1.0, -FIRST_LEVEL, f"{decimal(2 * pi * size)} (2π · R{decimal(size)})")
         if self.part.thickness:
-            marks += linear(end, end + 1j * (top - bottom), 1j, -LEVEL, number(self.part.thickness))
+            marks += distance(end, end + 1j * (top - bottom), 1j, -FIRST_LEVEL, decimal(self.part.thickness))
         return [*marks, *self._width()]
 
     def _width(self) -> Marks:
         """The width of the groove, at cam angle 0."""
         start = 1j * float(self.pitch[0].imag)
-        text = number(2 * self.radius / self.scale)
-        return linear(start - 1j * self.radius, start + 1j * self.radius, 1j, LEVEL, text)
+        text = decimal(2 * self.radius / self.scale)
+        return distance(start - 1j * self.radius, start + 1j * self.radius, 1j, FIRST_LEVEL, text)
 
     def _sense(self) -> Marks:
         """Which way the surface moves, and the rest of what is said of it, below."""
         bottom, _ = self.ends
-        y = bottom - LEVEL - 8.0
+        y = bottom - FIRST_LEVEL - 8.0
         tip = complex(self.around * 0.02, y)
         words = "the surface moves"
         marks = symbols.translation(tip, -1.0, 15.0)
         marks.append(Words(tip + complex(17.0, -MEDIUM / 2), words, MEDIUM))
-        return [*marks, *self._surface(complex(self.around, bottom - LEVEL - 2.0))]
+        return [*marks, *self._surface(complex(self.around, bottom - FIRST_LEVEL - 2.0))]
 
     def _surface(self, right: complex) -> Marks:
         """Tolerance and roughness of the flanks, with a leader to one of them."""
@@ -191,24 +194,24 @@ class DevelopedView:
         marks += [
             line(complex(0.0, side * self.outer), complex(length, side * self.outer), pen=THICK) for side in (-1, 1)
         ]
-        marks += linear(ends[0], ends[0] + length, 1.0, -LEVEL, number(self.part.thickness or 0.0))
-        marks += linear(*ends, 1j, LEVEL, f"Ø{number(2 * self.outer / self.scale)}")
+        marks += distance(ends[0], ends[0] + length, 1.0, -FIRST_LEVEL, decimal(self.part.thickness or 0.0))
+        marks += distance(*ends, 1j, FIRST_LEVEL, f"Ø{decimal(2 * self.outer / self.scale)}")
         if radius:
-            marks += linear(
-                length - 1j * radius, length + 1j * radius, 1j, -LEVEL, f"Ø{number(self.part.bore or 0.0)}"
+            marks += distance(
+                length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, f"Ø{decimal(self.part.bore or 0.0)}"
             )
         depth = (self.part.groove_depth or 0.0) * self.scale
         x = self._crossings()[0]
         top = complex(x + self.radius, self.outer)
-        marks += linear(
+        marks += distance(
             top - 1j * depth,
             complex(length, self.outer),
             1j,
-            -(length - x - self.radius) - LEVEL,
-            number(self.part.groove_depth or 0.0),
+            -(length - x - self.radius) - FIRST_LEVEL,
+            decimal(self.part.groove_depth or 0.0),
         )
         if datum := symbols.datums_of(self.part, self.is_cut).bore:
-            marks += datum_at(complex(length + LEVEL, -radius), -1j, STEM, datum)
+            marks += datum_at(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)
         return marks
 
     def _crossings(self) -> tuple[float, float]:
@@ -243,12 +246,12 @@ class DevelopedView:
         over = radius + 4.0
         marks += [line(-over * along, over * along, pen=CHAIN) for along in (1.0, 1j)]
         if not self.is_cut:
-            marks += linear(1j * radius, -1j * radius, -1j, radius + LEVEL, f"Ø{number(part.bore or 0.0)}")
+            marks += distance(1j * radius, -1j * radius, -1j, radius + FIRST_LEVEL, f"Ø{decimal(part.bore or 0.0)}")
         if part.keyway_width and part.keyway_depth:
             half, top = part.keyway_width / 2 * self.scale, radius + part.keyway_depth * self.scale
-            width, (_, datum) = number(part.keyway_width), symbols.datums_of(part, self.is_cut)
-            marks += linear(complex(-half, top), complex(half, top), 1.0, LEVEL, width, datum)
-            marks += linear(
-                -1j * radius, 1j * top, 1j, radius + LEVEL, number((part.bore or 0.0) + part.keyway_depth)
+            width, (_, datum) = decimal(part.keyway_width), symbols.datums_of(part, self.is_cut)
+            marks += distance(complex(-half, top), complex(half, top), 1.0, FIRST_LEVEL, width, datum)
+            marks += distance(
+                -1j * radius, 1j * top, 1j, radius + FIRST_LEVEL, decimal((part.bore or 0.0) + part.keyway_depth)
             )
         return marks

@@ -7,7 +7,7 @@ from camopt.sheet.marks import LARGE, Line, Marks, Words, arc_points, line, rect
 ARROW, SLENDER = 3.0, np.radians(15.0) / 2  # mm; half of the angle at the tip
 TAIL = 6.0  # mm: of an arrow that stands outside
 FROM_PART, PAST_ARROW = 1.0, 2.0  # mm: where extension lines begin and end
-LEVEL, NEXT = 8.0, 8.0  # mm: of the first dimension from the part, and from one to the next
+FIRST_LEVEL, LEVEL_STEP = 8.0, 8.0  # mm: of the first dimension from the part, and from one to the next
 OVER_LINE = 1.25  # mm: from a dimension line to its value
 CELL, STEM = 2 * LARGE, 2.0  # mm: the height of a tolerance frame; from a datum's triangle to its letter
 ROOM = 2.0  # mm: between a value and the arrows beside it
@@ -19,7 +19,7 @@ def arrow(tip: complex, direction: complex, length: float = ARROW, half: float =
     return Line(np.array([tip, *sides, tip]), filled=True)
 
 
-def linear(first: complex, last: complex, along: complex, level: float, value: str, datum: str = "") -> Marks:
+def distance(first: complex, last: complex, along: complex, level: float, value: str, datum: str = "") -> Marks:
     """The distance of two points along a direction (of length 1), on a line at a level left of the first of them.
 
     Arrows stand outside where the line is short, and the value past the second of them where it is wider. The

@@ -27,11 +27,11 @@ from camopt.sheet.marks import (
     Line,
     Marks,
     circle,
+    decimal,
     line,
-    number,
     width_of,
 )
-from camopt.sheet.ring import Sector, ring
+from camopt.sheet.ring import RingSector, ring
 
 TO_RING = 10.0  # mm: between the cam, or its pitch curve, and the ring
 OVER = 4.0  # mm: centre lines past the cam
@@ -70,7 +70,7 @@ class FrontView:
         return float(np.angle(self.cam.picture.curves[0].pitch[0]))
 
     @cached_property
-    def segments(self) -> list[Sector]:
+    def segments(self) -> list[RingSector]:
         """What the follower does, and between which directions of the ring (rad)."""
         return [
             (name, self.start - self.cam.sense * begin, self.start - self.cam.sense * end)
@@ -107,7 +107,7 @@ class FrontView:
     def values(self) -> tuple[str, str]:
         """The least and the largest radius of the profile."""
         low, high = self.cam.size, self.cam.quantity("outer_radius_mm") or abs(self.highest) / self.scale
-        return f"R{number(low)}", f"R{number(high)}"
+        return f"R{decimal(low)}", f"R{decimal(high)}"
 
     @cached_property
     def inner(self) -> float:

@@ -166,7 +166,7 @@ def _shape(mark: Mark) -> "LineString | Polygon":
     return LineString(_columns(mark.points))
 
 
-def number(value: float, digits: int = 3) -> str:
+def decimal(value: float, digits: int = 3) -> str:
     """A number with at most so many decimals, and a real minus sign."""
     text = f"{value:.{digits}f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
@@ -179,7 +179,7 @@ def fitted_words(text: str, width: float, lines: int, heights: Sequence[float]) 
         found = wrapped(text, width, height)
         if len(found) <= lines:
             return found, height
-    return shortened(found, lines, width, height), height
+    return cut_lines(found, lines, width, height), height
 
 
 def wrapped(text: str, width: float, height: float) -> list[str]:
@@ -199,7 +199,7 @@ def wrapped(text: str, width: float, height: float) -> list[str]:
     return lines
 
 
-def shortened(lines: list[str], count: int, width: float, height: float) -> list[str]:
+def cut_lines(lines: list[str], count: int, width: float, height: float) -> list[str]:
     """The first of some lines; the last of them ends in … where more follow."""
     if len(lines) <= count:
         return lines
@@ -212,7 +212,7 @@ def longest(text: str, width: float, height: float, end: str = "") -> int:
     return bisect_right(range(len(text)), width, key=lambda k: width_of(f"{text[: k + 1]}{end}", height))
 
 
-def draw(axes: Any, marks: Iterable[Mark]) -> None:
+def draw_marks(axes: Any, marks: Iterable[Mark]) -> None:
     """Draw marks on axes in mm."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path

@@ -13,11 +13,11 @@ TO_CROSS_NAMES = 6.0  # mm: from the ring to the names across it
 NAME_STEP = 1.6  # of the height of names that stand side by side on the ring
 CROWDED = 0.8  # of the ring: where names across it need more, they are left out
 
-Sector = tuple[str, float, float]
+RingSector = tuple[str, float, float]
 """A name, and between which directions of the ring (rad) it holds."""
 
 
-def ring(segments: list[Sector], radius: float) -> Marks:
+def ring(segments: list[RingSector], radius: float) -> Marks:
     """Lines of angles, with names along the ring where a segment is long enough, and across it where it is not."""
     marks: Marks = []
     crowded = []

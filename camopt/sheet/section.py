@@ -13,9 +13,9 @@ from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
 from camopt.scene.part import Part
 from camopt.sheet import symbols
-from camopt.sheet.dimensions import LEVEL, NEXT, STEM, datum_at, linear
+from camopt.sheet.dimensions import FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance
 from camopt.sheet.hole import hole_outline
-from camopt.sheet.marks import CHAIN, THICK, THIN, Line, Marks, line, number
+from camopt.sheet.marks import CHAIN, THICK, THIN, Line, Marks, decimal, line
 
 HATCH = 2.5  # mm between lines at 45°
 Gap = tuple[float, float]
@@ -100,20 +100,24 @@ def _mouth(part: Part, scale: float, whole: float) -> Iterator[Line]:
 def _dimensions(part: Part, scale: float, ends: Gap) -> Marks:
     plate, whole = (part.thickness or 0.0) * scale, max(part.hub_length or 0.0, part.thickness or 0.0) * scale
     bottom = 1j * ends[0]
-    marks = linear(bottom + plate, bottom, -1.0, LEVEL, number(part.thickness or 0.0))
+    marks = distance(bottom + plate, bottom, -1.0, FIRST_LEVEL, decimal(part.thickness or 0.0))
     if part.hub_length and part.hub_diameter:
         foot = whole - 0.5j * part.hub_diameter * scale
-        marks += linear(foot, bottom, -1.0, foot.imag - ends[0] + LEVEL + NEXT, number(part.hub_length))
+        marks += distance(
+            foot, bottom, -1.0, foot.imag - ends[0] + FIRST_LEVEL + LEVEL_STEP, decimal(part.hub_length)
+        )
     if part.bore:
         radius = part.bore / 2 * scale
-        marks += linear(whole - 1j * radius, whole + 1j * radius, 1j, -LEVEL, f"Ø{number(part.bore)}")
+        marks += distance(whole - 1j * radius, whole + 1j * radius, 1j, -FIRST_LEVEL, f"Ø{decimal(part.bore)}")
         if part.keyway_depth:
             top = radius + part.keyway_depth * scale
-            marks += linear(-1j * radius, 1j * top, 1j, LEVEL, number(part.bore + part.keyway_depth))
+            marks += distance(-1j * radius, 1j * top, 1j, FIRST_LEVEL, decimal(part.bore + part.keyway_depth))
         if datum := symbols.datums_of(part, bool(part.thickness)).bore:
-            foot, hub = complex(whole + LEVEL, -radius), (part.hub_diameter or 0.0) / 2 * scale
+            foot, hub = complex(whole + FIRST_LEVEL, -radius), (part.hub_diameter or 0.0) / 2 * scale
             marks += datum_at(foot, -1j, max(STEM, hub - radius), datum)
     if part.hub_diameter:
         half = 0.5j * part.hub_diameter * scale
-        marks += linear(whole - half, whole + half, 1j, -LEVEL - NEXT, f"Ø{number(part.hub_diameter)}")
+        marks += distance(
+            whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{decimal(part.hub_diameter)}"
+        )
     return marks

@@ -11,7 +11,7 @@ from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.layout import Desk, Views, forms, together
-from camopt.sheet.marks import Marks, draw
+from camopt.sheet.marks import Marks, draw_marks
 from camopt.sheet.notes import texts_of
 from camopt.sheet.paper import A3, Paper, scales
 
@@ -49,7 +49,7 @@ def write_sheet(scene: Scene, problem: Problem, path: str | os.PathLike[str]) ->
         axes.set_axis_off()
         axes.set_xlim(0.0, paper.width)
         axes.set_ylim(0.0, paper.height)
-        draw(axes, sheet.marks)
+        draw_marks(axes, sheet.marks)
     return sheet
 
 

@@ -20,8 +20,8 @@ from camopt.sheet.marks import (
     box_of,
     circle,
     closed,
+    decimal,
     line,
-    number,
     rectangle,
     width_of,
 )
@@ -73,7 +73,7 @@ def surface(part: Part, datums: Datums) -> Marks:
     """What is asked of the profile: its tolerance on the level of a leader, and above it its roughness."""
     marks: Marks = []
     if part.profile_tolerance is not None:
-        marks = profile_tolerance(0j, number(2 * part.profile_tolerance, 4), datums)
+        marks = profile_tolerance(0j, decimal(2 * part.profile_tolerance, 4), datums)
     elif part.roughness is not None:
         marks = [line(0.5j * CELL, 10.0 + 0.5j * CELL)]
     if part.roughness is not None:

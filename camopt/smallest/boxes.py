@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
 from camopt.smallest.first_look import spread
@@ -32,7 +32,7 @@ class Boxes:
     """What the free sizes, angles and numbers are of the order of."""
 
     @classmethod
-    def one(cls, ends: Bounds, scale: float, numbers: Collection[str] = ()) -> "Boxes":
+    def one(cls, ends: SizeBounds, scale: float, numbers: Collection[str] = ()) -> "Boxes":
         """The box between the given ends; ``numbers`` are neither lengths nor angles."""
         low, high = ({n: np.array([end[k]]) for n, end in ends.items()} for k in (0, 1))
         free = tuple(n for n, (a, b) in ends.items() if b > a)

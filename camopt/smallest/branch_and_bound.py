@@ -16,7 +16,7 @@ import numpy as np
 
 from camopt.effects.crossing_boxes import KnownCrossings
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.numerics.clock import now
 from camopt.numerics.interval import Interval
 from camopt.problem.claims import AnyClaim
@@ -41,7 +41,7 @@ MANY = 512  # boxes examined together, at most, to stop in time
 UNKNOWN = -1  # which side to cut
 
 
-def branch_and_bound(problem: Problem, bounds: Bounds, floor: float = 0.0, until: float = inf) -> Smallest:
+def branch_and_bound(problem: Problem, bounds: SizeBounds, floor: float = 0.0, until: float = inf) -> Smallest:
     """Least feasible size over a box of designs.
 
     ``floor`` is a size that no feasible design is known to undercut; infinite if there is none. After ``until``
@@ -166,7 +166,7 @@ class BoxSearch(Bisection):
             self.incumbent = found or self.incumbent
 
 
-def _last_assembled(problem: Problem, bounds: Bounds, most: float) -> float:
+def _last_assembled(problem: Problem, bounds: SizeBounds, most: float) -> float:
     """The largest size, to 1e-12, at which some design of a coarse grid of the other sizes can be assembled.
 
     A box across that border would hold a dead position, where tan β takes every value.

@@ -14,9 +14,9 @@ import numpy as np
 
 from camopt.effects.peak import BodyRadiusPlus
 from camopt.mechanisms import Designs, cylindrical, translating, translating_flat
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.motion.programme import span
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, claims_on
 from camopt.smallest.result import GAP, feasible
@@ -25,7 +25,7 @@ SHARES = 5  # of the range of each free number at which the smallest size is tri
 NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
 
 
-def least_size(problem: Problem, bounds: Bounds) -> float:
+def least_size(problem: Problem, bounds: SizeBounds) -> float:
     """A lower bound of the size that needs no search: the given one, that of limits on it, and the base circle.
 
     A disc cam that dwells at its lowest is an arc of the base circle there, which has to hold the curvature.
@@ -47,7 +47,7 @@ def least_profile_radius(problem: Problem) -> float:
     return float(max([0.0, *of_face, *radii]))
 
 
-def negligible(problem: Problem, bounds: Bounds) -> float:
+def negligible(problem: Problem, bounds: SizeBounds) -> float:
     """A size so small beside the lift and the follower's sizes that nothing limits a cam of it, mm."""
     lift = 0.0 if problem.setup.angular else problem.programme.lift
     return GAP * max(lift, *(abs(end) for name, ends in bounds.items() if name != "size" for end in ends), 0.0)
@@ -60,7 +60,7 @@ def slopes_of(problem: Problem) -> list[tuple[float, int]]:
     return [(tangent, kinds) for tangent, kinds in found if problem.programme.has(kinds)]
 
 
-def closed_form(problem: Problem, bounds: Bounds) -> Designs | None:
+def closed_form(problem: Problem, bounds: SizeBounds) -> Designs | None:
     """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form."""
     mechanism = problem.setup.mechanism
     slopes = slopes_of(problem)
@@ -73,7 +73,7 @@ def closed_form(problem: Problem, bounds: Bounds) -> Designs | None:
         middle |= {"offset": lead * problem.design.sense, "roller_radius": roller}
     elif mechanism is translating_flat.MECHANISM:
         radius = least_profile_radius(problem)
-        size = max(low, radius - span(problem.programme, (1, 0, 1), TURN)[0])
+        size = max(low, radius - span(problem.programme, (1, 0, 1), ALL_STROKES)[0])
         middle.setdefault("offset", problem.design.offset[0])
     elif mechanism is cylindrical.MECHANISM and slopes:
         steepest = [max(map(abs, span(problem.programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes]
@@ -112,7 +112,7 @@ def _nearest_in_polygon(
     return float(leads[best]), float(primes[best])
 
 
-def nudged(problem: Problem, design: Designs, bounds: Bounds) -> Designs | None:
+def nudged(problem: Problem, design: Designs, bounds: SizeBounds) -> Designs | None:
     """The design made larger by a few units in the last place, until rounding leaves it feasible.
 
     Numbers that it brings may be any within bounds: those nearest to the middle are tried first.
@@ -127,7 +127,7 @@ def nudged(problem: Problem, design: Designs, bounds: Bounds) -> Designs | None:
     return larger.take(held[:1]) if held.size else None
 
 
-def _numbers(problem: Problem, bounds: Bounds) -> dict[str, FloatArray]:
+def _numbers(problem: Problem, bounds: SizeBounds) -> dict[str, FloatArray]:
     """Values of free numbers all over their ranges, by key; those in the middle first."""
     free = sorted(problem.setup.free)
     if not free:

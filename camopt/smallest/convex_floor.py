@@ -9,7 +9,7 @@ from math import inf
 
 import numpy as np
 
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.motion.programme import law_peaks
 from camopt.smallest.closed_form import closed_form
 from camopt.smallest.turns import BestTurn, SegmentAngles
@@ -17,7 +17,7 @@ from camopt.smallest.turns import BestTurn, SegmentAngles
 STEP = 1e-4  # deg between the neighbours of the optimum that prove it
 
 
-def floor_if_convex(turns: SegmentAngles, bounds: Bounds, found: BestTurn) -> float:
+def floor_if_convex(turns: SegmentAngles, bounds: SizeBounds, found: BestTurn) -> float:
     """A size that no cam undercuts, from sizes near the best turn; 0 where the size is not known to be convex."""
     box, total = turns.box, turns.scene_angles.sum()
     laws = [stroke.law for stroke in turns.programme(box.high).strokes if stroke.law is not None]

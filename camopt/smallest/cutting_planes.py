@@ -18,7 +18,7 @@ import numpy as np
 
 from camopt.effects import Case
 from camopt.mechanisms import Designs, cylindrical_oscillating, oscillating, oscillating_flat
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
@@ -45,7 +45,7 @@ class Cut(NamedTuple):
     floor: float
 
 
-def by_cutting_planes(problem: Problem, bounds: Bounds, until: float = inf) -> Cut | None:
+def by_cutting_planes(problem: Problem, bounds: SizeBounds, until: float = inf) -> Cut | None:
     """The smallest cam from the linear limits; None for other mechanisms, and without such limits.
 
     After ``until`` (``clock.now``) the least size that is known by then.
@@ -81,7 +81,7 @@ def by_cutting_planes(problem: Problem, bounds: Bounds, until: float = inf) -> C
 def _inside(
     problem: Problem,
     form: Form,
-    bounds: Bounds,
+    bounds: SizeBounds,
     planes: tuple[Planes, Planes],
     excess: float,
     floor: float,
@@ -106,7 +106,7 @@ def _margins(planes: Planes, point: FloatArray) -> FloatArray:
     return np.asarray(planes[:, :3] @ point - planes[:, 3])
 
 
-def _design(problem: Problem, form: Form, point: FloatArray, bounds: Bounds) -> Designs:
+def _design(problem: Problem, form: Form, point: FloatArray, bounds: SizeBounds) -> Designs:
     """The design at a point, with the largest roller."""
     sizes = {name: low for name, (low, _) in bounds.items()} | {"roller_radius": bounds["roller_radius"][1]}
     sizes |= form.sizes(point, sizes["roller_radius"])
@@ -114,7 +114,7 @@ def _design(problem: Problem, form: Form, point: FloatArray, bounds: Bounds) -> 
     return problem.design.with_values({**arrays, "size": np.array([sizes["size"]])})
 
 
-def _first_planes(form: Form, limits: list[LinearLimit], programme: Programme, bounds: Bounds) -> Planes:
+def _first_planes(form: Form, limits: list[LinearLimit], programme: Programme, bounds: SizeBounds) -> Planes:
     """The planes that decide at a sample of cam angles, found by exchange among them; some milliseconds."""
     ranges, planes = form.ranges(programme, bounds), np.empty((0, 4))
     samples = [group for limit in limits for group in limit.planes(_sampled(programme, limit.kinds))]

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms import SIZES as SIZE_FIELDS
+from camopt.mechanisms import SIZE_FIELDS as SIZE_FIELDS
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
-from camopt.scene.tables import LONGEST
+from camopt.scene.tables import LARGEST_VALUE
 from camopt.smallest.grid_refinement import nearest_miss
 from camopt.smallest.result import first_feasible, known_crossings
 from camopt.verdicts.judging import judged, least_excess, weighed
@@ -34,7 +34,7 @@ class Look:
     """Whether some limit is exceeded whatever the sizes: the motion decides it, or its corners make it infinite."""
 
 
-def first_look(problem: Problem, bounds: Bounds, values: int = VALUES, until: float = inf) -> Look:
+def first_look(problem: Problem, bounds: SizeBounds, values: int = VALUES, until: float = inf) -> Look:
     """What a coarse grid shows, with so many values of each free size but the cam's; it ends after ``until``."""
     points = coarse_grid(problem, bounds, problem.programme.lift, values)
     points = points.take(problem.setup.mechanism.exists(points, problem.programme))
@@ -61,7 +61,7 @@ def spread(low: Any, high: Any, scale: float, count: int) -> FloatArray:
     return np.asarray(np.clip(sizes, low, high))
 
 
-def scale_of(problem: Problem, bounds: Bounds, lift: float | None = None) -> float:
+def scale_of(problem: Problem, bounds: SizeBounds, lift: float | None = None) -> float:
     """A length that the sizes of interest are no larger than by orders of magnitude, mm.
 
     Of a motion with another lift than that of the problem if one is given.
@@ -71,7 +71,7 @@ def scale_of(problem: Problem, bounds: Bounds, lift: float | None = None) -> flo
     return max([abs(length) for length in lengths] + [problem.programme.lift if lift is None else lift])
 
 
-def coarse_grid(problem: Problem, bounds: Bounds, lift: float, values: int) -> Designs:
+def coarse_grid(problem: Problem, bounds: SizeBounds, lift: float, values: int) -> Designs:
     """Sizes even near the least and geometric beyond, at a few values of each other free size."""
     low, high = bounds["size"][0], largest_size(problem, bounds)
     scale = scale_of(problem, bounds, lift)
@@ -83,12 +83,12 @@ def coarse_grid(problem: Problem, bounds: Bounds, lift: float, values: int) -> D
     return problem.design.with_values(fields)
 
 
-def largest_size(problem: Problem, bounds: Bounds) -> float:
+def largest_size(problem: Problem, bounds: SizeBounds) -> float:
     """The largest size worth a look: the given one, or what limits on it or the triangle of an arm allow."""
     reach = bounds["centre_distance"][1] + bounds["arm_length"][1] + max(bounds["face_offset"][1], 0.0)
     triangle = "centre_distance" in problem.setup.mechanism.sizes
     of_limits = max(min((limit.most_size for limit in problem.limits), default=inf), bounds["size"][0])
-    return min(bounds["size"][1], of_limits, reach if triangle else inf, LONGEST)
+    return min(bounds["size"][1], of_limits, reach if triangle else inf, LARGEST_VALUE)
 
 
 def _blocks(points: Designs, until: float) -> Iterator[Designs]:

@@ -14,7 +14,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES
-from camopt.scene.choices import Range
+from camopt.scene.choices import StepRange
 from camopt.smallest.turns import SegmentAngles
 from camopt.verdicts.judging import excesses, run_effects
 
@@ -60,14 +60,14 @@ class Freedom:
     def keys(self) -> dict[str, str]:
         """The keys of free sizes and numbers in ``[search]``, as Designs name them; the size is always free."""
         sizes = self.problem.choices.sizes
-        ranges = {FIELDS[key]: key for key, choice in sizes.items() if isinstance(choice, Range)}
+        ranges = {FIELDS[key]: key for key, choice in sizes.items() if isinstance(choice, StepRange)}
         return {"size": self.problem.size_name.removesuffix("_mm"), **ranges, **{key: key for key in self.numbers}}
 
     @property
-    def numbers(self) -> dict[str, Range]:
+    def numbers(self) -> dict[str, StepRange]:
         """The ranges of free numbers by key."""
         chosen = self.problem.choices.numbers
-        return {k: c for k, c in chosen.items() if k in self.problem.setup.free and isinstance(c, Range)}
+        return {k: c for k, c in chosen.items() if k in self.problem.setup.free and isinstance(c, StepRange)}
 
     @cached_property
     def at(self) -> FloatArray:
@@ -124,9 +124,9 @@ class Freedom:
         return found
 
 
-def _ends(key: str, choice: Range | tuple[float, ...] | None, unit: str, variable: int) -> Iterator[End]:
+def _ends(key: str, choice: StepRange | tuple[float, ...] | None, unit: str, variable: int) -> Iterator[End]:
     """The ends of one choice; a list of the cam's own sizes stands for all between them."""
-    if isinstance(choice, Range):
+    if isinstance(choice, StepRange):
         yield End(f"{key}.start", choice.start, unit, variable, -1.0)
         yield End(f"{key}.stop", choice.stop, unit, variable, 1.0)
     elif choice is not None:

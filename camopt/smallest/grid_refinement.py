@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
@@ -21,13 +21,13 @@ Preference = Callable[[Designs, FloatArray], int]
 """The best of some designs, by their excesses over the limits, (limits, designs)."""
 
 
-def nearest_miss(problem: Problem, bounds: Bounds, design: Designs, until: float = inf) -> Designs:
+def nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, until: float = inf) -> Designs:
     """A design that exceeds its limits less than the given one; the best so far after ``until`` (``clock.now``)."""
     return _zoomed(problem, bounds, design, lambda designs, excess: least_excess(excess), NEAR, until)
 
 
 def smaller(
-    problem: Problem, bounds: Bounds, design: Designs, zooms: int = NEAR, until: float = inf
+    problem: Problem, bounds: SizeBounds, design: Designs, zooms: int = NEAR, until: float = inf
 ) -> Designs | None:
     """A feasible design near the given one, which need not be feasible, as small as grids show; None if none is."""
 
@@ -41,7 +41,7 @@ def smaller(
 
 
 def _zoomed(
-    problem: Problem, bounds: Bounds, design: Designs, choice: Preference, zooms: int, until: float = inf
+    problem: Problem, bounds: SizeBounds, design: Designs, choice: Preference, zooms: int, until: float = inf
 ) -> Designs:
     free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
     spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}

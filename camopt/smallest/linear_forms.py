@@ -25,9 +25,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms import cylindrical_oscillating, oscillating, oscillating_flat
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.motion.programme import Programme
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.problem.problem import Problem, claims_on
 from camopt.smallest.closed_form import slopes_of
@@ -68,9 +68,9 @@ class Form:
     """How the sizes of a mechanism and its limits look in (u, v, w)."""
 
     limits: Callable[[Problem], list[LinearLimit]]
-    ranges: Callable[[Programme, Bounds], Planes]
+    ranges: Callable[[Programme, SizeBounds], Planes]
     """Planes that no limit makes: what assembly asks for, and ranges of sizes."""
-    least: Callable[[Planes, Bounds], FloatArray | None]
+    least: Callable[[Planes, SizeBounds], FloatArray | None]
     """The (u, v, w) of least size that some planes and the ranges of the sizes allow; None if they allow none."""
     sizes: Callable[[FloatArray, float], dict[str, float]]
     """The sizes at (u, v, w), with a roller."""
@@ -91,12 +91,12 @@ def _arm_limits(problem: Problem) -> list[LinearLimit]:
     return found
 
 
-def _arm_ranges(programme: Programme, bounds: Bounds) -> Planes:
+def _arm_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
     """sin ψ ≥ 0 in both end positions."""
     return np.array([[0.0, 1.0, 0.0, 0.0], [np.sin(programme.lift), np.cos(programme.lift), 0.0, 0.0]])
 
 
-def _least_arm(planes: Planes, bounds: Bounds) -> FloatArray | None:
+def _least_arm(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     """Where the cam centre lies for an arm of length 1, which is then made as short as the ranges allow.
 
     The prime radius is |O − 1|·max(l₁, c₁/|O|). Its least value lies on a line where one of the two factors is
@@ -163,17 +163,17 @@ def _face_limits(problem: Problem) -> list[LinearLimit]:
             a, b = (2.0 * q - 1.0) / q**2, y2 / q**3
             return s * a + c * b, c * a - s * b, 1.0, least
 
-        found.append(LinearLimit(mechanism.profile_radius, TURN, (LEAST,), radius))
+        found.append(LinearLimit(mechanism.profile_radius, ALL_STROKES, (LEAST,), radius))
     for claim in (each for each in claims_on(problem, mechanism.reach) if each.goal != LEAST):
 
         def reach(sign: float, y: Any, y1: Any, y2: Any, most: float = claim.allowed()) -> tuple[Any, ...]:
             return -np.cos(y), np.sin(y), 0.0, -most * (1.0 + sense * y1)
 
-        found.append(LinearLimit(mechanism.reach, TURN, (LARGEST,), reach))
+        found.append(LinearLimit(mechanism.reach, ALL_STROKES, (LARGEST,), reach))
     return found
 
 
-def _face_ranges(programme: Programme, bounds: Bounds) -> Planes:
+def _face_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
     """cos ψ ≥ 0 in both end positions, the range of the offset, and the least base radius."""
     (low, high), least = bounds["face_offset"], bounds["size"][0]
     s, c = np.sin(programme.lift), np.cos(programme.lift)
@@ -182,7 +182,7 @@ def _face_ranges(programme: Programme, bounds: Bounds) -> Planes:
     return np.array([*swing, [0.0, 0.0, 1.0, low], [0.0, 0.0, -1.0, -high], [0.0, half, half, half * least]])
 
 
-def _least_face(planes: Planes, bounds: Bounds) -> FloatArray | None:
+def _least_face(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     """The least v + w lies where three planes meet, where two meet a cylinder of the least or largest centre
     distance, or where v + w is stationary on the ellipse in which a plane cuts such a cylinder."""
     nearest, farthest = bounds["centre_distance"]
@@ -253,11 +253,11 @@ def _groove_limits(problem: Problem) -> list[LinearLimit]:
     return found
 
 
-def _groove_ranges(programme: Programme, bounds: Bounds) -> Planes:
+def _groove_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
     return np.array([[1.0, 0.0, 0.0, bounds["size"][0]]])
 
 
-def _least_groove(planes: Planes, bounds: Bounds) -> FloatArray | None:
+def _least_groove(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     """The least mean radius of the shortest arm; longer arms need larger ones."""
     arm = bounds["arm_length"][0]
     a, rest = planes[:, 0], planes[:, 3] - planes[:, 2] * arm

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.smallest.closed_form import closed_form
@@ -30,7 +30,7 @@ IntArray = NDArray[np.intp]
 class Descent:
     """A descent over the angles from the best turn so far; no proof, but most often the optimum."""
 
-    def __init__(self, turns: SegmentAngles, bounds: Bounds, best: BestTurn | None = None) -> None:
+    def __init__(self, turns: SegmentAngles, bounds: SizeBounds, best: BestTurn | None = None) -> None:
         self.turns, self.bounds, self.box = turns, bounds, turns.box
         self.free = np.flatnonzero(self.box.high - self.box.low > NARROW)
         self.best = best or BestTurn(Smallest(None, 0.0), turns.at(np.full(len(turns.freed), 0.5), self.box))

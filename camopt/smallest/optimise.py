@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
@@ -31,7 +31,7 @@ from camopt.tables.columns import joined_laws, laws_shown, with_law
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import ByLaw, Design
 from camopt.tables.layout import Table
-from camopt.verdicts.judging import AT_ONCE, by_excess, excesses, judged
+from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, excesses, judged
 from camopt.verdicts.warned import warnings_of
 
 SECONDS = 60.0  # of a search, unless told
@@ -201,7 +201,7 @@ class Answered(NamedTuple):
 
     problem: Problem
     """With the turn that was chosen."""
-    bounds: Bounds
+    bounds: SizeBounds
     answer: Smallest
     freed: FloatArray
     """The angles of freed segments, deg."""
@@ -316,7 +316,7 @@ def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:
     while bad < clear - 1:
         if now() > until:
             return float(sizes[clear])
-        some = np.arange(max(clear - AT_ONCE, bad + 1), clear)
+        some = np.arange(max(clear - LAST_AT_ONCE, bad + 1), clear)
         bad = int(np.max(some[~held(sizes[some])], initial=bad))
         clear = max(int(some[0]), bad + 1)
     if bad < 0:

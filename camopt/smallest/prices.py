@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Case
-from camopt.mechanisms import SIZES
+from camopt.mechanisms import SIZE_FIELDS
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics.clock import now, share
@@ -152,7 +152,7 @@ def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
         if row is None:
             continue
         turns = SegmentAngles(problem, pair)
-        columns = {name: problem.size_name if name == "size" else f"{name}_mm" for name in SIZES}
+        columns = {name: problem.size_name if name == "size" else f"{name}_mm" for name in SIZE_FIELDS}
         columns |= {key: problem.numbers[key] for key in problem.setup.free}
         values = {name: np.array([row[column]]) for name, column in columns.items() if column in row}
         freed = np.array([row["angles_deg"][segment] for segment in turns.freed])

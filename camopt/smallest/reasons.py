@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import ceil, floor, inf, log10
 
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.first_look import FEW_VALUES, coarse_grid, first_look
@@ -20,7 +20,7 @@ from camopt.smallest.smallest import smallest
 DIGITS = 6  # of a size that a reason tells
 
 
-def reason(problem: Problem, bounds: Bounds, until: float = inf) -> str:
+def reason(problem: Problem, bounds: SizeBounds, until: float = inf) -> str:
     """What stops every design within bounds, of which none is feasible.
 
     After ``until`` (``clock.now``) more limits may be named together than it takes to stop them.
@@ -38,7 +38,7 @@ def reason(problem: Problem, bounds: Bounds, until: float = inf) -> str:
     return (f"{listed(names)} together" if len(names) > 1 else names[0]) + beyond
 
 
-def _beyond(problem: Problem, bounds: Bounds, until: float) -> str:
+def _beyond(problem: Problem, bounds: SizeBounds, until: float) -> str:
     """The range of the cam's size, if one is given and a cam beyond it is feasible."""
     low, high = bounds["size"]
     answer = smallest(problem, {**bounds, "size": (0.0, inf)}, until) if high < inf else None
@@ -56,7 +56,7 @@ def rounded_up(size: float) -> float:
     return ceil(size / unit * (1.0 - 1e-9)) * unit
 
 
-def _stop(limits: Sequence[Limit], problem: Problem, bounds: Bounds, until: float) -> bool:
+def _stop(limits: Sequence[Limit], problem: Problem, bounds: SizeBounds, until: float) -> bool:
     """Whether it is proved that no design holds these limits."""
     relaxed = replace(problem, limits=tuple(limits))
     if first_look(relaxed, bounds, FEW_VALUES, until).design is not None:
@@ -65,7 +65,7 @@ def _stop(limits: Sequence[Limit], problem: Problem, bounds: Bounds, until: floa
     return answer.design is None and answer.proved
 
 
-def _together(problem: Problem, bounds: Bounds, until: float) -> list[Limit]:
+def _together(problem: Problem, bounds: SizeBounds, until: float) -> list[Limit]:
     """Limits that stop every design, and would not without any one of them."""
     kept = list(problem.limits)
     for limit in problem.limits:

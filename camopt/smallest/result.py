@@ -13,7 +13,7 @@ from camopt.mechanisms import Designs
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Rows
-from camopt.verdicts.judging import AT_ONCE, excesses, extended, planned
+from camopt.verdicts.judging import LAST_AT_ONCE, excesses, extended, planned
 
 GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
 
@@ -87,7 +87,7 @@ def first_feasible(
             return some.take(held[:1])
         if len(some):
             crossings.learn(some.take([0]))
-        count = min(2 * count, AT_ONCE)
+        count = min(2 * count, LAST_AT_ONCE)
     return None
 
 

@@ -10,7 +10,7 @@ smallest one that holds all others, and most often that one does.
 from math import inf
 
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.numerics.clock import share
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.branch_and_bound import branch_and_bound
@@ -21,7 +21,7 @@ from camopt.smallest.grid_refinement import CLOSE, NEAR, smaller
 from camopt.smallest.result import Smallest, feasible
 
 
-def smallest(problem: Problem, bounds: Bounds, until: float = inf) -> Smallest:
+def smallest(problem: Problem, bounds: SizeBounds, until: float = inf) -> Smallest:
     """The design of least size within bounds that holds every limit of the problem.
 
     After ``until`` (``clock.now``) the best so far, not proved. Half of the time is kept for limits that come last.
@@ -34,7 +34,7 @@ def smallest(problem: Problem, bounds: Bounds, until: float = inf) -> Smallest:
 
 
 def small(
-    problem: Problem, bounds: Bounds, near: Designs | None = None, until: float = inf, *, closely: bool = False
+    problem: Problem, bounds: SizeBounds, near: Designs | None = None, until: float = inf, *, closely: bool = False
 ) -> Smallest:
     """As ``smallest``, but what the linear limits do not decide is a small design without proof, found much sooner.
 
@@ -55,21 +55,21 @@ def small(
     return Smallest(design, found.floor)
 
 
-def _smallest(problem: Problem, bounds: Bounds, until: float) -> Smallest:
+def _smallest(problem: Problem, bounds: SizeBounds, until: float) -> Smallest:
     found = _by_linear_limits(problem, bounds, until)
     if found.design is not None:
         return Smallest(found.design, found.floor)
     return branch_and_bound(problem, bounds, found.floor, until)
 
 
-def _worth_a_look(problem: Problem, bounds: Bounds) -> Bounds:
+def _worth_a_look(problem: Problem, bounds: SizeBounds) -> SizeBounds:
     """The bounds between the least and the largest size that may be feasible; of an empty range one end alone."""
     low, high = bounds["size"]
     most = max(min([high, *(limit.most_size for limit in problem.limits)]), low)
     return {**bounds, "size": (min(least_size(problem, bounds), largest_size(problem, bounds)), most)}
 
 
-def _by_linear_limits(problem: Problem, bounds: Bounds, until: float = inf) -> Cut:
+def _by_linear_limits(problem: Problem, bounds: SizeBounds, until: float = inf) -> Cut:
     start = closed_form(problem, bounds)
     if start is None:
         return by_cutting_planes(problem, bounds, until) or Cut(None, bounds["size"][0])

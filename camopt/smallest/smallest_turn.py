@@ -8,7 +8,7 @@ cam (``turn_boxes``). Where they run out, a descent over the angles looks for on
 from dataclasses import replace
 from functools import reduce
 
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.numerics.clock import now
 from camopt.smallest.convex_floor import floor_if_convex
 from camopt.smallest.nelder_mead import Descent
@@ -18,7 +18,7 @@ from camopt.smallest.turn_boxes import TurnSearch
 from camopt.smallest.turns import BestTurn, SegmentAngles, better
 
 
-def smallest_of_turns(turns: SegmentAngles, bounds: Bounds) -> BestTurn:
+def smallest_of_turns(turns: SegmentAngles, bounds: SizeBounds) -> BestTurn:
     """The design of least size over the angles as well, with its proven gap."""
     none = BestTurn(Smallest(None, 0.0), turns.scene_angles)
     found = reduce(better, (Descent(each, bounds).few_turns() for each in turns.kinds), none)
@@ -33,13 +33,13 @@ def smallest_of_turns(turns: SegmentAngles, bounds: Bounds) -> BestTurn:
     return _with_floor(_exactly(turns, bounds, reduce(better, descended, found)), min(floors))
 
 
-def _searched(turns: SegmentAngles, bounds: Bounds, found: BestTurn) -> BestTurn:
+def _searched(turns: SegmentAngles, bounds: SizeBounds, found: BestTurn) -> BestTurn:
     """The smallest cam so far and of the turns that have the same segments, with a size that no cam undercuts."""
     convex = _with_floor(found, floor_if_convex(turns, bounds, found))
     return convex if convex.answer.proved else TurnSearch(turns, bounds, found).run()
 
 
-def _exactly(turns: SegmentAngles, bounds: Bounds, found: BestTurn) -> BestTurn:
+def _exactly(turns: SegmentAngles, bounds: SizeBounds, found: BestTurn) -> BestTurn:
     """The smallest cam of a turn, which a descent only nears, if there is time."""
     if found.answer.design is None or now() > turns.until:
         return found

@@ -15,12 +15,12 @@ from functools import cached_property
 import numpy as np
 
 from camopt.effects.peak import Derivative
-from camopt.mechanisms.design import Bounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import Stroke
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import LOADED
+from camopt.numerics.curves import WITH_LOAD
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped
 from camopt.problem.limit import Limit
@@ -47,7 +47,7 @@ class TurnSearch(Bisection):
 
     most_boxes = 50_000
 
-    def __init__(self, turns: SegmentAngles, bounds: Bounds, found: BestTurn) -> None:
+    def __init__(self, turns: SegmentAngles, bounds: SizeBounds, found: BestTurn) -> None:
         self.turns, self.bounds, self.found, self.looked = turns, bounds, found, 0
         self.problem, self.box = exactly(turns.problem), turns.box
         self.longest = turns.programme(self.box.high)
@@ -65,7 +65,7 @@ class TurnSearch(Bisection):
     def reads_load(self, limit: Limit) -> bool:
         """Whether a limit is about a load that changes over the turn."""
         made = (claim.curve(self.problem.design, self.longest) for claim in limit.claims)
-        return any(type(curve) in LOADED for curve in made)
+        return any(type(curve) in WITH_LOAD for curve in made)
 
     @cached_property
     def names(self) -> dict[str, int]:
@@ -118,7 +118,7 @@ class TurnSearch(Bisection):
         self.look_into(boxes, closely=self.looked <= LOOKED_INTO)
         return self.cut(boxes)
 
-    def ends(self) -> Bounds:
+    def ends(self) -> SizeBounds:
         """Between which sizes and angles are worth a look."""
         least = least_size(self.problem.with_programme(self.longest), self.bounds)
         most = min(largest_size(self.problem, self.bounds), self.found.answer.size)
@@ -135,7 +135,7 @@ class TurnSearch(Bisection):
         for claim in self.problem.claims:
             if isinstance(claim.curve, Derivative) and claim.kinds & stroke.kind:
                 order = claim.curve.order
-                ends = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
+                ends = span(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
                 share = max(-ends[0], ends[1]) / claim.allowed()
                 least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * ROUNDING))
         return float(least)

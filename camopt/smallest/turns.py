@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.motion.programme import Programme
-from camopt.motion.segments import Segment, ends_of
+from camopt.motion.segments import GivenSegment, positions_of
 from camopt.numerics import FloatArray
 from camopt.problem.choices import LawPair
 from camopt.problem.problem import Problem
@@ -35,7 +35,7 @@ class SegmentAngles:
     """When the search among them is to stop (``clock.now``)."""
 
     @property
-    def segments(self) -> tuple[Segment, ...]:
+    def segments(self) -> tuple[GivenSegment, ...]:
         """The segments of the scene's turn."""
         return self.problem.segments
 
@@ -65,7 +65,7 @@ class SegmentAngles:
 
         However short, such a rest is an arc of the base circle, and has its curvature.
         """
-        ends = ends_of(self.segments)
+        ends = positions_of(self.segments)
         lowest = min(ends)
         rests = [i for i, s in enumerate(self.segments) if s.segment == "dwell" and ends[i] - lowest <= SAME]
         without = replace(self, without=tuple(i for i in rests if i in self.freed))

@@ -12,12 +12,12 @@ from typing import Literal
 from camopt.mistakes import BadInput, Mistake
 from camopt.storage.manifest import MANIFEST, Damaged, Fact, Manifest, manifest_of, of_one_run, settled_file
 from camopt.storage.records import damage_of
-from camopt.storage.unit import PART, TABLE
+from camopt.storage.unit import PART_ENDING, TABLE_ENDING
 
-State = Literal["whole", "damaged", "changed", "missing", "unreadable", "unknown"]
+FileState = Literal["whole", "damaged", "changed", "missing", "unreadable", "unknown"]
 TABLE_START, PART_START = b"PAR1", b"camopt journal"
 """How files start that have digests of their own."""
-NOTHING = "nothing to check it by"
+UNCHECKABLE = "nothing to check it by"
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class FileCheck:
     """
 
     file: Path
-    state: State
+    state: FileState
     told: str
     rows: int | None = None
 
@@ -126,7 +126,7 @@ def _manifest(folder: Path) -> tuple[FileCheck | None, Manifest | None]:
     except Damaged:
         return FileCheck(path, "damaged", "damaged, so that it does not tell which files belong to it"), None
     except BadInput:
-        return FileCheck(path, "unknown", f"of another program: {NOTHING}"), None
+        return FileCheck(path, "unknown", f"of another program: {UNCHECKABLE}"), None
     except OSError as trouble:
         return _unreadable(path, trouble), None
     return (FileCheck(path, "whole", "whole"), manifest) if manifest else (None, None)
@@ -141,7 +141,7 @@ def _file(path: Path, fact: Fact | None) -> FileCheck:
     except FileNotFoundError:
         return FileCheck(path, "missing", f"missing, though {MANIFEST} names it" if fact else "no such file")
     except BadInput:
-        return FileCheck(path, "unknown", f"no regular file: {NOTHING}")
+        return FileCheck(path, "unknown", f"no regular file: {UNCHECKABLE}")
     except OSError as trouble:
         return _unreadable(path, trouble)
 
@@ -153,19 +153,19 @@ def _unreadable(path: Path, trouble: OSError) -> FileCheck:
 def _by_itself(path: Path, file: BufferedReader) -> FileCheck:
     """What a file says of itself: tables and parts of sweeps do, under whatever name."""
     head, suffix = file.read(max(map(len, (TABLE_START, PART_START)))), path.suffix.lower()
-    if suffix == TABLE or head.startswith(TABLE_START):
+    if suffix == TABLE_ENDING or head.startswith(TABLE_START):
         return _table(path, file)
-    if suffix == PART or head.startswith(PART_START):
+    if suffix == PART_ENDING or head.startswith(PART_START):
         return _part(path, file)
-    return FileCheck(path, "unknown", NOTHING)
+    return FileCheck(path, "unknown", UNCHECKABLE)
 
 
 def _table(path: Path, file: BufferedReader) -> FileCheck:
-    from camopt.storage.damage import Fault, open_table
+    from camopt.storage.damage import TableFault, open_table
 
     try:
         rows = open_table(file).metadata.num_rows
-    except Fault as fault:
+    except TableFault as fault:
         return FileCheck(path, "damaged" if fault.damaged else "unknown", str(fault))
     return FileCheck(path, "whole", f"whole, {rows:,} row{'s' * (rows != 1)}", rows)
 
@@ -184,5 +184,5 @@ def _by_manifest(own: FileCheck, file: BufferedReader, fact: Fact) -> FileCheck:
     if own.is_whole:
         return FileCheck(own.file, "changed", f"whole, but not the one that {MANIFEST} names: it is of another run")
     sizes = "" if size == fact.bytes else f": {size:,} bytes, where {fact.bytes:,} were written"
-    told = f"changed or damaged since it was written{sizes}" if own.told == NOTHING else own.told
+    told = f"changed or damaged since it was written{sizes}" if own.told == UNCHECKABLE else own.told
     return FileCheck(own.file, "changed", told)

@@ -7,15 +7,15 @@ from typing import BinaryIO
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.storage.seal import END, FOOTER, KEYS, footer_of, is_whole
+from camopt.storage.seal import FOOTER, FOOTER_BYTES, SEAL_KEYS, footer_of, is_intact
 
-MAGIC = b"PAR1"
-LEAST = len(MAGIC) + END  # bytes of a Parquet file
-TROUBLE = (pa.ArrowException, ValueError, OSError, MemoryError)
+PARQUET_MAGIC = b"PAR1"
+LEAST_BYTES = len(PARQUET_MAGIC) + FOOTER_BYTES  # bytes of a Parquet file
+ARROW_ERRORS = (pa.ArrowException, ValueError, OSError, MemoryError)
 """What pyarrow raises of a file that is no good."""
 
 
-class Fault(ValueError):
+class TableFault(ValueError):
     """A file is no sealed table, or a damaged one; the message completes "this is …"."""
 
     def __init__(self, told: str, damaged: bool = True) -> None:
@@ -36,22 +36,22 @@ def open_table(file: BinaryIO) -> pq.ParquetFile:
     """
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
-    head = file.read(len(MAGIC))
-    file.seek(max(size - len(MAGIC), 0))
+    head = file.read(len(PARQUET_MAGIC))
+    file.seek(max(size - len(PARQUET_MAGIC), 0))
     tail = file.read()
-    if tail != MAGIC and not MAGIC.startswith(head):
-        raise Fault("no Parquet file", damaged=False)
-    if tail != MAGIC or size < LEAST:
-        raise Fault(f"cut short after {size:,} bytes, or damaged at its end")
+    if tail != PARQUET_MAGIC and not PARQUET_MAGIC.startswith(head):
+        raise TableFault("no Parquet file", damaged=False)
+    if tail != PARQUET_MAGIC or size < LEAST_BYTES:
+        raise TableFault(f"cut short after {size:,} bytes, or damaged at its end")
     try:
-        if is_whole(file):
+        if is_intact(file):
             return pq.ParquetFile(file)
-    except TROUBLE as trouble:
+    except ARROW_ERRORS as trouble:
         raise_if_of_the_disk(trouble)
-    raise _by_another_program(file) or Fault("damaged")
+    raise _by_another_program(file) or TableFault("damaged")
 
 
-def _by_another_program(file: BinaryIO) -> Fault | None:
+def _by_another_program(file: BinaryIO) -> TableFault | None:
     """What to say of a table that another program saved; None if it is one of camopt's, damaged.
 
     It has no seal, or that of the table it was made of: Arrow takes it for a part of the schema then.
@@ -61,14 +61,14 @@ def _by_another_program(file: BinaryIO) -> Fault | None:
         about = pq.ParquetFile(file).metadata
         metadata = about.metadata or {}
         arrow = b64decode(metadata.get(b"ARROW:schema", b""))
-    except TROUBLE as trouble:
+    except ARROW_ERRORS as trouble:
         raise_if_of_the_disk(trouble)
         return None
-    if any(key.encode() in footer for key in KEYS) and FOOTER.encode() not in arrow:
+    if any(key.encode() in footer for key in SEAL_KEYS) and FOOTER.encode() not in arrow:
         return None
     other = "pandas" if b"pandas" in metadata else about.created_by
     go_on = "go on from the table that the command wrote, and choose rows of it afterwards"
-    return Fault(f"not as camopt saved it: another program ({other}) did; {go_on}", damaged=False)
+    return TableFault(f"not as camopt saved it: another program ({other}) did; {go_on}", damaged=False)
 
 
 def raise_if_of_the_disk(trouble: BaseException) -> None:

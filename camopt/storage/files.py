@@ -21,7 +21,7 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 LARGEST_TEXT = 1 << 24
-AT_ONCE = 1 << 22  # bytes of a file in memory at a time
+BYTES_AT_ONCE = 1 << 22  # bytes of a file in memory at a time
 NO_TEXT = {
     b"PK\x03\x04": "an Excel workbook or another archive; save the table as CSV",
     b"\xd0\xcf\x11\xe0": "an old Excel workbook; save the table as CSV",
@@ -30,19 +30,19 @@ NO_TEXT = {
     b"\xfe\xff": "text in UTF-16; save it in UTF-8",
 }
 PARTIAL = ".partial"
-WORK = ".camopt"
+WORK_FOLDER = ".camopt"
 """The folder, inside that of a result, for what is not finished."""
 UNSYNCED = {EBADF, EINVAL, ENOSYS, ENOTSUP, EROFS}
 """What file systems say that cannot sync."""
 FORGOTTEN = 24 * 3600.0  # seconds
-ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
+URL_START = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 
 
 def path_of(path: str | os.PathLike[str]) -> Path:
     """A path as users write it: ``~`` is the home folder. A ValueError completes the sentence "must be …"."""
     if not os.fspath(path):
         raise ValueError("a path; it is empty")
-    if ADDRESS.match(os.fspath(path)):
+    if URL_START.match(os.fspath(path)):
         raise ValueError("a path on this machine, not an address")
     try:
         return Path(path).expanduser()
@@ -161,7 +161,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         try:
             synced(target.parent)
         except OSError as trouble:
-            if WORK in path.parts:
+            if WORK_FOLDER in path.parts:
                 raise  # nothing is published yet
             tell_untidy(trouble, path)
 

@@ -9,10 +9,10 @@ from io import FileIO
 from pathlib import Path
 from stat import S_ISDIR
 
-from camopt.storage.files import WORK, lock, named, naming
+from camopt.storage.files import WORK_FOLDER, lock, named, naming
 
-LOCK = "lock"
-TRIES = 100
+LOCK_FILE = "lock"
+LOCK_TRIES = 100
 """More often, other runs do not remove the folder of a lock while this one opens it."""
 
 
@@ -39,8 +39,8 @@ def held_folder(folder: Path) -> Iterator[tuple[Path, bool]]:
     The lock is that of the open file, which the system lets go when the process dies. The file goes at the end, so
     one that was opened just before and got the lock just after has no name any more: then again.
     """
-    work = folder / WORK
-    path = work / LOCK
+    work = folder / WORK_FOLDER
+    path = work / LOCK_FILE
     with ExitStack() as stack:
         stack.callback(_quietly, work.rmdir)  # if there is no journal in it
         while True:
@@ -62,7 +62,7 @@ def held_folder(folder: Path) -> Iterator[tuple[Path, bool]]:
 
 def _opened(folder: Path, work: Path, path: Path) -> FileIO:
     """The file of the lock, made if there is none."""
-    for _ in range(TRIES):
+    for _ in range(LOCK_TRIES):
         with naming(folder, work, path), suppress(FileExistsError):
             work.mkdir()
         with suppress(FileNotFoundError):  # another run has just removed the folder

@@ -17,17 +17,19 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from camopt.mistakes import BadInput, Mistake
-from camopt.storage.files import WORK, read_bytes, regular_file
+from camopt.storage.files import WORK_FOLDER, read_bytes, regular_file
 from camopt.version import VERSION
 
 PathLike = TypeVar("PathLike", bound=str | os.PathLike[str])
-Found = TypeVar("Found")
+Outcome = TypeVar("Outcome")
 
 MANIFEST = "manifest.json"
-TRIES = 3
+READ_TRIES = 3
 """To read what others publish meanwhile."""
 MARKS = b'"camopt"', b'"results"', b'"digest"'
-RUN, DIGEST, NAME = (re.compile(text) for text in (r"[0-9a-f]{16}", r"[0-9a-f]{64}", r"[^./\\\0][^/\\\0]*"))
+RUN_NAME, DIGEST_TEXT, FILE_NAME = (
+    re.compile(text) for text in (r"[0-9a-f]{16}", r"[0-9a-f]{64}", r"[^./\\\0][^/\\\0]*")
+)
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ class Fact:
 
 
 @dataclass(frozen=True)
-class Result:
+class RunResult:
     """The result of one command."""
 
     run: str
@@ -53,24 +55,24 @@ class Result:
     answer: Any = None
     """What the command says of its result, as JSON has it."""
 
-    def without(self, names: Container[str]) -> "Result":
+    def without(self, names: Container[str]) -> "RunResult":
         """The result without the files that another one has taken over; then it answers nothing any more."""
         kept = {name: fact for name, fact in self.files.items() if name not in names}
-        return self if len(kept) == len(self.files) else Result(self.run, kept, self.replaces)
+        return self if len(kept) == len(self.files) else RunResult(self.run, kept, self.replaces)
 
     def waiting(self, folder: Path, name: str = "") -> Path:
         """Where a file waits for its name."""
-        return folder / WORK / self.run / name
+        return folder / WORK_FOLDER / self.run / name
 
 
 @dataclass(frozen=True)
 class Manifest:
     """All results in a folder, by command, and the version of camopt that wrote the last one."""
 
-    results: Mapping[str, Result] = field(default_factory=dict)
+    results: Mapping[str, RunResult] = field(default_factory=dict)
     camopt: str = VERSION
 
-    def with_result(self, command: str, result: Result) -> "Manifest":
+    def with_result(self, command: str, result: RunResult) -> "Manifest":
         """The manifest with another result of a command, which takes over names of files that others have."""
         others = {each: other.without(result.files) for each, other in self.results.items()}
         return Manifest({**others, command: result})
@@ -93,7 +95,7 @@ class Manifest:
         return json.dumps({**about, "digest": _digest(about)}, indent=1) + "\n"
 
 
-def _plain(result: Result) -> dict[str, Any]:
+def _plain(result: RunResult) -> dict[str, Any]:
     """A result as JSON has it, without what nothing is known of."""
     return {name: value for name, value in asdict(result).items() if value is not None}
 
@@ -152,13 +154,13 @@ def _is_json(data: bytes) -> bool:
     return True
 
 
-def _result(run: Any, files: Any, replaces: Any, question: Any = None, answer: Any = None) -> Result:
+def _result(run: Any, files: Any, replaces: Any, question: Any = None, answer: Any = None) -> RunResult:
     """A result as it was written: its names are of files in its folder. ValueError or TypeError if it is odd."""
     facts = {name: Fact(**fact) for name, fact in files.items()}
-    names = RUN.fullmatch(run) and all(NAME.fullmatch(name) for name in (*facts, *replaces))
-    if not names or not all(DIGEST.fullmatch(f.sha256) and type(f.bytes) is int for f in facts.values()):
+    names = RUN_NAME.fullmatch(run) and all(FILE_NAME.fullmatch(name) for name in (*facts, *replaces))
+    if not names or not all(DIGEST_TEXT.fullmatch(f.sha256) and type(f.bytes) is int for f in facts.values()):
         raise ValueError
-    return Result(run, facts, tuple(replaces), question, answer)
+    return RunResult(run, facts, tuple(replaces), question, answer)
 
 
 def settled_path(path: PathLike) -> PathLike | Path:
@@ -167,7 +169,7 @@ def settled_path(path: PathLike) -> PathLike | Path:
     Where the manifest is damaged, the path itself.
     """
     folder, name = Path(path).parent, Path(path).name
-    if os.path.isdir(folder / WORK):
+    if os.path.isdir(folder / WORK_FOLDER):
         for result in _unplaced(folder):
             waiting = result.waiting(folder, name)
             if waiting.exists() or name in result.replaces:
@@ -189,21 +191,21 @@ def settled_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
         yield _tried(lambda: stack.enter_context(regular_file(settled_path(path))))
 
 
-def of_one_run(folder: Path, read: Callable[[], Found]) -> Found:
+def of_one_run(folder: Path, read: Callable[[], Outcome]) -> Outcome:
     """What is read of several files of a folder: again, if another result was published meanwhile.
 
     If that goes on and on, it is what was read last.
     """
-    for _ in range(TRIES):
+    for _ in range(READ_TRIES):
         before, found = _known(folder), _tried(read)
         if _known(folder) == before:
             break
     return found
 
 
-def _tried(read: Callable[[], Found]) -> Found:
+def _tried(read: Callable[[], Outcome]) -> Outcome:
     """What is read, more than once if there is no such file: it may be given its name just now."""
-    for _ in range(TRIES):
+    for _ in range(READ_TRIES):
         with suppress(FileNotFoundError):
             return read()
     return read()
@@ -226,7 +228,7 @@ def question_in(folder: Path, command: str) -> Any:
     return result and result.question
 
 
-def answer_in(folder: Path, command: str, asked: Callable[[Result], bool]) -> Any:
+def answer_in(folder: Path, command: str, asked: Callable[[RunResult], bool]) -> Any:
     """What a command said of its result in a folder; None if it was not what is asked, or a file is damaged."""
     result = _known(folder).results.get(command)
     if result is None or not asked(result):
@@ -244,7 +246,7 @@ def fact_of(path: Path) -> Fact:
         return Fact(file_digest(file, "sha256").hexdigest(), os.fstat(file.fileno()).st_size)
 
 
-def _unplaced(folder: Path) -> Iterator[Result]:
+def _unplaced(folder: Path) -> Iterator[RunResult]:
     """Results whose files have not all got their names."""
     return (result for result in _known(folder).results.values() if result.waiting(folder).is_dir())
 

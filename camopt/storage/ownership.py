@@ -5,8 +5,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from camopt.mistakes import BadInput, Mistake
-from camopt.storage.manifest import Fact, Manifest, Result, fact_of, manifest_to_renew
-from camopt.storage.unit import DATA, TABLE, Unit
+from camopt.storage.manifest import Fact, Manifest, RunResult, fact_of, manifest_to_renew
+from camopt.storage.unit import DATA, TABLE_ENDING, Unit
 
 
 def exact_names(names: Iterable[str]) -> set[str]:
@@ -27,7 +27,7 @@ def check_own(unit: Unit, names: set[str]) -> None:
 
 def earlier_files(unit: Unit, manifest: Manifest) -> Mapping[str, Fact]:
     """The files of the earlier result, as far as the manifest names them."""
-    return manifest.results.get(unit.command, Result("", {})).files
+    return manifest.results.get(unit.command, RunResult("", {})).files
 
 
 def foreign(unit: Unit, manifest: Manifest, name: str) -> str:
@@ -41,15 +41,15 @@ def foreign(unit: Unit, manifest: Manifest, name: str) -> str:
         return ""
     if fact:
         return "" if path.suffix in DATA or fact_of(path) == fact else "this was edited since camopt wrote it"
-    own = _is_own(path) if path.suffix == TABLE else unit.command not in manifest.results
+    own = _is_own(path) if path.suffix == TABLE_ENDING else unit.command not in manifest.results
     return "" if own else "camopt did not write this as it is"
 
 
 def _is_own(path: Path) -> bool:
     """Whether a file is a table, and as camopt wrote it."""
-    from camopt.storage.damage import Fault, open_table
+    from camopt.storage.damage import TableFault, open_table
 
-    with path.open("rb") as file, suppress(Fault):
+    with path.open("rb") as file, suppress(TableFault):
         open_table(file)
         return True
     return False

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from camopt.storage.files import forgotten, synced, target_of, whole_file
-from camopt.storage.folder import LOCK
+from camopt.storage.folder import LOCK_FILE
 from camopt.storage.manifest import Manifest, manifest_to_renew
 from camopt.storage.unit import JOURNAL
 
@@ -22,12 +22,12 @@ def tried(calls: Iterable[Callable[[], None]]) -> Iterator[OSError]:
             yield trouble
 
 
-def settle(folder: Path, work: Path, alone: bool) -> None:
+def place_results(folder: Path, work: Path, alone: bool) -> None:
     """Give the files of published results their names, and remove what dead runs left; journals stay."""
     manifest = manifest_to_renew(folder)
     commands = {result.run: command for command, result in manifest.results.items()}
     for left in sorted(work.iterdir()):
-        if left.name == LOCK or left.suffix == JOURNAL:
+        if left.name == LOCK_FILE or left.suffix == JOURNAL:
             continue
         if left.name in commands:
             _place(folder, left, manifest, commands[left.name])

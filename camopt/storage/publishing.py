@@ -19,7 +19,7 @@ from typing import Any
 from camopt.mistakes import BadInput, Mistake
 from camopt.storage.files import (
     LARGEST_TEXT,
-    WORK,
+    WORK_FOLDER,
     check_replaceable,
     keep_mode,
     named,
@@ -33,7 +33,7 @@ from camopt.storage.folder import held_folder, made_folder
 from camopt.storage.manifest import (
     MANIFEST,
     Manifest,
-    Result,
+    RunResult,
     answer_in,
     command_of,
     fact_of,
@@ -42,7 +42,7 @@ from camopt.storage.manifest import (
     run_of,
 )
 from camopt.storage.ownership import check_own, earlier_files, exact_names, foreign
-from camopt.storage.placing import remove, settle, tried
+from camopt.storage.placing import place_results, remove, tried
 from camopt.storage.unit import Unit, journal_path
 
 
@@ -93,7 +93,7 @@ def published(
     with made_folder(folder) as made, held_folder(folder) as (work, alone):
         unit = Unit(folder, work, work / random_name(), command, may_write, stale, revises, question)
         try:
-            settle(folder, work, alone)
+            place_results(folder, work, alone)
             check_own(unit, exact_names(may_write))
             unit.staging.mkdir()
             yield unit
@@ -133,10 +133,10 @@ def answered(
     """
     folder = _folder_of(folder)
     read = partial(answer_in, folder, command, lambda result: question == result.question is not None)
-    if not (folder / WORK).is_dir():
+    if not (folder / WORK_FOLDER).is_dir():
         return of_one_run(folder, read)
     with held_folder(folder) as (work, alone):
-        settle(folder, work, alone)
+        place_results(folder, work, alone)
         answer, journal = read(), journal_path(folder, command)
         if answer is not None and is_spent(journal):
             remove(journal)
@@ -148,12 +148,12 @@ def answered_in_words(folder: Path, command: str, words: str) -> Any:
 
     None, too, where a run may have died or be at work: who has the question looks at that.
     """
-    if (folder / WORK).is_dir():
+    if (folder / WORK_FOLDER).is_dir():
         return None
     return of_one_run(folder, partial(answer_in, folder, command, partial(_is_in_words, words)))
 
 
-def _is_in_words(words: str, result: Result) -> bool:
+def _is_in_words(words: str, result: RunResult) -> bool:
     return isinstance(result.answer, dict) and result.answer.get("words") == words
 
 
@@ -203,7 +203,7 @@ def _tidy_up(unit: Unit, alone: bool) -> None:
 
 def _clear(unit: Unit, alone: bool) -> None:
     """Settle the folder, and remove what was not published."""
-    settle(unit.folder, unit.work, alone)
+    place_results(unit.folder, unit.work, alone)
     remove(unit.staging)
 
 
@@ -235,7 +235,7 @@ def _commit(unit: Unit, made: list[Path]) -> None:
         return  # there is nothing, and there was nothing
     files = {**(earlier if unit.revises else {}), **staged}
     asked, replaces = old.results.get(unit.command, unit) if unit.revises else unit, tuple(sorted(gone - {*files}))
-    result = Result(run_of(unit.command, files), files, replaces, asked.question, asked.answer)
+    result = RunResult(run_of(unit.command, files), files, replaces, asked.question, asked.answer)
     synced(unit.staging)
     unit.staging = unit.staging.rename(result.waiting(folder))
     written = unit.work / MANIFEST
@@ -248,7 +248,7 @@ def _commit(unit: Unit, made: list[Path]) -> None:
     os.replace(written, folder / MANIFEST)
 
 
-def _manifest_with(old: Manifest, command: str, result: Result) -> str:
+def _manifest_with(old: Manifest, command: str, result: RunResult) -> str:
     """The text of a manifest with one more result; without an answer that would make it too long to be read."""
     text = old.with_result(command, result).to_json()
     if len(text) <= LARGEST_TEXT // 2:

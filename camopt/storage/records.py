@@ -1,6 +1,6 @@
 """Records of a journal, each with its length and digest: what was cut short, or is damaged, is known.
 
-A file starts with ``MAGIC``. A part of a sweep is a journal whose last record is ``END``.
+A file starts with ``JOURNAL_MAGIC``. A part of a sweep is a journal whose last record is ``END_RECORD``.
 """
 
 import os
@@ -9,14 +9,14 @@ from hashlib import sha256
 from struct import Struct
 from typing import BinaryIO
 
-from camopt.storage.files import AT_ONCE
+from camopt.storage.files import BYTES_AT_ONCE
 
-MAGIC = b"camopt journal 1\n"
+JOURNAL_MAGIC = b"camopt journal 1\n"
 HEAD = Struct("<Q32s")  # length and digest of a record
-END = b"end"
+END_RECORD = b"end"
 
 
-def packed(payload: bytes) -> bytes:
+def record(payload: bytes) -> bytes:
     """A record: length, digest, payload."""
     return HEAD.pack(len(payload), sha256(payload).digest()) + payload
 
@@ -25,7 +25,7 @@ def records(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
     """The records of a journal, each with where it ends, up to where it is whole."""
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
-    if file.read(len(MAGIC)) != MAGIC:
+    if file.read(len(JOURNAL_MAGIC)) != JOURNAL_MAGIC:
         return
     while len(head := file.read(HEAD.size)) == HEAD.size:
         length, digest = HEAD.unpack(head)
@@ -38,17 +38,17 @@ def records(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
 def whole_until(file: BinaryIO) -> tuple[int, bool]:
     """Up to where a journal is whole, and whether that is its end; of records of any length, in bounded memory."""
     file.seek(0)
-    whole, digest = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else 0, b""
+    whole, digest = len(JOURNAL_MAGIC) if file.read(len(JOURNAL_MAGIC)) == JOURNAL_MAGIC else 0, b""
     while whole and len(head := file.read(HEAD.size)) == HEAD.size:
         length, digest = HEAD.unpack(head)
         found = sha256()
-        while length and (data := file.read(min(length, AT_ONCE))):
+        while length and (data := file.read(min(length, BYTES_AT_ONCE))):
             found.update(data)
             length -= len(data)
         if length or found.digest() != digest:
             break
         whole = file.tell()
-    return whole, digest == sha256(END).digest() and whole == file.seek(0, os.SEEK_END)
+    return whole, digest == sha256(END_RECORD).digest() and whole == file.seek(0, os.SEEK_END)
 
 
 def damage_of(file: BinaryIO) -> str:

@@ -17,15 +17,15 @@ from typing import Any, BinaryIO
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.storage.files import AT_ONCE
+from camopt.storage.files import BYTES_AT_ONCE
 
-KEYS = PAGES, FOOTER = "camopt_pages", "camopt_footer"
+SEAL_KEYS = PAGES, FOOTER = "camopt_pages", "camopt_footer"
 OLD_KEY = "camopt_rows"
 """What the seal of earlier tables has besides."""
 BLANK = "0" * 64
 ROWS_IN_GROUP = 1 << 17
 LONGEST_FOOTER = 1 << 28  # bytes: those of a table of a terabyte
-END = 8
+FOOTER_BYTES = 8
 """Bytes at the end of a Parquet file: the length of the footer, and PAR1."""
 
 
@@ -44,7 +44,7 @@ def sealed(file: BinaryIO, layout: pa.Schema, **options: Any) -> Iterator[Callab
     """
     with pq.ParquetWriter(file, layout, compression="zstd", write_page_checksum=True, **options) as parquet:
         yield partial(parquet.write_table, row_group_size=ROWS_IN_GROUP)
-        parquet.add_key_value_metadata(dict.fromkeys(KEYS, BLANK))
+        parquet.add_key_value_metadata(dict.fromkeys(SEAL_KEYS, BLANK))
     close_seal(file)
 
 
@@ -56,7 +56,7 @@ def close_seal(file: BinaryIO) -> None:
     file.flush()
 
 
-def is_whole(file: BinaryIO) -> bool:
+def is_intact(file: BinaryIO) -> bool:
     """Whether each byte of a sealed table is as it was written.
 
     Raises
@@ -76,7 +76,7 @@ def footer_of(file: BinaryIO) -> tuple[int, bytes]:
     ValueError
         If it would start before the file, or would be longer than any that camopt writes.
     """
-    length_at = file.seek(-END, os.SEEK_END)
+    length_at = file.seek(-FOOTER_BYTES, os.SEEK_END)
     length = int.from_bytes(file.read(4), "little")
     start = length_at - length
     if start < 0 or length > LONGEST_FOOTER:
@@ -87,7 +87,7 @@ def footer_of(file: BinaryIO) -> tuple[int, bytes]:
 
 def _with_digests(file: BinaryIO, start: int, footer: bytes) -> bytes:
     """A footer with the digests that belong into it."""
-    pages, own = (_place(key, footer) for key in KEYS)
+    pages, own = (_place(key, footer) for key in SEAL_KEYS)
     found = bytearray(footer)
     found[pages], found[own] = _digest(file, start).encode(), BLANK.encode()
     found[own] = sha256(found).hexdigest().encode()
@@ -106,7 +106,7 @@ def _digest(file: BinaryIO, size: int) -> str:
     """SHA-256 of the first bytes of a file, which are read in parts."""
     digest = sha256()
     file.seek(0)
-    while size > 0 and (part := file.read(min(AT_ONCE, size))):
+    while size > 0 and (part := file.read(min(BYTES_AT_ONCE, size))):
         digest.update(part)
         size -= len(part)
     return digest.hexdigest()
@@ -114,5 +114,5 @@ def _digest(file: BinaryIO, size: int) -> str:
 
 def without_seal(layout: pa.Schema) -> pa.Schema:
     """A schema as it was given to be written; pyarrow reads the seal as a part of its metadata."""
-    seal = {key.encode() for key in (*KEYS, OLD_KEY)}
+    seal = {key.encode() for key in (*SEAL_KEYS, OLD_KEY)}
     return layout.with_metadata({k: value for k, value in (layout.metadata or {}).items() if k not in seal})

@@ -9,14 +9,14 @@ from typing import Any, BinaryIO
 import pyarrow as pa
 
 from camopt.mistakes import BadInput, Mistake
-from camopt.storage.damage import TROUBLE, Fault, open_table, raise_if_of_the_disk
+from camopt.storage.damage import ARROW_ERRORS, TableFault, open_table, raise_if_of_the_disk
 from camopt.storage.files import whole_file
 from camopt.storage.manifest import settled_file
 from camopt.storage.seal import sealed, without_seal
 
 TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
 COLUMN_TYPES = (*TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
-SCENE = b"camopt_scene"
+SCENE_KEY = b"camopt_scene"
 
 
 def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
@@ -68,9 +68,9 @@ def _refused(path: str | os.PathLike[str]) -> Iterator[None]:
         yield
     except BadInput:
         raise
-    except Fault as fault:
+    except TableFault as fault:
         raise no_table(path, f"this is {fault}") from None
-    except TROUBLE as trouble:
+    except ARROW_ERRORS as trouble:
         raise_if_of_the_disk(trouble)
         why = f"this is none: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
         raise no_table(path, why) from None
@@ -90,7 +90,7 @@ def _oddity(layout: pa.Schema) -> str:
     if len({*layout.names}) < len(layout.names):
         return "two of its columns have the same name"
     try:
-        said = about(layout)
+        said = table_facts(layout)
     except (ValueError, RecursionError):
         return "its metadata are not text, or its front is not JSON"
     front = {"points": int, "hypervolume": float | int}
@@ -106,7 +106,7 @@ def _has(said: Any, kinds: Mapping[str, Any]) -> bool:
     )
 
 
-def about(layout: pa.Schema) -> dict[Hashable | None, Any]:
+def table_facts(layout: pa.Schema) -> dict[Hashable | None, Any]:
     """What the metadata say of a table."""
     columns = {field.name: _decoded(field.metadata) for field in layout}
     whole = _decoded(layout.metadata)

@@ -5,12 +5,12 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from camopt.storage.files import WORK
+from camopt.storage.files import WORK_FOLDER
 
 JOURNAL = ".journal"
-TABLE, PART = ".parquet", ".sweep"
+TABLE_ENDING, PART_ENDING = ".parquet", ".sweep"
 """Endings of tables, and of parts of a sweep."""
-DATA = (TABLE, PART)
+DATA = (TABLE_ENDING, PART_ENDING)
 """Endings of files that nobody edits: those that are not as they were written are damaged, and are replaced."""
 
 
@@ -72,4 +72,4 @@ def name_of_part(part: int, parts: int) -> str:
 
 def journal_path(folder: Path, command: str) -> Path:
     """Where a command keeps what it has done of a result in a folder."""
-    return folder / WORK / f"{command}{JOURNAL}"
+    return folder / WORK_FOLDER / f"{command}{JOURNAL}"

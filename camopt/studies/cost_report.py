@@ -16,7 +16,7 @@ from camopt.studies.accuracy.subjects import designs_of
 from camopt.studies.called import Called, what_runs
 from camopt.verdicts.judging import extended
 
-RUNS = 3
+COST_RUNS = 3
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def _timed_on(scene: Scene) -> tuple[Problem, Designs]:
 def _timed(work: Callable[[], Rows]) -> tuple[Rows, float]:
     """What some work gives, and the least time of a few runs in seconds, the first of them apart."""
     found, times = work(), []
-    for _ in range(RUNS):
+    for _ in range(COST_RUNS):
         start = perf_counter()
         work()
         times.append(perf_counter() - start)

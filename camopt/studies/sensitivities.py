@@ -23,12 +23,12 @@ from camopt.mistakes import UnknownName, nearest
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, exactly, resolve_design, size_keys
 from camopt.problem.settings import OF_PROBLEM
-from camopt.quantities import NUMBERS, QUANTITIES
+from camopt.quantities import NUMBER_COLUMNS, QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.verdicts.judging import run_effects
 
-STEP = 1e-3  # of what a variable is of the order of: the error of the formula is its fourth power
-STEPS = np.array([-2.0, -1.0, 1.0, 2.0])
+STEP_SHARE = 1e-3  # of what a variable is of the order of: the error of the formula is its fourth power
+STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])
 CENTRAL = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 KINK = 1e-4  # of a slope, or of the quantity over the variable's order: two sides that differ by more make a kink
 
@@ -130,7 +130,7 @@ def sensitivities(scene: Scene) -> Sensitivities:
     """
     problem = exactly(resolve_design(scene))
     variables = _variables(problem, scene)
-    numbers = {key: value for key, (value, _) in variables.items() if key in NUMBERS}
+    numbers = {key: value for key, (value, _) in variables.items() if key in NUMBER_COLUMNS}
     freed, names = problem.freed(numbers), [n for n in problem.wanted if QUANTITIES[n].kind is float]
     around = _around(problem.design, variables)
     columns = run_effects(Case(freed.setup, freed.programme, around), names).columns
@@ -140,8 +140,8 @@ def sensitivities(scene: Scene) -> Sensitivities:
         column = np.where(exists, np.broadcast_to(columns[name], len(around)), np.nan).astype(float)
         values[name] = float(column[0])
         for number, (key, (_, order)) in enumerate(variables.items()):
-            beside = column[1 + len(STEPS) * number : 1 + len(STEPS) * (number + 1)]
-            found[name, key] = _slope(column[0], beside, STEP * order)
+            beside = column[1 + len(STENCIL) * number : 1 + len(STENCIL) * (number + 1)]
+            found[name, key] = _slope(column[0], beside, STEP_SHARE * order)
     return Sensitivities(scene, values, found)
 
 
@@ -157,11 +157,11 @@ def _variables(problem: Problem, scene: Scene) -> dict[str, tuple[float, float]]
 def _around(design: Designs, variables: Mapping[str, tuple[float, float]]) -> Designs:
     """The cam, and for each variable those with a little less and a little more of it."""
     values: dict[str, Any] = {}
-    count = 1 + len(STEPS) * len(variables)
+    count = 1 + len(STENCIL) * len(variables)
     for number, (key, (value, order)) in enumerate(variables.items()):
         column = np.full(count, value)
-        column[1 + len(STEPS) * number : 1 + len(STEPS) * (number + 1)] += STEPS * STEP * order
-        values[FIELDS.get(key.partition(".")[2], key) if key not in NUMBERS else key] = column
+        column[1 + len(STENCIL) * number : 1 + len(STENCIL) * (number + 1)] += STENCIL * STEP_SHARE * order
+        values[FIELDS.get(key.partition(".")[2], key) if key not in NUMBER_COLUMNS else key] = column
     return design.take(np.zeros(count, dtype=int)).with_values(values)
 
 
@@ -172,7 +172,9 @@ def _slope(value: float, beside: FloatArray, step: float) -> Sensitivity:
         below = float(change[0] - 4.0 * change[1]) / (2.0 * step)
         above = float(4.0 * change[2] - change[3]) / (2.0 * step)
         middle = float(CENTRAL @ change) / step
-    known = KINK * max(abs(below), abs(above), abs(value) * STEP / step) if np.isfinite(below + above) else 0.0
+    known = (
+        KINK * max(abs(below), abs(above), abs(value) * STEP_SHARE / step) if np.isfinite(below + above) else 0.0
+    )
     smooth = np.isfinite(middle) and abs(above - below) <= known
     return Sensitivity(middle if smooth else None, _finite(below), _finite(above))
 

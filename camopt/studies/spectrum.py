@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.drawing.plot import plot
-from camopt.effects.vibration import acceleration, corners
+from camopt.effects.vibration import corners, mass_acceleration
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.motion.law import Law
@@ -28,7 +28,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave, damped, from_rest
 from camopt.numerics.wave_extremes import largest, largest_magnitude
 from camopt.problem.problem import resolve
-from camopt.problem.rows import Rows, joined
+from camopt.problem.rows import Rows, concatenate_rows
 from camopt.shown import Drawn
 from camopt.version import VERSION
 
@@ -39,11 +39,11 @@ SPECTRUM = ("spectrum.parquet", "spectrum.svg")
 DRAWN = ("cycloidal", "modified-sine", "modified-trapezoid", "harmonic", "poly345", "poly4567")
 RATIOS = np.linspace(0.1, 10.0, 397)  # every whole number and quarter among them
 ALLOWED = (1e-3, 1e4)
-AT_ONCE = 1 << 14  # panels, each with a polynomial of its own
+PANELS_AT_ONCE = 1 << 14  # panels, each with a polynomial of its own
 
 
 @dataclass(frozen=True)
-class Column:
+class SpectrumColumn:
     """A column of a spectrum: its unit, symbol and sentence."""
 
     unit: str
@@ -52,14 +52,16 @@ class Column:
     kind: type = float
 
 
-COLUMNS = {
-    "law": Column("", "", "Motion law of the rise.", str),
-    "period_ratio": Column("", "t₁/T_n", "Time of the rise over the natural period of the train."),
-    "damping_ratio": Column("", "ζ", "Damping ratio of the train."),
-    "residual": Column("lift", "A", "Amplitude of the vibration at the start of the dwell after the rise."),
-    "overshoot": Column("lift", "", "Largest travel of the mass beyond the lift."),
-    "deflection": Column("lift", "z", "Largest |x − y| during the rise and after it."),
-    "acceleration": Column("lift/t₁²", "C_a", "Largest |acceleration| of the mass, with the rise's time as unit."),
+SPECTRUM_COLUMNS = {
+    "law": SpectrumColumn("", "", "Motion law of the rise.", str),
+    "period_ratio": SpectrumColumn("", "t₁/T_n", "Time of the rise over the natural period of the train."),
+    "damping_ratio": SpectrumColumn("", "ζ", "Damping ratio of the train."),
+    "residual": SpectrumColumn("lift", "A", "Amplitude of the vibration at the start of the dwell after the rise."),
+    "overshoot": SpectrumColumn("lift", "", "Largest travel of the mass beyond the lift."),
+    "deflection": SpectrumColumn("lift", "z", "Largest |x − y| during the rise and after it."),
+    "acceleration": SpectrumColumn(
+        "lift/t₁²", "C_a", "Largest |acceleration| of the mass, with the rise's time as unit."
+    ),
 }
 
 
@@ -111,7 +113,7 @@ def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, damping_ratio:
     [0.5, 0.0243]
     """
     chosen, λ = _checked(law, ratios, damping_ratio)
-    at_once = max(1, AT_ONCE // len(_rise(chosen).table.half_width))
+    at_once = max(1, PANELS_AT_ONCE // len(_rise(chosen).table.half_width))
     parts = [λ[k : k + at_once].tolist() for k in range(0, len(λ), at_once)]
     found = [_responses(chosen, tuple(part), float(damping_ratio)) for part in parts]
     values = np.concatenate(found, axis=1) if found else np.zeros((4, 0))
@@ -151,7 +153,7 @@ def _responses(law: Law, ratios: tuple[float, ...], damping: float) -> FloatArra
             wave.amplitude[:, -1],
             np.maximum(largest(wave.over(beyond)).value, 0.0),
             largest_magnitude(wave).value,
-            largest_magnitude(acceleration(wave, frequency[:, None])).value,
+            largest_magnitude(mass_acceleration(wave, frequency[:, None])).value,
         ]
     )
 
@@ -182,7 +184,9 @@ def spectrum(scene: "Scene") -> "Rows":
     laws = {name: LAWS[name] for name in DRAWN}
     laws |= {stroke.law.NAME: stroke.law for stroke in problem.programme.strokes if stroke.law}
     damping = problem.setup.dynamics.damping_ratio
-    return joined(Rows(response_spectrum(law, damping_ratio=damping), len(RATIOS)) for law in laws.values())
+    return concatenate_rows(
+        Rows(response_spectrum(law, damping_ratio=damping), len(RATIOS)) for law in laws.values()
+    )
 
 
 def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, Path]:
@@ -199,7 +203,7 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     from camopt.tables.table import to_table
 
     fields = []
-    for name, column in COLUMNS.items():
+    for name, column in SPECTRUM_COLUMNS.items():
         about = {"unit": column.unit, "symbol": column.symbol, "description": column.sentence}
         fields.append(pa.field(name, TYPES[column.kind], nullable=False, metadata=about))
     layout = pa.schema(fields, metadata={"camopt_version": VERSION})
@@ -208,7 +212,8 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     write_table(to_table(rows, layout), table)
     laws = rows.column("law")
     each = [
-        Spectrum((name, rows.column(name)[laws == law]) for name in COLUMNS) for law in dict.fromkeys(laws.tolist())
+        Spectrum((name, rows.column(name)[laws == law]) for name in SPECTRUM_COLUMNS)
+        for law in dict.fromkeys(laws.tolist())
     ]
     plot(each, picture)
     return table, picture

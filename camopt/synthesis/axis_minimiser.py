@@ -16,10 +16,10 @@ import numpy as np
 
 from camopt.mistakes import Unsolved
 from camopt.scene.scene import Scene
-from camopt.scene.tables import TERMS
-from camopt.synthesis.cams import cam_for, programme_with, scene_with, term_of, within
+from camopt.scene.tables import OBJECTIVE_TERMS
+from camopt.synthesis.cams import cam_for, programme_with, scene_with_laws, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
-from camopt.synthesis.convex import Convex, convex
+from camopt.synthesis.convex import SOLVER_ERROR, Convex, convex
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, iterate_of
@@ -27,23 +27,22 @@ from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesise import (
-    MARGINS,
-    PANELS,
-    SOLVER_ERROR,
+    LIMIT_MARGINS,
+    PANEL_COUNTS,
     WORSE,
     best_of,
     gentlest,
     lowered,
-    placed,
+    starting_laws,
     tightened,
 )
 from camopt.synthesis.synthesised import Synthesis
-from camopt.tables.designs import Design, chosen
+from camopt.tables.designs import Design, scene_with_row
 from camopt.verdicts.evaluation import evaluate
 
-TRIES = 2  # starts of convex steps: those that promise most
-NEAR = 1e-3  # relative: of a quantity's value, which says where to look; what a cam has of it is its own
-ROUNDING = 1e-9  # relative: of a value that a cam holds
+STARTS = 2  # starts of convex steps: those that promise most
+LOOKING_ERROR = 1e-3  # relative: of a quantity's value, which says where to look; what a cam has of it is its own
+HELD_SHARE = 1e-9  # relative: of a value that a cam holds
 LARGER = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)  # by which a cam may be larger than the steps say, for a solver's error
 
 
@@ -59,22 +58,22 @@ class AxisMinimiser:
 
     def __init__(self, scene: Scene, axes: Sequence[str], first: str, held: Sequence[str]) -> None:
         self.scene, self.axes, self.first = scene, axes, first
-        demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in TERMS})
+        demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in OBJECTIVE_TERMS})
         self.keys = {name: key for name, key in quantities(demand.problem).items() if name in (first, *held)}
         self.demand = replace(demand, objective={} if first in self.keys else {first: 1.0})
-        self.held = {term: cp.Parameter(nonneg=True) for term in held if term in TERMS}
+        self.held = {term: cp.Parameter(nonneg=True) for term in held if term in OBJECTIVE_TERMS}
         self.known: list[Iterate] | None = None
 
     @cached_property
     def free(self) -> Convex:
         """The programme of free laws."""
-        return convex(tightened(self.demand, MARGINS[0]), SplineMotion, self.held)
+        return convex(tightened(self.demand, LIMIT_MARGINS[0]), SplineMotion, self.held)
 
     @cached_property
     def relaxed(self) -> Convex:
         """What bounds it for any motion, whatever the quantities."""
         wider = tightened(self.demand, -SOLVER_ERROR)
-        return convex(wider, partial(RelaxedMotion, PANELS[0]), self.held)
+        return convex(wider, partial(RelaxedMotion, PANEL_COUNTS[0]), self.held)
 
     @cached_property
     def steps(self) -> SequentialConvex:
@@ -91,18 +90,18 @@ class AxisMinimiser:
         self, value: Mapping[str, float], starts: Sequence[Iterate] = (), bounded: bool = True
     ) -> FrontierCam | None:
         """The best cam with the other axes held at values; None if none is found."""
-        if not value and self.first in TERMS:
+        if not value and self.first in OBJECTIVE_TERMS:
             return self._end()
         scene, demand, best = self.scene.with_values(self._limits(value)), self._demand(value), None
         for laws in self._candidates(demand, value, starts):
             row = self._row(scene, demand, laws, value)
             if row and (best is None or row[self.first] < best.row[self.first]):
                 best = FrontierCam(row, laws)
-            if best and self.first in TERMS and self._close(best.row[self.first]):
+            if best and self.first in OBJECTIVE_TERMS and self._close(best.row[self.first]):
                 break
         if best is None:
             return None
-        local = self.first not in TERMS or not self._close(best.row[self.first])
+        local = self.first not in OBJECTIVE_TERMS or not self._close(best.row[self.first])
         bound = self._bound(value, best) if bounded else None
         return best._replace(row=best.row | {"bound": bound, "local": local})
 
@@ -142,7 +141,7 @@ class AxisMinimiser:
         self, demand: Demand, value: Mapping[str, float], starts: Sequence[Iterate]
     ) -> Iterator[Iterate]:
         """Free laws for a value: what the programme gives, and bent below the ceilings if need be."""
-        self.optimum = self._solve(self.free, value, MARGINS[bool(self.keys)])
+        self.optimum = self._solve(self.free, value, LIMIT_MARGINS[bool(self.keys)])
         if self.optimum == inf:
             return
         plain = iterate_of(self.free)
@@ -153,13 +152,13 @@ class AxisMinimiser:
         if ceilings or self.lowered:
             every = [least_jerk, *starts, *self._placed(least_jerk)]
             if value:  # not the end of an axis, where every start of ``synthesise`` is tried
-                every = self.steps.ranked([plain, *every], ceilings, self.lowered)[:TRIES]
+                every = self.steps.ranked([plain, *every], ceilings, self.lowered)[:STARTS]
             yield from (self.steps.run(each, ceilings, self.lowered) for each in every)
 
     def _placed(self, plain: Iterate) -> list[Iterate]:
         """Known laws on their smallest cams, which do not depend on the values."""
         if self.known is None:
-            self.known = placed(self.demand, plain, objective_in(self.scene.synthesis))
+            self.known = starting_laws(self.demand, plain, objective_in(self.scene.synthesis))
         return self.known
 
     def _close(self, objective: float) -> bool:
@@ -177,13 +176,13 @@ class AxisMinimiser:
         if cam is None:
             return None
         row = self._terms(cam, laws)
-        loose = {axis: NEAR if axis in self.keys else ROUNDING for axis in value}
+        loose = {axis: LOOKING_ERROR if axis in self.keys else HELD_SHARE for axis in value}
         return row if all(row[axis] <= value[axis] * (1.0 + loose[axis]) for axis in value) else None
 
     def _terms(self, cam: Synthesis, laws: Iterate) -> dict[str, Any]:
         """The row of a cam: its axes, its quantities and its scene."""
         programme, size = programme_with(self.demand, laws), cam.design[self.demand.problem.size_name]
-        terms = {axis: term_of(self.demand, programme, axis, size) for axis in self.axes if axis in TERMS}
+        terms = {axis: term_of(self.demand, programme, axis, size) for axis in self.axes if axis in OBJECTIVE_TERMS}
         return {**terms, **cam.design, "scene": cam.scene.to_toml()}
 
     def _as_solved(self, laws: Iterate) -> Synthesis | None:
@@ -193,13 +192,13 @@ class AxisMinimiser:
         a load decides.
         """
         demand = self.demand
-        scene, name = scene_with(self.scene, demand, laws), demand.problem.size_name
+        scene, name = scene_with_laws(self.scene, demand, laws), demand.problem.size_name
         lead, height = (demand.length * each for each in laws[:2])
         prime = max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])
         offset = demand.problem.design.sense * lead
         sizes = {"offset_mm": offset, "roller_radius_mm": demand.body, "face_radius_mm": demand.body}
         for larger in LARGER:
-            cam = chosen(scene, {**sizes, name: prime * (1.0 + larger) - demand.roller})
+            cam = scene_with_row(scene, {**sizes, name: prime * (1.0 + larger) - demand.roller})
             found = evaluate(cam)
             if found["feasible"]:
                 return Synthesis(self.scene, cam, Design(found, cam), 0.0)

@@ -15,7 +15,7 @@ from camopt.motion.law import is_still
 from camopt.motion.programme import Programme, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
-from camopt.motion.table import RETURN, RISE, TURN
+from camopt.motion.table import ALL_STROKES, RETURN, RISE
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.space import boxes_of
@@ -24,13 +24,13 @@ from camopt.smallest.optimise import SECONDS, Optimum, optimise
 from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
 from camopt.synthesis.convex import SQUARES
-from camopt.synthesis.demand import ORDERS, Demand
+from camopt.synthesis.demand import TERM_ORDERS, Demand
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.synthesised import Synthesis, free_names
-from camopt.tables.designs import Design, chosen
+from camopt.tables.designs import Design, scene_with_row
 
-NOTHING = 1e-12  # of the range of a derivative: rounding
+LEAST_DERIVATIVE = 1e-12  # of the range of a derivative: rounding
 OFF = (1e-6, 1e-5, 1e-3, 0.1)  # of the lift by the stroke's angle: by how much a solver may miss a condition
 
 OWN_MOVES = "own moves"
@@ -45,12 +45,12 @@ def known_laws(scene: Scene) -> dict[str, Design]:
     sought = scene if named or not chosen_by_law else scene.with_values({"search.law": tuple(known)})
     found = smallest_cams(sought).by_law
     own = scene.with_values(dict.fromkeys(("search.law", "search.law_rise", "search.law_return"), ()))
-    if not any(own_laws(scene) == law_names_of(row) for row in found.values()):
+    if not any(own_law_names(scene) == law_names_of(row) for row in found.values()):
         found = {**found, **smallest_cams(own).by_law}
     return found
 
 
-def own_laws(scene: Scene) -> tuple[str, str]:
+def own_law_names(scene: Scene) -> tuple[str, str]:
     """The names of the scene's own laws, of rises and of returns, as the rows of designs have them."""
     programme = resolve(scene).programme
     return programme.law_names(RISE), programme.law_names(RETURN)
@@ -68,7 +68,7 @@ def known_row(demand: Demand, row: Design) -> Design:
     programme, size = problem.with_laws(*names), row[problem.size_name]
     terms = {name: term_of(demand, programme, name, size) for name in demand.objective}
     smooth = all(jump.order > demand.rest for jump in programme.jumps)
-    small = size + demand.roller <= demand.prime[1] * (1.0 + NOTHING)
+    small = size + demand.roller <= demand.prime[1] * (1.0 + LEAST_DERIVATIVE)
     known: dict[str, Any] = {**terms, **row, "within": small and smooth and within(demand, programme)}
     return Design(known, row.searched)
 
@@ -108,7 +108,7 @@ def _size_key(problem: Problem) -> str:
     return problem.setup.mechanism.body.size
 
 
-def scene_with(scene: Scene, demand: Demand, found: Iterate) -> Scene:
+def scene_with_laws(scene: Scene, demand: Demand, found: Iterate) -> Scene:
     """The scene of a demand with free laws in place of its own."""
     data, strokes = scene.to_dict(), iter(strokes_with(demand, found))
     laws = data.setdefault("laws", {})
@@ -151,8 +151,8 @@ def within(demand: Demand, programme: Programme) -> bool:
     """Whether a motion itself, not a solver's word, holds the limits on it and the conditions."""
     for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
         for order, (low, high) in ranges.items():
-            least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
-            rounding = NOTHING * max(abs(end) for end in (low, high) if isfinite(end))
+            least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
+            rounding = LEAST_DERIVATIVE * max(abs(end) for end in (low, high) if isfinite(end))
             if least < low - rounding or largest > high + rounding:
                 return False
     if demand.residual is not None and term_of(demand, programme, residual.TERM, 0.0) > demand.residual:
@@ -175,7 +175,7 @@ def _meets(demand: Demand, stroke: Stroke, up: float, condition: Condition) -> b
 
 def cam_for(asked: Scene, demand: Demand, found: Iterate) -> Synthesis | None:
     """The smallest cam for free laws, proved, under every limit of the scene; None if there is none."""
-    scene = scene_with(asked, demand, found)
+    scene = scene_with_laws(asked, demand, found)
     best = smallest_cams(scene).best
     if best is None:
         return None
@@ -183,7 +183,7 @@ def cam_for(asked: Scene, demand: Demand, found: Iterate) -> Synthesis | None:
     if best[size] + demand.roller > demand.prime[1]:
         return None
     objective = objective_of(demand, found, best[size])
-    return Synthesis(asked, chosen(scene, best), best, objective)
+    return Synthesis(asked, scene_with_row(scene, best), best, objective)
 
 
 def objective_of(demand: Demand, found: Iterate, size: float) -> float:
@@ -198,6 +198,6 @@ def term_of(demand: Demand, programme: Programme, name: str, size: float) -> flo
         return size
     if name == residual.TERM:
         return float(demand.per_unit[name] * vibration(programme, *demand.train).residual)
-    if name in ORDERS:
-        return demand.per_unit[name] * peak(programme, ORDERS[name], TURN)
+    if name in TERM_ORDERS:
+        return demand.per_unit[name] * peak(programme, TERM_ORDERS[name], ALL_STROKES)
     return demand.per_unit[name] * root_mean_square(programme, SQUARES[name])

@@ -17,17 +17,17 @@ from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.state import Load, State
 from camopt.problem.claims import Claim
-from camopt.problem.limits import LOADS, limited_quantity
+from camopt.problem.limits import LOAD_LIMITS, limited_quantity
 from camopt.problem.problem import Problem, strictest
 from camopt.quantities import AT_MOST, QUANTITIES
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.linear_constraints import is_linear
 from camopt.synthesis.residual import TERM
 
-EACH, FEWEST = 6, 288  # samples of a piece, and of a stroke
+PIECE_SAMPLES, STROKE_SAMPLES = 6, 288  # samples of a piece, and of a stroke
 OF_DWELL = 24  # samples of a dwell, for a load that changes over it
-STEP = 6e-6  # of central differences, of a derivative's order: the cube root of the rounding
-ORDERS = 4  # y, y', y'' and y'''
+DIFFERENCE_STEP = 6e-6  # of central differences, of a derivative's order: the cube root of the rounding
+LAW_ORDERS = 4  # y, y', y'' and y'''
 
 LeadAndHeight = tuple[float, float]
 """e and s₀, mm."""
@@ -35,7 +35,7 @@ LeadAndHeight = tuple[float, float]
 
 def quantities(problem: Problem) -> dict[str, str]:
     """The quantities that are the largest value of a curve, each with its key in [limits]."""
-    given = {limited_quantity(key, problem.setup): key for key in LOADS if key != TERM}
+    given = {limited_quantity(key, problem.setup): key for key in LOAD_LIMITS if key != TERM}
     return {name: key for name, key in given.items() if QUANTITIES[name].relation == AT_MOST}
 
 
@@ -64,7 +64,7 @@ class TangentPlanes:
 
 def samples(demand: Demand, stroke: Stroke) -> FloatArray:
     """Where a stroke is looked at: x of the unit stroke, between the ends of pieces."""
-    count = OF_DWELL if stroke.kind == DWELL else max(demand.splines.pieces * EACH, FEWEST)
+    count = OF_DWELL if stroke.kind == DWELL else max(demand.splines.pieces * PIECE_SAMPLES, STROKE_SAMPLES)
     return (np.arange(count) + 0.5) / count
 
 
@@ -121,13 +121,13 @@ class Sampled:
     def planes(self, ceilings: Sequence[Claim], state: FloatArray, sizes: LeadAndHeight) -> TangentPlanes:
         """The tangent planes of the curves, for motions and sizes in units of the programme."""
         scale, length, (lead, height) = self.demand.scale, self.demand.length, sizes
-        fast = 1.0 / self.stroke.angle ** np.arange(ORDERS)
-        moved = np.array([1.0, -1.0])[:, None] * STEP * scale * fast  # up and down: (2, ORDERS)
-        states = state[:, None, None] + np.einsum("so,ko->kso", moved, np.eye(ORDERS))[..., None]
+        fast = 1.0 / self.stroke.angle ** np.arange(LAW_ORDERS)
+        moved = np.array([1.0, -1.0])[:, None] * DIFFERENCE_STEP * scale * fast  # up and down: (2, ORDERS)
+        states = state[:, None, None] + np.einsum("so,ko->kso", moved, np.eye(LAW_ORDERS))[..., None]
         near = np.broadcast_to(state[:, None, None], states.shape)
-        values = self.values(ceilings, states.reshape(ORDERS, -1), sizes, near.reshape(ORDERS, -1))
-        by_order = values.reshape(len(values), 2, ORDERS, -1).transpose(1, 2, 0, 3)
-        by = STEP * length
+        values = self.values(ceilings, states.reshape(LAW_ORDERS, -1), sizes, near.reshape(LAW_ORDERS, -1))
+        by_order = values.reshape(len(values), 2, LAW_ORDERS, -1).transpose(1, 2, 0, 3)
+        by = DIFFERENCE_STEP * length
         return TangentPlanes(
             self.values(ceilings, state, sizes),
             _slopes(*by_order) / fast[:, None, None],
@@ -142,7 +142,7 @@ class Sampled:
 def _slopes(up: FloatArray, down: FloatArray) -> FloatArray:
     """Central differences, of values a step up and a step down."""
     with np.errstate(all="ignore"):
-        return np.asarray(np.nan_to_num((up - down) / (2.0 * STEP), posinf=0.0, neginf=0.0))
+        return np.asarray(np.nan_to_num((up - down) / (2.0 * DIFFERENCE_STEP), posinf=0.0, neginf=0.0))
 
 
 def _design(demand: Demand, sizes: LeadAndHeight) -> Designs:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from camopt.scene.scene import Scene
-from camopt.synthesis.cams import OWN_MOVES, known_laws, known_row, law_names_of, own_laws
+from camopt.synthesis.cams import OWN_MOVES, known_laws, known_row, law_names_of, own_law_names
 from camopt.synthesis.from_scene import demand_of
 from camopt.tables.designs import Design
 
@@ -22,7 +22,7 @@ class KnownLaws:
     @property
     def own(self) -> str | None:
         """The key of the scene's own laws; None if no cam with them is feasible."""
-        return next((law for law, row in self.rows.items() if law_names_of(row) == own_laws(self.scene)), None)
+        return next((law for law, row in self.rows.items() if law_names_of(row) == own_law_names(self.scene)), None)
 
     @property
     def best(self) -> str | None:

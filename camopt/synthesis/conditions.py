@@ -14,12 +14,12 @@ import numpy as np
 
 from camopt.motion.conditions import Condition
 from camopt.motion.programme import Programme
-from camopt.motion.segments import start_of
+from camopt.motion.segments import start_position
 from camopt.motion.stroke import Stroke
 from camopt.problem.problem import Problem
 
-SAME = 1e-9  # of the lift: levels nearer than that are one
-LOOKED = 3601  # angles of a turn at which its lowest is looked for
+SAME_LEVEL = 1e-9  # of the lift: levels nearer than that are one
+LOWEST_SAMPLES = 3601  # angles of a turn at which its lowest is looked for
 
 
 class Ground(NamedTuple):
@@ -37,13 +37,13 @@ class Ground(NamedTuple):
 def ground_of(problem: Problem) -> Ground:
     """The lowest position that is given, or else that of the scene's own motion."""
     programme, unit = problem.programme, problem.programme.unit
-    zero = start_of(problem.segments) - programme.start
+    zero = start_position(problem.segments) - programme.start
     levels = _levels(programme)
     lowest = min(levels.kept)
-    beyond = [low for low in (*levels.left, *levels.allowed) if low < lowest + SAME * programme.lift]
-    rests = not any(low in levels.left or low < lowest - SAME * programme.lift for low in beyond)
+    beyond = [low for low in (*levels.left, *levels.allowed) if low < lowest + SAME_LEVEL * programme.lift]
+    rests = not any(low in levels.left or low < lowest - SAME_LEVEL * programme.lift for low in beyond)
     if not rests:
-        angles = np.linspace(0.0, programme.strokes[-1].end, LOOKED)
+        angles = np.linspace(0.0, programme.strokes[-1].end, LOWEST_SAMPLES)
         return Ground(programme.strokes, zero, unit, float(angles[programme.at(angles)[0].argmin()]))
     if lowest == 0.0:
         return Ground(programme.strokes, zero, unit, None)

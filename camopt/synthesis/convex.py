@@ -18,10 +18,10 @@ import cvxpy as cp
 from camopt.mistakes import Unsolved
 from camopt.motion.table import DWELL
 from camopt.synthesis import residual
-from camopt.synthesis.demand import ORDERS, Demand
+from camopt.synthesis.demand import TERM_ORDERS, Demand
 from camopt.synthesis.fixed_motion import FixedMotion
-from camopt.synthesis.rows import Rows, negative, stacked
-from camopt.synthesis.stroke_motion import MakeMotion, Range, Ranges, Sizes, StrokeMotion
+from camopt.synthesis.rows import ConvexRows, negated, stacked
+from camopt.synthesis.stroke_motion import DerivativeRange, MakeMotion, Ranges, Sizes, StrokeMotion
 
 SQUARES = {"acceleration_rms": 2, "jerk_rms": 3}
 
@@ -50,7 +50,7 @@ class Convex:
         status = solve(self.problem)
         if status in (cp.INFEASIBLE, cp.INFEASIBLE_INACCURATE):
             return inf
-        if status not in SOLVED:
+        if status not in SOLVER_ENDS:
             raise Unsolved(failed(status))
         return self.unit * float(self.problem.value)
 
@@ -69,7 +69,7 @@ class Convex:
         if self.demand.smooth:
             ends = [each.end(3, last) or [] for each in self.motions for last in (False, True)]
             joints = zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)
-            jumps = cp.norm1(stacked([[*after, *negative(before)] for before, after in joints]))
+            jumps = cp.norm1(stacked([[*after, *negated(before)] for before, after in joints]))
             jerk = jumps + sum(motion.variation() for motion in self.motions)
         else:
             jerk = cp.norm(cp.hstack([motion.square(3) for motion in self.motions]))
@@ -86,11 +86,12 @@ class Convex:
 
 
 def failed(status: str) -> str:
-    """A message of a solver's status, which is none of ``SOLVED``."""
+    """A message of a solver's status, which is none of ``SOLVER_ENDS``."""
     return f"the convex solver found no solution (it says {status.replace('_', ' ')})"
 
 
-SOLVED = (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
+SOLVER_ENDS = (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
+SOLVER_ERROR = 1e-6  # relative, of an optimum
 
 
 def solve(problem: Any) -> str:
@@ -112,13 +113,13 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     held = held or {}
     sizes = Sizes(cp.Variable(), cp.Variable(), cp.Variable())
     names = dict.fromkeys((*demand.objective, *held, *([] if demand.residual is None else [residual.TERM])))
-    largest = {name: cp.Variable() for name in names if name in ORDERS}
+    largest = {name: cp.Variable() for name in names if name in TERM_ORDERS}
     motions = [
         (make if stroke.is_free else FixedMotion)(demand, stroke, _ranges(demand, number, largest), sizes)
         for number, stroke in enumerate(demand.strokes)
     ]
     terms = {name: _term(demand, name, sizes, motions, largest) for name in names}
-    rows = Rows()
+    rows = ConvexRows()
     for each in (sizes.height, *largest.values()):  # as attributes they take cvxpy longer
         rows.at_least((1.0, each))
     reach = _of_sizes(demand, sizes, motions, rows)
@@ -138,13 +139,15 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
 
 def _ranges(demand: Demand, number: int, largest: Mapping[str, Any]) -> Ranges:
     """The ranges of a stroke's derivatives in units of the lift, its own and those over the turn."""
-    found: Ranges = {ORDERS[name]: [Range(-1.0, 1.0, variable)] for name, variable in largest.items()}
+    found: Ranges = {
+        TERM_ORDERS[name]: [DerivativeRange(-1.0, 1.0, variable)] for name, variable in largest.items()
+    }
     for order, (low, high) in demand.ranges[number].items():
-        found.setdefault(order, []).append(Range(low / demand.scale, high / demand.scale))
+        found.setdefault(order, []).append(DerivativeRange(low / demand.scale, high / demand.scale))
     return found
 
 
-def _of_sizes(demand: Demand, sizes: Sizes, motions: list[StrokeMotion], rows: Rows) -> list[Any]:
+def _of_sizes(demand: Demand, sizes: Sizes, motions: list[StrokeMotion], rows: ConvexRows) -> list[Any]:
     """The intervals of the sizes, but for what is no row; the size is that where the follower is lowest."""
     unit, height = demand.length, [(1.0, sizes.height)]
     if demand.dip is not None:
@@ -155,12 +158,12 @@ def _of_sizes(demand: Demand, sizes: Sizes, motions: list[StrokeMotion], rows: R
         if high < inf:
             rows.at_least((-1.0, size), (high / unit, 1.0))
     if not demand.traced:
-        rows.at_least((1.0, sizes.prime), *negative(height))
+        rows.at_least((1.0, sizes.prime), *negated(height))
         return []
     return [sizes.prime >= cp.norm(stacked([[(1.0, sizes.lead)], height]))]
 
 
-def _join(demand: Demand, motions: list[StrokeMotion], rows: Rows) -> None:
+def _join(demand: Demand, motions: list[StrokeMotion], rows: ConvexRows) -> None:
     """Hold together where two strokes meet: at rest beside a dwell, or else as smooth as the demand says."""
     for number, motion in enumerate(motions):
         before, stroke, last = motions[number - 1], demand.strokes[number], demand.strokes[number - 1]
@@ -176,11 +179,11 @@ def _join(demand: Demand, motions: list[StrokeMotion], rows: Rows) -> None:
             _equal(before, motion, order, rows)
 
 
-def _equal(before: StrokeMotion, after: StrokeMotion, order: int, rows: Rows) -> None:
+def _equal(before: StrokeMotion, after: StrokeMotion, order: int, rows: ConvexRows) -> None:
     """Of two motions that meet, a derivative that goes on, if it is known."""
     end, start = before.end(order, True), after.end(order, False)
     if end is not None and start is not None:
-        rows.zero(*end, *negative(start))
+        rows.zero(*end, *negated(start))
 
 
 def _order_of(demand: Demand, name: str) -> float:
@@ -190,7 +193,7 @@ def _order_of(demand: Demand, name: str) -> float:
     shortest = min(stroke.angle for stroke in demand.free)
     if name == residual.TERM:
         return demand.scale * demand.per_unit[name] / (1.0 + (demand.train[0] * shortest) ** 2)
-    order = {**ORDERS, **SQUARES}[name]
+    order = {**TERM_ORDERS, **SQUARES}[name]
     return demand.scale * demand.per_unit[name] / shortest**order
 
 

@@ -14,15 +14,15 @@ from camopt.effects.motion import scale
 from camopt.mechanisms import oscillating, translating
 from camopt.motion.conditions import Condition
 from camopt.motion.stroke import Stroke
-from camopt.motion.table import RETURN, RISE, TURN
+from camopt.motion.table import ALL_STROKES, RETURN, RISE
 from camopt.problem.problem import Problem
 from camopt.synthesis import residual
 from camopt.synthesis.residual import LeftOver, left_over
 from camopt.synthesis.splines import Splines
 
-ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
+TERM_ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 
-SIZE = "the size"
+SIZE_WORDS = "the size"
 
 LowHigh = tuple[float, float]
 
@@ -41,7 +41,7 @@ class LinearConstraint:
     lead: float = 0.0
     height: float = 0.0
     constant: float = 0.0
-    kinds: int = TURN
+    kinds: int = ALL_STROKES
 
     def bears_on(self, stroke: Stroke) -> bool:
         """Whether it holds all along a stroke. Where a move rests it does too, as it did on the way there."""
@@ -131,20 +131,20 @@ class Demand:
     @property
     def names(self) -> list[str]:
         """What can be left out of it: its limits and conditions."""
-        orders = [name for name, order in ORDERS.items() if any(order in row for row in self.ranges)]
+        orders = [name for name, order in TERM_ORDERS.items() if any(order in row for row in self.ranges)]
         limits = [*orders, *(floor.name for floor in self.floors)]
-        limits += [SIZE] if self.prime[1] < inf else []
+        limits += [SIZE_WORDS] if self.prime[1] < inf else []
         limits += [] if self.residual is None else [residual.TERM]
         return list(dict.fromkeys([*limits, *(condition.key for condition in self.conditions)]))
 
     def only(self, names: Collection[str]) -> "Demand":
         """The demand with none but some of its limits and conditions."""
-        kept = {order for name, order in ORDERS.items() if name in names}
+        kept = {order for name, order in TERM_ORDERS.items() if name in names}
         return replace(
             self,
             ranges=tuple({order: ends for order, ends in row.items() if order in kept} for row in self.ranges),
             floors=tuple(floor for floor in self.floors if floor.name in names),
-            prime=self.prime if SIZE in names else (self.prime[0], inf),
+            prime=self.prime if SIZE_WORDS in names else (self.prime[0], inf),
             residual=self.residual if residual.TERM in names else None,
             conditions=tuple(condition for condition in self.conditions if condition.key in names),
         )
@@ -197,7 +197,7 @@ class Demand:
     def per_unit(self) -> dict[str, float]:
         """What terms of the objective have for 1 mm or rad by radᵏ: the units of [limits]."""
         setup = self.problem.setup
-        per = {name: scale(setup, order) for name, order in ORDERS.items()}
+        per = {name: scale(setup, order) for name, order in TERM_ORDERS.items()}
         per |= {"acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
         return {"size": 1.0, **per, residual.TERM: degrees(1.0) if setup.angular else 1.0}
 

@@ -22,9 +22,14 @@ if TYPE_CHECKING:
     from camopt.synthesis.frontier import Frontier
     from camopt.synthesis.synthesised import Synthesis
 
-SCENE, LAWS, KNOWN, SUMMARY = SYNTHESIS = "synthesised.toml", "laws.csv", "known.toml", "synthesis.json"
+SCENE_FILE, LAWS_FILE, KNOWN_FILE, SUMMARY_FILE = SYNTHESIS = (
+    "synthesised.toml",
+    "laws.csv",
+    "known.toml",
+    "synthesis.json",
+)
 FRONTIER, PICTURE = "frontier.parquet", "frontier.png"
-POINTS = 361
+LAW_POINTS = 361
 
 
 def write_laws(result: "Synthesis", folder: str | os.PathLike[str]) -> list[Path]:
@@ -34,15 +39,15 @@ def write_laws(result: "Synthesis", folder: str | os.PathLike[str]) -> list[Path
     """
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
-    write_text(out / SCENE, result.scene.to_toml())
-    x = np.linspace(0.0, 1.0, POINTS)
-    with whole_file(out / LAWS) as partial, partial.open("w", newline="", encoding="utf-8") as text:
+    write_text(out / SCENE_FILE, result.scene.to_toml())
+    x = np.linspace(0.0, 1.0, LAW_POINTS)
+    with whole_file(out / LAWS_FILE) as partial, partial.open("w", newline="", encoding="utf-8") as text:
         rows = csv.writer(text)
         rows.writerow(("law", "x", "s", "velocity", "acceleration", "jerk"))
         for name, law in result.laws.items():
             columns = (x, law.displacement(x), law.velocity(x), law.acceleration(x), law.jerk(x))
             rows.writerows((name, *map(repr, map(float, row))) for row in zip(*columns, strict=True))
-    return [out / SCENE, out / LAWS]
+    return [out / SCENE_FILE, out / LAWS_FILE]
 
 
 def write_comparison(result: "Synthesis", known: "KnownLaws", folder: str | os.PathLike[str]) -> list[Path]:
@@ -51,12 +56,12 @@ def write_comparison(result: "Synthesis", known: "KnownLaws", folder: str | os.P
     The summary has the objective, its bound and the gap, the known law, and all of it as a sentence.
     """
     out, about = Path(folder), {"objective": result.objective, "bound": result.bound, "gap": result.gap}
-    files = [out / KNOWN] if known.best else []
+    files = [out / KNOWN_FILE] if known.best else []
     for file in files:
         write_text(file, known.rows[known.best or ""].scene.to_toml())
     summary = {**about, "known_law": known.best, "told": bound_in_words(result)}
-    write_text(out / SUMMARY, json.dumps(summary, indent=2, allow_nan=False))
-    return [*files, out / SUMMARY]
+    write_text(out / SUMMARY_FILE, json.dumps(summary, indent=2, allow_nan=False))
+    return [*files, out / SUMMARY_FILE]
 
 
 def write_frontier(found: "Frontier", folder: str | os.PathLike[str]) -> Path:

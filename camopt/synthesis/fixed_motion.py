@@ -9,7 +9,7 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.rows import Rows, Term
+from camopt.synthesis.rows import ConvexRows, LinearTerm
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 
 
@@ -19,7 +19,7 @@ class FixedMotion:
     def __init__(self, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
         self.low, self.change = stroke.low / demand.scale, (stroke.high - stroke.low) / demand.scale
         self.velocity = self.change / stroke.angle
-        self.rows = Rows()
+        self.rows = ConvexRows()
         for each in ranges.get(1, []):
             self.rows.at_least((self.velocity, 1.0), (-each.low, each.unit))
             self.rows.at_least((-self.velocity, 1.0), (each.high, each.unit))
@@ -33,13 +33,13 @@ class FixedMotion:
     def _at(self, order: int, last: bool) -> float:
         return (self.low + self.change * last, self.velocity, 0.0, 0.0)[order]
 
-    def end(self, order: int, last: bool) -> list[Term]:
+    def end(self, order: int, last: bool) -> list[LinearTerm]:
         return [(self._at(order, last), 1.0)]
 
     def rests(self, rest: int, last: bool) -> None:
         """It does, or is no neighbour of a dwell that asks for it."""
 
-    def lowest(self, x: float) -> list[Term]:
+    def lowest(self, x: float) -> list[LinearTerm]:
         return [(self.low + self.change * x, 1.0)]
 
     def at(self, x: FloatArray) -> list[Any]:

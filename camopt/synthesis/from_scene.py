@@ -9,26 +9,26 @@ from camopt.mechanisms import translating, translating_flat
 from camopt.mistakes import BadInput, Mistake, Unmet
 from camopt.motion import LAWS
 from camopt.motion.conditions import Condition
-from camopt.motion.joints import joined
+from camopt.motion.joints import with_moves
 from camopt.motion.programme import PEAKS, Programme, law_peaks, span
 from camopt.motion.stroke import Stroke
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import freed_angles, freed_numbers, given_profile
-from camopt.scene.choices import Range
+from camopt.scene.choices import StepRange
 from camopt.scene.scene import Scene
 from camopt.scene.tables import SynthesisSettings
 from camopt.smallest.closed_form import least_size
 from camopt.synthesis import residual
 from camopt.synthesis.conditions import Ground, conditions_of, ground_of
-from camopt.synthesis.demand import ORDERS, Demand, LowHigh, roller_of
+from camopt.synthesis.demand import TERM_ORDERS, Demand, LowHigh, roller_of
 from camopt.synthesis.linear_constraints import floors_of
 from camopt.synthesis.splines import Splines
 from camopt.synthesis.symmetry import mirrored
 
-USUAL = {"peak_acceleration": 2, "peak_jerk": 3}
-APART = 1e-4  # of a stroke: the least distance of points
-AMPLE = 1.25  # times what a scene's own moves have of what it limits nowhere
+PEAK_ORDERS = {"peak_acceleration": 2, "peak_jerk": 3}
+LEAST_DISTANCE = 1e-4  # of a stroke: the least distance of points
+AMPLE_FACTOR = 1.25  # times what a scene's own moves have of what it limits nowhere
 GENTLE = "poly345"  # whose peaks hold where a scene limits neither acceleration nor jerk
 
 
@@ -184,8 +184,8 @@ def _points(problem: Problem, asked: SynthesisSettings, ground: Ground) -> Itera
         elif not stroke.is_move and not min(stroke.low, stroke.high) <= y <= max(stroke.low, stroke.high):
             low, high = (ground.zero + end / ground.unit for end in (stroke.low, stroke.high))
             what = f"a displacement from {low:g} to {high:g} there"
-        elif any(abs(angle - a) < APART * stroke.angle for a in (*taken, stroke.start, stroke.end)):
-            what = f"at least {APART:g} of the stroke's angle away from its ends and from other points"
+        elif any(abs(angle - a) < LEAST_DISTANCE * stroke.angle for a in (*taken, stroke.start, stroke.end)):
+            what = f"at least {LEAST_DISTANCE:g} of the stroke's angle away from its ends and from other points"
         else:
             yield Condition(key, 0, angle, angle, y, y)
             taken.append(angle)
@@ -204,9 +204,9 @@ def _body(problem: Problem) -> float:
     return _ends(problem.choices.sizes.get(key), own)[1]
 
 
-def _ends(choice: Range | tuple[float, ...] | None, own: float) -> LowHigh:
+def _ends(choice: StepRange | tuple[float, ...] | None, own: float) -> LowHigh:
     """The least and the largest value of a size that a scene allows."""
-    if isinstance(choice, Range):
+    if isinstance(choice, StepRange):
         return choice.start, choice.stop
     return (own, own) if choice is None else (min(choice), max(choice))
 
@@ -268,12 +268,12 @@ def _own_peaks(problem: Problem, asked: SynthesisSettings, minimised: set[int]) 
     The peaks of [synthesis] are those of unit strokes, and not about moves.
     """
     freed = [replace(stroke, named=False) if stroke.is_move else stroke for stroke in problem.programme.strokes]
-    own = Programme(tuple(stroke for stroke in joined(freed) if stroke.is_move))
-    orders = [] if _bounded(problem) else [order for order in USUAL.values() if order not in minimised]
+    own = Programme(tuple(stroke for stroke in with_moves(freed) if stroke.is_move))
+    orders = [] if _bounded(problem) else [order for order in PEAK_ORDERS.values() if order not in minimised]
     orders = [order for order in orders if order <= asked.rest + 1]
-    spans = {order: span(own, (0.0,) * order + (1.0,), TURN) for order in orders}
+    spans = {order: span(own, (0.0,) * order + (1.0,), ALL_STROKES) for order in orders}
     largest = {order: max(-least, most) for order, (least, most) in spans.items()}
-    return {order: (-AMPLE * most, AMPLE * most) for order, most in largest.items() if most > 0.0}
+    return {order: (-AMPLE_FACTOR * most, AMPLE_FACTOR * most) for order, most in largest.items() if most > 0.0}
 
 
 def _bounded(problem: Problem) -> bool:
@@ -283,9 +283,9 @@ def _bounded(problem: Problem) -> bool:
 
 def _unasked(problem: Problem, asked: SynthesisSettings, minimised: set[int]) -> list[str]:
     """The peaks that are held to those of a gentle law, because the scene bounds none of them."""
-    if _bounded(problem) or any(getattr(asked, name) is not None for name in USUAL):
+    if _bounded(problem) or any(getattr(asked, name) is not None for name in PEAK_ORDERS):
         return []
-    return [name for name, order in USUAL.items() if order <= asked.rest + 1 and order not in minimised]
+    return [name for name, order in PEAK_ORDERS.items() if order <= asked.rest + 1 and order not in minimised]
 
 
 def default_peaks(scene: Scene, terms: Iterable[str] | None = None) -> dict[str, float]:
@@ -300,7 +300,7 @@ def default_peaks(scene: Scene, terms: Iterable[str] | None = None) -> dict[str,
 
 def _orders(objective: Mapping[str, float]) -> set[int]:
     """The orders of the derivatives that an objective has."""
-    return {ORDERS[term] for name in objective if (term := name.removesuffix("_rms")) in ORDERS}
+    return {TERM_ORDERS[term] for name in objective if (term := name.removesuffix("_rms")) in TERM_ORDERS}
 
 
 def _peak(problem: Problem, name: str, value: float | str | tuple[float, float]) -> LowHigh:

@@ -25,7 +25,7 @@ from camopt.problem.limits import limited_quantity
 from camopt.problem.problem import resolve
 from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
-from camopt.scene.tables import TERMS
+from camopt.scene.tables import OBJECTIVE_TERMS
 from camopt.shown import Drawn, Shown
 from camopt.synthesis import residual
 from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
@@ -40,10 +40,10 @@ from camopt.tables.columns import joined_laws, sizes_shown
 from camopt.tables.designs import Design
 from camopt.tables.layout import Table, table_of
 
-ENDS = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
+END_WIDENING = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
 LOCAL_ENDS = 3e-4  # and that of a quantity, so that convex steps do
-SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of one end and another, in the laws that convex steps start from
-LARGEST = 5.0  # of the least size: a cam of a load that is traded, where nothing else says
+START_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of one end and another, in the laws that convex steps start from
+LARGEST_CAM = 5.0  # of the least size: a cam of a load that is traded, where nothing else says
 NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
@@ -184,15 +184,15 @@ def frontier(
     [30.6]
     """
     scene, axes = _checked(scene, axes)
-    demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in TERMS})
+    demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in OBJECTIVE_TERMS})
     with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used:
         pairs = len(axes) * (len(axes) - 1)
-        terms = sum(axis in TERMS for axis in axes)
+        terms = sum(axis in OBJECTIVE_TERMS for axis in axes)
         kinds = (terms, len(axes) - terms, pairs - len(axes) + 1, points ** (len(axes) - 1))
         ends = _ends(scene, axes, used, Foresight(kinds, used.workers, tell))
         rows = list(_rows(scene, axes, ends, points, used, progress))
     known = [known_row(demand, cam) for cam in known_laws(scene).values()]
-    bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in TERMS}
+    bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in OBJECTIVE_TERMS}
     least = {axis: (min(row[axis] for row in (ends[axis, axis].row, *rows)), bounds.get(axis)) for axis in axes}
     front = [Design(row, scene) for row in _front(rows, axes)]
     return Frontier(scene, axes, front, known, least, _local(ends, rows, axes))
@@ -208,7 +208,9 @@ def _rows(
 ) -> Iterator[dict[str, Any]]:
     """The cams of the least of the first axis, with the others at values between their ends."""
     starts = tuple(
-        _between(ends[a, a].laws, ends[b, b].laws, share) for a, b in combinations(axes, 2) for share in SHARES
+        _between(ends[a, a].laws, ends[b, b].laws, share)
+        for a, b in combinations(axes, 2)
+        for share in START_SHARES
     )
     grids = [_grid(*_range(ends, axis), points) for axis in axes[1:]]
     values = [dict(zip(axes[1:], map(float, pick), strict=True)) for pick in product(*grids)]
@@ -221,7 +223,7 @@ def _rows(
 
 def _local(ends: "FrontierEnds", rows: Sequence[dict[str, Any]], axes: tuple[str, ...]) -> tuple[str, ...]:
     """The axes whose least values are local optima; where a load is held, only its own axis counts."""
-    convex = all(axis in TERMS for axis in axes)
+    convex = all(axis in OBJECTIVE_TERMS for axis in axes)
     found = {axis: ends[axis, axis].row["local"] for axis in axes}
     found[axes[0]] |= convex and any(row["local"] for row in rows)
     return tuple(axis for axis in axes if found[axis])
@@ -236,16 +238,16 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
     given = [name for name in able if name in offered(problem.setup)]
     for axis in axes:
         name = limited_quantity(axis, problem.setup) if axis == residual.TERM else axis
-        if name in lacks and (axis in TERMS or axis in able):
+        if name in lacks and (axis in OBJECTIVE_TERMS or axis in able):
             mistakes.append(Mistake("camopt", "axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
-        elif axis not in TERMS and axis not in given:
-            what = f"a term of the objective or a load of this scene; {nearest(axis, [*TERMS, *able])}"
+        elif axis not in OBJECTIVE_TERMS and axis not in given:
+            what = f"a term of the objective or a load of this scene; {nearest(axis, [*OBJECTIVE_TERMS, *able])}"
             mistakes.append(Mistake("camopt", "axes", axis, what))
         elif axis in given and not ceilings_at(problem, able[axis], 1.0):
             mistakes.append(Mistake("camopt", "axes", axis, "cannot be an axis for this follower", bare=True))
     if mistakes:
         raise BadInput(mistakes)
-    called = [axis for axis in axes if axis not in TERMS]
+    called = [axis for axis in axes if axis not in OBJECTIVE_TERMS]
     outputs = {"sizes", *(scene.outputs or problem.wanted), *called}
     return scene.with_values({"outputs": tuple(sorted(outputs))}) if called else scene, tuple(axes)
 
@@ -258,8 +260,11 @@ def _ends(scene: Scene, axes: tuple[str, ...], engine: Engine, foresight: Foresi
     """The cams that have the least of each axis: of terms first, for how large a cam may be with a load."""
     found: FrontierEnds = {}
     room: dict[str, float] = {}
-    for some in ([axis for axis in axes if axis in TERMS], [axis for axis in axes if axis not in TERMS]):
-        tasks = [Task(axis, {} if axis in TERMS else room) for axis in some]
+    for some in (
+        [axis for axis in axes if axis in OBJECTIVE_TERMS],
+        [axis for axis in axes if axis not in OBJECTIVE_TERMS],
+    ):
+        tasks = [Task(axis, {} if axis in OBJECTIVE_TERMS else room) for axis in some]
         for axis, end in zip(some, _found(scene, axes, tasks, engine), strict=True):
             if end is None:
                 raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
@@ -270,7 +275,7 @@ def _ends(scene: Scene, axes: tuple[str, ...], engine: Engine, foresight: Foresi
     tasks = []
     for axis, other in pairs:
         held = {axis: _widened(found[axis, axis], axis)}
-        tasks.append(Task(other, held if other in TERMS else room | held, (found[axis, axis].laws,)))
+        tasks.append(Task(other, held if other in OBJECTIVE_TERMS else room | held, (found[axis, axis].laws,)))
     for (axis, other), end in zip(pairs, _found(scene, axes, tasks, engine), strict=True):
         found[axis, other] = end or found[axis, axis]
     foresight.kind_done()
@@ -286,7 +291,7 @@ def _room(scene: Scene, ends: FrontierEnds) -> dict[str, float]:
     if ("size", "size") not in ends or any(choice is not None for choice in given):
         return {}
     own = scene.cam.base_radius or scene.cam.mean_radius or 0.0
-    return {"size": max(own, LARGEST * float(ends["size", "size"].row["size"]))}
+    return {"size": max(own, LARGEST_CAM * float(ends["size", "size"].row["size"]))}
 
 
 def _between(one: Iterate, other: Iterate, share: float) -> Iterate:
@@ -299,7 +304,7 @@ def _between(one: Iterate, other: Iterate, share: float) -> Iterate:
 def _widened(end: FrontierCam, axis: str) -> float:
     """The value of an axis at its end, with room for a solver."""
     value = float(end.row[axis])
-    return value * (1.0 + (ENDS if axis in TERMS else LOCAL_ENDS))
+    return value * (1.0 + (END_WIDENING if axis in OBJECTIVE_TERMS else LOCAL_ENDS))
 
 
 def _range(ends: FrontierEnds, axis: str) -> tuple[float, float]:

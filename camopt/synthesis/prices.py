@@ -33,14 +33,14 @@ from camopt.synthesis.from_scene import by_offset, default_peaks, demand_of
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
-from camopt.synthesis.synthesise import MARGINS, tightened
+from camopt.synthesis.synthesise import LIMIT_MARGINS, tightened
 from camopt.synthesis.synthesised import Synthesis, free_names
 
-STEP = 1e-4  # of a bound, in differences
-NOTHING = 1e-5  # of the objective: what a bound that does not bind may cost, by a solver's error
+BOUND_STEP = 1e-4  # of a bound, in differences
+LEAST_PRICE = 1e-5  # of the objective: what a bound that does not bind may cost, by a solver's error
 
 
-class Given(NamedTuple):
+class GivenBound(NamedTuple):
     """A bound of a scene that free laws may hold."""
 
     key: str
@@ -68,12 +68,12 @@ def prices_of_laws(result: Synthesis) -> list[Price]:
     found = []
     for each in _given(scene):
         cost = _cost(optimum, scene, each)
-        if abs(cost) * (abs(each.value) or 1.0) > NOTHING * (abs(result.objective) + optimum.model.unit):
+        if abs(cost) * (abs(each.value) or 1.0) > LEAST_PRICE * (abs(result.objective) + optimum.model.unit):
             found.append(Price(each.key, each.value, each.unit, each.relation, cost, cost))
     return found
 
 
-class Optimum(NamedTuple):
+class PricedOptimum(NamedTuple):
     """The optimum of one of the programmes of a scene, with its number and the margin of its limits."""
 
     model: Convex
@@ -110,10 +110,10 @@ def _programme(demand: Demand, margin: float) -> Convex:
     return convex(tightened(demand, margin), SplineMotion)
 
 
-def _optimum(scene: Scene, result: Synthesis) -> Optimum | None:
+def _optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     """The optimum that a result is; None if the solver fails, or the result is none."""
     demands = by_offset(demand_of(scene))  # one for each offset that the scene lists
-    for margin in MARGINS:
+    for margin in LIMIT_MARGINS:
         models = [_programme(demand, margin) for demand in demands]
         try:
             values = [model.solve() for model in models]
@@ -121,7 +121,7 @@ def _optimum(scene: Scene, result: Synthesis) -> Optimum | None:
             continue  # with other numbers it may not fail
         number = values.index(min(values))
         if values[number] < inf:
-            found = Optimum(models[number], number, margin, *_solution(models[number]))
+            found = PricedOptimum(models[number], number, margin, *_solution(models[number]))
             return found if result.convex else _local(found, result)
     return None
 
@@ -132,7 +132,7 @@ def _solution(model: Convex) -> tuple[list[FloatArray], list[FloatArray]]:
     return [each.value for each in problem.variables()], [limit.dual_value for limit in problem.constraints]
 
 
-def _local(optimum: Optimum, result: Synthesis) -> Optimum | None:
+def _local(optimum: PricedOptimum, result: Synthesis) -> PricedOptimum | None:
     """The local optimum under curves that are not convex; None if steps do not end there, or offsets are listed."""
     model, demand = optimum.model, optimum.model.demand
     if demand.dip is not None or isinstance(result.asked.search.offset, tuple):
@@ -159,9 +159,9 @@ def iterate_in(demand: Demand, result: Synthesis) -> Iterate:
     return Iterate(lead / demand.length, sqrt(prime**2 - lead**2) / demand.length, tuple(coefficients))
 
 
-def _cost(optimum: Optimum, scene: Scene, given: Given) -> float:
+def _cost(optimum: PricedOptimum, scene: Scene, given: GivenBound) -> float:
     """The derivative of the Lagrangian by a bound, at an optimum: one-sided if need be."""
-    step = STEP * (abs(given.value) or 1.0)
+    step = BOUND_STEP * (abs(given.value) or 1.0)
 
     def side(change: float) -> tuple[float, float, list[FloatArray]] | None:
         """The bound's change, with the objective and the constraints there."""
@@ -190,20 +190,20 @@ def _in_numbers(scene: Scene) -> Scene:
     return scene.replace(**{f"synthesis.{name}": peak for name, peak in (peaks | default_peaks(scene)).items()})
 
 
-def _given(scene: Scene) -> Iterator[Given]:
+def _given(scene: Scene) -> Iterator[GivenBound]:
     """The bounds of a scene that free laws may hold."""
     problem = resolve(scene)
     for limit in problem.limits:
         if limit.asked and not limit.given_by.startswith("limits."):
             unit = QUANTITIES[limit.shown[0]].unit if limit.shown else "mm"
-            yield Given(limit.key, limit.bound, unit, limit.relation)
+            yield GivenBound(limit.key, limit.bound, unit, limit.relation)
     for name in PEAKS:
         peak = getattr(scene.synthesis, name)
         if isinstance(peak, tuple):
             for number, (end, relation) in enumerate(zip(peak, "≥≤", strict=True), start=1):
                 if end:  # 0 makes the laws monotone
-                    yield Given(f"synthesis.{name}.{number}", end, "", relation)
+                    yield GivenBound(f"synthesis.{name}.{number}", end, "", relation)
         elif peak is not None:
-            yield Given(f"synthesis.{name}", peak, "", "±")
+            yield GivenBound(f"synthesis.{name}", peak, "", "±")
     for end in Freedom.of(problem).ends:
-        yield Given(end.key, end.value, end.unit, end.relation)
+        yield GivenBound(end.key, end.value, end.unit, end.relation)

@@ -28,11 +28,11 @@ from scipy import sparse
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Demand, LinearConstraint
-from camopt.synthesis.rows import Rows, Term, negative, stacked
-from camopt.synthesis.stroke_motion import Range, Ranges, Sizes
+from camopt.synthesis.rows import ConvexRows, LinearTerm, negated, stacked
+from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 
 CUBIC = 2.0 / (9.0 * sqrt(3.0))
-BESIDE = 0.25  # of a panel: the least length of one beside a condition
+LEAST_PANEL = 0.25  # of a panel: the least length of one beside a condition
 
 
 class RelaxedMotion:
@@ -50,7 +50,7 @@ class RelaxedMotion:
         self.first, self.last = self.each[:-1], self.each[1:]
         self.change, self.both = self.last - self.first, self.last + self.first
         self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))
-        self.rows = Rows()
+        self.rows = ConvexRows()
         if not stroke.is_move:
             self._unit_stroke(stroke, demand.monotone)
         whole = slice(0, x.size)
@@ -59,7 +59,9 @@ class RelaxedMotion:
                 self._range(order, each, whole)
         for condition, (start, end) in parts:
             nodes = slice(int(np.abs(x - start).argmin()), int(np.abs(x - end).argmin()) + 1)
-            self._range(condition.order, Range(condition.low / self.unit, condition.high / self.unit), nodes)
+            self._range(
+                condition.order, DerivativeRange(condition.low / self.unit, condition.high / self.unit), nodes
+            )
         for floor in demand.floors:
             if floor.bears_on(stroke):
                 self._floor(floor, [each.times(self.angle**2) for each in ranges.get(2, [])])
@@ -69,13 +71,13 @@ class RelaxedMotion:
         start, end = stroke.low / self.unit, stroke.high / self.unit
         self.rows.zero((self.each[:1], self.y), (-start, 1.0))
         self.rows.zero((self.each[-1:], self.y), (-end, 1.0))
-        self._between([(self.each, self.y)], Range(min(start, end), max(start, end)))
+        self._between([(self.each, self.y)], DerivativeRange(min(start, end), max(start, end)))
         if monotone:
             up = 1.0 if end > start else -1.0
             self.rows.at_least((up * self.each, self.v))
             self.rows.at_least((up * self.change, self.y))
 
-    def _range(self, order: int, limited: Range, nodes: slice) -> None:
+    def _range(self, order: int, limited: DerivativeRange, nodes: slice) -> None:
         """What nodes have if a derivative by rad is within a range from the first of them to the last."""
         limited, panels = limited.times(self.angle**order), slice(nodes.start, nodes.stop - 1)
         h, change = self.h[panels], self.change[panels]
@@ -93,19 +95,19 @@ class RelaxedMotion:
             off = [(change, self.y), (-_by(h, first), self.v), (-_by(h**2 / 6, first + both), self.a)]
             self._within(off, [(CUBIC * h**3 * limited.half, limited.unit)])
 
-    def _chained(self, value: Any, slope: Any, limited: Range, panels: slice) -> None:
+    def _chained(self, value: Any, slope: Any, limited: DerivativeRange, panels: slice) -> None:
         """What a value and its slope have at neighbouring nodes if the slope of the slope is within a range."""
         h, change = self.h[panels], self.change[panels]
         spent = cp.Variable(h.size)  # ≥ turned²/(4·half·h), a rotated cone
         used = (sparse.eye_array(h.size, format="csr"), spent)
-        turned: list[Term] = [(change, slope), (-h * limited.middle, limited.unit)]
-        off: list[Term] = [(_by(1 / h, change), value), (-0.5 * self.both[panels], slope)]
+        turned: list[LinearTerm] = [(change, slope), (-h * limited.middle, limited.unit)]
+        off: list[LinearTerm] = [(_by(1 / h, change), value), (-0.5 * self.both[panels], slope)]
         self.rows.at_least(used)
         self._within(turned, [(h * limited.half, limited.unit)])
         self.rows.product([used], [(4 * h * limited.half, limited.unit)], turned)
-        self._within(off, [(h / 4 * limited.half, limited.unit), *negative([used])])
+        self._within(off, [(h / 4 * limited.half, limited.unit), *negated([used])])
 
-    def _floor(self, floor: LinearConstraint, ranges: list[Range]) -> None:
+    def _floor(self, floor: LinearConstraint, ranges: list[DerivativeRange]) -> None:
         """A linear limit at the nodes and over each panel; the ranges are those of a."""
         velocity, acceleration = floor.velocity / self.angle, floor.acceleration / self.angle**2
         sized = self.sizes.in_floor(floor, self.unit)
@@ -126,19 +128,19 @@ class RelaxedMotion:
                 *((self.h * weight, size) for weight, size in sized),
             )
 
-    def _groenwall(self, displacement: float, velocity: float, sized: list[Term]) -> None:
+    def _groenwall(self, displacement: float, velocity: float, sized: list[LinearTerm]) -> None:
         """With z = w₀·y + S and z ∓ w₁·y' ≥ 0, z grows by e^(w₀·h/w₁) at most, or falls by no more."""
         decay = np.exp(-displacement / abs(velocity) * self.h)
         later, sooner = (self.first, self.last) if velocity < 0.0 else (self.last, self.first)
         grown = (displacement * (later - _by(decay, sooner)), self.y)
         self.rows.at_least(grown, *(((1.0 - decay) * weight, size) for weight, size in sized))
 
-    def _within(self, values: Sequence[Term], most: Sequence[Term]) -> None:
+    def _within(self, values: Sequence[LinearTerm], most: Sequence[LinearTerm]) -> None:
         """Hold magnitudes, without the variables that cvxpy would add for an absolute value."""
-        self.rows.at_least(*negative(values), *most)
+        self.rows.at_least(*negated(values), *most)
         self.rows.at_least(*values, *most)
 
-    def _between(self, values: Sequence[Term], limited: Range) -> None:
+    def _between(self, values: Sequence[LinearTerm], limited: DerivativeRange) -> None:
         """Hold values within a range whose ends may be infinite."""
         if limited.low == limited.high:
             self.rows.zero(*values, (-limited.low, limited.unit))
@@ -146,9 +148,9 @@ class RelaxedMotion:
         if isfinite(limited.low):
             self.rows.at_least(*values, (-limited.low, limited.unit))
         if isfinite(limited.high):
-            self.rows.at_least(*negative(values), (limited.high, limited.unit))
+            self.rows.at_least(*negated(values), (limited.high, limited.unit))
 
-    def end(self, order: int, last: bool) -> list[Term] | None:
+    def end(self, order: int, last: bool) -> list[LinearTerm] | None:
         values = {0: self.y, 1: self.v, 2: self.a}.get(order)
         at = self.each[-1:] if last else self.each[:1]
         return None if values is None else [(at / self.angle**order, values)]
@@ -158,7 +160,7 @@ class RelaxedMotion:
         for values in (self.v, self.a)[:rest]:
             self.rows.zero((at, values))
 
-    def lowest(self, x: float) -> list[Term]:
+    def lowest(self, x: float) -> list[LinearTerm]:
         """Another motion may be lower elsewhere: its size has no bound."""
         return [(1.0, cp.Variable())]
 
@@ -175,7 +177,7 @@ class RelaxedMotion:
         value, slope = {2: (self.y, self.v), 3: (self.v, self.a)}[order]
         h, change, both = self.h, self.change, self.both
         off = [(_by(np.sqrt(12 / h**3), change), value), (-_by(np.sqrt(3 / h), both), slope)]
-        parts: list[list[Term]] = [[(_by(1 / np.sqrt(h), change), slope)], off]
+        parts: list[list[LinearTerm]] = [[(_by(1 / np.sqrt(h), change), slope)], off]
         if order == 3:
             bent = [(_by(12 / h**2, change), self.y), (-_by(6 / h, both), self.v), (change, self.a)]
             parts.append([(_by(np.sqrt(5 / h), matrix), values) for matrix, values in bent])
@@ -190,5 +192,5 @@ def _by(weights: FloatArray, matrix: Any) -> Any:
 def _nodes(panels: int, ends: set[float]) -> FloatArray:
     """Equal panels of a unit stroke, cut where conditions start and end, but no equal one next to nothing."""
     plain = np.linspace(0.0, 1.0, panels + 1)[1:-1]
-    apart = [x for x in plain if all(abs(x - end) > BESIDE / panels for end in ends)]
+    apart = [x for x in plain if all(abs(x - end) > LEAST_PANEL / panels for end in ends)]
     return np.array(sorted({0.0, 1.0, *apart, *ends}))

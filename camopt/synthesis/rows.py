@@ -12,31 +12,31 @@ import cvxpy as cp
 import numpy as np
 from scipy import sparse
 
-Term = tuple[Any, Any]
+LinearTerm = tuple[Any, Any]
 """A coefficient and what it multiplies."""
 
 
-class Rows:
+class ConvexRows:
     """The limits of a motion, or of a whole programme."""
 
     def __init__(self) -> None:
-        self._at_least: list[Sequence[Term]] = []
-        self._zero: list[Sequence[Term]] = []
-        self._cones: list[tuple[Sequence[Term], Sequence[Term], Sequence[Term]]] = []
+        self._at_least: list[Sequence[LinearTerm]] = []
+        self._zero: list[Sequence[LinearTerm]] = []
+        self._cones: list[tuple[Sequence[LinearTerm], Sequence[LinearTerm], Sequence[LinearTerm]]] = []
 
-    def at_least(self, *terms: Term) -> None:
+    def at_least(self, *terms: LinearTerm) -> None:
         """Hold the sum of some terms at 0 or above."""
         self._at_least.append(terms)
 
-    def zero(self, *terms: Term) -> None:
+    def zero(self, *terms: LinearTerm) -> None:
         """Hold the sum of some terms at 0."""
         self._zero.append(terms)
 
-    def product(self, one: Sequence[Term], other: Sequence[Term], root: Sequence[Term]) -> None:
+    def product(self, one: Sequence[LinearTerm], other: Sequence[LinearTerm], root: Sequence[LinearTerm]) -> None:
         """Hold the product of two sums, both at least 0, at the square of a third or above: a rotated cone."""
-        self._cones.append(([*one, *other], _times(2.0, root), [*one, *negative(other)]))
+        self._cones.append(([*one, *other], _times(2.0, root), [*one, *negated(other)]))
 
-    def add(self, other: "Rows") -> None:
+    def add(self, other: "ConvexRows") -> None:
         """Hold what other rows hold as well."""
         self._at_least += other._at_least
         self._zero += other._zero
@@ -53,16 +53,16 @@ class Rows:
         return found
 
 
-def negative(terms: Sequence[Term]) -> list[Term]:
+def negated(terms: Sequence[LinearTerm]) -> list[LinearTerm]:
     """The terms of a sum with the other sign."""
     return _times(-1.0, terms)
 
 
-def _times(factor: float, terms: Sequence[Term]) -> list[Term]:
+def _times(factor: float, terms: Sequence[LinearTerm]) -> list[LinearTerm]:
     return [(factor * coefficient, unknown) for coefficient, unknown in terms]
 
 
-def stacked(sums: Sequence[Sequence[Term]]) -> Any:
+def stacked(sums: Sequence[Sequence[LinearTerm]]) -> Any:
     """Sums of terms one below another, as one expression."""
     counts = [max(np.shape(coefficient)[0] if np.ndim(coefficient) else 1 for coefficient, _ in s) for s in sums]
     ends = np.cumsum(counts)

@@ -20,16 +20,16 @@ from numpy.typing import NDArray
 from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, Plain
 from camopt.synthesis.ceilings import Sampled, samples
-from camopt.synthesis.convex import SOLVED, Convex, solve
-from camopt.synthesis.demand import ORDERS
+from camopt.synthesis.convex import SOLVER_ENDS, Convex, solve
+from camopt.synthesis.demand import TERM_ORDERS
 from camopt.synthesis.iterate import Iterate, iterate_of, moving, sampled_motions
 
 PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
-STEPS, FIRST_REACH = 60, 0.1
+MOST_CONVEX_STEPS, FIRST_REACH = 60, 0.1
 GOOD, POOR = 0.75, 0.25  # of what planes promise: if more comes true, steps go further; if less, less far
-ENOUGH = 5e-5  # a fall of the priced objective, relative, that is worth a step
-STILL = 1e-3  # of a multiplier of the reach: what a solver's error makes of none
-CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
+LEAST_FALL = 5e-5  # a fall of the priced objective, relative, that is worth a step
+LEAST_MULTIPLIER = 1e-3  # of a multiplier of the reach: what a solver's error makes of none
+HELD_CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
 
 
 @dataclass
@@ -91,14 +91,14 @@ class SequentialConvex:
     def _below(self, block: StrokePlanes) -> Any:
         """Every plane below its bound, or below the level."""
         lowered = np.repeat(block.lowered, block.size)
-        bounds = lowered * self.level + ~lowered * (1.0 - CLOSER + self.missing)
+        bounds = lowered * self.level + ~lowered * (1.0 - HELD_CLOSER + self.missing)
         moved = sum(cp.multiply(slope, move) for slope, move in zip(block.slopes, block.moves, strict=True))
         return block.constant + moved <= bounds
 
     def run(self, start: Iterate, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> Iterate:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
         self._set(start)
-        last = iterate_of(self.model) if solve(self.nearest) in SOLVED else start
+        last = iterate_of(self.model) if solve(self.nearest) in SOLVER_ENDS else start
         lowered = _scaled(lowered, self._levels(last, held, lowered)[1])
         reach = FIRST_REACH
         for self.price.value in PRICES:
@@ -119,14 +119,14 @@ class SequentialConvex:
         if cost == inf:
             return last, reach, False
         self._look(last, held, lowered)
-        for _ in range(STEPS):
+        for _ in range(MOST_CONVEX_STEPS):
             self.reach.value = reach
-            if solve(self.problem) not in SOLVED:
+            if solve(self.problem) not in SOLVER_ENDS:
                 break
             promise = cost - float(self.problem.value)
-            if promise < ENOUGH * abs(cost):  # even the planes promise no more
+            if promise < LEAST_FALL * abs(cost):  # even the planes promise no more
                 break
-            if top <= 1.0 and float(self.missing.value) > CLOSER and self.price.value < PRICES[-1]:
+            if top <= 1.0 and float(self.missing.value) > HELD_CLOSER and self.price.value < PRICES[-1]:
                 return last, reach, False
             tried = iterate_of(self.model)
             found, above = self._priced(tried, held, lowered)
@@ -147,10 +147,10 @@ class SequentialConvex:
         self._look(at, held, ())
         self.reach.value, self.price.value = FIRST_REACH, PRICES[-1]
         status, self.price.value = solve(self.problem), PRICES[0]
-        if status not in SOLVED or float(self.missing.value) > CLOSER:
+        if status not in SOLVER_ENDS or float(self.missing.value) > HELD_CLOSER:
             return None
         pull = max(float(np.max(limit.dual_value)) for limit in self.within_reach)
-        return [limit.dual_value for limit in self.below] if pull < STILL else None
+        return [limit.dual_value for limit in self.below] if pull < LEAST_MULTIPLIER else None
 
     def curves(self, at: Iterate, held: Sequence[Claim]) -> list[FloatArray]:
         """All curves over their bounds at a solution, block by block."""
@@ -213,9 +213,9 @@ class SequentialConvex:
         reach = np.hypot(at.lead, at.height) if demand.traced else at.height
         model.sizes.prime.value = max(reach, demand.prime[0] / demand.length)
         for name, variable in model.largest.items():
-            every = [np.abs(motion.samples(ORDERS[name])).max() for motion in sampled_motions(model)]
+            every = [np.abs(motion.samples(TERM_ORDERS[name])).max() for motion in sampled_motions(model)]
             variable.value = float(max(every))
-        price = float(self.goal.value) + self.price.value * max(0.0, top - 1.0 + CLOSER)
+        price = float(self.goal.value) + self.price.value * max(0.0, top - 1.0 + HELD_CLOSER)
         return price if np.isfinite(price) else inf, top
 
 

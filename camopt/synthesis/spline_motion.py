@@ -9,11 +9,10 @@ from scipy import sparse
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
+from camopt.numerics.quadratic import INDEPENDENT
 from camopt.synthesis.demand import Demand, LinearConstraint
-from camopt.synthesis.rows import Rows, Term, negative
-from camopt.synthesis.stroke_motion import Range, Ranges, Sizes
-
-INDEPENDENT = 1e-10  # of the largest singular value: a row with less follows from others
+from camopt.synthesis.rows import ConvexRows, LinearTerm, negated
+from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 
 
 class SplineMotion:
@@ -27,7 +26,7 @@ class SplineMotion:
         self.splines = demand.splines_of(stroke)
         self.low, self.change = demand.law_scale(stroke)
         self.coefficients = cp.Variable(self.splines.count)
-        self.rows = Rows()
+        self.rows = ConvexRows()
         if not stroke.is_move:
             self._from_0_to_1(demand.monotone)
         for order, bounds in ranges.items():
@@ -41,7 +40,7 @@ class SplineMotion:
                 if low == high:
                     self._equal(matrix, order, low)
                 else:
-                    self._within(matrix, order, Range(low, high))
+                    self._within(matrix, order, DerivativeRange(low, high))
         for floor in demand.floors:
             if floor.guards(stroke):
                 self._above(floor, sizes.in_floor(floor, self.unit))
@@ -68,7 +67,7 @@ class SplineMotion:
             return self.splines.once(order, self.splines.degree - order)
         return self.splines.between(order, low, high)
 
-    def _within(self, matrix: Any, order: int, limited: Range) -> None:
+    def _within(self, matrix: Any, order: int, limited: DerivativeRange) -> None:
         """Values of a derivative within a range; by x of the unit stroke, whose numbers are not huge."""
         per, rest = self.stroke.angle**order, self.low if order == 0 else 0.0
         for sign, end in ((1.0, limited.low), (-1.0, limited.high)):
@@ -76,7 +75,7 @@ class SplineMotion:
                 moved = (sign * self.change * matrix, self.coefficients)
                 self.rows.at_least(moved, (-sign * per * end, limited.unit), (sign * rest, 1.0))
 
-    def _above(self, floor: LinearConstraint, sized: list[Term]) -> None:
+    def _above(self, floor: LinearConstraint, sized: list[LinearTerm]) -> None:
         """A linear limit on the motion and the sizes."""
         weights = (floor.displacement, floor.velocity, floor.acceleration)
         matrix = sum(
@@ -98,13 +97,13 @@ class SplineMotion:
         moved = (self.change / self.stroke.angle**order * matrix) @ self.coefficients
         return moved + self.low if order == 0 else moved
 
-    def _at(self, x: float, order: int) -> list[Term]:
+    def _at(self, x: float, order: int) -> list[LinearTerm]:
         """A derivative by the cam angle, in units of the lift, at x of the unit stroke."""
         matrix = self.splines.at(np.array([x]), order)
         moved = (self.change / self.stroke.angle**order * matrix, self.coefficients)
         return [moved, (self.low, 1.0)] if order == 0 else [moved]
 
-    def end(self, order: int, last: bool) -> list[Term]:
+    def end(self, order: int, last: bool) -> list[LinearTerm]:
         return self._at(1.0 if last else 0.0, order)
 
     def rests(self, rest: int, last: bool) -> None:
@@ -115,13 +114,13 @@ class SplineMotion:
     def mirrors(self, other: "SplineMotion") -> None:
         own = [(self.change * self._each, self.coefficients), (self.low, 1.0)]
         image = [(other.change * self._each[::-1], other.coefficients), (other.low, 1.0)]
-        self.rows.zero(*own, *negative(image))
+        self.rows.zero(*own, *negated(image))
 
     def variation(self) -> Any:
         """Its coefficients go up and down no less than it does."""
         return cp.norm1(cp.diff(self._values(self.splines.bernstein(3), 3)))
 
-    def lowest(self, x: float) -> list[Term]:
+    def lowest(self, x: float) -> list[LinearTerm]:
         return self._at(x, 0)
 
     def at(self, x: FloatArray) -> list[Any]:

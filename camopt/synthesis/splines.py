@@ -20,10 +20,10 @@ from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 
-PARTS = 2  # of a span
-BESIDE = 0.25  # of an equal piece: no piece is shorter than that
-APART = 1e-9  # of the stroke: the least length of a part
-NOTHING = 1e-12  # of the largest entry: rounding
+SPAN_PARTS = 2  # of a span
+LEAST_PIECE = 0.25  # of an equal piece: no piece is shorter than that
+LEAST_PART = 1e-9  # of the stroke: the least length of a part
+LEAST_ENTRY = 1e-12  # of the largest entry: rounding
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Splines:
         """Where pieces end: at the cuts and equally far apart, but none beside another."""
         found = [0.0, 1.0]
         for x in (*self.cuts, *(np.arange(1, self.pieces) / self.pieces)):
-            if all(abs(x - other) > BESIDE / self.pieces for other in found):
+            if all(abs(x - other) > LEAST_PIECE / self.pieces for other in found):
                 found.append(float(x))
         return np.array(sorted(found))
 
@@ -68,7 +68,7 @@ class Splines:
         """The matrix from coefficients to values of a derivative at x, from 0 to 1."""
         basis = BSpline(self.knots, np.eye(self.count), self.degree)
         values = (basis.derivative(order) if order else basis)(x)
-        values[np.abs(values) <= NOTHING * np.abs(values).max()] = 0.0
+        values[np.abs(values) <= LEAST_ENTRY * np.abs(values).max()] = 0.0
         return sparse.csr_array(values)
 
     def bernstein(self, order: int) -> sparse.csr_array:
@@ -78,13 +78,13 @@ class Splines:
     @cached_property
     def _parts(self) -> tuple[float, ...]:
         """Where the parts of the stroke end."""
-        shares = np.arange(PARTS) / PARTS
+        shares = np.arange(SPAN_PARTS) / SPAN_PARTS
         starts = self.ends[:-1, None] + shares * np.diff(self.ends)[:, None]
         return (*starts.ravel().tolist(), 1.0)
 
     def between(self, order: int, low: float, high: float) -> sparse.csr_array:
         """The same for a range of x: from part to part within it."""
-        inside = [x for x in self._parts if low + APART < x < high - APART]
+        inside = [x for x in self._parts if low + LEAST_PART < x < high - LEAST_PART]
         return _bernstein(self, order, (low, *inside, high))
 
     def once(self, order: int, degree: int) -> sparse.csr_array:
@@ -97,9 +97,9 @@ class Splines:
         Where the derivative is continuous, the first of a part is the last of the part before.
         """
         count = self.ends.size - 1
-        part, number = np.divmod(np.arange(count * PARTS * (degree + 1)), degree + 1)
-        goes_on = np.ones(count * PARTS, dtype=bool)
-        goes_on[PARTS::PARTS] = order <= self._continuous
+        part, number = np.divmod(np.arange(count * SPAN_PARTS * (degree + 1)), degree + 1)
+        goes_on = np.ones(count * SPAN_PARTS, dtype=bool)
+        goes_on[SPAN_PARTS::SPAN_PARTS] = order <= self._continuous
         return np.flatnonzero((number > 0) | (part == 0) | ~goes_on[part])
 
     def on(self, stroke: Stroke, name: str, coefficients: FloatArray, scale: float) -> Stroke:
@@ -129,7 +129,7 @@ def _bernstein(splines: Splines, order: int, ends: tuple[float, ...]) -> sparse.
     values = comb(degree, power) * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
     nodes = (np.array(ends[:-1])[:, None] + np.diff(ends)[:, None] * x).ravel()
     found = sparse.kron(sparse.eye_array(parts), np.linalg.inv(values)) @ splines.at(nodes, order)
-    found.data[np.abs(found.data) <= NOTHING * np.abs(found.data).max()] = 0.0
+    found.data[np.abs(found.data) <= LEAST_ENTRY * np.abs(found.data).max()] = 0.0
     found.eliminate_zeros()
     return sparse.csr_array(found)
 

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple, Protocol
 
 from camopt.motion.stroke import Stroke
 from camopt.synthesis.demand import Demand, LinearConstraint
-from camopt.synthesis.rows import Rows, Term
+from camopt.synthesis.rows import ConvexRows, LinearTerm
 
 
-class Range(NamedTuple):
+class DerivativeRange(NamedTuple):
     """The ends of a range of a derivative, each possibly infinite, in a unit that may be a variable."""
 
     low: float
@@ -25,11 +25,11 @@ class Range(NamedTuple):
         """Half its width."""
         return (self.high - self.low) / 2.0
 
-    def times(self, factor: float) -> "Range":
-        return Range(factor * self.low, factor * self.high, self.unit)
+    def times(self, factor: float) -> "DerivativeRange":
+        return DerivativeRange(factor * self.low, factor * self.high, self.unit)
 
 
-Ranges = dict[int, list[Range]]
+Ranges = dict[int, list[DerivativeRange]]
 """Ranges of a stroke's derivatives, by order; all of a list hold."""
 
 
@@ -41,7 +41,7 @@ class Sizes:
     height: Any
     prime: Any
 
-    def in_floor(self, floor: LinearConstraint, unit: float) -> list[Term]:
+    def in_floor(self, floor: LinearConstraint, unit: float) -> list[LinearTerm]:
         """What sizes and constants add to a linear limit, whose lengths are in a unit."""
         parts = ((floor.lead, self.lead), (floor.height, self.height))
         return [(floor.constant / unit, 1.0), *(part for part in parts if part[0])]
@@ -50,16 +50,16 @@ class Sizes:
 class StrokeMotion(Protocol):
     """The motion of one stroke in units of the lift, by rad: its limits, and what others need of it."""
 
-    rows: Rows
+    rows: ConvexRows
     """Its limits."""
 
-    def end(self, order: int, last: bool) -> list[Term] | None:
+    def end(self, order: int, last: bool) -> list[LinearTerm] | None:
         """y or a derivative at an end of the stroke, or None if it is not known there."""
 
     def rests(self, rest: int, last: bool) -> None:
         """Make so many derivatives zero at an end, beside a dwell."""
 
-    def lowest(self, x: float) -> list[Term]:
+    def lowest(self, x: float) -> list[LinearTerm]:
         """y at x of the unit stroke, where the motion is lowest; of a bound, anything."""
 
     def mirrors(self, other: Any) -> None:

@@ -5,7 +5,7 @@ from math import pi
 
 from camopt.motion.stroke import Stroke
 
-SAME = 1e-9  # of a turn or of the lift: what counts as equal
+EQUAL_SHARE = 1e-9  # of a turn or of the lift: what counts as equal
 
 
 def mirrored(strokes: Sequence[Stroke]) -> tuple[int, ...] | None:
@@ -24,6 +24,6 @@ def mirrored(strokes: Sequence[Stroke]) -> tuple[int, ...] | None:
 def _mirror(one: Stroke, other: Stroke) -> bool:
     """Whether a stroke can be another from its end to its start."""
     lift = max(abs(one.high - one.low), abs(other.high - other.low), abs(one.high), abs(other.high))
-    near = abs(one.low - other.high) + abs(one.high - other.low) <= SAME * lift
+    near = abs(one.low - other.high) + abs(one.high - other.low) <= EQUAL_SHARE * lift
     alike = one.is_free == other.is_free and one.is_move == other.is_move
-    return alike and near and abs(one.angle - other.angle) <= SAME * 2.0 * pi
+    return alike and near and abs(one.angle - other.angle) <= EQUAL_SHARE * 2.0 * pi

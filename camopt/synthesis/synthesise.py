@@ -23,13 +23,13 @@ from camopt.synthesis import residual
 from camopt.synthesis.cams import (
     cam_for,
     programme_with,
-    scene_with,
+    scene_with_laws,
     smallest_cams,
     smallest_design,
     within,
 )
 from camopt.synthesis.ceilings import ceilings_of
-from camopt.synthesis.convex import SOLVED, Convex, convex, solve
+from camopt.synthesis.convex import SOLVER_ENDS, SOLVER_ERROR, Convex, convex, solve
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
@@ -39,12 +39,11 @@ from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.unmet import contradiction, no_cam
 
-SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
-SOLVER_ERROR = 1e-6  # relative, of an optimum
-PANELS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails
-MARGINS = (1e-7, 1e-6, 1e-5, 1e-4)  # by which limits are held closer than asked, for a solver's error
+GENTLE_SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
+PANEL_COUNTS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails
+LIMIT_MARGINS = (1e-7, 1e-6, 1e-5, 1e-4)  # by which limits are held closer than asked, for a solver's error
 CONE = 100.0  # times that, for a limit that is a cone: a solver errs more there
-LOOKED_AT = 3  # laws whose cams miss the limits, for what they reach
+MISSES_SHOWN = 3  # laws whose cams miss the limits, for what they reach
 WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
 
@@ -120,8 +119,8 @@ def _best(scene: Scene, demand: Demand, advance: Progress) -> tuple[Synthesis, I
     """The best free laws of a demand, and their cam."""
     advance(0, 1)  # as far as is known: where the convex optimum is a cam, nothing starts from other laws
     ceilings = ceilings_of(demand)
-    for first in range(len(MARGINS)):
-        model, start, least = solved(demand, MARGINS[first:])
+    for first in range(len(LIMIT_MARGINS)):
+        model, start, least = solved(demand, LIMIT_MARGINS[first:])
         cam = cam_for(scene, demand, start)
         if cam or ceilings:
             break  # if not, a solver's error takes the cam beyond its limits, which a wider margin mends
@@ -130,8 +129,8 @@ def _best(scene: Scene, demand: Demand, advance: Progress) -> tuple[Synthesis, I
     steps = [] if free or not ceilings else list(_by_convex_steps(scene, model, demand, start, advance))
     found += [(each, last) for each, last in steps if each]
     if not found:
-        tried = [start, *(last for _, last in steps)][:LOOKED_AT]
-        raise no_cam([smallest_cams(scene_with(scene, demand, each)) for each in tried])
+        tried = [start, *(last for _, last in steps)][:MISSES_SHOWN]
+        raise no_cam([smallest_cams(scene_with_laws(scene, demand, each)) for each in tried])
     cam, laws = _least(found)
     return replace(cam, convex=free), laws
 
@@ -146,7 +145,7 @@ def bound_of(demand: Demand) -> float | None:
     Nothing convex bounds the size of a cam whose follower oscillates.
     """
     wider = tightened(demand, -SOLVER_ERROR)  # then a solver's error leaves it below
-    for panels in PANELS:
+    for panels in PANEL_COUNTS:
         relaxed = convex(wider, partial(RelaxedMotion, panels))
         try:
             value = relaxed.solve()
@@ -163,7 +162,7 @@ def lowered(relaxed: Convex, value: float) -> float:
     return max(value - SOLVER_ERROR * (value + relaxed.unit), 0.0) if value < inf else inf
 
 
-def solved(demand: Demand, margins: Sequence[float] = MARGINS) -> tuple[Convex, Iterate, float]:
+def solved(demand: Demand, margins: Sequence[float] = LIMIT_MARGINS) -> tuple[Convex, Iterate, float]:
     """The convex programme with free laws, its solution and its least objective, or what a smooth one may have.
 
     Among the laws that reach it the one of the gentlest jerk is taken. Margins widen until the laws hold the
@@ -190,8 +189,8 @@ def solved(demand: Demand, margins: Sequence[float] = MARGINS) -> tuple[Convex, 
 def gentlest(model: Convex, least: float) -> Iterate | None:
     """The laws of the least mean square of the jerk at nearly the least objective; None if the solver fails."""
     problem, most = model.gentle
-    most.value = model.enough(least) / model.unit + SLACK
-    return iterate_of(model) if solve(problem) in SOLVED else None
+    most.value = model.enough(least) / model.unit + GENTLE_SLACK
+    return iterate_of(model) if solve(problem) in SOLVER_ENDS else None
 
 
 def tightened(demand: Demand, margin: float) -> Demand:
@@ -214,7 +213,7 @@ def _by_convex_steps(
     scene: Scene, model: Convex, demand: Demand, start: Iterate, advance: Progress
 ) -> Iterator[tuple[Synthesis | None, Iterate]]:
     """The laws that convex steps reach from the convex optimum and from known laws, and their cams, if any."""
-    starts = [start, *placed(demand, start, objective_in(scene.synthesis))]
+    starts = [start, *starting_laws(demand, start, objective_in(scene.synthesis))]
     ceilings = ceilings_of(demand)
     steps = SequentialConvex(model, ceilings)
     for number, each in enumerate(starts):
@@ -223,7 +222,7 @@ def _by_convex_steps(
         yield cam_for(scene, demand, last) if within(demand, programme_with(demand, last)) else None, last
 
 
-def placed(demand: Demand, start: Iterate, objective: Collection[str]) -> list[Iterate]:
+def starting_laws(demand: Demand, start: Iterate, objective: Collection[str]) -> list[Iterate]:
     """Laws on the smallest cam for them: the known ones within the limits, and the convex optimum.
 
     Not the latter where the size is part of it: it lies on its smallest cam already, but for other limits.

@@ -7,7 +7,7 @@ from typing import Any
 
 from camopt.motion import LAWS
 from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
-from camopt.motion.segments import MOVE, Segment
+from camopt.motion.segments import MOVE, GivenSegment
 from camopt.motion.spline import SplineLaw
 from camopt.problem.problem import resolve
 from camopt.scene import tables
@@ -19,7 +19,7 @@ from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import Design
 from camopt.tables.layout import Table
 
-FREE = ("rise", "return", MOVE)
+FREE_KINDS = ("rise", "return", MOVE)
 
 
 @dataclass(frozen=True)
@@ -111,9 +111,9 @@ def _named(row: Mapping[str, Any], name: str) -> dict[str, Any]:
     return dict(row) if named else {**row, "law_rise": name, "law_return": name}
 
 
-def free_names(segments: Sequence[tables.Segment] | Sequence[Segment]) -> list[str]:
+def free_names(segments: Sequence[tables.Segment] | Sequence[GivenSegment]) -> list[str]:
     """Names for the free laws of the rises, returns and moves of a turn, in order."""
-    kinds = [segment.segment for segment in segments if segment.segment in FREE]
+    kinds = [segment.segment for segment in segments if segment.segment in FREE_KINDS]
     counts = [kinds[: n + 1].count(kind) for n, kind in enumerate(kinds)]
     return [f"free-{k}-{n}" if kinds.count(k) > 1 else f"free-{k}" for k, n in zip(kinds, counts, strict=True)]
 

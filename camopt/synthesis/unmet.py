@@ -5,22 +5,22 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
-from camopt.mistakes import Unmet, listed
+from camopt.mistakes import Unmet, listed_words
 from camopt.motion.segments import MOVE
 from camopt.numerics.irreducible import irreducible
 from camopt.problem.limit import Limit
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
-from camopt.scene.tables import TERMS
+from camopt.scene.tables import OBJECTIVE_TERMS
 from camopt.smallest.optimise import Optimum
-from camopt.synthesis.demand import SIZE, Demand
-from camopt.synthesis.from_scene import AMPLE, GENTLE, default_peaks
+from camopt.synthesis.demand import SIZE_WORDS, Demand
+from camopt.synthesis.from_scene import AMPLE_FACTOR, GENTLE, default_peaks
 from camopt.synthesis.units import unit_of
 from camopt.tables.cells import number
 from camopt.tables.designs import Design
 
-Bound = Callable[[Demand], float | None]
+BestPossible = Callable[[Demand], float | None]
 """What no motion whatever can pass of a demand's objective; infinite if none holds its limits."""
 
 
@@ -31,11 +31,11 @@ def no_cam(searches: Sequence[Optimum]) -> Unmet:
     found = [missed for miss in misses if (missed := _missed(miss))]
     if not found:
         obstacles = dict.fromkeys(why for each in searches for why in each.obstacles.values())
-        return Unmet(f"{held} the others: {listed(list(obstacles))}")
+        return Unmet(f"{held} the others: {listed_words(list(obstacles))}")
     nearest = min(found, key=lambda each: (len(each), max(by for _, by in each.values())))
     keys = [key for key in nearest if "." in key]
     lifts = f"; what lifts this is a wider {' or '.join(keys)}, or none" if keys else ""
-    return Unmet(f"{held} {listed([f'{key} ({words})' for key, (words, _) in nearest.items()])}{lifts}")
+    return Unmet(f"{held} {listed_words([f'{key} ({words})' for key, (words, _) in nearest.items()])}{lifts}")
 
 
 def _missed(miss: Design) -> dict[str, tuple[str, float]]:
@@ -61,7 +61,7 @@ def _reached(limit: Limit, row: Mapping[str, Any]) -> tuple[str, float]:
     return f"{worst} = {number(values[worst])} was reached, {asked} is asked", by
 
 
-def contradiction(scene: Scene, demand: Demand, bound_of: Bound) -> Unmet:
+def contradiction(scene: Scene, demand: Demand, bound_of: BestPossible) -> Unmet:
     """The limits and conditions that no motion holds together: without any one of these one does."""
     found = irreducible(demand.names, lambda kept: bound_of(demand.only(kept)) != inf)
     usual = [name for name in _usual(scene, demand) if name in found]
@@ -70,10 +70,10 @@ def contradiction(scene: Scene, demand: Demand, bound_of: Bound) -> Unmet:
         count = "two" if len(asked) == 2 else len(asked)
         alone = "by itself it is this one that none holds"
         together = alone if len(asked) == 1 else f"these {count} contradict each other"
-        return Unmet(f"no motion whatever holds all limits; {together}: {listed(asked)}")
+        return Unmet(f"no motion whatever holds all limits; {together}: {listed_words(asked)}")
     default = " and ".join(f"{name}{_least(scene, demand, name, found, bound_of)}" for name in usual)
     within = f"within the {default} that it may have by default ({_gentle(scene)})"
-    return Unmet(f"no motion whatever holds {listed(asked) or 'the segments'} {within}; {_lifted_by(scene)}")
+    return Unmet(f"no motion whatever holds {listed_words(asked) or 'the segments'} {within}; {_lifted_by(scene)}")
 
 
 def _usual(scene: Scene, demand: Demand) -> list[str]:
@@ -85,7 +85,9 @@ def _gentle(scene: Scene) -> str:
     """What the default limits of the motion are."""
     unit = [f"the peaks of {GENTLE}"] if _has_unit_strokes(scene) else []
     own = (
-        [f"{AMPLE:g} times those of the scene's own moves"] if any(s.segment == MOVE for s in scene.motion) else []
+        [f"{AMPLE_FACTOR:g} times those of the scene's own moves"]
+        if any(s.segment == MOVE for s in scene.motion)
+        else []
     )
     return " and ".join([*unit, *own])
 
@@ -103,26 +105,26 @@ def _has_unit_strokes(scene: Scene) -> bool:
     return any(segment.segment in ("rise", "return") for segment in scene.motion)
 
 
-def _asked(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_of: Bound) -> str:
+def _asked(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_of: BestPossible) -> str:
     """A limit or condition by its key, with the least that any motion needs of it where the others hold."""
     return f"{_key(scene, demand, name)}{_least(scene, demand, name, found, bound_of)}"
 
 
 def _key(scene: Scene, demand: Demand, name: str) -> str:
     """The key that gives a limit or condition of a demand."""
-    if name == SIZE:
+    if name == SIZE_WORDS:
         key = demand.problem.size_name.removesuffix("_mm")
-        return f"{SIZE} ({'search' if key in demand.problem.choices.sizes else 'cam'}.{key})"
+        return f"{SIZE_WORDS} ({'search' if key in demand.problem.choices.sizes else 'cam'}.{key})"
     limits = {limit.name: key_of(limit) for limit in demand.problem.limits}
     if name in limits or "." in name:
         return limits.get(name, name)
     return f"synthesis.peak_{name}" if getattr(scene.synthesis, f"peak_{name}", None) else name
 
 
-def _least(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_of: Bound) -> str:
+def _least(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_of: BestPossible) -> str:
     """In words, the least of a term of the objective that a motion has with the other limits found."""
-    term = "size" if name == SIZE else name
-    if term not in TERMS:
+    term = "size" if name == SIZE_WORDS else name
+    if term not in OBJECTIVE_TERMS:
         return ""
     others = demand.only([other for other in found if other != name])
     least = bound_of(replace(others, objective={term: 1.0}))

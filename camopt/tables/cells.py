@@ -7,7 +7,7 @@ from typing import Any
 
 from camopt.quantities import QUANTITIES
 
-LONGEST = 1000 * 365.25 * 86400.0  # seconds: a longer time is no answer
+LONGEST_TIME = 1000 * 365.25 * 86400.0  # seconds: a longer time is no answer
 
 
 def number(value: Any) -> str:
@@ -17,20 +17,20 @@ def number(value: Any) -> str:
     return "∞" if value == inf else "−∞" if value == -inf else f"{value + 0.0:.6g}"  # + 0.0: no −0
 
 
-NOTHING = dict.fromkeys(("deg", "mm", "N"), 1e-9)
+SHOWN_AS_ZERO = dict.fromkeys(("deg", "mm", "N"), 1e-9)
 """By unit: a quantity that is smaller is what rounding leaves of 0."""
 
 
 def quantity(name: str, value: Any) -> str:
     """The value of a quantity, or of another column; 0 where it is 0 but for rounding."""
     unit = QUANTITIES[name].unit if name in QUANTITIES else ""
-    nothing = isinstance(value, float) and abs(value) < NOTHING.get(unit, 0.0)
+    nothing = isinstance(value, float) and abs(value) < SHOWN_AS_ZERO.get(unit, 0.0)
     return number(0.0 if nothing else value)
 
 
 def duration(seconds: float) -> str:
     """A time as h:mm:ss, with days before it."""
-    return str(timedelta(seconds=round(seconds))) if seconds < LONGEST else "more than 1,000 years"
+    return str(timedelta(seconds=round(seconds))) if seconds < LONGEST_TIME else "more than 1,000 years"
 
 
 def heading(name: str, unit: str | None = None) -> str:

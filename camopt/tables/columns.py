@@ -6,40 +6,43 @@ from typing import Any
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES
 
-Row = Mapping[str, Any]
-WHOLE_TURN, PARTS = "pressure_angle_max_deg", ("pressure_angle_max_rise_deg", "pressure_angle_max_return_deg")
-LAWS = ("law_rise", "law_return")
+TableRow = Mapping[str, Any]
+WHOLE_TURN, STROKE_ANGLES = (
+    "pressure_angle_max_deg",
+    ("pressure_angle_max_rise_deg", "pressure_angle_max_return_deg"),
+)
+LAW_COLUMNS = ("law_rise", "law_return")
 DERIVED = ("prime_radius_mm", "shaft_clearance_mm")  # sums and differences of other sizes
 
 
-def bounds_of(problem: Problem) -> dict[str, str]:
+def bounds_shown(problem: Problem) -> dict[str, str]:
     """What the limits ask of each quantity, as "≤ 30"; the first limit of several on one quantity."""
     found: dict[str, str] = {}
     for limit in problem.limits:
         for name in limit.shown:
             found.setdefault(name, f"{limit.relation} {limit.bound:g}".replace("-", "−"))
-    on_parts = {found.get(name) for name in PARTS}
+    on_parts = {found.get(name) for name in STROKE_ANGLES}
     if len(on_parts) == 1 and None not in on_parts:
-        found[WHOLE_TURN] = found[PARTS[0]]
+        found[WHOLE_TURN] = found[STROKE_ANGLES[0]]
     return found
 
 
-def columns_of(problem: Problem, rows: Iterable[Row], asked: Iterable[str] = ()) -> list[str]:
+def columns_of(problem: Problem, rows: Iterable[TableRow], asked: Iterable[str] = ()) -> list[str]:
     """Sizes, then what was asked: objectives, limited quantities and outputs; none that is 0 throughout.
 
     A law on rises and returns alike is one column, ``law``; so is a pressure angle that is asked over the turn.
     """
-    rows, bounds = list(rows), bounds_of(problem)
+    rows, bounds = list(rows), bounds_shown(problem)
     outputs = problem.wanted - problem.needed if problem.outputs else frozenset()
     asked = [*asked, *(name for name in QUANTITIES if name in outputs)]
-    twice = {WHOLE_TURN} - {*asked} or {*PARTS} - {*asked}
+    twice = {WHOLE_TURN} - {*asked} or {*STROKE_ANGLES} - {*asked}
     named = dict.fromkeys([*asked, *(name for name in bounds if WHOLE_TURN not in bounds or name not in twice)])
     shown = [name for name in named if name in rows[0] and not is_nothing(problem.choices.sizes, name, rows)]
     sizes = sizes_shown(problem.choices.sizes, rows)
     return [*sizes, *(name for name in shown if name not in sizes)]
 
 
-def sizes_shown(searched: Container[str], rows: Iterable[Row]) -> list[str]:
+def sizes_shown(searched: Container[str], rows: Iterable[TableRow]) -> list[str]:
     """The sizes worth a column: no law twice, no sum or difference of others, none that is 0 and not searched.
 
     ``searched`` are the keys of the sizes in ``[search]``.
@@ -47,14 +50,14 @@ def sizes_shown(searched: Container[str], rows: Iterable[Row]) -> list[str]:
     rows = list(rows)
     sizes = [name for name in rows[0] if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
     kept = [name for name in sizes if name not in DERIVED and not is_nothing(searched, name, rows)]
-    return [*laws_shown(rows), *(name for name in kept if name not in LAWS)]
+    return [*laws_shown(rows), *(name for name in kept if name not in LAW_COLUMNS)]
 
 
-def laws_shown(rows: Iterable[Row]) -> list[str]:
+def laws_shown(rows: Iterable[TableRow]) -> list[str]:
     """The columns of laws: one where rises and returns have the same, none where moves alone make the motion."""
     rows = list(rows)
     if any(row["law_rise"] != row["law_return"] for row in rows):
-        return list(LAWS)
+        return list(LAW_COLUMNS)
     return ["law"] if any(row["law_rise"] for row in rows) else []
 
 
@@ -63,7 +66,7 @@ def joined_laws(rise: str, fall: str) -> str:
     return " / ".join(filter(None, dict.fromkeys((rise, fall))))
 
 
-def with_law(rows: Iterable[Row]) -> list[dict[str, Any]]:
+def with_law(rows: Iterable[TableRow]) -> list[dict[str, Any]]:
     """Rows with the column ``law``."""
     return [{"law": row["law_rise"], **row} for row in rows]
 
@@ -75,7 +78,7 @@ def axes_of(names: Sequence[str]) -> list[str]:
     return list(names[names.index("free") + 1 : names.index("bound")])
 
 
-def is_nothing(searched: Container[str], name: str, rows: Iterable[Row]) -> bool:
+def is_nothing(searched: Container[str], name: str, rows: Iterable[TableRow]) -> bool:
     """Whether a quantity is 0, or no name, whatever the design: a roller radius of a knife, a law of moves.
 
     ``searched`` are the keys of the sizes in ``[search]``.

@@ -6,26 +6,26 @@ from typing import Any
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES
 from camopt.tables.cells import quantity
-from camopt.tables.columns import Row, bounds_of, columns_of
+from camopt.tables.columns import TableRow, bounds_shown, columns_of
 from camopt.tables.layout import ABOUT, VALUE, Cell, Table, table_of
 
 
 def designs_table(
-    title: str, problem: Problem, rows: Iterable[Row], last: Iterable[str] = (), asked: Iterable[str] = ()
+    title: str, problem: Problem, rows: Iterable[TableRow], last: Iterable[str] = (), asked: Iterable[str] = ()
 ) -> Table:
     """A row for each design: sizes, what was asked, and some more columns; what is a list becomes a text."""
     shown = [{name: _words(value) for name, value in row.items()} for row in rows]
     names = [*columns_of(problem, shown, asked), *last]
-    return table_of(title, shown, names, bounds_of(problem))
+    return table_of(title, shown, names, bounds_shown(problem))
 
 
 def _words(value: Any) -> Any:
     return ", ".join(value) if isinstance(value, list) and all(isinstance(each, str) for each in value) else value
 
 
-def design_table(title: str, problem: Problem, design: Row, about: Mapping[str, str]) -> Table:
+def design_table(title: str, problem: Problem, design: TableRow, about: Mapping[str, str]) -> Table:
     """One design down the page: name, value, unit, limit if there are any, and a word about each quantity."""
-    bounds = bounds_of(problem)
+    bounds = bounds_shown(problem)
     rows = []
     for name, text in about.items():
         unit = QUANTITIES[name].unit if name in QUANTITIES else ""

@@ -149,10 +149,10 @@ def scene_of_row(searched: Scene, row: Mapping[str, Any]) -> Scene:
     """The scene of a row: a frontier's has one of its own (TOML), others are designs of the scene searched."""
     if "scene" in row:
         return Scene.embedded(row["scene"], searched.file)
-    return chosen(searched, row)
+    return scene_with_row(searched, row)
 
 
-def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
+def scene_with_row(scene: Scene, row: Mapping[str, Any]) -> Scene:
     """The scene with the sizes, other numbers, laws and angles of a row; what the row does not have stays."""
     columns = {key: column_of(scene, key) for key in (*size_keys(scene), *scene.search.numbers)}
     changes: dict[str, Any] = {key: row[column] + 0.0 for key, column in columns.items() if column in row}  # no −0
@@ -176,7 +176,7 @@ PARETO, DESIGNS = "pareto.parquet", "designs.parquet"
 """The files of a sweep: of its front, and of all designs that it keeps."""
 OPTIMUM = "optimum-*.toml"
 """The files of ``write_scenes``."""
-LONGEST_NAME = 200  # bytes: a file system takes 255
+NAME_BYTES = 200  # bytes: a file system takes 255
 
 
 def write_scenes(designs: Mapping[str, Design], folder: str | os.PathLike[str]) -> list[Path]:
@@ -197,4 +197,4 @@ def write_scenes(designs: Mapping[str, Design], folder: str | os.PathLike[str]) 
 def _file_name(text: str) -> str:
     """What of a text any file system takes in a name."""
     plain = re.sub(r"[^\w.+-]+", "-", text).strip("-")
-    return plain.encode()[:LONGEST_NAME].decode(errors="ignore")
+    return plain.encode()[:NAME_BYTES].decode(errors="ignore")

@@ -4,10 +4,10 @@ from html import escape
 
 from camopt.tables.layout import Cell, Table
 
-MOST_ROWS = 40
+HTML_ROWS = 40
 
 
-def html_table(table: Table, most: int = MOST_ROWS) -> str:
+def html_table(table: Table, most: int = HTML_ROWS) -> str:
     """A table with a caption; of many rows the first ones. Kinds of column are classes."""
     head = "".join(map(_head, table.heads)) if table.is_headed else ""
     body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows[:most])

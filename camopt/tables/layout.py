@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from camopt.tables.cells import heading, quantity
 
-WORDS, NUMBER, VALUE, ABOUT = "", "number", "value", "about"
+WORDS, NUMERIC, VALUE, ABOUT = "", "number", "value", "about"
 """Kinds of column: words, numbers, what a name has (bold, of any length), sentences about the others."""
 
 
@@ -61,5 +61,5 @@ def table_of(
     for name in names:
         words = heading(name, units.get(name)) + (f"\n{bounds.get(name, ' ')}" if limited else "")
         texts = all(isinstance(record.get(name, ""), str) for record in records)
-        heads.append(Cell(words, WORDS if texts else NUMBER))
+        heads.append(Cell(words, WORDS if texts else NUMERIC))
     return Table.of(title, heads, ([quantity(name, record.get(name, "")) for name in names] for record in records))

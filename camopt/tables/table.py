@@ -15,7 +15,7 @@ from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.storage.files import whole_file
 from camopt.storage.seal import ROWS_IN_GROUP, sealed
-from camopt.storage.sealed import SCENE, TYPES, about, no_table, read_table
+from camopt.storage.sealed import SCENE_KEY, TYPES, no_table, read_table, table_facts
 from camopt.version import VERSION
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def schema(names: tuple[str, ...], scene: str) -> pa.Schema:
 
 def scene_in(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:
     """The scene that a table was made of, in its metadata; BadInput if it has none, or one with mistakes."""
-    text = (layout.metadata or {}).get(SCENE)
+    text = (layout.metadata or {}).get(SCENE_KEY)
     if not text:
         raise no_table(path, "this has no scene in it")
     try:
@@ -165,5 +165,5 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     """
     table = read_table(path)
     frame: pd.DataFrame = table.replace_schema_metadata(None).to_pandas()
-    frame.attrs = about(table.schema)
+    frame.attrs = table_facts(table.schema)
     return frame

@@ -9,14 +9,14 @@ from camopt.numerics import FloatArray
 from camopt.scene.scene import Scene
 from camopt.storage.files import whole_file
 
-Sheet = tuple[Sequence[str], Sequence[str], Sequence[FloatArray]]
+SheetColumns = tuple[Sequence[str], Sequence[str], Sequence[FloatArray]]
 """Headings, units and columns of numbers."""
-MOST_ROWS = 1_048_574  # of a sheet, below its two lines of headings
+SHEET_ROWS = 1_048_574  # of a sheet, below its two lines of headings
 SAME_TIME = datetime(2000, 1, 1, tzinfo=UTC).replace(tzinfo=None)
 """The same cam gives the same file: workbooks name a time at which they were made."""
 
 
-def write_workbook(path: str | os.PathLike[str], sheets: Mapping[str, Sheet], scene: Scene) -> None:
+def write_workbook(path: str | os.PathLike[str], sheets: Mapping[str, SheetColumns], scene: Scene) -> None:
     """Write tables and the scene that they are of; the file appears only when whole.
 
     Raises
@@ -32,9 +32,9 @@ def write_workbook(path: str | os.PathLike[str], sheets: Mapping[str, Sheet], sc
         why = 'written where XlsxWriter is installed; pip install "camopt[excel]" adds it'
         raise BadInput([Mistake("camopt", "file", os.fspath(path), why)]) from None
     longest = max(columns[0].size for _, _, columns in sheets.values())
-    if longest > MOST_ROWS:
+    if longest > SHEET_ROWS:
         raise BadInput(
-            [Mistake("camopt", "file", os.fspath(path), f"of at most {MOST_ROWS:,} rows; it has {longest:,}")]
+            [Mistake("camopt", "file", os.fspath(path), f"of at most {SHEET_ROWS:,} rows; it has {longest:,}")]
         )
     with whole_file(path) as partial, Workbook(partial) as book:
         book.set_properties({"created": SAME_TIME})

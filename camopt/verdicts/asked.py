@@ -12,7 +12,7 @@ from flint import arb
 from camopt.motion.conditions import MISSED, Condition
 from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import Stroke
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.verdicts.ball import precisely
 from camopt.verdicts.deciding import HELD, Statement, decide_part, worst
 from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
@@ -46,8 +46,10 @@ def _verdict(condition: Condition, stroke: Stroke, exact: ExactStroke, until: fl
 def _sides(condition: Condition, stroke: Stroke) -> Iterator[Statement]:
     """What a condition states: above the one end of its range, and below the other."""
     order = condition.order
-    least, most = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
+    least, most = span(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
     room = MISSED[order] * max(abs(least), abs(most))
     for side, bound in ((1.0, condition.high), (-1.0, -condition.low)):
         if isfinite(bound):
-            yield Statement(lambda moved: (moved[order], moved[order + 1]), TURN, arb(side), arb(bound + room))
+            yield Statement(
+                lambda moved: (moved[order], moved[order + 1]), ALL_STROKES, arb(side), arb(bound + room)
+            )

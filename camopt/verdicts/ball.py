@@ -14,19 +14,19 @@ from flint import arb, arb_series, ctx
 
 from camopt.numerics.taylor import quotient, root
 
-BITS = 200
-TERMS = 16  # of series at most
-TURNS = RLock()
+PRECISION_BITS = 200
+MOST_TERMS = 16  # of series at most
+PRECISION_LOCK = RLock()
 
 
 @contextmanager
-def precisely(terms: int = TERMS) -> Iterator[None]:
-    """Ball arithmetic at ``BITS`` within, and after it at the precision of before; a decorator, too.
+def precisely(terms: int = MOST_TERMS) -> Iterator[None]:
+    """Ball arithmetic at ``PRECISION_BITS`` within, and after it at the precision of before; a decorator, too.
 
     Series have up to so many terms. flint has one precision for the whole process, so that proofs in several
     threads wait for each other.
     """
-    with TURNS, ctx.workprec(BITS):
+    with PRECISION_LOCK, ctx.workprec(PRECISION_BITS):
         before, ctx.cap = ctx.cap, terms
         try:
             yield
@@ -62,7 +62,7 @@ def _absolute(a: Any) -> Any:
     return a * _sign(a) if isinstance(a, arb_series) else abs(a)
 
 
-RULES: dict[np.ufunc, Callable[..., Any]] = {
+BALL_RULES: dict[np.ufunc, Callable[..., Any]] = {
     np.add: lambda a, b: a + b,
     np.subtract: lambda a, b: a - b,
     np.multiply: lambda a, b: a * b,
@@ -117,9 +117,9 @@ class Ball(np.lib.mixins.NDArrayOperatorsMixin):
         return Ball(-self.arb)
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        if method != "__call__" or kwargs or ufunc not in RULES:
+        if method != "__call__" or kwargs or ufunc not in BALL_RULES:
             return NotImplemented
-        return Ball(RULES[ufunc](*(_within(x) for x in inputs)))
+        return Ball(BALL_RULES[ufunc](*(_within(x) for x in inputs)))
 
     def __getitem__(self, index: Any) -> "Ball":
         return self

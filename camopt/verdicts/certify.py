@@ -16,7 +16,7 @@ import camopt.verdicts.exact_point_contact  # noqa: F401  what formulas do to ba
 from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics.clock import now
 from camopt.problem.claims import Claim
 from camopt.problem.limit import SELF_CROSSING, UNDERCUT, Limit
@@ -26,29 +26,30 @@ from camopt.scene.scene import Scene
 from camopt.verdicts.asked import conditions_verdict
 from camopt.verdicts.ball import as_arb, precisely
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED, Statement, decide, sign_of, worst
-from camopt.verdicts.exact_curve import BALLS, in_balls, of_curve
+from camopt.verdicts.exact_curve import BALL_NUMBERS, in_balls, of_curve
 from camopt.verdicts.exact_mean import mean_verdict
-from camopt.verdicts.exact_motion import ExactMotion, motion_of
+from camopt.verdicts.exact_motion import ExactMotion, exact_motion
 from camopt.verdicts.exact_section import integrated_rows, is_integrated
 from camopt.verdicts.judging import ASSEMBLY, run_effects
 
 CONDITIONS = "conditions"
-NEAR = (1e-14, 1e-12, 1e-9)  # shares of a lift that its double may be off
+DOUBLE_ERRORS = (1e-14, 1e-12, 1e-9)  # shares of a lift that its double may be off
 
 
 @precisely()
-def turn_of(programme: Programme) -> ExactMotion:
+def exact_turn(programme: Programme) -> ExactMotion:
     """The turn of a programme in balls, its highest included, which is proved where it may be inside a stroke."""
-    motion = motion_of(programme)
+    motion = exact_motion(programme)
     return motion if programme.monotone else replace(motion, highest=_highest(motion, programme.lift))
 
 
 def _highest(motion: ExactMotion, lift: float) -> arb:
     """A ball of the highest of a turn about its double: the follower is nowhere above it, and somewhere within."""
-    for share in NEAR:
+    for share in DOUBLE_ERRORS:
         low, high = (
             decide(
-                Statement(lambda moved: (moved[0], moved[1]), TURN, arb(1), arb(lift * (1 + side * share))), motion
+                Statement(lambda moved: (moved[0], moved[1]), ALL_STROKES, arb(1), arb(lift * (1 + side * share))),
+                motion,
             )
             for side in (-1, 1)
         )
@@ -60,7 +61,7 @@ def _highest(motion: ExactMotion, lift: float) -> arb:
 def statements_of(claim: Claim, design: Designs, motion: ExactMotion) -> list[Statement]:
     """The sides of a claim for a design (in balls)."""
     made = claim.curve(design, cast(Programme, motion))
-    factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALLS)
+    factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALL_NUMBERS)
     return [Statement(of_curve(made), claim.kinds, factor * side, allowed) for side in claim.sides]
 
 
@@ -81,7 +82,7 @@ def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
 
     A limit is often just that of the sharpest arc, and is not divided by, so that this is seen.
     """
-    factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALLS)
+    factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALL_NUMBERS)
     for side, radius in product(claim.sides, problem.profile):
         if isinf(radius):  # a line
             yield sign_of(-allowed)
@@ -120,7 +121,7 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
     """The verdict on each limit for one design: held, broken or undecided, as at ``until`` (``clock.now``)."""
     if not problem.setup.mechanism.exists(design, problem.programme)[0]:
         return {ASSEMBLY: BROKEN}
-    motion = turn_of(problem.programme)
+    motion = exact_turn(problem.programme)
     exact = in_balls(design)
     verdicts: dict[str, str] = {}
     for limit in problem.limits:
@@ -191,7 +192,7 @@ def certify(scene: Scene) -> dict[str, str]:
 
 def certify_problem(problem: Problem) -> dict[str, str]:
     """As ``certify``, for a scene already resolved."""
-    asked = conditions_verdict(problem.programme, motion_of(problem.programme))
+    asked = conditions_verdict(problem.programme, exact_motion(problem.programme))
     return certify_design(problem, problem.design) | ({} if asked is None else {CONDITIONS: asked})
 
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from flint import arb
 
-from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN, WAYS, ways_of
+from camopt.motion.table import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, ways_of
 from camopt.numerics.clock import now
 from camopt.verdicts.ball import Ball, as_arb, between, precisely
 from camopt.verdicts.exact_laws import Stretch
@@ -20,8 +20,8 @@ from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, motion_at
 
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
 FIRST_PARTS = 8  # of each piece of a law, and line of a load
-MOST_PARTS = 20_000
-NARROWEST = arb(2) ** -90
+DECIDING_PARTS = 20_000
+NARROWEST_PART = arb(2) ** -90
 
 
 def worst(verdicts: Collection[str]) -> str:
@@ -41,7 +41,7 @@ class Statement(NamedTuple):
         """What it says of a stroke, if anything: of a move, in terms of the way in which the follower moves."""
         if not self.kinds & (stroke.kind | WAYS):
             return None
-        if stroke.kind != TURN or self.kinds & TURN == TURN:
+        if stroke.kind != ALL_STROKES or self.kinds & ALL_STROKES == ALL_STROKES:
             return self
         return self._replace(kinds=self.kinds & WAYS | ways_of(self.kinds))
 
@@ -112,7 +112,7 @@ def decide_part(
                 continue
             if everywhere:
                 return found
-        if high - low < NARROWEST or parts > MOST_PARTS or now() > until:
+        if high - low < NARROWEST_PART or parts > DECIDING_PARTS or now() > until:
             return UNDECIDED
         stack += [(low, middle), (middle, high)]
     return HELD

@@ -8,9 +8,9 @@ from typing import Any, overload
 import numpy as np
 
 from camopt.effects import Case
-from camopt.effects.motion import KINDS
+from camopt.effects.motion import MOVE_KINDS
 from camopt.mistakes import UnknownName, nearest
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.problem.problem import Problem, exactly, resolve, resolve_design
 from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.scene.scene import Scene
@@ -137,7 +137,7 @@ def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
     return Evaluation(scene, values, unbounded, warnings_of(problem))
 
 
-LOADS = ("force", "torque", "thrust", "hertz", "surface")
+LOAD_EFFECTS = ("force", "torque", "thrust", "hertz", "surface")
 
 
 def _overloaded(name: str, problem: Problem) -> str:
@@ -159,16 +159,16 @@ def _reason(name: str, problem: Problem) -> str:
     programme = problem.programme
     if QUANTITIES[name].effect == "vibration":
         return "the undamped train resonates: it vibrates a whole number of times in a turn"
-    kinds = next((kind for stroke, kind in KINDS.items() if stroke and f"_{stroke}_" in name), TURN)
+    kinds = next((kind for stroke, kind in MOVE_KINDS.items() if stroke and f"_{stroke}_" in name), ALL_STROKES)
     corners = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.corners if j.kinds & kinds)
     jumps = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.jumps if j.kinds & kinds)
     if name.startswith("jerk") and not corners:
         return f"the acceleration jumps at {jumps}"
     if name == "contact_stress_max_MPa" and problem.setup.pointed:
         return "a knife edge has no width"
-    if QUANTITIES[name].effect in LOADS and not corners:
+    if QUANTITIES[name].effect in LOAD_EFFECTS and not corners:
         return _overloaded(name, problem)
-    if name.startswith(("acceleration", "jerk")) or QUANTITIES[name].effect in LOADS:
+    if name.startswith(("acceleration", "jerk")) or QUANTITIES[name].effect in LOAD_EFFECTS:
         return f"the velocity jumps at {corners}"
     if name == "cutter_radius_max_mm":
         return "no flank of the profile is concave"

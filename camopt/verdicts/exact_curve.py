@@ -11,7 +11,7 @@ from camopt.numerics.curves import curve
 from camopt.numerics.state import Load, State
 from camopt.verdicts.ball import Ball
 
-BALLS = NumberKind(arb, arb.pi, arb.tan)
+BALL_NUMBERS = NumberKind(arb, arb.pi, arb.tan)
 ExactCurve = Callable[[list[Ball]], tuple[Any, Any]]
 """From the motion, its derivatives and a load to value and slope."""
 

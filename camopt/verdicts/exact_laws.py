@@ -135,7 +135,7 @@ def _wave(size: arb, speed: fmpq, phase: fmpq, *powers: int | fmpq) -> tuple[Pie
     return (Piece(arb(0), arb(1), tuple(map(arb, powers)), ((size, arb(speed), arb(phase)),)),)
 
 
-EXACT: dict[str, Callable[[], tuple[Piece, ...]]] = {
+EXACT_BY_NAME: dict[str, Callable[[], tuple[Piece, ...]]] = {
     "uniform": lambda: _polynomial(0, 1),
     "parabolic": _parabolic,
     "harmonic": lambda: _wave(arb(-1) / 2, fmpq(1), fmpq(1, 2), fmpq(1, 2)),
@@ -219,22 +219,22 @@ def _rational(values: tuple[float, ...]) -> list[fmpq]:
     return [fmpq(*value.as_integer_ratio()) for value in values]
 
 
-FORMS: dict[type, Callable[[Any], tuple[Piece, ...]]] = {
+EXACT_BY_TYPE: dict[type, Callable[[Any], tuple[Piece, ...]]] = {
     SplineLaw: _spline,
     PolynomialLaw: _by_conditions,
     SCCALaw: _scca,
     SkewedLaw: _skewed,
     MirroredLaw: _mirrored,
 }
-"""The exact form of laws that come in families; ``EXACT`` has that of laws by name."""
+"""The exact form of laws that come in families; ``EXACT_BY_NAME`` has that of laws by name."""
 
 
 @cache
 @precisely()
 def pieces_of(law: Law) -> tuple[Piece, ...]:
     """The pieces of a law."""
-    form = FORMS.get(type(law))
-    return EXACT[law.NAME]() if form is None else form(law)
+    form = EXACT_BY_TYPE.get(type(law))
+    return EXACT_BY_NAME[law.NAME]() if form is None else form(law)
 
 
 Stretch = Piece | ProfilePiece

@@ -26,17 +26,17 @@ from camopt.numerics.clock import now
 from camopt.problem.claims import MeanClaim
 from camopt.verdicts.ball import Ball, NoSeries, as_arb, between, precisely
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED, Statement
-from camopt.verdicts.exact_curve import BALLS, ExactCurve, of_curve
+from camopt.verdicts.exact_curve import BALL_NUMBERS, ExactCurve, of_curve
 from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_load import LoadLine
 from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
 
-ORDER = 26
-ROWS = 5  # y and its first derivatives, as curves take them
-TERMS = ORDER + ROWS  # of the displacement: the last of its derivatives has ORDER + 1
-MOST_PARTS = 20_000
+TAYLOR_ORDER = 26
+STATE_ROWS = 5  # y and its first derivatives, as curves take them
+DISPLACEMENT_TERMS = TAYLOR_ORDER + STATE_ROWS  # of the displacement: the last of its derivatives has ORDER + 1
+MEAN_PARTS = 20_000
 SMALLER = 4  # than the widest: parts that are halved with it
-NARROWEST = 2.0**-150  # of the mean: what balls may leave
+MEAN_ERROR = 2.0**-150  # of the mean: what balls may leave
 
 
 class TurnPart(NamedTuple):
@@ -69,14 +69,14 @@ class TurnPart(NamedTuple):
         if self.piece is None:
             return [self.stroke.low], [self.stroke.low]
         middle, by = (self.low + self.high) / 2, self.whole - (self.low + self.high) / 2
-        near, wide = (self.piece.derivatives(TERMS, x) for x in (middle, self.whole))
+        near, wide = (self.piece.derivatives(DISPLACEMENT_TERMS, x) for x in (middle, self.whole))
         terms = [arb(1)]
-        for j in range(1, TERMS):
+        for j in range(1, DISPLACEMENT_TERMS):
             terms.append(terms[-1] * by / j)
         whole = [wide[-1]]
-        for k in reversed(range(TERMS - 1)):
-            rest = sum((near[j] * terms[j - k] for j in range(k, TERMS - 1)), arb(0))
-            whole.append(rest + wide[-1] * terms[TERMS - 1 - k])
+        for k in reversed(range(DISPLACEMENT_TERMS - 1)):
+            rest = sum((near[j] * terms[j - k] for j in range(k, DISPLACEMENT_TERMS - 1)), arb(0))
+            whole.append(rest + wide[-1] * terms[DISPLACEMENT_TERMS - 1 - k])
         return self._by_angle(near), self._by_angle(whole[::-1])
 
     def _by_angle(self, rows: list[arb]) -> list[arb]:
@@ -91,17 +91,17 @@ class TurnPart(NamedTuple):
 
 def _ranges(rows: list[arb], load: list[arb]) -> list[Ball]:
     """What curves take: the first of some derivatives."""
-    padded = rows[:ROWS] + [arb(0)] * (ROWS - len(rows))
+    padded = rows[:STATE_ROWS] + [arb(0)] * (STATE_ROWS - len(rows))
     return [Ball(each) for each in padded + load]
 
 
 def _series(rows: list[arb], load: list[arb]) -> list[Ball]:
     """As ``_ranges``, as Taylor series."""
-    found = [arb_series([row / factorial(k) for k, row in enumerate(rows)], TERMS)]
-    for _ in range(ROWS - 1):
+    found = [arb_series([row / factorial(k) for k, row in enumerate(rows)], DISPLACEMENT_TERMS)]
+    for _ in range(STATE_ROWS - 1):
         found.append(found[-1].derivative())
     if load:
-        found += [arb_series(load, TERMS), arb_series(load[1:], TERMS)]
+        found += [arb_series(load, DISPLACEMENT_TERMS), arb_series(load[1:], DISPLACEMENT_TERMS)]
     return [Ball(each) for each in found]
 
 
@@ -129,7 +129,7 @@ class MeanOfPowers:
             yield found
             widths = [_width(ball) for _, ball in known]
             widest = max(widths)
-            done = widest <= NARROWEST * float(abs(found).mid()) or len(known) > MOST_PARTS or now() > until
+            done = widest <= MEAN_ERROR * float(abs(found).mid()) or len(known) > MEAN_PARTS or now() > until
             if done:
                 return
             kept = [each for each, width in zip(known, widths, strict=True) if width * SMALLER < widest]
@@ -151,11 +151,11 @@ class MeanOfPowers:
             )
         except NoSeries:
             return ranged
-        if isinstance(rest, arb_series) and rest.prec <= ORDER:
+        if isinstance(rest, arb_series) and rest.prec <= TAYLOR_ORDER:
             raise ArithmeticError("a series ends before the term that bounds what it leaves out")
         half = part.angle / 2
-        found = sum((2 * about[k] * half ** (k + 1) / (k + 1) for k in range(0, ORDER, 2)), arb(0))
-        found += 2 * rest[ORDER] * half ** (ORDER + 1) / (ORDER + 1)
+        found = sum((2 * about[k] * half ** (k + 1) / (k + 1) for k in range(0, TAYLOR_ORDER, 2)), arb(0))
+        found += 2 * rest[TAYLOR_ORDER] * half ** (TAYLOR_ORDER + 1) / (TAYLOR_ORDER + 1)
         return ranged if _width(ranged) < _width(found) else found
 
     def _power(self, value: Any) -> Any:
@@ -174,10 +174,10 @@ def _width(ball: arb) -> float:
     return float(ball.rad()) if ball.is_finite() else inf
 
 
-@precisely(TERMS)
+@precisely(DISPLACEMENT_TERMS)
 def mean_verdict(claim: MeanClaim, design: Designs, motion: ExactMotion, until: float = inf) -> str:
     """Whether a design (in balls) meets what a limit requires of a mean."""
-    allowed, factor = claim.allowed(BALLS), as_arb(claim.factor(design))
+    allowed, factor = claim.allowed(BALL_NUMBERS), as_arb(claim.factor(design))
     for found in MeanOfPowers.of(claim.mean, design, motion).enclosures(until):
         over = (found * factor - allowed) * claim.side
         if over <= 0 or over > 0:

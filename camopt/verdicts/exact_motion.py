@@ -55,7 +55,7 @@ class ExactMotion:
 
 
 @precisely()
-def motion_of(programme: Programme) -> ExactMotion:
+def exact_motion(programme: Programme) -> ExactMotion:
     """The turn of a programme, the numbers that it was made from taken as exact."""
     degree, strokes, start = arb.pi() / 180, [], arb(0)
     level = arb(programme.start) * _unit(programme.strokes[0])

@@ -7,9 +7,9 @@ from flint import acb, arb
 from camopt.numerics.point_contact import ellipticity_of, pressure_factor
 from camopt.verdicts.ball import Ball, between
 
-NEAR = arb(2) ** -64  # relative: a chord this short stands for the slope
-CLOSE = arb(2) ** -180
-STEPS = 8
+SHORT_CHORD = arb(2) ** -64  # relative: a chord this short stands for the slope
+CONVERGED = arb(2) ** -180
+NEWTON_STEPS = 8
 
 
 def _carlson(ellipticity: arb) -> tuple[arb, arb]:
@@ -27,15 +27,15 @@ def _factor(t: arb) -> arb:
 
     one, other = _start(t), _start(t) + arb(2) ** -50
     before = over(one)
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         here = over(other)
         change = here - before
         if change.contains(0):
             break
         one, before, other = other, here, (other - here * (other - one) / change).mid()
-    if not (over(other - CLOSE) > 0 and over(other + CLOSE) < 0):
+    if not (over(other - CONVERGED) > 0 and over(other + CONVERGED) < 0):
         return arb(0, float("inf"))
-    mu = between(other - CLOSE, other + CLOSE).exp()
+    mu = between(other - CONVERGED, other + CONVERGED).exp()
     b, _ = _carlson(mu)
     return 3 * mu / (8 * arb.pi() * b * b)
 
@@ -51,6 +51,6 @@ def _of_ball(t: Ball, table: Any) -> tuple[Any, Any]:
     if not low > 0:
         return Ball(arb(0, float("inf"))), Ball(arb(0, float("inf")))
     most, least = _factor(low), _factor(high)
-    steep = (most - _factor((low * (1 - NEAR)).mid())) / (low - (low * (1 - NEAR)).mid())
-    gentle = (_factor((high * (1 + NEAR)).mid()) - least) / ((high * (1 + NEAR)).mid() - high)
+    steep = (most - _factor((low * (1 - SHORT_CHORD)).mid())) / (low - (low * (1 - SHORT_CHORD)).mid())
+    gentle = (_factor((high * (1 + SHORT_CHORD)).mid()) - least) / ((high * (1 + SHORT_CHORD)).mid() - high)
     return Ball(most.union(least)), Ball(steep.union(gentle))

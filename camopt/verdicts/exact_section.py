@@ -18,7 +18,7 @@ import numpy as np
 from flint import arb, arb_series
 
 from camopt.effects import EFFECTS, Case
-from camopt.effects.section import AREA, CENTROID, LENGTH, POLAR
+from camopt.effects.section import AREA, CENTROID, POLAR_MOMENT, PROFILE_LENGTH
 from camopt.mechanisms import Designs
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
@@ -28,13 +28,13 @@ from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
 from camopt.verdicts.judging import extended
 
-ORDER = 10
-TERMS = ORDER + 3  # of a motion: from its second derivative on, ORDER is the last one's
-PARTS = (16, 32, 64, 128, 256)  # of a stroke that moves
-ROUNDED = 2.0**-48  # relative: of what is made of the enclosures in doubles
+SERIES_ORDER = 10
+MOTION_TERMS = SERIES_ORDER + 3  # of a motion: from its second derivative on, ORDER is the last one's
+STROKE_PARTS = (16, 32, 64, 128, 256)  # of a stroke that moves
+ENCLOSURE_ERROR = 2.0**-48  # relative: of what is made of the enclosures in doubles
 INTEGRATED = ("section", "solid")
 
-Series = arb_series | arb
+BallSeries = arb_series | arb
 """A series, or a constant. Each operation keeps as many terms as are known."""
 
 
@@ -53,20 +53,27 @@ def integrated_rows(
     if not problem.setup.mechanism.body.closed or problem.programme.corners:
         return
     case = Case(exactly(problem).setup, problem.programme, design)
-    for parts in PARTS:
+    for parts in STROKE_PARTS:
         rows = section_rows(problem, motion, exact, parts)
         if not all(np.isfinite(width) for width in rows.outward.values()):
             continue  # the parts are so wide that the contact may stand still in one
         if any(QUANTITIES[name].effect != INTEGRATED[0] for name in names):
             rows = extended(rows, case, EFFECTS[INTEGRATED[1]], frozenset(names))
-        yield replace(rows, outward={n: w + ROUNDED * np.abs(rows.columns[n]) for n, w in rows.outward.items()})
+        yield replace(
+            rows, outward={n: w + ENCLOSURE_ERROR * np.abs(rows.columns[n]) for n, w in rows.outward.items()}
+        )
 
 
 @precisely()
 def section_rows(problem: Problem, motion: ExactMotion, exact: Designs, parts: int) -> Rows:
     """The quantities of the section as doubles below their balls, with outward widths that reach beyond them."""
     length, area, x, y, polar = _integrals(problem, motion, exact, parts)
-    found = {LENGTH: length, AREA: area, **dict(zip(CENTROID, (x / area, y / area), strict=True)), POLAR: polar}
+    found = {
+        PROFILE_LENGTH: length,
+        AREA: area,
+        **dict(zip(CENTROID, (x / area, y / area), strict=True)),
+        POLAR_MOMENT: polar,
+    }
     low = {name: np.nextafter([float(ball.lower())], -np.inf) for name, ball in found.items()}
     high = {name: np.nextafter([float(ball.upper())], np.inf) for name, ball in found.items()}
     return Rows(low, 1, {name: high[name] - low[name] for name in found})
@@ -99,8 +106,8 @@ def _over(contact: Any, stroke: ExactStroke, piece: Stretch | None, start: arb, 
         contact(_motion(stroke, piece, x), start + stroke.angle * x) for x in (middle, between(low, high))
     )
     return [
-        sum((2 * f[k] * half ** (k + 1) / (k + 1) for k in range(0, ORDER, 2)), arb(0))
-        + 2 * rest[ORDER] * half ** (ORDER + 1) / (ORDER + 1)
+        sum((2 * f[k] * half ** (k + 1) / (k + 1) for k in range(0, SERIES_ORDER, 2)), arb(0))
+        + 2 * rest[SERIES_ORDER] * half ** (SERIES_ORDER + 1) / (SERIES_ORDER + 1)
         for f, rest in zip(near, whole, strict=True)
     ]
 
@@ -109,9 +116,9 @@ def _motion(stroke: ExactStroke, piece: Stretch | None, x: arb) -> arb_series:
     """The displacement by the cam angle about a ball of x, longer by two for y' and the slope of the contact."""
     terms = [arb(0)]
     if piece is not None:
-        rows = piece.derivatives(TERMS, x)
+        rows = piece.derivatives(MOTION_TERMS, x)
         terms = [stroke.size * row / (stroke.angle**k * factorial(k)) for k, row in enumerate(rows)]
-    return arb_series([stroke.low + terms[0], *terms[1:]], TERMS)
+    return arb_series([stroke.low + terms[0], *terms[1:]], MOTION_TERMS)
 
 
 def _contact(problem: Problem, exact: Designs) -> Any:
@@ -133,21 +140,23 @@ def _contact(problem: Problem, exact: Designs) -> Any:
     return integrands
 
 
-def _integrands(sense: int, x: arb_series, y: arb_series, nx: Series, ny: Series, angle: arb) -> list[arb_series]:
+def _integrands(
+    sense: int, x: arb_series, y: arb_series, nx: BallSeries, ny: BallSeries, angle: arb
+) -> list[arb_series]:
     """The integrands of ``effects.section``, from the contact point and the normal there, as long as its slope."""
     along, up = x.derivative() + y * sense, y.derivative() - x * sense
     rate = (y * along - x * up) * sense
-    sine, cosine = arb_series([angle, 1], TERMS).sin_cos()
+    sine, cosine = arb_series([angle, 1], MOTION_TERMS).sin_cos()
     sine *= sense
     length = (ny * along - nx * up) * sense
     return [length, rate, (x * cosine + y * sine) * rate, (y * cosine - x * sine) * rate, (x * x + y * y) * rate]
 
 
-Places = tuple[tuple[arb_series, arb_series], tuple[Series, Series]]
+WallPlaces = tuple[tuple[arb_series, arb_series], tuple[BallSeries, BallSeries]]
 """The contact point and the outward normal in the ground frame."""
 
 
-def _of_trace(angular: bool, sizes: dict[str, arb], start: arb, sense: int, y: arb_series) -> Places:
+def _of_trace(angular: bool, sizes: dict[str, arb], start: arb, sense: int, y: arb_series) -> WallPlaces:
     """T − R_r·n with n = iσV/|V|, V the velocity of T over the cam (``effects.parts``)."""
     speed = y.derivative()
     if angular:
@@ -156,7 +165,7 @@ def _of_trace(angular: bool, sizes: dict[str, arb], start: arb, sense: int, y: a
         x, z = -(cosine * arm) + pivot, sine * arm
         along, up = z * speed + z * sense, (-x + pivot) * speed - x * sense
     else:
-        x, z = arb_series([sizes["offset"]], TERMS), y + start
+        x, z = arb_series([sizes["offset"]], MOTION_TERMS), y + start
         along, up = z * sense, speed - x * sense
     share = (along * along + up * up).rsqrt() * sense
     nx, ny = -(up * share), along * share
@@ -164,12 +173,12 @@ def _of_trace(angular: bool, sizes: dict[str, arb], start: arb, sense: int, y: a
     return (x - nx * radius, z - ny * radius), (nx, ny)
 
 
-def _of_face(sizes: dict[str, arb], sense: int, y: arb_series) -> Places:
+def _of_face(sizes: dict[str, arb], sense: int, y: arb_series) -> WallPlaces:
     """(σy', R_b + y), the normal upward."""
     return (y.derivative() * sense, y + sizes["size"]), (arb(0), arb(1))
 
 
-def _of_swinging_face(sizes: dict[str, arb], first: arb, sense: int, y: arb_series) -> Places:
+def _of_swinging_face(sizes: dict[str, arb], first: arb, sense: int, y: arb_series) -> WallPlaces:
     """c + f·n − t·e^{−iψ} with n = ie^{−iψ} and t = c·cos ψ/(1 + σψ')."""
     pivot, face = sizes["centre_distance"], sizes["face_offset"]
     sine, cosine = (y + first).sin_cos()

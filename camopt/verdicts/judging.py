@@ -20,11 +20,11 @@ from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.limit import Limit
-from camopt.problem.problem import EXACT, Problem, exactly
+from camopt.problem.problem import SINGLE_TOLERANCE, Problem, exactly
 from camopt.problem.rows import Columns, Rows
 
 CERTIFIED, SAMPLED, UNDECIDED = "certified", "sampled", "undecided"
-AT_ONCE = 16  # designs of which limits that are asked last are asked, to stop in time
+LAST_AT_ONCE = 16  # designs of which limits that are asked last are asked, to stop in time
 ASSEMBLY = "assembly"  # what a design violates that cannot be assembled
 
 
@@ -49,10 +49,10 @@ def planned(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, frozense
 
 def extended(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
     """The rows of a case with some quantities of one more effect, which may read those that the rows have."""
-    return beyond_pitch(of_pitch(rows, case, effect, names), case, effect, names)
+    return beyond_pitch(with_pitch_values(rows, case, effect, names), case, effect, names)
 
 
-def of_pitch(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
+def with_pitch_values(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
     """The rows of a case with what one more effect finds of pitch curves, the same bits for all that share one."""
     if effect.of_pitch is nothing:
         return rows
@@ -100,7 +100,7 @@ def judged(problem: Problem, designs: Designs, wanted: frozenset[str], until: fl
 def settled(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> tuple[Rows, Effort]:
     """As ``judged``, and the effort that it took."""
     rows, outer, inner = weighed(problem, designs, wanted)
-    rows = as_asked(problem, designs, rows)
+    rows = with_exact_numbers(problem, designs, rows)
     exists = problem.setup.mechanism.exists(designs, problem.programme)
     feasible = exists & np.all(outer <= 0.0, axis=0)
     undecided = exists & ~feasible & ~np.any(inner > 0.0, axis=0)
@@ -115,7 +115,7 @@ def settled(problem: Problem, designs: Designs, wanted: frozenset[str], until: f
     index = np.flatnonzero(undecided)
     if not index.size:
         return rows, Effort()
-    if problem.setup.tolerance > EXACT:
+    if problem.setup.tolerance > SINGLE_TOLERANCE:
         closer, effort = settled(exactly(problem), designs.take(index), wanted, until)
         return rows.with_rows(index, closer), effort._replace(again=index.size)
     closer = _by_balls(problem, designs.take(index), rows.take(index), until)
@@ -153,7 +153,7 @@ def weighed(problem: Problem, designs: Designs, wanted: frozenset[str], until: f
     index = np.flatnonzero(np.all(outer <= 0.0, axis=0))
     last = problem.limits[len(first) :]
     outer[len(first) :, index] = inf
-    for some in np.array_split(index, 1 + index.size // AT_ONCE) if last and index.size else ():
+    for some in np.array_split(index, 1 + index.size // LAST_AT_ONCE) if last and index.size else ():
         if now() > until:
             break
         found, case = rows.take(some), replace(case, designs=designs.take(some))
@@ -164,13 +164,13 @@ def weighed(problem: Problem, designs: Designs, wanted: frozenset[str], until: f
     return Weighed(rows, outer, inner)
 
 
-def as_asked(problem: Problem, designs: Designs, rows: Rows) -> Rows:
+def with_exact_numbers(problem: Problem, designs: Designs, rows: Rows) -> Rows:
     """The rows, with numbers that doubles leave less exact than the scene asks proved in balls."""
     if np.all(np.asarray(rows.half_width) <= problem.accuracy):
         return rows
-    from camopt.verdicts.narrowing import narrowed
+    from camopt.verdicts.narrowing import narrow
 
-    return narrowed(problem, designs, rows)
+    return narrow(problem, designs, rows)
 
 
 def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> Rows:
@@ -196,18 +196,20 @@ def excesses(limits: Iterable[Limit], columns: Columns, designs: Designs) -> Flo
     return np.array(rows).reshape(len(rows), len(designs))
 
 
-WORST = 1e6  # what counts as an infinite excess, so that designs can still be told apart by their other limits
+INFINITE_EXCESS = (
+    1e6  # what counts as an infinite excess, so that designs can still be told apart by their other limits
+)
 
 
 def by_excess(excess: FloatArray) -> tuple[float, float]:
     """How badly a design (limits,) misses: its worst relative excess, and then the sum of all."""
-    over = np.clip(excess, 0.0, WORST)
+    over = np.clip(excess, 0.0, INFINITE_EXCESS)
     return float(over.max(initial=0.0)), float(over.sum())
 
 
 def least_excess(excess: FloatArray) -> int:
     """The design, of those in (limits, designs), that misses the least."""
-    over = np.clip(excess, 0.0, WORST)
+    over = np.clip(excess, 0.0, INFINITE_EXCESS)
     return int(np.lexsort((over.sum(axis=0), over.max(axis=0)))[0])
 
 

@@ -15,24 +15,24 @@ from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
 from camopt.problem.claims import claims_of
 from camopt.problem.limits import peak_of
-from camopt.problem.problem import EXACT, Problem
+from camopt.problem.problem import SINGLE_TOLERANCE, Problem
 from camopt.problem.rows import Rows
 from camopt.verdicts.ball import precisely
-from camopt.verdicts.certify import claim_verdicts, turn_of
+from camopt.verdicts.certify import claim_verdicts, exact_turn
 from camopt.verdicts.deciding import BROKEN, HELD, worst
 from camopt.verdicts.exact_curve import in_balls
 
-MOST = 64  # designs at a time: a proof takes some hundredths of a second
-WIDEST = 1e-3  # relative: what kernels are never off by
+PROVED_AT_ONCE = 64  # designs at a time: a proof takes some hundredths of a second
+KERNEL_ERROR = 1e-3  # relative: what kernels are never off by
 WIDER = 16.0
 
 
-def narrowed(problem: Problem, designs: Designs, rows: Rows) -> Rows:
+def narrow(problem: Problem, designs: Designs, rows: Rows) -> Rows:
     """Rows whose numbers are as exact as the scene asks, where there are few designs of which they are not."""
     asked = problem.accuracy
     half_width = np.broadcast_to(rows.half_width, rows.count)
     open_ = np.flatnonzero(~(half_width <= asked) & problem.setup.mechanism.exists(designs, problem.programme))
-    if not 0 < open_.size <= MOST or asked < EXACT:
+    if not 0 < open_.size <= PROVED_AT_ONCE or asked < SINGLE_TOLERANCE:
         return rows
     columns, half_width = dict(rows.columns), half_width.copy()
     for k in open_:
@@ -48,7 +48,7 @@ def narrowed(problem: Problem, designs: Designs, rows: Rows) -> Rows:
     return replace(rows, columns=columns, half_width=half_width)
 
 
-Range = tuple[float, float]
+ProvedRange = tuple[float, float]
 
 
 def _relative(row: Rows, name: str) -> float:
@@ -58,9 +58,9 @@ def _relative(row: Rows, name: str) -> float:
 
 
 @precisely()
-def _proved(problem: Problem, design: Designs, row: Rows, asked: float) -> dict[str, Range]:
+def _proved(problem: Problem, design: Designs, row: Rows, asked: float) -> dict[str, ProvedRange]:
     """The quantities of one design that are less exact than asked: between which bounds each is proved to be."""
-    found, exact, motion = {}, in_balls(design), turn_of(problem.programme)
+    found, exact, motion = {}, in_balls(design), exact_turn(problem.programme)
     for name in row.outward:
         peak = peak_of(name, problem.setup)
         if peak is None or _relative(row, name) <= asked:
@@ -87,12 +87,12 @@ class Decided(NamedTuple):
         return None if verdict not in (HELD, BROKEN) else (verdict == HELD) != self.from_below
 
 
-def _between(decided: Decided, value: float, asked: float) -> Range | None:
+def _between(decided: Decided, value: float, asked: float) -> ProvedRange | None:
     """Two bounds as near as is asked, between which a quantity is proved to be."""
     apart = 0.25 * asked * abs(value)
     while decided.below(value - apart) is not False or decided.below(value + apart) is not True:
         apart *= WIDER
-        if apart > WIDEST * abs(value):
+        if apart > KERNEL_ERROR * abs(value):
             return None
     low, high = value - apart, value + apart
     while high - low > asked * abs(value):

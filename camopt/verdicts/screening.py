@@ -19,13 +19,13 @@ from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
 from camopt.verdicts.judging import (
     Effort,
-    as_asked,
     beyond_pitch,
     excesses,
-    of_pitch,
     planned,
     proved_status,
     settled,
+    with_exact_numbers,
+    with_pitch_values,
 )
 from camopt.verdicts.refuting import refuted
 
@@ -102,7 +102,7 @@ def screened(problem: Problem, designs: Designs, wanted: frozenset[str]) -> Scre
     """The wanted quantities of those designs that hold every limit, with their verdict."""
     candidates = begun(problem, designs).unrefuted(problem.claims)
     for effect, names in candidates.plan(wanted):
-        candidates = candidates.asked(of_pitch(candidates.rows, candidates.case, effect, names))
+        candidates = candidates.asked(with_pitch_values(candidates.rows, candidates.case, effect, names))
         candidates = candidates.asked(beyond_pitch(candidates.rows, candidates.case, effect, names))
     return _with_verdict(candidates, wanted)
 
@@ -113,7 +113,7 @@ def screened_by_pitch(candidates: Candidates, wanted: frozenset[str]) -> Candida
     found = candidates.unrefuted(candidates.problem.claims_of_pitch)
     found = replace(found, pending=tuple(limit for limit in candidates.pending if limit.needs))
     for effect, names in candidates.plan(wanted):
-        found = found.asked(of_pitch(found.rows, found.case, effect, names))
+        found = found.asked(with_pitch_values(found.rows, found.case, effect, names))
     return replace(found, pending=(*of_sizes, *found.pending))
 
 
@@ -127,7 +127,7 @@ def screened_beyond_pitch(candidates: Candidates, wanted: frozenset[str]) -> Scr
 def _with_verdict(candidates: Candidates, wanted: frozenset[str]) -> Screened:
     """The rows of candidates that hold all limits; those that may are looked at again."""
     problem, held = candidates.problem, candidates.held
-    rows = as_asked(problem, candidates.designs, candidates.rows).only(wanted)
+    rows = with_exact_numbers(problem, candidates.designs, candidates.rows).only(wanted)
     verdict = {"feasible": True, "violated": "", "status": proved_status(problem.programme)}
     rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():

@@ -10,17 +10,17 @@ from numpy.polynomial import polynomial
 
 from camopt.effects import Case, offered
 from camopt.mistakes import Unmet
-from camopt.motion.joints import joined
+from camopt.motion.joints import with_moves
 from camopt.motion.programme import Programme
-from camopt.motion.segments import start_of
+from camopt.motion.segments import start_position
 from camopt.motion.stroke import Stroke
 from camopt.numerics.piecewise import sign_changes
 from camopt.problem.problem import Problem
 from camopt.verdicts.judging import run_effects
 
 RIGID, ELASTIC = "contact_force_min_N", "contact_force_elastic_min_N"
-BEYOND = 1e-6  # of the lift: a motion this near to what was asked is there
-SIDES = {1.0: "above", -1.0: "below"}
+REACHED_SHARE = 1e-6  # of the lift: a motion this near to what was asked is there
+SIDE_NAMES = {1.0: "above", -1.0: "below"}
 
 
 def warnings_of(problem: Problem) -> tuple[str, ...]:
@@ -43,7 +43,7 @@ def _lost_contact(problem: Problem) -> Iterator[str]:
         yield f"{train}: {least}, that of a rigid one {rigid:.4g} N; {ask}"
 
 
-class Extreme(NamedTuple):
+class FarthestPoint(NamedTuple):
     """Where a motion goes the farthest to one side, in mm (rad) from the base circle, and at what cam angle."""
 
     position: float
@@ -54,16 +54,16 @@ class Extreme(NamedTuple):
 def _beyond_what_was_asked(problem: Problem) -> Iterator[str]:
     """Moves that go beyond every position asked, though no velocity that is given makes them."""
     programme = problem.programme
-    for side in (side for side in SIDES if _exceeds(programme, side)):
+    for side in (side for side in SIDE_NAMES if _exceeds(programme, side)):
         extreme, asked = _extreme(programme, side), _farthest_asked(programme, side)
         if _has_to_go_on(programme, extreme.stroke):
             continue
-        start = start_of(problem.segments) - programme.strokes[0].low / programme.unit
+        start = start_position(problem.segments) - programme.strokes[0].low / programme.unit
         at, most = (f"{start + position / programme.unit:.6g}" for position in (extreme.position, asked))
         unit = "deg" if problem.setup.angular else "mm"
         reached = f"the motion goes to {at} {unit} at {degrees(extreme.angle):.4g}°"
         stop = _stopped_by(programme, side)
-        yield f"{reached}, {SIDES[side]} every position asked ({most} {unit}); {stop}"
+        yield f"{reached}, {SIDE_NAMES[side]} every position asked ({most} {unit}); {stop}"
 
 
 def _exceeds(programme: Programme, side: float) -> bool:
@@ -71,7 +71,7 @@ def _exceeds(programme: Programme, side: float) -> bool:
     if not any(stroke.is_open for stroke in programme.strokes):
         return False
     beyond = side * (_extreme(programme, side).position - _farthest_asked(programme, side))
-    return beyond > BEYOND * programme.lift
+    return beyond > REACHED_SHARE * programme.lift
 
 
 def _farthest_asked(programme: Programme, side: float) -> float:
@@ -84,7 +84,7 @@ def _farthest_asked(programme: Programme, side: float) -> float:
     return side * max(asked, default=-inf)
 
 
-def _extreme(programme: Programme, side: float) -> Extreme:
+def _extreme(programme: Programme, side: float) -> FarthestPoint:
     """The farthest position to one side: at an end of a panel, or where its slope changes sign."""
     table = programme.table
     series, panels = table.coefficients.T, range(table.centre.size)
@@ -97,7 +97,9 @@ def _extreme(programme: Programme, side: float) -> Extreme:
     panel, u = places[best]
     angle = float(table.centre[panel] + table.half_width[panel] * u)
     starts = [stroke.start for stroke in programme.strokes]
-    return Extreme(positions[best], angle, int(np.searchsorted(starts, table.centre[panel], side="right")) - 1)
+    return FarthestPoint(
+        positions[best], angle, int(np.searchsorted(starts, table.centre[panel], side="right")) - 1
+    )
 
 
 def _has_to_go_on(programme: Programme, number: int) -> bool:
@@ -105,7 +107,7 @@ def _has_to_go_on(programme: Programme, number: int) -> bool:
     strokes, stroke = programme.strokes, programme.strokes[number]
     given = [angle for k, angle in ((number - 1, stroke.start), (number, stroke.end)) if not _is_free(strokes, k)]
     moving = np.abs(stroke.motion(np.array(given))[1]) * stroke.angle
-    return bool(np.any(moving > BEYOND * programme.lift))
+    return bool(np.any(moving > REACHED_SHARE * programme.lift))
 
 
 def _is_free(strokes: Sequence[Stroke], number: int) -> bool:
@@ -135,7 +137,7 @@ def _rest_stops(programme: Programme, ends: Sequence[Stroke], side: float) -> bo
     """Whether rest at the ends of some moves keeps the motion within what is asked."""
     strokes = [_resting(stroke) if stroke in ends else stroke for stroke in programme.strokes]
     try:
-        return not _exceeds(replace(programme, strokes=joined(strokes)).on_base_circle(), side)
+        return not _exceeds(replace(programme, strokes=with_moves(strokes)).on_base_circle(), side)
     except Unmet:  # what else is asked forbids it
         return False
 

@@ -88,7 +88,7 @@ def test_a_fault_of_the_program_is_told_in_a_line_with_a_code_of_its_own(ends, f
 
 
 def test_a_fault_is_placed_in_the_file_of_the_package_where_it_is(capsys):
-    assert exits.run(lambda: heading(3.5)) == exits.INTERNAL  # in a folder beside that of the command line
+    assert exits.run_command(lambda: heading(3.5)) == exits.INTERNAL  # in a folder beside that of the command line
     assert "internal error (cells.py, line" in capsys.readouterr().err
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from camopt import find_scene
 from camopt.cli import pace
-from camopt.cli.pace import Lines, Pace, rate_of, time_left
+from camopt.cli.pace import LogLines, Pace, rate_of, time_left
 
 
 class Clock:
@@ -27,7 +27,7 @@ class Clock:
 def lines(calls):
     """The lines of a work with calls (seconds since its start, done, total), with when each came."""
     clock, found = Clock(), []
-    shown = Lines("designs", clock, lambda text: found.append((clock.seconds - Clock.seconds, text)))
+    shown = LogLines("designs", clock, lambda text: found.append((clock.seconds - Clock.seconds, text)))
     for seconds, done, total in calls:
         clock.seconds = Clock.seconds + seconds
         shown(done, total)
@@ -74,10 +74,10 @@ def test_lines_come_now_and_then(steps, total):
         calls.append((seconds, done, total))
     found = [when for when, _ in lines(calls)]
     times = [when for when, *_ in calls]
-    assert found[:1] == [when for when in times if when >= pace.QUIET][:1]
-    assert len(found) <= 1 + seconds / pace.EVERY + 1 / pace.STEP
+    assert found[:1] == [when for when in times if when >= pace.QUIET_SECONDS][:1]
+    assert len(found) <= 1 + seconds / pace.LINE_SECONDS + 1 / pace.PACE_SHARE
     for one, other in pairwise([*found, inf]):
-        assert not any(one + pace.EVERY <= when < other for when in times)
+        assert not any(one + pace.LINE_SECONDS <= when < other for when in times)
 
 
 COMMAND = """

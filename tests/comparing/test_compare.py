@@ -16,10 +16,10 @@ from support.depth import times
 import camopt
 from camopt import BadInput, Frontier, Scene, find_scene, sweep
 from camopt.cli.main import main
-from camopt.comparing.compare import FEW, compare
+from camopt.comparing.compare import SHOWN_DESIGNS, compare
 from camopt.comparing.fronts import compared_fronts
 from camopt.comparing.settings import differing
-from camopt.front.pareto import REFERENCE, undominated
+from camopt.front.pareto import REFERENCE_POINT, undominated
 from camopt.storage.sealed import read_table, write_table
 from camopt.synthesis.files import write_frontier
 
@@ -198,7 +198,7 @@ def test_two_fronts_against_the_definitions(pair):
         assert side.points == len(mine)
         assert side.dominated == sum(any(dominates(q, p) for q in others.tolist()) for p in mine.tolist())
         assert side.shared == sum(p in others.tolist() for p in mine.tolist())
-        assert side.hypervolume == pytest.approx(share_by_cells(here, REFERENCE), rel=1e-9, abs=1e-12)
+        assert side.hypervolume == pytest.approx(share_by_cells(here, REFERENCE_POINT), rel=1e-9, abs=1e-12)
         behind = [
             min(sqrt(sum(max(x - y, 0.0) ** 2 for x, y in zip(p, q, strict=True))) for p in here) for q in there
         ]
@@ -421,7 +421,7 @@ def test_of_many_designs_a_few_are_shown_the_best_first():
         for size in range(9, 0, -1)
     ]
     table = compare(frame_of(rows), frame_of([{**rows[0], "offset_mm": 1.0}])).tables["table"]
-    assert [row["base_radius_mm"] for row in table.first["went"]] == [4.0, 5.0, 6.0, 7.0, 8.0][:FEW]
+    assert [row["base_radius_mm"] for row in table.first["went"]] == [4.0, 5.0, 6.0, 7.0, 8.0][:SHOWN_DESIGNS]
 
 
 @pytest.fixture

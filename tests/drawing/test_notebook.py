@@ -18,7 +18,7 @@ import camopt
 from camopt import Design, cam_points, evaluate, find_scene, optimise, shipped_scenes, sweep
 from camopt.cli.terminal import show
 from camopt.drawing.small import small_cam
-from camopt.tables.html import MOST_ROWS
+from camopt.tables.html import HTML_ROWS
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -85,7 +85,7 @@ def test_results_show_themselves_in_a_line_and_as_html(results, kind):
 @pytest.mark.parametrize("kind", [*BOUNDED, "Frontier", "Fit"])
 def test_a_notebook_shows_the_table_that_a_terminal_prints(results, kind, capsys):
     table = results[kind].table()
-    page, rows = Tags(results[kind]._repr_html_()), table.rows[:MOST_ROWS]
+    page, rows = Tags(results[kind]._repr_html_()), table.rows[:HTML_ROWS]
     assert {cell.text for row in rows for cell in row} <= {"", *page.texts}
     assert {line for head in table.heads for line in head.text.split("\n")} <= {"", " ", *page.texts}
     show(table)

@@ -31,7 +31,7 @@ OPEN = find_scene("roller-1000rpm").replace(**{"cam.base_radius": None, "search"
 
 @pytest.fixture(autouse=True)
 def _few_designs(monkeypatch):
-    monkeypatch.setattr("camopt.studies.accuracy.subjects.DESIGNS", 16)
+    monkeypatch.setattr("camopt.studies.accuracy.subjects.DESIGN_COUNT", 16)
 
 
 def test_every_discipline_is_an_effect():

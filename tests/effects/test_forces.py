@@ -11,7 +11,7 @@ from support.depth import covering
 from camopt import certify, evaluate, find_scene, optimise, sweep
 from camopt.cli.main import main
 from camopt.effects import EFFECTS
-from camopt.effects.hertz import DEPTH, SHEAR
+from camopt.effects.hertz import SHEAR_DEPTH, SHEAR_SHARE
 from camopt.mistakes import BadInput
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve
@@ -93,7 +93,7 @@ def test_a_translating_roller_in_its_guide(law, rotation, friction):
     k = pressure.argmax()
     half_width = 2 * np.sqrt(normal[k] * radius[k] / (pi * 10 * MODULUS))
     assert found["contact_half_width_mm"] == pytest.approx(half_width, rel=1e-4)
-    assert found["contact_shear_depth_mm"] == pytest.approx(DEPTH * found["contact_half_width_mm"], rel=1e-12)
+    assert found["contact_shear_depth_mm"] == pytest.approx(SHEAR_DEPTH * found["contact_half_width_mm"], rel=1e-12)
     if friction:
         drag = friction * (2 * a + b) / b * np.abs(np.tan(beta))
         assert found["jamming_margin"] == pytest.approx(1 - drag[kind == RISE].max(), rel=1e-5)
@@ -214,8 +214,8 @@ def test_what_is_required_is_just_enough():
 def test_hertz_constants_are_those_of_the_stress_field_below_a_line_contact():
     z = np.linspace(0.7, 0.9, 2_000_001)  # depth over half-width; Johnson, Contact Mechanics, eq. 4.46
     shear = z - z**2 / np.sqrt(1 + z**2)
-    assert shear.max() == pytest.approx(SHEAR, rel=1e-10)
-    assert z[shear.argmax()] == pytest.approx(DEPTH, abs=1e-6)
+    assert shear.max() == pytest.approx(SHEAR_SHARE, rel=1e-10)
+    assert z[shear.argmax()] == pytest.approx(SHEAR_DEPTH, abs=1e-6)
 
 
 def test_corners_are_impulses_and_a_knife_has_no_width():

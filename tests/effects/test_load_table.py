@@ -14,9 +14,9 @@ from support.depth import times
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects import Case, loads, surface
-from camopt.effects.vibration import acceleration, response
+from camopt.effects.vibration import mass_acceleration, response
 from camopt.motion.load import ExternalLoad
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST
 from camopt.numerics.curves import curve
 from camopt.problem.problem import resolve
@@ -156,7 +156,7 @@ def test_the_elastic_contact_force_against_a_scan(rows):
     asked, ratio = resolve(scene), 2 * np.pi * 90.0 / OMEGA
     table = asked.programme.table
     u = np.linspace(-1.0, 1.0, 2001)
-    inertia = acceleration(response(asked.programme, ratio, 0.04), ratio).at(u)[:, 0]
+    inertia = mass_acceleration(response(asked.programme, ratio, 0.04), ratio).at(u)[:, 0]
     least = np.inf
     lines = naive.lines(rows, fp)
     for panel, (centre, half) in enumerate(zip(table.centre, table.half_width, strict=True)):
@@ -189,10 +189,10 @@ def test_wear_and_film_are_those_of_a_scan():
     for make in (
         partial(surface.wear_curve, asked.setup),
         partial(loads.normal_curve, asked.setup),
-        *(each for each, _ in surface.variants(surface.RATIO, asked.setup)),
+        *(each for each, _ in surface.wear_variants(surface.RATIO, asked.setup)),
     ):
         scanned = curve(make(asked.design, asked.programme), 0, state)[0].max()
-        exact = case.extremes(make, [(TURN, LARGEST)])
+        exact = case.extremes(make, [(ALL_STROKES, LARGEST)])
         assert scanned <= exact.value[0, 0] * (1 + 1e-12)
         assert scanned == pytest.approx(exact.value[0, 0], rel=1e-6)
 

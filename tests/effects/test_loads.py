@@ -27,7 +27,7 @@ from support.depth import times
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects import EFFECTS
-from camopt.effects.hertz import DEPTH, SHEAR
+from camopt.effects.hertz import SHEAR_DEPTH, SHEAR_SHARE
 from camopt.quantities import QUANTITIES
 
 
@@ -252,8 +252,8 @@ def test_the_constants_of_line_contact_are_those_of_its_stress_field():
     shear, depth = line_contact()
     assert float(axis(depth)) == pytest.approx(float(shear), rel=1e-12)
     assert all(axis(depth * k) < shear for k in (0.99, 1.01))
-    assert pytest.approx(float(shear), rel=1e-13) == SHEAR
-    assert pytest.approx(float(depth), rel=1e-13) == DEPTH
+    assert pytest.approx(float(shear), rel=1e-13) == SHEAR_SHARE
+    assert pytest.approx(float(depth), rel=1e-13) == SHEAR_DEPTH
 
 
 # -------------------------------------------------------------------------------------- worked example

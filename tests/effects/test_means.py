@@ -16,16 +16,16 @@ from camopt.effects.loads import torque_curve
 from camopt.effects.mean import Mean
 from camopt.effects.mean_columns import powers_of
 from camopt.effects.peak import Derivative
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics.interval import Interval
 from camopt.problem.problem import exactly, resolve
 from camopt.quantities import AT_LEAST, QUANTITIES
 from camopt.smallest.mean_boxes import powers_over
 from camopt.verdicts import exact_mean
 from camopt.verdicts.ball import precisely
-from camopt.verdicts.certify import turn_of
+from camopt.verdicts.certify import exact_turn
 from camopt.verdicts.exact_curve import in_balls
-from camopt.verdicts.exact_mean import ORDER, TERMS, MeanOfPowers
+from camopt.verdicts.exact_mean import DISPLACEMENT_TERMS, TAYLOR_ORDER, MeanOfPowers
 
 DIGITS = 50
 LONG = 3600.0  # seconds: searches end when they have proved what they find
@@ -42,8 +42,8 @@ def means_of(problem):
 
 def enclosed(problem, mean, rounds=200):
     """The last ball, and how wide each was."""
-    with precisely(TERMS):
-        motion, widths = turn_of(problem.programme), []
+    with precisely(DISPLACEMENT_TERMS):
+        motion, widths = exact_turn(problem.programme), []
         for ball in islice(MeanOfPowers.of(mean, in_balls(problem.design), motion).enclosures(), rounds):
             widths.append(float(ball.rad()))
     return ball, widths
@@ -135,7 +135,7 @@ def test_root_mean_squares_of_a_polynomial_are_those_in_closed_form():
         with mp.workdps(DIGITS):
             angles = [mpf(angle) * mp.pi / 180 for angle in (110, 95)]
             true = sum(24**2 * share / angle ** (2 * order - 1) for angle in angles) / (2 * mp.pi)
-        mean = Mean(((Derivative(order), TURN),), 2)
+        mean = Mean(((Derivative(order), ALL_STROKES),), 2)
         ball, widths = enclosed(problem, mean)
         assert len(widths) == 1  # nothing is left out of a polynomial
         assert abs(mpf(str(ball.mid().str(45, radius=False))) / true - 1) < mpf("1e-38")
@@ -176,7 +176,7 @@ def test_springs_and_masses_give_back_what_they_take(contact, law):
     """∮F·y' dθ is what damping takes: the mean of all of the torque lies in the ball of the mean of that."""
     problem = exactly(resolve(scene_of(contact, law)))
     spent, _ = enclosed(problem, means_of(problem)["torque_mean_N_m"])
-    whole, _ = enclosed(problem, Mean(((lambda d, p: torque_curve(problem.setup, d, p), TURN),)))
+    whole, _ = enclosed(problem, Mean(((lambda d, p: torque_curve(problem.setup, d, p), ALL_STROKES),)))
     assert whole.overlaps(spent)
     assert float((whole - spent).mid()) == pytest.approx(0.0, abs=1e-40 * float(abs(spent)))
 
@@ -201,7 +201,7 @@ def test_halved_parts_are_as_much_nearer_as_the_order_says():
     _, widths = enclosed(problem, means_of(problem)["acceleration_rms_m_s2"], 4)
     far = [width for width in widths if width > 1e-50 * widths[0]]
     assert len(far) > 2
-    assert all(after < before * 2.0 ** (-0.8 * ORDER) for before, after in pairwise(far[1:]))
+    assert all(after < before * 2.0 ** (-0.8 * TAYLOR_ORDER) for before, after in pairwise(far[1:]))
 
 
 def test_next_to_a_kink_the_range_tells_and_is_cut():
@@ -213,7 +213,7 @@ def test_next_to_a_kink_the_range_tells_and_is_cut():
 
 def test_what_is_not_decided_in_time_is_undecided(monkeypatch):
     scene = scene_of("roller").replace(limits={"torque_rms_N_m": evaluate(scene_of("roller"))["torque_rms_N_m"]})
-    monkeypatch.setattr(exact_mean, "MOST_PARTS", 10)
+    monkeypatch.setattr(exact_mean, "MEAN_PARTS", 10)
     assert certify(scene)["torque_rms_N_m"] == "undecided"
 
 

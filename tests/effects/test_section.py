@@ -12,10 +12,10 @@ from camopt import Scene, evaluate, evaluate_designs, find_scene, shipped_scenes
 from camopt.effects import Case, section
 from camopt.effects.figures import keyway
 from camopt.mechanisms.geometry import profile_points
-from camopt.numerics.quadrature import ORDERS, gauss
+from camopt.numerics.quadrature import GAUSS_ORDERS, gauss
 from camopt.problem.problem import resolve_design
 
-NAMES = (section.LENGTH, section.AREA, *section.CENTROID, section.POLAR)
+NAMES = (section.PROFILE_LENGTH, section.AREA, *section.CENTROID, section.POLAR_MOMENT)
 OPEN = [contact for contact in CONTACTS if not contact.startswith("groove")]
 DISCS = [name for name in shipped_scenes() if find_scene(name).cam.form == "disc"]
 
@@ -76,7 +76,7 @@ def test_a_mirrored_cam_has_the_mirrored_section(contact):
     other = scene.replace(**{"cam.rotation": "cw", "follower.offset": -scene.follower.offset})
     one, two = evaluate(scene), evaluate(other)
     assert two["centroid_x_mm"] == pytest.approx(-one["centroid_x_mm"], rel=1e-12)
-    for name in (*NAMES[:2], "centroid_y_mm", section.POLAR):
+    for name in (*NAMES[:2], "centroid_y_mm", section.POLAR_MOMENT):
         assert two[name] == pytest.approx(one[name], rel=1e-13)
 
 
@@ -164,7 +164,7 @@ def test_sections_in_fifty_digits():
     assert flat["profile_length_mm"] == pytest.approx(float(around), rel=2e-14)
 
 
-@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("order", GAUSS_ORDERS)
 def test_a_rule_is_exact_for_polynomials(order):
     rule, powers = gauss(order), np.arange(order)
     values = rule.nodes[:, None] ** powers

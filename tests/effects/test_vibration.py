@@ -13,10 +13,10 @@ from support.depth import times
 
 import camopt
 from camopt.effects.case import Dynamics
-from camopt.effects.vibration import acceleration, corners, dynamic_factor, response, vibration
 from camopt.effects.vibration import contact as least_contact
+from camopt.effects.vibration import corners, dynamic_factor, mass_acceleration, response, vibration
 from camopt.motion.programme import Programme, peak
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics.oscillator import is_resonant
 from camopt.numerics.wave_extremes import largest, largest_magnitude, least
 
@@ -216,7 +216,7 @@ def test_a_stiff_train_bends_with_the_acceleration(damping):
     expected = -turn.at(angles)[2] / ratio**2
     assert z[1:-1] == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
     found = vibration(turn, ratio, damping)
-    assert dynamic_factor(found.acceleration, peak(turn, 2, TURN)) == pytest.approx(1.0, rel=1e-3)
+    assert dynamic_factor(found.acceleration, peak(turn, 2, ALL_STROKES)) == pytest.approx(1.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.3, 0.9])
@@ -334,7 +334,7 @@ def test_extremes_enclose_every_sample(segments, ratio, damping):
     turn = programme(*segments)
     wave = response(turn, ratio, damping)
     samples = np.linspace(-1.0, 1.0, 301)
-    for each in (wave, acceleration(wave, ratio)):
+    for each in (wave, mass_acceleration(wave, ratio)):
         values = each.at(samples)
         scale = np.max(np.abs(each.polynomial).sum(axis=0) + each.amplitude)
         top, bottom, size = largest(each), least(each), largest_magnitude(each)
@@ -460,13 +460,13 @@ def test_mistakes_in_a_spectrum(arguments, message):
 
 
 def test_a_spectrum_is_written_and_drawn(tmp_path):
-    from camopt.studies.spectrum import COLUMNS, spectrum, write_spectrum
+    from camopt.studies.spectrum import SPECTRUM_COLUMNS, spectrum, write_spectrum
 
     rows = spectrum(camopt.Scene.from_dict(SCENE))
-    assert set(rows.columns) == set(COLUMNS)
+    assert set(rows.columns) == set(SPECTRUM_COLUMNS)
     files = write_spectrum(rows, tmp_path / "new")
     frame = camopt.load(files[0])
-    assert list(frame.columns) == list(COLUMNS)
+    assert list(frame.columns) == list(SPECTRUM_COLUMNS)
     assert frame.attrs["units"]["residual"] == "lift"
     assert set(frame["damping_ratio"]) == {0.05}
     assert np.isfinite(frame.drop(columns="law").to_numpy()).all()

@@ -17,7 +17,7 @@ import camopt
 from camopt.cli import exits
 from camopt.cli.main import main
 from camopt.engines import cluster, dask_cluster, dask_worker
-from camopt.engines.dask_cluster import BYTES, RATE, SECONDS, items_of_task
+from camopt.engines.dask_cluster import BYTES, RATE, TASK_SECONDS, items_of_task
 from camopt.front import journal
 from camopt.mistakes import BadInput
 
@@ -167,7 +167,7 @@ def test_a_sweep_writes_the_files_of_one_thread_though_a_worker_is_killed(engine
 
 
 def test_a_sweep_that_is_stopped_goes_on_without_the_cluster_and_with_it(engine, tmp_path, monkeypatch):
-    monkeypatch.setattr(journal, "SECONDS", 0.0)
+    monkeypatch.setattr(journal, "RECORD_SECONDS", 0.0)
     one = camopt.sweep(SCENE, tmp_path / "one", block=100, workers=1)
     for share, used in ((0.3, engine), (0.6, None)):
         with pytest.raises(camopt.Stopped, match="designs are done and kept"):
@@ -241,9 +241,15 @@ def test_a_scheduler_that_dies_is_told_as_one(client, tmp_path):
 @pytest.mark.parametrize(
     ("items", "threads", "seconds", "size", "expected"),
     [
-        (10_000, 2, SECONDS / 10.0, 0.0, 10),
-        (10_000, 2, 10.0 * SECONDS, 0.0, 1),
-        (10**9, int(5 * SECONDS * RATE), SECONDS / 10.0, 0.0, 50),  # so many workers that the scheduler is spared
+        (10_000, 2, TASK_SECONDS / 10.0, 0.0, 10),
+        (10_000, 2, 10.0 * TASK_SECONDS, 0.0, 1),
+        (
+            10**9,
+            int(5 * TASK_SECONDS * RATE),
+            TASK_SECONDS / 10.0,
+            0.0,
+            50,
+        ),  # so many workers that the scheduler is spared
         (10_000, 2, 0.0, 0.0, 1250),  # some tasks for each thread
         (3, 2, 0.0, 0.0, 1),
         (10_000, 2, 0.0, BYTES / 5.0, 5),

@@ -20,16 +20,16 @@ from camopt.engines.threads import Threads
 from camopt.front import front_search, shared_curves
 from camopt.front.asked import column_names, with_objectives
 from camopt.front.blocks import Blocks
-from camopt.front.box_bounds import Bounds, all_bounded, is_bounded
+from camopt.front.box_bounds import BoxBounds, all_bounded, is_bounded
 from camopt.front.dominance import Dominators
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
-from camopt.front.pareto import LARGEST, non_dominated, row_costs
+from camopt.front.pareto import LARGEST_COST, non_dominated, row_costs
 from camopt.front.shared_curves import SharedCurves, curve_numbers
 from camopt.front.streaming import gathered
-from camopt.problem.limits import LOADS
+from camopt.problem.limits import LOAD_LIMITS
 from camopt.problem.problem import resolve
-from camopt.problem.rows import joined
+from camopt.problem.rows import concatenate_rows
 from camopt.problem.space import space_of
 from camopt.quantities import QUANTITIES
 from camopt.verdicts import refuting
@@ -103,7 +103,7 @@ def question(contact, seed, most=6):
 def limits_of(cam, rng):
     """Some limits, on what a cam has and a little more or less."""
     limits = {}
-    for key, quantity in LOADS.items():
+    for key, quantity in LOAD_LIMITS.items():
         if quantity in cam and np.isfinite(cam[quantity]) and cam[quantity] > 0.0 and rng.random() < 0.15:
             limits[key] = float(cam[quantity] * (1.0 + QUANTITIES[quantity].side * rng.uniform(-0.2, 0.5)))
     if "jamming_margin" in limits:
@@ -129,7 +129,7 @@ def both(scene, few, together=50):
     space, names = space_of(problem), column_names(problem)
     full = streamed(space, names, 32768, lambda rows: None)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(front_search, "FEW", few)
+        patch.setattr(front_search, "FEW_DESIGNS", few)
         patch.setattr(front_search, "TOGETHER", together)
         found = FrontSearch(space, names, 1, None).run()
     return full, found, len(space)
@@ -164,7 +164,7 @@ def judged_alone(space, names):
         designs = space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
         found.append(settled(problem, designs, frozenset(names))[0].only(names))
-    rows = joined(found)
+    rows = concatenate_rows(found)
     return rows.count, rows.take(rows.column("feasible").astype(bool))
 
 
@@ -189,7 +189,7 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
             found = streamed(space, names, block, rows.append, kept)
         assert (found.existing, found.feasible) == (existing, expected.count)
         same_rows(front, found.front)
-        same_rows(expected if kept else expected.take(np.arange(0)), joined(rows))
+        same_rows(expected if kept else expected.take(np.arange(0)), concatenate_rows(rows))
 
 
 @pytest.mark.parametrize("contact", [name for name in CONTACTS if rounded(name)])
@@ -206,7 +206,7 @@ def test_curves_that_designs_share_change_no_bit(contact, seed, block):
             patch.setattr(shared_curves, "WORTH", worth)
             shared = shared_curves.curve_numbers(space) is not None
             found = streamed(space, names, block, rows.append)
-        tables.append((shared, found.existing, found.effort, found.reached, joined(rows)))
+        tables.append((shared, found.existing, found.effort, found.reached, concatenate_rows(rows)))
     (shared, *counts, rows), (alone, *others, expected) = tables
     assert (shared, alone) == (True, False)
     assert counts == others
@@ -273,7 +273,7 @@ def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
     while rng.random() < 0.8 and np.any(boxes.counts > 1):
         boxes = boxes.take(boxes.counts > 1)
         boxes = boxes.halved(np.argmax((boxes.high - boxes.low) * rng.random(boxes.low.shape), axis=1))
-    looked = Bounds(problem, grid.free).look(grid.designs(boxes))
+    looked = BoxBounds(problem, grid.free).look(grid.designs(boxes))
     designs, home = space.designs(grid.numbers(boxes)), np.repeat(np.arange(len(boxes)), boxes.counts)
     exists = problem.setup.mechanism.exists(designs, problem.programme)
     rows = run_effects(Case(problem.setup, problem.programme, designs.take(exists)), problem.needed)
@@ -361,6 +361,6 @@ def test_an_interrupt_leaves_no_files(ties, tmp_path):
 def test_dominators_are_those_of_the_definition(seed):
     rng = np.random.default_rng(seed)
     many = rng.integers(1, 5)
-    known, asked = (rng.choice([0.0, 1.0, 2.0, 3.5, LARGEST], (rng.integers(0, 150), many)) for _ in range(2))
+    known, asked = (rng.choice([0.0, 1.0, 2.0, 3.5, LARGEST_COST], (rng.integers(0, 150), many)) for _ in range(2))
     expected = [any(np.all(p <= c) and np.any(p < c) for p in known) for c in asked]
     assert Dominators(known).dominate(asked).tolist() == expected

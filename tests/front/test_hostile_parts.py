@@ -13,8 +13,8 @@ import camopt
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
 from camopt.front.asked import Question
-from camopt.front.journal import TABLES, _parted, _table_bytes
-from camopt.storage.records import END, MAGIC, packed, records
+from camopt.front.journal import BATCH_TABLES, _parted, _table_bytes
+from camopt.storage.records import END_RECORD, JOURNAL_MAGIC, record, records
 
 SCENE = camopt.find_scene("roller-1000rpm").replace(
     search={"base_radius": [60, 80, 100, 120], "offset": [0, 10], "roller_radius": [20], "law": ["cycloidal"]}
@@ -32,7 +32,7 @@ def parts(tmp_path_factory):
 def records_of(path):
     with path.open("rb") as file:
         question, *batches, end = [payload for payload, _ in records(file)]
-    assert end == END
+    assert end == END_RECORD
     return question, batches
 
 
@@ -92,7 +92,7 @@ def oddities():
     yield "a batch twice", lambda q, b: (q, [b[0], *b])
     yield "another order", lambda q, b: (q, b[::-1] if len(b) > 1 else [b[0], b[0]])
     yield "an empty batch", lambda q, b: (q, [b"", *b])
-    for table in TABLES:
+    for table in BATCH_TABLES:
         yield f"{table}: no table", lambda q, b, t=table: with_table(q, b, t, lambda _: b"PAR1" * 3)
         for what, change in CHANGES.items():
             yield f"{table}: {what}", lambda q, b, t=table, c=change: with_table(q, b, t, c)
@@ -124,7 +124,7 @@ def test_a_rightly_sealed_odd_part_is_refused_by_its_name(parts, tmp_path, capsy
     out, tried, unlike = tmp_path / "out", 0, []
     for what, change in oddities():
         question, batches = change(*two)
-        odd.write_bytes(MAGIC + b"".join(map(packed, (question, *batches, END))))
+        odd.write_bytes(JOURNAL_MAGIC + b"".join(map(record, (question, *batches, END_RECORD))))
         same = (question, batches) == two
         code = main(["merge", str(parts[0]), str(odd), "--out", str(out), "--quiet", "--json"])
         told = capsys.readouterr().err.strip()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from camopt.front import pareto
 from camopt.front.pareto import (
-    REFERENCE,
+    REFERENCE_POINT,
     Archive,
     front_of,
     hypervolume,
@@ -79,8 +79,8 @@ def by_inclusion_and_exclusion(points):
     total = 0.0
     for count in range(1, len(points) + 1):
         for chosen in combinations(points, count):
-            total -= (-1) ** count * np.prod(np.maximum(REFERENCE - np.max(chosen, axis=0), 0.0))
-    return total / REFERENCE ** len(points[0])
+            total -= (-1) ** count * np.prod(np.maximum(REFERENCE_POINT - np.max(chosen, axis=0), 0.0))
+    return total / REFERENCE_POINT ** len(points[0])
 
 
 SHARES = st.floats(0, 1.5) | st.sampled_from([0.0, 0.5, 1.0, np.inf])
@@ -99,8 +99,8 @@ def test_hypervolume_of_a_line():
     """Points at i/n on the line x + y = 1 dominate the box less n steps."""
     n = 200
     x = np.arange(n + 1) / n
-    steps = REFERENCE**2 - 0.5 - 0.5 / n  # the triangle under the line, and half a square for each step
-    assert hypervolume(np.column_stack([x, 1 - x]))[0] == pytest.approx(steps / REFERENCE**2, rel=1e-12)
+    steps = REFERENCE_POINT**2 - 0.5 - 0.5 / n  # the triangle under the line, and half a square for each step
+    assert hypervolume(np.column_stack([x, 1 - x]))[0] == pytest.approx(steps / REFERENCE_POINT**2, rel=1e-12)
 
 
 def test_an_approximate_hypervolume_says_so(monkeypatch):

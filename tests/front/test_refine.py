@@ -65,8 +65,8 @@ SCENES = {
 @pytest.fixture(scope="module", autouse=True)
 def _few_levels():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(refine, "LEVELS", LEVELS)
-        patch.setattr(pattern_search, "SHORTEST", 1e-9)  # the value at an optimum goes with its square
+        patch.setattr(refine, "CURVE_LEVELS", LEVELS)
+        patch.setattr(pattern_search, "SHORTEST_STEP", 1e-9)  # the value at an optimum goes with its square
         yield
 
 

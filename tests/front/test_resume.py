@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 import camopt
 from camopt.engines.threads import Threads
 from camopt.front import checkpoint, estimate, journal
-from camopt.front.asked import asked_of
+from camopt.front.asked import sweep_plan
 from camopt.front.blocks import merged
 from camopt.front.certified import certify_table
 from camopt.front.estimate import Estimate, check_room, estimated, size_in_words
 from camopt.front.front_search import FrontSearch
-from camopt.front.journal import decoded, encoded, interrupted
+from camopt.front.journal import batch_of, encoded, interrupted
 from camopt.front.sweep import sweep
 from camopt.mistakes import BadInput, Stopped
 from camopt.storage.manifest import manifest_of
@@ -46,7 +46,7 @@ def stopped(at):
 @pytest.fixture
 def at_once(monkeypatch):
     """A journal that gets each block by itself."""
-    monkeypatch.setattr(journal, "SECONDS", 0.0)
+    monkeypatch.setattr(journal, "RECORD_SECONDS", 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def test_an_interrupted_sweep_goes_on_where_it_ended(keep, tmp_path, whole, at_o
 def test_what_is_kept_is_not_evaluated_again(tmp_path, at_once):
     with pytest.raises(Stopped, match=KEPT):
         run(tmp_path, progress=stopped(1200))
-    asked = asked_of(SCENE, "feasible", BLOCK)
+    asked = sweep_plan(SCENE, "feasible", BLOCK)
     with journal.journal_at(tmp_path / ".camopt" / "sweep.journal", asked) as kept:
         done = [batch.last for batch in kept.replayed()]
     evaluated = []
@@ -169,7 +169,7 @@ def kept_journal(tmp_path_factory):
     """The journal of a sweep that was stopped, and where its records end."""
     folder = tmp_path_factory.mktemp("journal")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(journal, "SECONDS", 0.0)
+        patch.setattr(journal, "RECORD_SECONDS", 0.0)
         with pytest.raises(Stopped, match=KEPT):
             run(folder, progress=stopped(600))
     data = (folder / ".camopt" / "sweep.journal").read_bytes()
@@ -180,7 +180,7 @@ def kept_journal(tmp_path_factory):
 
 def read(path, data):
     path.write_bytes(data)
-    asked = asked_of(SCENE, "feasible", BLOCK)
+    asked = sweep_plan(SCENE, "feasible", BLOCK)
     with journal.journal_at(path, asked) as kept:
         return [*kept.replayed()]
 
@@ -218,9 +218,9 @@ def test_what_is_no_journal_is_as_none(data, tmp_path, whole):
 
 
 def test_a_batch_is_the_same_from_its_bytes():
-    asked = asked_of(SCENE.replace(**{"limits.pressure_angle": None}), "all", BLOCK)
+    asked = sweep_plan(SCENE.replace(**{"limits.pressure_angle": None}), "all", BLOCK)
     batch = merged([asked.blocks.batch(n) for n in (11, 12)], asked.problem.objectives)  # of two laws
-    again = decoded(encoded(batch, asked.names))
+    again = batch_of(encoded(batch, asked.names))
     for name in ("first", "last", "designs", "existing", "feasible", "effort", "reached"):
         assert getattr(again, name) == getattr(batch, name)
     for name in ("kept", "front", "best"):
@@ -264,7 +264,7 @@ def front_only(tmp_path_factory):
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_an_interrupted_search_by_boxes_goes_on(share, tmp_path, front_only, monkeypatch):
-    monkeypatch.setattr(checkpoint, "SECONDS", 0.0)
+    monkeypatch.setattr(checkpoint, "STATE_SECONDS", 0.0)
     files, boxes = front_only
     at, told, seen = boxes[1 + round(share * (len(boxes) - 2))], [], []
     with pytest.raises(Stopped, match=r"[0-9,]+ boxes of designs are decided and kept; the same command goes on"):
@@ -281,7 +281,7 @@ def kept_state(tmp_path_factory, front_only):
     """The checkpoint of a search by boxes that was stopped."""
     folder, (_, boxes) = tmp_path_factory.mktemp("state"), front_only
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(checkpoint, "SECONDS", 0.0)
+        patch.setattr(checkpoint, "STATE_SECONDS", 0.0)
         with pytest.raises(Stopped, match=KEPT):
             sweep(BOXED, folder, "front-only", progress=stopped(boxes[2]))
     return (folder / ".camopt" / "sweep.journal").read_bytes()
@@ -290,7 +290,7 @@ def kept_state(tmp_path_factory, front_only):
 def restored(data, path):
     """A search that is given the state in a file."""
     path.write_bytes(data)
-    asked = asked_of(BOXED, "front-only")
+    asked = sweep_plan(BOXED, "front-only")
     search = FrontSearch(asked.space, asked.names, 1, None)
     with checkpoint.checkpoint_at(path, asked) as kept:
         kept.restore(search)
@@ -330,7 +330,7 @@ def test_parts_may_lie_anywhere(tmp_path, whole):
 
 def test_an_interrupted_part_goes_on(tmp_path, at_once, monkeypatch):
     monkeypatch.setattr("camopt.front.asked.BLOCK", BLOCK)
-    monkeypatch.setattr("camopt.front.parts.asked_of", lambda scene, keep: asked_of(scene, keep, BLOCK))
+    monkeypatch.setattr("camopt.front.parts.asked_of", lambda scene, keep: sweep_plan(scene, keep, BLOCK))
     told = []
     with pytest.raises(Stopped, match=r"[67]00 of 1,200 designs are done"):
         camopt.sweep_part(SCENE, (2, 2), tmp_path, progress=stopped(600))
@@ -431,8 +431,8 @@ def test_boxes_that_are_decided_together_have_no_parts(tmp_path):
 
 
 def test_a_long_sweep_is_foreseen(tmp_path, monkeypatch):
-    monkeypatch.setattr(estimate, "MANY", 8)
-    asked = asked_of(SCENE, "feasible", 3 * BLOCK)  # in smaller blocks there is little else than heads of files
+    monkeypatch.setattr(estimate, "LEAST_BLOCKS", 8)
+    asked = sweep_plan(SCENE, "feasible", 3 * BLOCK)  # in smaller blocks there is little else than heads of files
     found = estimated(asked, asked.numbers(), Threads(2), 2, tmp_path)
     run(tmp_path)
     table = (tmp_path / "designs.parquet").stat().st_size
@@ -440,11 +440,11 @@ def test_a_long_sweep_is_foreseen(tmp_path, monkeypatch):
     assert 0.0 < found.seconds < 600.0
     assert 0.1 * table < found.table < 10.0 * table  # small files are mostly not rows
     assert estimated(asked, asked.numbers(1, 4), Threads(2), 2, tmp_path) is None
-    assert estimated(asked_of(SCENE, "pareto", BLOCK), asked.numbers(), Threads(2), 2, tmp_path).table == 0
+    assert estimated(sweep_plan(SCENE, "pareto", BLOCK), asked.numbers(), Threads(2), 2, tmp_path).table == 0
 
 
 def test_the_time_and_the_room_are_told_first(tmp_path, monkeypatch):
-    monkeypatch.setattr(estimate, "MANY", 8)
+    monkeypatch.setattr(estimate, "LEAST_BLOCKS", 8)
     told = []
     run(tmp_path, tell=told.append)
     assert len(told) == 1

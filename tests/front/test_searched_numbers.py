@@ -182,7 +182,7 @@ RUBBING = {
 )
 def test_boxes_give_the_front_of_the_full_sweep(minimise, more, tmp_path, monkeypatch):
     """Boxes do not bound the mean torque of a follower that rubs in its guide."""
-    monkeypatch.setattr(front_search, "FEW", 2)
+    monkeypatch.setattr(front_search, "FEW_DESIGNS", 2)
     for keep in ("pareto", "front-only"):
         scene = VALVE.replace(**{**more, "search.minimise": minimise, "search.base_radius.step": 8})
         sweep(scene, tmp_path / keep, keep)

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from camopt.kernels import kernel_cache
 from camopt.kernels.arguments import NUMBER, kind_of
 from camopt.kernels.compile import NEVER, Kernel
-from camopt.kernels.kernel_cache import DIGEST, UNUSED, KernelFile, cache_root, opened_folder
+from camopt.kernels.kernel_cache import DIGEST_SIZE, UNUSED, KernelFile, cache_root, opened_folder
 from camopt.kernels.machine_code import ObjectCode, processor
 from camopt.kernels.version import KERNEL_FOLDERS
 
@@ -58,9 +58,9 @@ DAMAGE = {
     "zeros, as after a power cut": lambda data: bytes(len(data)),
     "a bit flipped at the start": lambda data: bytes([data[0] ^ 1]) + data[1:],
     "a bit flipped inside": lambda data: (
-        data[: DIGEST + 500] + bytes([data[DIGEST + 500] ^ 64]) + data[DIGEST + 501 :]
+        data[: DIGEST_SIZE + 500] + bytes([data[DIGEST_SIZE + 500] ^ 64]) + data[DIGEST_SIZE + 501 :]
     ),
-    "its digest alone": lambda data: data[:DIGEST],
+    "its digest alone": lambda data: data[:DIGEST_SIZE],
 }
 
 

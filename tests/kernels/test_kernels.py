@@ -16,8 +16,8 @@ from camopt.effects import Case
 from camopt.effects.surface import thinness_curve
 from camopt.kernels import compile, dispatchers, kernel_cache
 from camopt.kernels.arguments import COUNT, NUMBER, Kind
-from camopt.kernels.by_address import Reached, address_of, call, code_of, evaluates
-from camopt.kernels.compile import FEW, called_by_kernels, compiled, compiled_for_many, inlined
+from camopt.kernels.by_address import Reached, address_of_values, call, code_of, evaluates
+from camopt.kernels.compile import SMALL_ARRAY, called_by_kernels, compiled, compiled_for_many, inlined
 from camopt.kernels.kernel_cache import KernelFile
 from camopt.mechanisms import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
@@ -59,7 +59,7 @@ def _no_disk(monkeypatch):
 @pytest.mark.usefixtures("_no_disk")
 def test_a_few_numbers_compile_nothing_and_many_do():
     kernel = kernel_of_halves()
-    assert [halved(kernel, count) for count in (compile.FEW, 1, compile.FEW + 1, 1)] == [0, 0, 1, 1]
+    assert [halved(kernel, count) for count in (compile.SMALL_ARRAY, 1, compile.SMALL_ARRAY + 1, 1)] == [0, 0, 1, 1]
 
 
 @pytest.mark.usefixtures("_no_disk")
@@ -73,7 +73,7 @@ def test_what_plain_runs_have_cost_is_paid_once(monkeypatch):
 
 def test_a_kernel_on_disk_is_taken_at_once(monkeypatch, tmp_path):
     monkeypatch.setattr(kernel_cache, "kernel_folder", lambda: tmp_path)
-    assert halved(kernel_of_halves(), compile.FEW + 1)
+    assert halved(kernel_of_halves(), compile.SMALL_ARRAY + 1)
     again = kernel_of_halves()
     assert halved(again, 1)
     assert "dispatcher" not in vars(again)
@@ -109,7 +109,7 @@ def test_evaluating_a_design_compiles_nothing(monkeypatch):
 
 
 QUESTIONS = [(15, LARGEST), (15, LEAST), (15, LARGEST_MAGNITUDE), (1, LARGEST)]
-MANY = FEW // (3 * len(QUESTIONS)) + 1  # designs, whose answers are more numbers than a few
+MANY = SMALL_ARRAY // (3 * len(QUESTIONS)) + 1  # designs, whose answers are more numbers than a few
 
 
 def curve_of(problem, make, count):
@@ -139,7 +139,7 @@ def test_a_film_has_the_same_bits_compiled_and_plain(monkeypatch, contact, desig
     """
     problem = exactly(resolve(Scene.from_dict(cam_with(contact, materials=WORN))))
     film = partial(thinness_curve, problem.setup)
-    monkeypatch.setattr(compile, "FEW", 0)
+    monkeypatch.setattr(compile, "SMALL_ARRAY", 0)
     compiled = curve_of(problem, film, designs)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
     plain = curve_of(problem, film, designs)
@@ -164,7 +164,11 @@ def test_what_kernels_call_becomes_machine_code_with_them_only(part):
         for i in range(out.size):
             out[i] = part(x[i])
 
-    kernel, x, out = compiled_for_many(parts), np.arange(compile.FEW + 1.0), np.empty(compile.FEW + 1)
+    kernel, x, out = (
+        compiled_for_many(parts),
+        np.arange(compile.SMALL_ARRAY + 1.0),
+        np.empty(compile.SMALL_ARRAY + 1),
+    )
     kernel(x, out)
     assert np.array_equal(out, [part.py_func(number) for number in x])
     assert [machine_code(one) for one in part.dispatcher.overloads.values()] == [0]
@@ -189,7 +193,7 @@ def scaled(made, x, power):
 @compiled
 def scaled_all(factor, shift, x, out):
     made = (factor, shift)
-    place, code = address_of(made), code_of(scaled, made)
+    place, code = address_of_values(made), code_of(scaled, made)
     for i in range(x.size):
         out[i] = call(code, (place, x[i], 2))
 
@@ -197,7 +201,7 @@ def scaled_all(factor, shift, x, out):
 @compiled
 def scaled_wrongly(factor, shift, x):
     made = (factor, shift)
-    x[0] = call(code_of(scaled, made), (address_of(made), x))
+    x[0] = call(code_of(scaled, made), (address_of_values(made), x))
 
 
 @pytest.mark.usefixtures("_no_disk")

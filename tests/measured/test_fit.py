@@ -21,19 +21,19 @@ from fits import random_file
 from camopt import BadInput, Scene, Unmet, Unsolved
 from camopt.cli.main import main
 from camopt.measured import least_jerk
-from camopt.measured.band_proof import deviation
-from camopt.measured.columns import Columns
+from camopt.measured.band_proof import prove_band
+from camopt.measured.columns import TableColumns
 from camopt.measured.fit import fit
-from camopt.measured.least_jerk import LEVELLING, Node, Room, freest, least_band, nodes_of, shaped, strokes_of
+from camopt.measured.least_jerk import LEVELLING, Node, Room, freest, least_band, nodes_of, shaped, spline_strokes
 from camopt.measured.noise import band_factor, errors_of, noise_of, outliers, rms_factor
 from camopt.measured.one_sided import one_sided
-from camopt.measured.outline import Dwell, Turn, outline_of
-from camopt.measured.reading import apart, read_points
+from camopt.measured.outline import Dwell, TurningPoint, outline_of
+from camopt.measured.reading import angle_from, read_points
 from camopt.measured.smoothing import CAUTION, FREEST, WEIGHTS, smoothed
 from camopt.measured.spline_chain import SplineChain
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, law_peaks, peak
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.problem.problem import resolve
 
 CAM = {"cam": {"form": "disc", "base_radius": 20.0}, "follower": {"motion": "translating", "contact": "flat"}}
@@ -64,7 +64,7 @@ def measured(segments=LOBE, law="cycloidal", angles=DEGREES, noise=0.0, seed=1, 
 
 
 def points_of(rows):
-    return read_points(rows, Columns())
+    return read_points(rows, TableColumns())
 
 
 def kinds(fitted):
@@ -88,7 +88,7 @@ def test_a_law_is_found_again(law, noise):
     assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
     true = turn_of(LOBE, law)
     for name, order, within in (("acceleration", 2, WITHIN[noise][0]), ("jerk", 3, WITHIN[noise][1])):
-        assert fitted.after[name] == pytest.approx(peak(true, order, TURN), rel=within), name
+        assert fitted.after[name] == pytest.approx(peak(true, order, ALL_STROKES), rel=within), name
 
 
 CASES = [(law, noise) for law in LAWS for noise in (0.001, 0.01, 0.05)]
@@ -130,7 +130,7 @@ def test_segments_are_those_that_were_measured(name, shift):
     assert [k for k in whole if k != "dwell"] == [k for k in expected if k != "dwell"] or name == "two lobes"
     assert sorted(set(found)) == sorted(set(expected))
     assert sum(segment.angle for segment in fitted.scene.motion) == pytest.approx(360.0, abs=1e-9)
-    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(TURNS[name]), 2, TURN), rel=0.05)
+    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(TURNS[name]), 2, ALL_STROKES), rel=0.05)
     assert fitted.deviation.held
 
 
@@ -171,7 +171,7 @@ def test_an_arm_in_degrees():
     assert fitted.scene.follower.motion == "oscillating"
     assert fitted.unit == "deg"
     assert camopt.evaluate(fitted.scene)["acceleration_max_rad_s2"] == fitted.after["acceleration"]
-    true = peak(turn_of(LOBE), 2, TURN) * np.radians(1.0) * (10.0 * np.pi) ** 2
+    true = peak(turn_of(LOBE), 2, ALL_STROKES) * np.radians(1.0) * (10.0 * np.pi) ** 2
     assert fitted.after["acceleration"] == pytest.approx(true, rel=0.05)
     assert fitted.least_jerk_rms <= fitted.jerk_rms <= 1.1 * fitted.least_jerk_rms
 
@@ -340,8 +340,8 @@ def test_a_band_that_is_not_held_is_not_proved():
     programme, points = resolve(fitted.scene).programme, points_of(rows)
     largest = fitted.deviation.largest
     for band, held in ((largest * (1 + 1e-12), True), (largest * (1 - 1e-12), False)):
-        assert deviation(programme, points, fitted.start, fitted.zero, band).held is held
-    assert not deviation(programme, points, fitted.start + 1.0, fitted.zero, fitted.band).held
+        assert prove_band(programme, points, fitted.start, fitted.zero, band).held is held
+    assert not prove_band(programme, points, fitted.start + 1.0, fitted.zero, fitted.band).held
 
 
 # ----------------------------------------------------------------------------------------- noise and outliers
@@ -383,7 +383,7 @@ def test_points_of_several_turns():
     assert fitted.noise == pytest.approx(0.005, rel=0.1)
     assert fitted.points.angles.size == 1080
     assert fitted.deviation.held
-    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, TURN), rel=0.03)
+    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, ALL_STROKES), rel=0.03)
 
 
 UNUSUAL = {
@@ -398,7 +398,7 @@ UNUSUAL = {
 def test_unusual_angles(name):
     fitted = fit(measured(angles=UNUSUAL[name], noise=0.003), CAM)
     assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
-    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, TURN), rel=0.05)
+    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, ALL_STROKES), rel=0.05)
     assert fitted.jerk_rms < 1.1 * fitted.least_jerk_rms
 
 
@@ -410,7 +410,7 @@ def test_errors_that_are_not_normal_have_a_wider_band():
     assert fitted.band > 1.4 * band_factor(360) * fitted.noise
     assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
     assert fitted.price < 1.2
-    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, TURN), rel=0.1)
+    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, ALL_STROKES), rel=0.1)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -442,7 +442,7 @@ def test_the_root_mean_square_is_that_of_the_noise():
     assert fitted.deviation_rms == pytest.approx(errors_of(points_of(rows)).rms, rel=1e-3)
     assert fitted.noise < fitted.deviation_rms <= fitted.noise * rms_factor(360)
     assert fit(rows, CAM, band=fitted.band).deviation_rms > 1.3 * fitted.deviation_rms
-    true = peak(turn_of(LOBE), 2, TURN)
+    true = peak(turn_of(LOBE), 2, ALL_STROKES)
     assert abs(fitted.after["acceleration"] / true - 1.0) < 0.03
 
 
@@ -561,7 +561,7 @@ def test_dwells_end_before_the_motion_begins_and_little_earlier():
         points = points_of(measured(law=law, noise=0.002))
         (dwell, turn) = outline_of(points, 0.008)
         assert isinstance(dwell, Dwell)
-        assert isinstance(turn, Turn)
+        assert isinstance(turn, TurningPoint)
         assert dwell.start == pytest.approx(181.5, abs=2.0)
         assert dwell.end == pytest.approx(418.5, abs=2.0)
         assert turn.low < 120.0 < turn.high
@@ -572,9 +572,9 @@ def test_each_point_is_in_a_dwell_or_in_a_stroke(start, end, whole):
     """Also where a dwell starts or ends at a point, or next to it."""
     points = points_of(measured())
     start, end = (round(angle, 0 if whole else 4) for angle in (start, end))
-    inside = np.flatnonzero(apart(start - 1e-9, points.angles) <= end - start + 2e-9)
+    inside = np.flatnonzero(angle_from(start - 1e-9, points.angles) <= end - start + 2e-9)
     nodes = [Node(start, end, inside, 0.0), Node(120.0, 120.0, np.empty(0, dtype=int), 8.0)]
-    places = np.concatenate([*(stroke.places for stroke in strokes_of(points, nodes)), inside])
+    places = np.concatenate([*(stroke.places for stroke in spline_strokes(points, nodes)), inside])
     assert sorted(places) == list(range(360))
 
 
@@ -597,7 +597,7 @@ def test_a_lift_of_less_than_two_bands_is_no_motion():
 def test_knots_are_apart_and_strokes_have_all_points():
     points = points_of(measured(noise=0.01))
     nodes = nodes_of(points, outline_of(points, 0.04), freest(points, Room(0.04)))
-    strokes = strokes_of(points, nodes)
+    strokes = spline_strokes(points, nodes)
     places = np.concatenate([*(s.places for s in strokes), *(node.places for node in nodes)])
     assert sorted(places) == list(range(360))
     for stroke in strokes:

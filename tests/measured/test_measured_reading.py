@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from camopt import BadInput
-from camopt.measured.columns import Columns
-from camopt.measured.reading import apart, read_points
+from camopt.measured.columns import TableColumns
+from camopt.measured.reading import angle_from, read_points
 from camopt.measured.workbook_extent import check_archive
 from camopt.motion import LAWS
 
@@ -32,7 +32,7 @@ ROWS = [f"{a:g},{y:.4f}" for a, y in zip(ANGLES, LIFTS, strict=True)]
 def points_of(content, tmp_path, name="cam.csv", **columns):
     path = tmp_path / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return read_points(path, Columns(**columns))
+    return read_points(path, TableColumns(**columns))
 
 
 def agree(points, tolerance=0.0):
@@ -101,8 +101,8 @@ def test_columns_by_their_names(tmp_path):
 
 
 def test_an_array_is_points_too():
-    agree(read_points(np.column_stack([ANGLES, LIFTS]), Columns()))
-    agree(read_points(LIFTS, Columns()))
+    agree(read_points(np.column_stack([ANGLES, LIFTS]), TableColumns()))
+    agree(read_points(LIFTS, TableColumns()))
 
 
 def workbook(rows):
@@ -242,7 +242,7 @@ def test_a_workbook_without_its_reader(tmp_path, monkeypatch):
 
 
 def test_what_is_a_little_less_than_an_angle_of_0_is_not_a_turn():
-    assert apart(0.0, np.array([-1e-20, 0.0, 359.0, 360.0])).tolist() == [0.0, 0.0, 359.0, 0.0]
+    assert angle_from(0.0, np.array([-1e-20, 0.0, 359.0, 360.0])).tolist() == [0.0, 0.0, 359.0, 0.0]
 
 
 def with_row(place, text):
@@ -335,9 +335,9 @@ def test_whatever_is_in_a_file_is_read_or_refused(data, tmp_path_factory):
 @pytest.mark.parametrize("points", [[["a", 1]], [[[1.0]]], [], None, object()])
 def test_what_is_no_points_is_refused(points):
     with pytest.raises(BadInput, match="points: rows: must be a path, or rows of an angle and a lift"):
-        read_points(points, Columns())
+        read_points(points, TableColumns())
 
 
 def test_a_file_that_is_not_there_is_told():
     with pytest.raises(FileNotFoundError, match="'abc'"):
-        read_points("abc", Columns())
+        read_points("abc", TableColumns())

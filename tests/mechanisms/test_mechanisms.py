@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from support.cams import CONTACTS, cam_with
 
-from camopt.mechanisms import FIELDS, MECHANISMS, SIZES, mechanism_for
-from camopt.mechanisms.body import BODIES, Form
+from camopt.mechanisms import FIELDS, MECHANISMS, SIZE_FIELDS, mechanism_for
+from camopt.mechanisms.body import BODIES, CamForm
 from camopt.mechanisms.follower import MOTIONS, TIPS, MotionName, TipName
 from camopt.mechanisms.geometry import cam_curves
 from camopt.numerics.curves import curve
@@ -53,7 +53,7 @@ def test_a_flank_below_the_trace_point_pushes_and_one_beyond_it_pulls(mechanism)
 
 @pytest.mark.parametrize("mechanism", MECHANISMS.values(), ids=lambda mechanism: mechanism.name)
 def test_the_keys_of_a_mechanism_are_those_of_scenes(mechanism):
-    assert {*mechanism.sizes} < {*SIZES}
+    assert {*mechanism.sizes} < {*SIZE_FIELDS}
     for tip in mechanism.tips:
         for key in mechanism.keys(tip):
             table, name = key.split(".")
@@ -64,5 +64,9 @@ def test_the_keys_of_a_mechanism_are_those_of_scenes(mechanism):
 
 
 def test_the_words_of_scenes_are_those_of_the_registries():
-    assert (get_args(Form), get_args(MotionName), get_args(TipName)) == (tuple(BODIES), tuple(MOTIONS), tuple(TIPS))
+    assert (get_args(CamForm), get_args(MotionName), get_args(TipName)) == (
+        tuple(BODIES),
+        tuple(MOTIONS),
+        tuple(TIPS),
+    )
     assert {(form, motion) for form, motion, _ in MECHANISMS} == {(b, m) for b in BODIES for m in MOTIONS}

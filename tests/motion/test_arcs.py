@@ -23,7 +23,7 @@ from camopt import (
     synthesise,
 )
 from camopt.mechanisms.geometry import cam_curves
-from camopt.motion.profile import Element, least_radius, parts_of
+from camopt.motion.profile import GivenElement, least_radius, parts_of
 from camopt.motion.profile_law import ProfileLaw
 from camopt.problem.problem import resolve_design
 from camopt.verdicts.ball import Ball, precisely
@@ -86,7 +86,7 @@ def scene_of(profile, follower, rotation="ccw", **more):
 def placed(scene):
     """The programme of a scene, the parts of its profile, and the angle by which its coordinates stand turned."""
     sense = 1.0 if scene.cam.rotation == "ccw" else -1.0
-    elements = [Element(e.radius, None if e.x is None else complex(e.x, -sense * e.y)) for e in scene.profile]
+    elements = [GivenElement(e.radius, None if e.x is None else complex(e.x, -sense * e.y)) for e in scene.profile]
     return resolve_design(scene), parts_of(elements), sense
 
 

@@ -21,15 +21,15 @@ from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
 from camopt.motion.conditions import MISSED
 from camopt.motion.programme import Programme, root_mean_square, span
-from camopt.motion.stroke import Through
-from camopt.motion.table import TURN
+from camopt.motion.stroke import Passing
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics.irreducible import irreducible
 from camopt.numerics.quadratic import least_within
 from camopt.problem.problem import resolve
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.synthesise import Unmet, bound_of
 from camopt.verdicts.asked import conditions_verdict
-from camopt.verdicts.exact_motion import motion_of
+from camopt.verdicts.exact_motion import exact_motion
 
 MOVES = [{"segment": "move", "angle": 200, "to": 40}, {"segment": "dwell", "angle": 20}]
 BACK = [{"segment": "move", "angle": 120, "to": 0}, {"segment": "dwell", "angle": 20}]
@@ -227,8 +227,8 @@ def test_conditions_are_proved_just_up_to_what_the_motion_has(order, where):
     for side in (3.0, -3.0):
         asked: list = [None] * 4
         asked[order] = (float(values.min()) - largest, float(values.max()) + side * MISSED[order] * float(largest))
-        turn = replace(programme, strokes=(replace(first, through=(Through(start, end, tuple(asked)),)), *others))
-        verdicts.append(conditions_verdict(turn, motion_of(turn)))
+        turn = replace(programme, strokes=(replace(first, through=(Passing(start, end, tuple(asked)),)), *others))
+        verdicts.append(conditions_verdict(turn, exact_motion(turn)))
     assert verdicts == ["held", "broken"]
 
 
@@ -354,7 +354,7 @@ def test_a_free_move_over_a_part_of_the_turn_has_the_extremes_that_its_samples_h
     programme = resolve(result.scene).programme
     angles = np.radians(np.arange(0.005, 360, 0.01))
     for order in (1, 2, 3):
-        low, high = span(Programme(programme.strokes), (0.0,) * order + (1.0,), TURN)
+        low, high = span(Programme(programme.strokes), (0.0,) * order + (1.0,), ALL_STROKES)
         values = programme.at(angles)[order]
         assert low - 1e-9 <= values.min()
         assert values.max() <= high + 1e-9

@@ -17,7 +17,7 @@ from camopt.kernels.compile import compiled
 from camopt.motion import LAWS
 from camopt.motion.law import is_symmetric, pair_of
 from camopt.motion.polynomial import PolynomialLaw
-from camopt.motion.programme import PANELS, Programme, law_peaks, peak, peaks_inside
+from camopt.motion.programme import TURN_PANELS, Programme, law_peaks, peak, peaks_inside
 from camopt.motion.table import RETURN, RISE, stroke_coefficients
 from camopt.numerics.piecewise import motion
 from camopt.quantities import motion_mean
@@ -204,7 +204,7 @@ def test_tables_are_as_good_as_they_say_and_lie_in_their_ranges(law, lift):
     turn = [strokes[0], ("dwell", 50, 0, None), strokes[1], ("dwell", 108.9, 0, None)]
     programme = Programme.from_segments(turn, angular=False, laws=own.EVERY)
     table, rng = programme.table, np.random.default_rng(3)
-    _, ends, _ = stroke_coefficients(own.EVERY[law], PANELS)
+    _, ends, _ = stroke_coefficients(own.EVERY[law], TURN_PANELS)
     count = ends.size - 1
     places = rng.uniform(-1, 1, table.centre.size)
     found = all_motion(table, places)

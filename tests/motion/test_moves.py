@@ -17,17 +17,17 @@ from camopt import BadInput, Scene, certify, evaluate, find_scene
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
 from camopt.motion.programme import Programme, root_mean_square, span
-from camopt.motion.segments import Segment
-from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, TURN
+from camopt.motion.segments import GivenSegment
+from camopt.motion.table import ALL_STROKES, DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
 from camopt.problem.problem import resolve
-from camopt.verdicts.certify import turn_of
+from camopt.verdicts.certify import exact_turn
 
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 BESIDE = 1e-9  # rad, to either side of a joint
 
 
 def turn(*segments, angular=False):
-    return Programme.from_segments([Segment(*each) for each in segments], angular=angular)
+    return Programme.from_segments([GivenSegment(*each) for each in segments], angular=angular)
 
 
 def move(angle, to, *wanted):
@@ -110,7 +110,7 @@ def test_displacements_are_counted_from_the_lowest_of_the_turn(segments):
     assert -1e-9 * programme.lift <= samples.min() <= 1e-4 * programme.lift
     assert samples.max() <= programme.lift * (1 + 1e-12)
     assert samples.max() >= programme.lift * (1 - 1e-4)
-    assert span(programme, (1.0,), TURN) == pytest.approx(programme.levels, abs=1e-12 * programme.lift)
+    assert span(programme, (1.0,), ALL_STROKES) == pytest.approx(programme.levels, abs=1e-12 * programme.lift)
 
 
 @given(turns(kinds=("move", "move", "dwell")))
@@ -416,7 +416,7 @@ def test_limits_near_the_values_of_a_motion_with_moves_are_proved(contact):
 @given(turns())
 def test_the_highest_of_a_turn_is_proved(segments):
     programme = turn(*segments)
-    highest = turn_of(programme).lift.arb
+    highest = exact_turn(programme).lift.arb
     assert abs(float(highest.mid()) - programme.lift) <= 1e-9 * programme.lift
 
 

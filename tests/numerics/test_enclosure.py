@@ -14,7 +14,7 @@ from camopt.mechanisms import Designs
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import PARTIALS, Quotient, as_quotient, as_sloped, variables
-from camopt.problem.limits import LOADS
+from camopt.problem.limits import LOAD_LIMITS
 from camopt.problem.problem import exactly, resolve
 from camopt.quantities import QUANTITIES
 from camopt.smallest.boxes import Boxes
@@ -27,7 +27,7 @@ FREE = {
 }
 
 
-KEYS = [*LOADS, "pressure_angle", "curvature_radius"]
+KEYS = [*LOAD_LIMITS, "pressure_angle", "curvature_radius"]
 BOXES = times(8, deep=12)
 COARSE, FINE = (np.radians(np.arange(0.0, 360.0, step)) for step in (3.0, 0.25))
 
@@ -42,7 +42,7 @@ def scene_of(contact, limits=None):
 def limits_of(name):
     """What the cam has, a little eased or tightened: every limit of the registry that it can be asked."""
     cam, rng, limits = evaluate(scene_of(name)), np.random.default_rng(7), {}
-    for key, quantity in LOADS.items():
+    for key, quantity in LOAD_LIMITS.items():
         if quantity in cam and np.isfinite(cam[quantity]) and cam[quantity] > 0.0:
             limits[key] = float(cam[quantity] * (1.0 + QUANTITIES[quantity].side * rng.uniform(0.0, 0.02)))
     if "jamming_margin" in limits:

@@ -18,17 +18,17 @@ from camopt.kernels.compile import compiled
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.mechanisms.follower import ROLLER
 from camopt.motion.programme import Programme, span
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import GIVEN, LARGEST, LARGEST_MAGNITUDE, LEAST, UNIT
 from camopt.numerics.climbing import Ends
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.extremes import Precision, extremes
-from camopt.numerics.halving import CLIMBS, CONCAVE, OPEN, SETTLED, looked_at
+from camopt.numerics.halving import CLIMBS, CONCAVE, SETTLED, UNSETTLED, looked_at
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import FIELDS, Jet
 from camopt.numerics.piecewise import part_jets, row_jets
 from camopt.numerics.state import State
-from camopt.verdicts.ball import BITS
+from camopt.verdicts.ball import PRECISION_BITS
 
 CURVES = ("pressure", "curvature", "profile_radius", "reach")
 
@@ -87,7 +87,7 @@ def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, l
     some = designs(angular, sense, times(4, deep=8), seed=own.STILL.index(law))
     case = Case(Setup(mechanism, ROLLER, tolerance=1e-13), turn, some)
     make = getattr(mechanism, name)
-    questions = [(TURN, LARGEST), (TURN, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]
+    questions = [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]
     value, where, _ = case.extremes(make, questions, located=True)
     on_rise = angles < turn.strokes[0].end
     on_return = (angles > turn.strokes[2].start) & (angles < turn.strokes[2].end)
@@ -138,7 +138,7 @@ def test_interval_formulas_enclose_every_design_of_a_box(mechanism, angular, nam
 def test_span_of_a_combination_of_derivatives(law, weights):
     turn, _, motion = sampled_motion(law, False)
     sampled = np.tensordot(weights, motion[: len(weights)], axes=1)
-    least, largest = span(turn, weights, TURN)
+    least, largest = span(turn, weights, ALL_STROKES)
     scale = np.abs(sampled).max()
     assert least <= sampled.min() + 1e-13 * scale
     assert largest >= sampled.max() - 1e-13 * scale
@@ -152,9 +152,9 @@ def test_an_answer_does_not_depend_on_its_place_in_a_block(rows):
     mechanism = MECHANISMS["disc", "translating", False]
     setup = Setup(mechanism, ROLLER, tolerance=1e-13)
     many = designs(False, 1.0, 1000)
-    whole, _, _ = Case(setup, turn, many).extremes(mechanism.curvature, [(TURN, LARGEST)])
+    whole, _, _ = Case(setup, turn, many).extremes(mechanism.curvature, [(ALL_STROKES, LARGEST)])
     part, _, _ = Case(setup, turn, many.take(slice(1000 - rows, None))).extremes(
-        mechanism.curvature, [(TURN, LARGEST)]
+        mechanism.curvature, [(ALL_STROKES, LARGEST)]
     )
     assert np.array_equal(whole[:, 1000 - rows :], part)
 
@@ -168,7 +168,9 @@ def test_a_peak_narrower_than_a_panel_is_found():
     for height in (1.0, 0.1, 0.01):
         e = 10.0
         some = Designs(np.array([np.hypot(e, height)]), zero, np.array([e]), zero, zero, zero, 1.0)
-        value, where, _ = Case(setup, turn, some).extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
+        value, where, _ = Case(setup, turn, some).extremes(
+            mechanism.curvature, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)]
+        )
         f = mechanism.curvature(some, turn)
         for at, extreme, sign in zip(where[:, 0], value[:, 0], (1, -1), strict=True):
             near = np.concatenate([np.linspace(1e-9, 6.28, 400001), at + np.linspace(-1e-3, 1e-3, 20001)])
@@ -203,7 +205,7 @@ def test_narrow_peaks_of_many_cams_next_to_the_limit(law, tolerance):
     some = Designs(size, zero, offset, zero, zero, zero, 1.0)
     case = Case(Setup(mechanism, ROLLER, tolerance), turn, some)
     for make in (mechanism.pressure, mechanism.curvature):
-        value, _, width = case.extremes(make, [(TURN, LARGEST), (TURN, LEAST)])
+        value, _, width = case.extremes(make, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)])
         f = make(some, turn)
         for i in range(count):
             for k, sign in enumerate((1.0, -1.0)):
@@ -232,16 +234,18 @@ def test_lines_have_the_extremes_of_their_polynomials():
     """Random combinations of y, y' and y'', against the roots of each panel's derivative."""
     turn, rng, count = programme("poly4567", angular=False), np.random.default_rng(6), 8
     f = Linear(*rng.normal(size=(3, count)), np.zeros(count))
-    value, _, width = extremes(f, count, turn.table, [(TURN, LEAST), (TURN, LARGEST)], Precision(1e-13, np.inf))
+    value, _, width = extremes(
+        f, count, turn.table, [(ALL_STROKES, LEAST), (ALL_STROKES, LARGEST)], Precision(1e-13, np.inf)
+    )
     for i in range(count):
-        exact = span(turn, (f.displacement[i], f.velocity[i], f.acceleration[i]), TURN)
+        exact = span(turn, (f.displacement[i], f.velocity[i], f.acceleration[i]), ALL_STROKES)
         assert value[:, i] == pytest.approx(exact, rel=1e-12)
         assert np.all(width[:, i] <= 1e-12 * np.abs(exact).max())
 
 
 def test_a_curve_that_is_nothing_is_known_exactly():
     turn, zero = programme("cycloidal", angular=False), np.zeros(1)
-    questions = [(TURN, LARGEST), (TURN, LEAST), (TURN, LARGEST_MAGNITUDE)]
+    questions = [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST), (ALL_STROKES, LARGEST_MAGNITUDE)]
     value, _, width = extremes(Linear(zero, zero, zero, zero), 1, turn.table, questions, Precision(1e-9, np.inf))
     assert np.all(value == 0.0)
     assert np.all(width == 0.0)
@@ -311,7 +315,7 @@ OWN_ROUNDING = {"-a": 0.0, "sin a": 2.0, "cos a": 2.0}  # in units, else 1
 
 @pytest.mark.parametrize("width", [1e-6, 1e-3, 0.5, 3.0])
 @pytest.mark.parametrize("seed", range(12))
-@ctx.workprec(BITS)
+@ctx.workprec(PRECISION_BITS)
 def test_jets_hold_all_that_they_may_and_no_more(width, seed):
     """Each operation, in 200 bits at the corners of its operands: nothing outside its bounds, and they are met."""
     rng = np.random.default_rng(seed)
@@ -501,5 +505,5 @@ def test_what_is_said_of_a_part_is_the_truth_of_a_cubic():
                 assert bound == pytest.approx(simple, rel=1e-9)
             elif f.coef[3] < 0.0:  # then the slope is what it may be at most
                 assert bound == pytest.approx(largest, abs=1e-5 * np.abs(f.coef).sum())
-            assert verdict == (SETTLED if bound <= enough else OPEN)
-    assert seen == {CLIMBS, CONCAVE, SETTLED, OPEN}
+            assert verdict == (SETTLED if bound <= enough else UNSETTLED)
+    assert seen == {CLIMBS, CONCAVE, SETTLED, UNSETTLED}

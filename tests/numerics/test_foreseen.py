@@ -13,12 +13,12 @@ from support.depth import times
 from camopt import Scene
 from camopt.effects.loads import contact_load, torque_curve
 from camopt.effects.surface import thinness_curve
-from camopt.kernels.by_address import address_of
+from camopt.kernels.by_address import address_of_values
 from camopt.numerics.evaluating import evaluator
-from camopt.numerics.foreseen import LEVELS, Foreseen
+from camopt.numerics.foreseen import HALF_LEVELS, Foreseen
 from camopt.problem.problem import resolve
 
-DEEPEST = 2 * LEVELS  # halvings: more than are evaluated in advance
+DEEPEST = 2 * HALF_LEVELS  # halvings: more than are evaluated in advance
 DESIGNS = 4
 
 
@@ -40,7 +40,7 @@ def evaluators(contact):
     same = problem.design.take(np.zeros(DESIGNS, dtype=int))
     designs = replace(same, size=same.size * np.linspace(1.0, 1.2, DESIGNS))
     made = [(f, problem.programme.table) for f in curves_of(contact, problem.setup, designs, problem.programme)]
-    return [evaluator(each, address_of(each)) for each in made]
+    return [evaluator(each, address_of_values(each)) for each in made]
 
 
 def part_from(design, turns):

@@ -22,17 +22,17 @@ from camopt import (
 from camopt.effects import Case, section
 from camopt.effects.peak import DOUBLES, BeyondBody, Derivative, InDegrees
 from camopt.mistakes import Unmet
-from camopt.problem.limits import PART
+from camopt.problem.limits import PART_LIMITS
 from camopt.problem.problem import exactly, resolve, resolve_design
 from camopt.quantities import AT_MOST, QUANTITIES
 from camopt.reporting.sections import limits_sheet
 from camopt.scene.tables import Limits
-from camopt.verdicts.certify import turn_of
+from camopt.verdicts.certify import exact_turn
 from camopt.verdicts.exact_curve import in_balls
-from camopt.verdicts.exact_section import PARTS, integrated_rows, section_rows
+from camopt.verdicts.exact_section import STROKE_PARTS, integrated_rows, section_rows
 
 OPEN = [contact for contact in CONTACTS if contact not in GROOVED]
-KEYS = (*PART, "cutter_radius")
+KEYS = (*PART_LIMITS, "cutter_radius")
 CASES = [(contact, key) for contact in CONTACTS for key in KEYS if quantity_of(key, contact)[0]]
 
 
@@ -64,7 +64,7 @@ CORNERED = ["uniform-knife-offset", "uniform-knife-radial"]
 @pytest.mark.parametrize("name", CORNERED)
 def test_balls_say_nothing_of_a_motion_with_corners(name):
     problem = exactly(resolve_design(find_scene(name)))
-    assert [*integrated_rows(problem, turn_of(problem.programme), problem.design, problem.design, ())] == []
+    assert [*integrated_rows(problem, exact_turn(problem.programme), problem.design, problem.design, ())] == []
 
 
 DISCS = [name for name in shipped_scenes() if find_scene(name).cam.form == "disc"]
@@ -74,7 +74,7 @@ DISCS = [name for name in shipped_scenes() if find_scene(name).cam.form == "disc
 def test_balls_hold_what_quadrature_finds(name):
     """Two ways, of Gauss's rule in doubles and of Taylor series in balls: they meet in each other's errors."""
     problem = exactly(resolve_design(find_scene(name)))
-    rows = section_rows(problem, turn_of(problem.programme), in_balls(problem.design), PARTS[1])
+    rows = section_rows(problem, exact_turn(problem.programme), in_balls(problem.design), STROKE_PARTS[1])
     found = section.run(Case(problem.setup, problem.programme, problem.design), frozenset())
     for quantity, (value, error, scale) in found.items():
         low, width = rows.columns[quantity], rows.outward[quantity]
@@ -91,8 +91,8 @@ def test_balls_hold_the_sections_of_all_mechanisms(contact, rotation):
     problem = exactly(resolve_design(scene))
     found = section.run(Case(problem.setup, problem.programme, problem.design), frozenset())
     widths = []
-    for parts in PARTS[1:4]:
-        rows = section_rows(problem, turn_of(problem.programme), in_balls(problem.design), parts)
+    for parts in STROKE_PARTS[1:4]:
+        rows = section_rows(problem, exact_turn(problem.programme), in_balls(problem.design), parts)
         for quantity, (value, error, _) in found.items():
             assert (
                 rows.columns[quantity] - error <= value <= rows.columns[quantity] + rows.outward[quantity] + error
@@ -207,7 +207,7 @@ def test_a_change_of_lift_is_a_velocity():
 def test_no_larger_cam_has_as_little(contact, key, hub):
     """Beyond the size that a limit tells its quantity is above the bound; of a disc it is the bound."""
     scene = scene_of(contact).replace(part={**BODY, **hub})
-    name, bound = PART[key], 3.0 * cam_of(contact)[PART[key]]
+    name, bound = PART_LIMITS[key], 3.0 * cam_of(contact)[PART_LIMITS[key]]
     (limit,) = (each for each in resolve(scene.replace(**{f"limits.{key}": bound})).limits if each.name == key)
     beyond = scene.replace(**{"cam.base_radius": limit.most_size * (1 + 1e-9), "outputs": [name]})
     assert evaluate(beyond)[name] > bound
@@ -222,7 +222,7 @@ def test_that_a_wall_and_a_mass_contradict_each_other_is_proved():
     assert not found.out_of_time
 
 
-@pytest.mark.parametrize("key", [key for key in PART if QUANTITIES[PART[key]].relation == AT_MOST])
+@pytest.mark.parametrize("key", [key for key in PART_LIMITS if QUANTITIES[PART_LIMITS[key]].relation == AT_MOST])
 def test_no_cam_is_light_enough(key):
     """A limit that no cam of a range holds is named."""
     name, _ = quantity_of(key, "roller")

@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import pytest
 
-from camopt.front.asked import asked_of, with_objectives
+from camopt.front.asked import sweep_plan, with_objectives
 from camopt.front.sweep import sweep
 from camopt.problem.choices import choices_of
 from camopt.problem.problem import Problem, SceneValues, resolve
@@ -58,7 +58,7 @@ def test_default_objectives_are_those_of_a_scene_that_names_them(keep, request):
     plain = find_scene("roller-1000rpm").replace(search=SEARCHED)
     named = plain.replace(**{"search.minimise": list(with_objectives(resolve(plain)).objectives)})
     expected = sweep(named, keep=keep)
-    assert asked_of(plain, keep).scene == named
+    assert sweep_plan(plain, keep).scene == named
     request.getfixturevalue("unread")
     found = sweep(plain, keep=keep)
     assert found.front == expected.front is not None

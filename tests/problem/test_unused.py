@@ -7,10 +7,10 @@ import pytest
 
 from camopt import evaluate, find_scene
 from camopt.cli.main import main
-from camopt.problem.unused import LOADED, PRESSING, READERS, unanswered, unused
+from camopt.problem.unused import LOAD_USERS, PRESSING, READERS, unanswered, unused
 from camopt.quantities import QUANTITIES
 
-READING = (*LOADED, "lash")
+READING = (*LOAD_USERS, "lash")
 GIVEN = {
     "cam.rpm": 600,
     "follower.dynamics": {

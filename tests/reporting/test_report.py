@@ -111,7 +111,7 @@ def test_the_rows_of_a_sweep_are_those_of_its_tables(swept, tmp_path):
 
 
 def test_a_sweep_of_too_many_rows_is_thinned_and_says_so(swept, tmp_path, monkeypatch):
-    monkeypatch.setattr("camopt.reporting.results.MOST_DESIGNS", 6)
+    monkeypatch.setattr("camopt.reporting.results.PAGE_ROWS", 6)
     page = camopt.report(swept[1], tmp_path / "sweep.html")
     assert data_of(page)["count"] <= 6
     assert "evenly taken, and all of the Pareto front" in page.read_text(encoding="utf-8")

@@ -15,7 +15,7 @@ from support.depth import times
 
 from camopt import BadInput, Scene, find_scene, shipped_scenes
 from camopt.mistakes import Mistake
-from camopt.scene.choices import Range
+from camopt.scene.choices import StepRange
 from camopt.scene.sources import shipped_toml
 from camopt.scene.tables import Cam, Segment
 
@@ -143,13 +143,13 @@ def test_replace_sets_adds_and_clears_by_dotted_key():
     scene = find_scene("roller-1000rpm")
     other = scene.replace(**{
         "cam.rpm": 500, "follower.dynamics.mass": 2, "limits.pressure_angle": None, "search.law": "harmonic",
-        "search.offset": Range(start=0, stop=5), "accuracy.tolerance": None, "name": "slow",
+        "search.offset": StepRange(start=0, stop=5), "accuracy.tolerance": None, "name": "slow",
     })  # fmt: skip
     assert (other.name, other.cam.rpm, other.follower.dynamics.mass) == ("slow", 500.0, 2.0)
     assert other.limits.pressure_angle is None
     assert other.limits.pressure_angle_return == 30.0
     assert other.search.law == ("harmonic",)
-    assert other.search.offset == Range(start=0.0, stop=5.0)
+    assert other.search.offset == StepRange(start=0.0, stop=5.0)
     assert scene == find_scene("roller-1000rpm")
     assert Scene.from_dict(other.to_dict()) == other
 
@@ -172,7 +172,7 @@ def test_a_mistaken_replacement_is_told(key, value, line):
 def test_a_choice_may_be_one_value_a_list_or_a_range():
     search = Scene.from_dict(changed(BASES["roller"], {"search.offset": 3, "search.roller_radius": [1, 2]})).search
     assert (search.offset, search.roller_radius) == ((3.0,), (1.0, 2.0))
-    assert search.base_radius == Range(start=20.0, stop=150.0, step=0.5)
+    assert search.base_radius == StepRange(start=20.0, stop=150.0, step=0.5)
 
 
 # ------------------------------------------------------------------------------------------ what is wrong
@@ -432,7 +432,7 @@ def test_a_misspelt_scene_gets_the_nearest_name(name, meant):
     assert all(shipped in str(caught.value) for shipped in shipped_scenes())
 
 
-@pytest.mark.parametrize("table", [Cam, Range, Segment])
+@pytest.mark.parametrize("table", [Cam, StepRange, Segment])
 def test_a_table_alone_tells_its_mistakes_too(table):
     with pytest.raises(BadInput) as caught:
         table(self=1, rpm="x", law=5)

@@ -25,7 +25,7 @@ import camopt
 from camopt.kernels import compile
 from camopt.reporting.sections import signed
 from camopt.serving import search
-from camopt.serving.controls import controls_of, scene_of
+from camopt.serving.controls import controls_of, scene_of_settings
 from camopt.serving.server import MOST_BYTES, MOST_STRANGERS, serving
 from camopt.serving.session import Session, answer_to
 
@@ -60,7 +60,7 @@ def texts(answer):
 def test_each_answer_is_that_of_the_library(name):
     session, values = session_of(name), MOVES[name]
     moved = next((key for key in values if key.startswith("motion.")), "")
-    scene = scene_of(session.scene, session.own, values, moved)
+    scene = scene_of_settings(session.scene, session.own, values, moved)
     cam = camopt.evaluate(scene)
     quick, proved = (answer_to(session, what, asking(values, moved=moved)) for what in ("move", "settle"))
     for answer in (quick, proved):
@@ -113,7 +113,7 @@ def test_other_segments_make_room_for_the_one_that_is_moved(name, place, angle):
     moving = np.array([segment.segment != "dwell" for segment in scene.motion])
     changed, refused = None, set()
     try:
-        changed = scene_of(scene, own, {**own, key: angle}, key)
+        changed = scene_of_settings(scene, own, {**own, key: angle}, key)
     except camopt.BadInput as error:
         refused = {mistake.key for mistake in error.mistakes}
     short = {f"motion.{k + 1}.angle" for k in np.flatnonzero(moving & (expected < 1e-6))}

@@ -20,7 +20,7 @@ from support.sheets import faults_of
 from camopt import Scene, cam_points, evaluate, export, find_scene, shipped_scenes
 from camopt.problem.problem import resolve_design
 from camopt.sheet.cam import TrueCam
-from camopt.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, fitted_words, number, width_of
+from camopt.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, decimal, fitted_words, width_of
 from camopt.sheet.notes import texts_of
 from camopt.sheet.paper import A3, A4, scale_name, scales
 from camopt.sheet.ring import ring, spread_apart, unrolled
@@ -117,12 +117,12 @@ STEADY = [name for name, scene in SCENES.items() if "constant-velocity" in {s.se
 def test_segments_are_those_of_the_scene(name):
     """Each with its own angle; a stretch at constant velocity is called so, a move by the way that it goes."""
     scene = SCENES[name]
-    expected = sorted(number(segment.angle, 2) for segment in scene.motion)
+    expected = sorted(decimal(segment.angle, 2) for segment in scene.motion)
     assert sorted(angle for _, angle in ring_of(name)) == expected
     found = Counter((kind, angle) for kind, angle in ring_of(name))
     kinds = {"rise", "return", "dwell", "constant-velocity"}
     told = Counter(
-        (s.segment.replace("-", " "), number(s.angle, 2)) for s in scene.motion if s.segment in kinds and s.angle
+        (s.segment.replace("-", " "), decimal(s.angle, 2)) for s in scene.motion if s.segment in kinds and s.angle
     )
     assert told - found == Counter()
     steady = sum(s.segment == "constant-velocity" for s in scene.motion)
@@ -207,21 +207,21 @@ def expected(scene):
     """The dimensions that a drawing has to have, from the scene and from quantities."""
     cam, part = scene.cam, scene.whole_part
     if cam.form == "disc":
-        yield f"R{number(cam.base_radius)}"
+        yield f"R{decimal(cam.base_radius)}"
         largest = evaluate(scene.replace(outputs=["outer_radius_mm"]))["outer_radius_mm"]
-        yield from (f"R{number(largest)}" for _ in range(1) if largest > cam.base_radius)
+        yield from (f"R{decimal(largest)}" for _ in range(1) if largest > cam.base_radius)
     else:
-        yield f"{number(2 * pi * cam.mean_radius)} (2π · R{number(cam.mean_radius)})"
-        yield number(2 * scene.follower.roller_radius)
-        yield from (f"Ø{number(2 * cam.mean_radius + depth)}" for depth in (part.groove_depth,) if depth)
+        yield f"{decimal(2 * pi * cam.mean_radius)} (2π · R{decimal(cam.mean_radius)})"
+        yield decimal(2 * scene.follower.roller_radius)
+        yield from (f"Ø{decimal(2 * cam.mean_radius + depth)}" for depth in (part.groove_depth,) if depth)
     shown = ("thickness", "hub_length", "keyway_width", "groove_depth")
-    yield from (number(value) for key in shown if (value := getattr(part, key)))
+    yield from (decimal(value) for key in shown if (value := getattr(part, key)))
     if part.bore:
-        yield f"Ø{number(part.bore)}"
-        over = [number(part.bore + depth) for depth in (part.keyway_depth,) if depth]
+        yield f"Ø{decimal(part.bore)}"
+        over = [decimal(part.bore + depth) for depth in (part.keyway_depth,) if depth]
         yield from over if cam.form == "cylindrical" or part.thickness else (f"Bore and keyway: {o}." for o in over)
-    yield from (f"Ø{number(part.hub_diameter)}" for _ in range(1) if part.hub_diameter)
-    yield from (number(2 * part.profile_tolerance, 4) for _ in range(1) if part.profile_tolerance)
+    yield from (f"Ø{decimal(part.hub_diameter)}" for _ in range(1) if part.hub_diameter)
+    yield from (decimal(2 * part.profile_tolerance, 4) for _ in range(1) if part.profile_tolerance)
     yield from (f"Ra {part.roughness:g}" for _ in range(1) if part.roughness)
 
 
@@ -438,7 +438,7 @@ def test_small_cams_are_enlarged_and_no_others(size):
     ("value", "text"), [(25.0, "25"), (1.23456, "1.235"), (-2.5, "−2.5"), (-1e-9, "0"), (20000.0, "20000")]
 )
 def test_numbers_have_no_more_decimals_than_they_need(value, text):
-    assert number(value) == text
+    assert decimal(value) == text
 
 
 def test_the_frame_is_that_of_the_standard():

@@ -11,7 +11,7 @@ import pytest
 from camopt import Scene
 from camopt.effects import Case
 from camopt.effects.loads import contact_load
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, evaluating
 from camopt.numerics.extremes import search_curve
 from camopt.problem.problem import exactly, resolve
@@ -59,7 +59,7 @@ def test_what_has_no_bound_is_not_looked_at_to_the_last_part(monkeypatch):
     plain = getattr(search_curve, "py_func", search_curve)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", plain)
     found = Case(problem.setup, problem.programme, undercut).extremes(
-        partial(contact_load, problem.setup), [(TURN, LARGEST)]
+        partial(contact_load, problem.setup), [(ALL_STROKES, LARGEST)]
     )
     assert np.isinf(found.width).all()
     assert len(parts) < 4000

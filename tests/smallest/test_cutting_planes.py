@@ -13,8 +13,8 @@ from support.depth import times
 
 from camopt import Scene
 from camopt.mechanisms import Designs, cylindrical_oscillating, oscillating, oscillating_flat
-from camopt.motion.programme import BESIDE, Programme
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.programme import JUMP_SIDE, Programme
+from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.space import boxes_of
 from camopt.smallest.branch_and_bound import BoxSearch, branch_and_bound
@@ -351,7 +351,7 @@ def test_a_limit_of_one_stroke_says_nothing_about_the_next_one(limits, rest, rot
         assert least - 0.01 <= answer.design.size[0] <= least
 
 
-@pytest.mark.parametrize("kinds", [RISE, RETURN, DWELL, TURN])
+@pytest.mark.parametrize("kinds", [RISE, RETURN, DWELL, ALL_STROKES])
 @pytest.mark.parametrize("rest", [0.0, 40.0, 1e-13])
 def test_angles_beside_a_jump_stay_in_strokes_of_their_kinds(kinds, rest):
     segments = [("rise", 180.0 - rest, 5.0, "uniform"), ("dwell", rest, 0.0, None)]
@@ -364,7 +364,7 @@ def test_angles_beside_a_jump_stay_in_strokes_of_their_kinds(kinds, rest):
         assert any(s.start <= angle <= s.end for s in allowed)
     if allowed and rest != 1e-13:
         away = np.abs(beside[:, : len(ends)] - ends)
-        assert np.all(np.minimum(away, 2 * pi - away) <= 1.1 * BESIDE)
+        assert np.all(np.minimum(away, 2 * pi - away) <= 1.1 * JUMP_SIDE)
 
 
 @pytest.mark.parametrize("name", sorted(FORMS))

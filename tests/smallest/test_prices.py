@@ -13,7 +13,7 @@ from support.smallest_cams import ANGLES, BASE, CASES, FREE, scene, size_of
 from test_optimise import FREED
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise, prices, shipped_scenes
-from camopt.problem.limits import LOADS, limited_quantity
+from camopt.problem.limits import LOAD_LIMITS, limited_quantity
 from camopt.problem.problem import resolve
 from camopt.quantities import motion_quantity
 
@@ -141,7 +141,7 @@ SLOWEST = {
 def with_binding_limit(name, case, share):
     """A scene whose cam a limit holds."""
     in_time = partial(motion_quantity, stroke="", angular=False, timed=True)
-    quantity = limited_quantity(name, resolve(case).setup) if name in LOADS else in_time(name)
+    quantity = limited_quantity(name, resolve(case).setup) if name in LOAD_LIMITS else in_time(name)
     cam = optimise(case).best.scene.replace(outputs=["all"])
     return case.replace(**{f"limits.{name}": share * evaluate(cam)[quantity]})
 

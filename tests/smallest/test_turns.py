@@ -11,7 +11,7 @@ from support.depth import times
 from support.smallest_cams import ANGLES, BASE, CASES, FREE, OFFSET, scene, size_of
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise, sweep
-from camopt.mechanisms import SIZES, Designs
+from camopt.mechanisms import SIZE_FIELDS, Designs
 from camopt.motion.programme import span
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import exactly, resolve
@@ -170,7 +170,7 @@ def feasible_cams(turns, ends, count=400):
     for _ in range(times(8, deep=25)):
         freed = turns.at(rng.uniform(size=len(turns.freed)), turns.box)
         sizes = {name: low + (high - low) * rng.uniform(size=count) for name, (low, high) in ends.items()}
-        designs = Designs(**{name: sizes[name] for name in SIZES}, sense=problem.design.sense)
+        designs = Designs(**{name: sizes[name] for name in SIZE_FIELDS}, sense=problem.design.sense)
         designs = designs.take(feasible(turns.problem_of(freed), designs))
         angles = {f"angle {i}": np.full(len(designs), a) for i, a in zip(turns.freed, freed, strict=True)}
         found.append({**designs.sizes, **angles})

@@ -18,7 +18,7 @@ from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
 from camopt.cli.main import main
 from camopt.front.certified import certify_table
 from camopt.storage.manifest import manifest_of
-from camopt.storage.records import MAGIC as JOURNAL
+from camopt.storage.records import JOURNAL_MAGIC as JOURNAL
 from camopt.storage.sealed import read_table
 
 SEARCH = {"search.offset": [10], "search.roller_radius": [5], "search.law": ["harmonic", "cycloidal"]}

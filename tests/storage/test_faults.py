@@ -43,12 +43,12 @@ INTERRUPTED = 130
 
 def in_blocks(folder: Path, tell: Callable[[str], None] | None = None) -> None:
     """A sweep whose journal takes each design as soon as it is evaluated."""
-    with patch("camopt.front.journal.SECONDS", 0.0):
+    with patch("camopt.front.journal.RECORD_SECONDS", 0.0):
         sweep(LARGER, folder, workers=1, block=1, tell=tell)
 
 
 def a_part(folder: Path, tell: Callable[[str], None] | None = None) -> None:
-    with patch("camopt.front.journal.SECONDS", 0.0):
+    with patch("camopt.front.journal.RECORD_SECONDS", 0.0):
         sweep_part(TWO_LAWS, (1, 2), folder, workers=1, tell=tell)
 
 

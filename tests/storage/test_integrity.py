@@ -15,8 +15,17 @@ import camopt
 from camopt import BadInput
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
-from camopt.storage.damage import Fault, open_table
-from camopt.storage.seal import BLANK, KEYS, LONGEST_FOOTER, OLD_KEY, ROWS_IN_GROUP, close_seal, footer_of, sealed
+from camopt.storage.damage import TableFault, open_table
+from camopt.storage.seal import (
+    BLANK,
+    LONGEST_FOOTER,
+    OLD_KEY,
+    ROWS_IN_GROUP,
+    SEAL_KEYS,
+    close_seal,
+    footer_of,
+    sealed,
+)
 from camopt.storage.sealed import read_table, write_table
 
 COLUMNS = {
@@ -50,7 +59,7 @@ def told(data):
     """What is said of a file that is no sealed table, or a damaged one; empty of one that is whole."""
     try:
         open_table(io.BytesIO(data))
-    except Fault as fault:
+    except TableFault as fault:
         return str(fault)
     return ""
 
@@ -137,7 +146,7 @@ def test_a_table_that_an_earlier_camopt_sealed_is_read_and_its_damage_is_found(t
     sink = io.BytesIO()
     with pq.ParquetWriter(sink, LAYOUT, use_compliant_nested_type=False) as parquet:
         parquet.write_table(TABLE)
-        parquet.add_key_value_metadata({OLD_KEY: BLANK, **dict.fromkeys(KEYS, BLANK)})
+        parquet.add_key_value_metadata({OLD_KEY: BLANK, **dict.fromkeys(SEAL_KEYS, BLANK)})
     close_seal(sink)
     (tmp_path / "t.parquet").write_bytes(sink.getvalue())
     table = read_table(tmp_path / "t.parquet")
@@ -161,7 +170,7 @@ def test_other_programs_read_a_sealed_table(table_file):
 def test_the_seal_is_not_a_part_of_the_table_that_is_read(table_file):
     table = read_table(table_file)
     assert table.schema.equals(LAYOUT, check_metadata=True)
-    assert table.schema.metadata.keys().isdisjoint(key.encode() for key in KEYS)
+    assert table.schema.metadata.keys().isdisjoint(key.encode() for key in SEAL_KEYS)
 
 
 SAVED = {

@@ -20,7 +20,7 @@ from support.depth import times
 from camopt import BadInput
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
-from camopt.storage.files import WORK, whole_file, write_text
+from camopt.storage.files import WORK_FOLDER, whole_file, write_text
 from camopt.storage.manifest import (
     MANIFEST,
     Damaged,
@@ -49,7 +49,7 @@ def failing(unit):
 
 def seen(folder):
     """What a reader sees: the text of each file of the folder, by name."""
-    return {path.name: path.read_text() for path in folder.iterdir() if path.name not in (MANIFEST, WORK)}
+    return {path.name: path.read_text() for path in folder.iterdir() if path.name not in (MANIFEST, WORK_FOLDER)}
 
 
 def names(folder):
@@ -155,7 +155,7 @@ def test_a_file_that_is_edited_during_the_work_is_not_replaced_and_the_work_is_k
     with pytest.raises(BadInput, match="edited"):
         publish(tmp_path, {"a.txt": "2"}, then=edit)
     assert seen(tmp_path) == {"a.txt": "edited"}
-    assert names(tmp_path / WORK) == ["sweep.journal"]
+    assert names(tmp_path / WORK_FOLDER) == ["sweep.journal"]
 
 
 def test_a_damaged_table_is_replaced(tmp_path):
@@ -249,9 +249,9 @@ with published(sys.argv[1], "sweep", ("a.txt",)) as unit:
 
 def test_a_lock_and_files_of_a_dead_run_go_but_not_its_journal(tmp_path):
     assert subprocess.run([sys.executable, "-c", DIES, str(tmp_path)], check=False).returncode == 9
-    assert len(names(tmp_path / WORK)) == 3
+    assert len(names(tmp_path / WORK_FOLDER)) == 3
     publish(tmp_path, {"d.txt": "1"}, "frontier", ("d.txt",))
-    assert names(tmp_path / WORK) == ["sweep.journal"]
+    assert names(tmp_path / WORK_FOLDER) == ["sweep.journal"]
     with published(tmp_path, "sweep", MAY_WRITE) as unit:
         assert unit.journal.read_text() == "kept"
         write_text(unit.path("a.txt"), "2")
@@ -305,7 +305,7 @@ def test_files_that_go_while_they_are_read_are_read_again(tmp_path):
 
 def test_a_file_that_gets_its_name_while_it_is_opened_is_read(tmp_path):
     publish(tmp_path, {"a.txt": "1"})
-    found = iter([tmp_path / WORK / "run" / "a.txt"])  # where it waited a moment ago
+    found = iter([tmp_path / WORK_FOLDER / "run" / "a.txt"])  # where it waited a moment ago
     with (
         patch("camopt.storage.manifest.settled_path", lambda path: next(found, path)),
         settled_file(tmp_path / "a.txt") as file,
@@ -412,8 +412,8 @@ def test_an_odd_work_folder_is_not_emptied(tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "file").write_text("mine")
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / WORK).symlink_to(tmp_path / "mine")
-    with pytest.raises(NotADirectoryError, match=WORK):
+    (tmp_path / "out" / WORK_FOLDER).symlink_to(tmp_path / "mine")
+    with pytest.raises(NotADirectoryError, match=WORK_FOLDER):
         publish(tmp_path / "out", {"a.txt": "1"})
     assert names(tmp_path / "mine") == ["file"]
 
@@ -467,7 +467,7 @@ def test_a_file_is_written_anew_as_a_part_of_the_result_that_has_it(tmp_path):
         "a.txt": 2,
         "b.txt": 1,
     }
-    assert names(tmp_path / WORK) == ["sweep.journal"]
+    assert names(tmp_path / WORK_FOLDER) == ["sweep.journal"]
     with revised(tmp_path / "other.txt") as place:
         write_text(place, "3")
     assert seen(tmp_path) == {"a.txt": "22", "b.txt": "1", "other.txt": "3"}
@@ -496,11 +496,11 @@ def test_a_disk_that_fails_to_sync_takes_none(tmp_path, trouble):
 
 
 def test_without_locks_results_are_published_and_what_may_be_of_another_run_stays(tmp_path):
-    (tmp_path / WORK / "0011").mkdir(parents=True)
+    (tmp_path / WORK_FOLDER / "0011").mkdir(parents=True)
     with patch("fcntl.flock", side_effect=OSError(ENOTSUP, "no locks")):
         publish(tmp_path, {"a.txt": "1"})
-        assert (names(tmp_path / WORK), seen(tmp_path)) == (["0011"], {"a.txt": "1"})
-        os.utime(tmp_path / WORK / "0011", (0, 0))
+        assert (names(tmp_path / WORK_FOLDER), seen(tmp_path)) == (["0011"], {"a.txt": "1"})
+        os.utime(tmp_path / WORK_FOLDER / "0011", (0, 0))
         publish(tmp_path, {"a.txt": "2"})
     assert (names(tmp_path), seen(tmp_path)) == (["a.txt", MANIFEST], {"a.txt": "2"})
 
@@ -512,7 +512,7 @@ def test_a_link_to_another_disk_is_followed_by_a_copy(tmp_path):
     replace = os.replace
 
     def on_one_disk(source, target):
-        if WORK in Path(source).parts and Path(target).name == "far.txt":
+        if WORK_FOLDER in Path(source).parts and Path(target).name == "far.txt":
             raise OSError(EXDEV, "another disk")
         replace(source, target)
 
@@ -535,8 +535,8 @@ def test_runs_at_the_same_time_do_not_disturb_each_other(tmp_path):
 
 
 def test_a_lock_that_leads_nowhere_is_an_error(tmp_path):
-    (tmp_path / WORK).mkdir()
-    (tmp_path / WORK / "lock").symlink_to(tmp_path / "none" / "lock")
+    (tmp_path / WORK_FOLDER).mkdir()
+    (tmp_path / WORK_FOLDER / "lock").symlink_to(tmp_path / "none" / "lock")
     with pytest.raises(FileNotFoundError, match="lock"):
         publish(tmp_path, {"a.txt": "1"})
 

@@ -9,7 +9,7 @@ import pytest
 from camopt import Scene, find_scene
 from camopt.cli.main import main
 from camopt.motion.programme import Programme
-from camopt.motion.table import RETURN, TURN
+from camopt.motion.table import ALL_STROKES, RETURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.curves import Linear
 from camopt.numerics.sampling import sampled_extremes
@@ -46,10 +46,10 @@ SCENES = {
 
 @pytest.fixture(autouse=True)
 def _few_designs(monkeypatch):
-    monkeypatch.setattr(accuracy.subjects, "DESIGNS", 128)
+    monkeypatch.setattr(accuracy.subjects, "DESIGN_COUNT", 128)
     for module in (accuracy.subjects, accuracy.table):
         monkeypatch.setattr(module, "REFERENCED", 4)
-    monkeypatch.setattr(accuracy.table, "RUNS", 1)
+    monkeypatch.setattr(accuracy.table, "TIMED_RUNS", 1)
 
 
 @pytest.mark.parametrize(
@@ -65,14 +65,14 @@ def test_enclosures_keep_their_promise_for_every_mechanism(name):
         assert row["false_accept"] == 0.0
         assert row["error_max"] <= max(row["setting"], row["achieved"])
         assert row["achieved"] <= row["setting"] or row["setting"] < 1e-9  # a radius near zero has few digits
-        assert row["undecided"] == 0.0 or row["setting"] > accuracy.table.NEAR / 2
+        assert row["undecided"] == 0.0 or row["setting"] > accuracy.table.BEYOND_LIMIT / 2
     coarse, fine = ([r for r in rows if r["method"] == "sampling" and r["setting"] == n] for n in (36, 3600))
     for one, two in zip(coarse, fine, strict=True):
         assert two["error_max"] <= max(one["error_max"], 1e-14)
 
 
 @pytest.mark.parametrize("goal", [LARGEST, LEAST, LARGEST_MAGNITUDE])
-@pytest.mark.parametrize("kinds", [TURN, RETURN])
+@pytest.mark.parametrize("kinds", [ALL_STROKES, RETURN])
 def test_sampling_is_the_best_of_the_samples_and_polish_the_vertex_of_a_parabola(goal, kinds):
     """By numpy, sample by sample; designs beyond one tile."""
     turn = Programme.from_segments(
@@ -86,7 +86,7 @@ def test_sampling_is_the_best_of_the_samples_and_polish_the_vertex_of_a_parabola
     sampled_extremes(f, count, table, questions, True, polished)
     stroke = np.repeat([0, 1, 2, 3], np.diff([0, 30, 43, 70, 90]))
     y = turn.at(np.linspace(0, 2 * np.pi, 90, endpoint=False))
-    asked = (stroke == 2) | (kinds == TURN)
+    asked = (stroke == 2) | (kinds == ALL_STROKES)
     beyond = 0
     for i in range(count):
         values = f.constant[i] + f.displacement[i] * y[0] + f.velocity[i] * y[1] + f.acceleration[i] * y[2]

@@ -10,7 +10,7 @@ from camopt.mechanisms import FIELDS
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.problem.problem import exactly, resolve_design
-from camopt.quantities import NUMBERS
+from camopt.quantities import NUMBER_COLUMNS
 from camopt.smallest.enclosure import rounded, sloped_boxes
 
 VALVE = camopt.find_scene("exhaust-valve").replace(
@@ -58,10 +58,10 @@ def test_peaks_change_as_their_curves_do_at_their_cam_angles(found):
     """The envelope theorem, with slopes by the chain rule (``numerics.sloped``)."""
     problem = exactly(resolve_design(found.scene))
     keys = [*dict.fromkeys(key for _, key in found)]
-    numbers = {key: problem.setup.given[key] for key in keys if key in NUMBERS}
+    numbers = {key: problem.setup.given[key] for key in keys if key in NUMBER_COLUMNS}
     setup, design = problem.freed(numbers).setup, problem.design
     design = design.with_values({key: np.array([float(value)]) for key, value in numbers.items()})
-    free = [key if key in NUMBERS else FIELDS[key.partition(".")[2]] for key in keys]
+    free = [key if key in NUMBER_COLUMNS else FIELDS[key.partition(".")[2]] for key in keys]
     box = design.with_values({name: Interval(value, value) for name, value in design.values.items()})
     compared, case = 0, Case(setup, problem.programme, design)
     for effect in EFFECTS.values():

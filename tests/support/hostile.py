@@ -8,8 +8,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.storage.seal import BLANK, KEYS, close_seal
-from camopt.storage.sealed import SCENE
+from camopt.storage.seal import BLANK, SEAL_KEYS, close_seal
+from camopt.storage.sealed import SCENE_KEY
 
 Change = Callable[[pa.Table], pa.Table]
 
@@ -20,7 +20,7 @@ def in_bytes(table: pa.Table, seal: bool = False) -> bytes:
     with pq.ParquetWriter(sink, table.schema, compression="zstd", write_page_checksum=True) as parquet:
         parquet.write_table(table)
         if seal:
-            parquet.add_key_value_metadata(dict.fromkeys(KEYS, BLANK))
+            parquet.add_key_value_metadata(dict.fromkeys(SEAL_KEYS, BLANK))
     if seal:
         close_seal(sink)
     return sink.getvalue()
@@ -106,14 +106,14 @@ def changes(table: pa.Table) -> Iterator[tuple[str, Change]]:
     yield "no columns", lambda t: t.select([])
     yield "no rows", lambda t: t.slice(0, 0)
     for what, text in SCENES.items():
-        yield what, lambda t, s=text: with_metadata(t, SCENE, s)
+        yield what, lambda t, s=text: with_metadata(t, SCENE_KEY, s)
     for what, text in {"no JSON": b"{", "deep JSON": b"[" * 100_000, "NaN": b"NaN", "no text": b"\xff"}.items():
         yield f"a front of {what}", lambda t, s=text: with_metadata(t, b"camopt_front", s)
         yield f"counts of {what}", lambda t, s=text: with_metadata(t, b"camopt_sweep", s)
     for version in (None, b"0.0.1", b"99", b"\xff"):
         yield f"version {version!r}", lambda t, v=version: with_metadata(t, b"camopt_version", v)
     yield "pandas metadata of nothing", lambda t: with_metadata(t, b"pandas", b"{")
-    for key in KEYS:
+    for key in SEAL_KEYS:
         yield f"a {key} of nothing", lambda t, k=key: with_metadata(t, k.encode(), BLANK.encode())
     yield "no metadata", lambda t: t.replace_schema_metadata(None)
 

@@ -3,7 +3,7 @@
 from functools import cache
 
 from camopt import Scene, evaluate
-from camopt.problem.limits import PART, limited_quantity
+from camopt.problem.limits import PART_LIMITS, limited_quantity
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from support.cams import CONTACTS, cam_with
@@ -33,4 +33,4 @@ def quantity_of(key, contact):
     if key == "cutter_radius":
         return ("cutter_radius_max_mm" if contact in (*HOLLOW, *GROOVED) else None), -1.0
     name = limited_quantity(key, resolve(scene_of(contact)).setup)
-    return (name if name in cam_of(contact) else None), QUANTITIES[PART[key]].side
+    return (name if name in cam_of(contact) else None), QUANTITIES[PART_LIMITS[key]].side

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 import camopt
-from camopt.effects.hertz import DEPTH, SHEAR
+from camopt.effects.hertz import SHEAR_DEPTH, SHEAR_SHARE
 from camopt.numerics.point_contact import ellipticity_of
 from camopt.problem.problem import resolve_design
 
@@ -423,7 +423,7 @@ CASES = (
         "Budynas and Nisbett, *Shigley's Mechanical Engineering Design* (9th ed.), 3-19",
         "over the largest pressure, and its depth over the half-width",
         [Answer("shear", "0.300"), Answer("depth", "0.786")],
-        lambda: (SHEAR, DEPTH),
+        lambda: (SHEAR_SHARE, SHEAR_DEPTH),
     ),
     Case(
         "Contact",

@@ -13,7 +13,7 @@ from support.depth import times
 from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, synthesise
 from camopt.effects.vibration import vibration
 from camopt.motion.programme import Programme
-from camopt.motion.segments import Segment
+from camopt.motion.segments import GivenSegment
 from camopt.problem.problem import resolve
 from camopt.synthesis.cams import programme_with
 from camopt.synthesis.from_scene import demand_of
@@ -190,7 +190,9 @@ def test_a_turn_and_its_reverse_have_mirror_images_wherever_it_starts(half, star
     """A row of moves there and back is symmetric, from whichever segment it is read."""
     levels = [level for _, level in half]
     ends = [*levels, *reversed([0, *levels[:-1]])]
-    rows = [Segment("move", angle, to=end) for (angle, _), end in zip([*half, *reversed(half)], ends, strict=True)]
+    rows = [
+        GivenSegment("move", angle, to=end) for (angle, _), end in zip([*half, *reversed(half)], ends, strict=True)
+    ]
     start %= len(rows)
     turned = Programme.from_segments([*rows[start:], *rows[:start]], angular=False).strokes
     places = mirrored(turned)

@@ -12,7 +12,7 @@ from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, loa
 from camopt.cli.commands.frontier_report import show_frontier
 from camopt.cli.main import main
 from camopt.mistakes import Unmet
-from camopt.scene.tables import TERMS
+from camopt.scene.tables import OBJECTIVE_TERMS
 from camopt.smallest.optimise import optimise
 from camopt.synthesis import foresight, sequential_convex
 from camopt.synthesis.axis_minimiser import AxisMinimiser
@@ -215,7 +215,7 @@ def test_the_printed_table_has_units_and_no_column_of_zeros(capsys):
 def test_units_of_terms_are_those_of_the_quantities(scene):
     slow = scene.replace(**{"cam.rpm": None})
     swung = find_scene("oscillating-roller")
-    every = {term: (unit_of(term, scene), unit_of(term, slow), unit_of(term, swung)) for term in TERMS}
+    every = {term: (unit_of(term, scene), unit_of(term, slow), unit_of(term, swung)) for term in OBJECTIVE_TERMS}
     assert every["jerk"] == every["jerk_rms"] == ("m/s³", "mm/rad³", "deg/rad³")
     assert every["size"] == ("mm", "mm", "mm")
     assert every["residual_vibration"] == ("mm", "mm", "deg")

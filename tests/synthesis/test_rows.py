@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
 
-from camopt.synthesis.rows import Rows, negative, stacked
+from camopt.synthesis.rows import ConvexRows, negated, stacked
 
 NUMBERS = st.floats(-9.0, 9.0)
 SIZES = {"x": 3, "y": 2}
@@ -46,14 +46,14 @@ def test_one_matrix_is_the_same_as_its_sums(found, dense):
     ]
     expected = [sum(w @ values[name] if w.ndim == 2 else w * values[name] for w, name in each) for each in found]
     assert stacked(terms).value == pytest.approx(np.concatenate(expected), rel=1e-13, abs=1e-12)
-    opposite = [negative(each) for each in terms]
+    opposite = [negated(each) for each in terms]
     assert stacked(opposite).value == pytest.approx(-np.concatenate(expected), rel=1e-13, abs=1e-12)
 
 
 @given(st.floats(0.1, 9.0) | st.floats(-9.0, -0.1), st.floats(0.0, 9.0), st.floats(0.0, 9.0))
 def test_a_product_is_held_at_a_square(root, one, other):
     x = cp.Variable(3, value=[root, one, other])
-    each, rows = np.eye(3), Rows()
+    each, rows = np.eye(3), ConvexRows()
     rows.product([(each[1:2], x)], [(each[2:], x)], [(each[:1], x)])
     (limit,) = rows.limits
     missing = root**2 - one * other
@@ -63,7 +63,7 @@ def test_a_product_is_held_at_a_square(root, one, other):
 
 def test_a_programme_of_all_kinds_has_one_limit_of_each_and_its_optimum():
     """Least x₀ + x₁ with x₀·x₁ ≥ (2·z)², z = 3 and x₀ ≥ 9: 9 + 4."""
-    x, z, own, others = cp.Variable(2), cp.Variable(), Rows(), Rows()
+    x, z, own, others = cp.Variable(2), cp.Variable(), ConvexRows(), ConvexRows()
     first, last = np.eye(2)[:1], np.eye(2)[1:]
     own.at_least((first, x), (-9.0, 1.0))
     others.zero((1.0, z), (-3.0, 1.0))

@@ -25,11 +25,11 @@ from camopt.front.sweep import sweep
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, law_peaks, root_mean_square, span
 from camopt.motion.stroke import Stroke
-from camopt.motion.table import RISE, TURN
+from camopt.motion.table import ALL_STROKES, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.problem.problem import resolve
 from camopt.scene.tables import SynthesisSettings
-from camopt.synthesis.cams import known_laws, scene_with
+from camopt.synthesis.cams import known_laws, scene_with_laws
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
 from camopt.synthesis.compare import known_laws_of
 from camopt.synthesis.convex import convex
@@ -95,7 +95,7 @@ def free(scene):
     return synthesise(scene)
 
 
-def span_of(programme, order, kinds=TURN):
+def span_of(programme, order, kinds=ALL_STROKES):
     return span(programme, (0.0,) * order + (1.0,), kinds)
 
 
@@ -113,7 +113,7 @@ def sound(result):
     assert not [jump for jump in programme.jumps if jump.order <= rest]
     for stroke in programme.strokes:
         if stroke.law:
-            least, largest = span(Programme((stroke,)), (1.0,), TURN)
+            least, largest = span(Programme((stroke,)), (1.0,), ALL_STROKES)
             assert min(stroke.low, stroke.high) - 1e-12 * 50 <= least
             assert largest <= max(stroke.low, stroke.high) + 1e-12 * 50
     return found
@@ -356,7 +356,7 @@ def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, 
     found = Iterate(0.0, 1.0, cleaned(demand, each))
     for stroke, coefficients in zip(moving(model), found.coefficients, strict=True):
         stroke.coefficients.value = coefficients
-    scene = scene_with(asked, demand, found).replace(outputs=["vibration"])
+    scene = scene_with_laws(asked, demand, found).replace(outputs=["vibration"])
     wanted = evaluate(scene)["residual_vibration_max_mm"]
     assert model.unit * model.goal.value == pytest.approx(wanted, rel=1e-7)
 
@@ -651,7 +651,7 @@ def test_a_solvers_error_at_a_joint_is_no_jump(motion):
     found = solved(demand)[1]
     random = np.random.default_rng(3)
     noisy = cleaned(demand, [c + 1e-8 * random.normal(size=c.size) for c in found.coefficients])
-    scene = scene_with(asked, demand, found._replace(coefficients=noisy))
+    scene = scene_with_laws(asked, demand, found._replace(coefficients=noisy))
     assert not resolve(scene).programme.jumps
 
 

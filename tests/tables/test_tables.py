@@ -11,9 +11,9 @@ from camopt.drawing.picture import four_digits
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.reporting.sections import limits_sheet, signed
-from camopt.sheet.marks import number as sheet_number
+from camopt.sheet.marks import decimal as sheet_number
 from camopt.tables.cells import number, quantity
-from camopt.tables.columns import bounds_of, columns_of, is_nothing, with_law
+from camopt.tables.columns import bounds_shown, columns_of, is_nothing, with_law
 from camopt.tables.layout import table_of
 
 ZEROS = [
@@ -103,7 +103,7 @@ def test_limited_quantities_stand_beside_their_limits(capsys):
         "jump_speed_rpm": "≥ 400",
         "contact_stress_max_MPa": "≤ 150",
     }
-    assert bounds_of(resolve(flat())) == bounds
+    assert bounds_shown(resolve(flat())) == bounds
     for command in ("optimise", "sweep"):
         text = shown(capsys, flat(), command)
         assert all(bound in text for bound in bounds.values())

@@ -15,15 +15,15 @@ from camopt.effects import EFFECTS, Case, offered
 from camopt.effects.peak import BodyRadiusPlus
 from camopt.kernels import compile
 from camopt.mistakes import BadInput
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.interval import Interval
-from camopt.problem.claims import SIDES, Claim, Plain
+from camopt.problem.claims import CLAIM_SIDES, Claim, Plain
 from camopt.problem.limit import Limit
-from camopt.problem.limits import LOADS, limited_quantity
-from camopt.problem.limits import PART as PART_KEYS
+from camopt.problem.limits import LOAD_LIMITS, limited_quantity
+from camopt.problem.limits import PART_LIMITS as PART_KEYS
 from camopt.problem.problem import exactly, resolve
-from camopt.quantities import AT_LEAST, DERIVATIVES, MEANS, QUANTITIES, STROKES, motion_mean, motion_quantity
+from camopt.quantities import AT_LEAST, DERIVATIVES, MEANS, QUANTITIES, STROKE_WORDS, motion_mean, motion_quantity
 from camopt.scene.tables import Limits, ShortLimits, SynthesisSettings
 from camopt.smallest.enclosure import claims_on_size, examined, means_on_size
 from camopt.synthesis import ceilings
@@ -37,7 +37,7 @@ TRAIN = {"fluctuation": 0.02, "natural_frequency": 60.0, "damping_ratio": 0.03, 
 PART = {"thickness": 20, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3, "density": 7800}
 WITHOUT_SPEED = {
     motion_quantity(derivative, stroke, angular=angular, timed=False)
-    for derivative, stroke, angular in product(DERIVATIVES, STROKES, (False, True))
+    for derivative, stroke, angular in product(DERIVATIVES, STROKE_WORDS, (False, True))
 } | {motion_mean(derivative, angular=angular, timed=False) for derivative, angular in product(MEANS, (False, True))}
 """What only a scene without a speed has."""
 OTHERWISE = {"pressure_angle_return": {"pressure_angle": 89.0}}
@@ -157,12 +157,14 @@ class Bent(Limit):
 
 
 @pytest.mark.parametrize("side", ENDS)
-@pytest.mark.parametrize("goal", SIDES)
+@pytest.mark.parametrize("goal", CLAIM_SIDES)
 def test_a_factor_counts_for_every_goal(goal, side, monkeypatch):
     """A bound on κ·(R_r + 3 mm), above and below: the profile of this cam has concave flanks."""
     problem = exactly(resolve(scene_of("roller")))
-    claim = Claim(problem.setup.mechanism.curvature, TURN, goal, Plain(1.0), BodyRadiusPlus(3.0))
-    extreme = Case(problem.setup, problem.programme, problem.design).extremes(claim.curve, [(TURN, goal)]).value
+    claim = Claim(problem.setup.mechanism.curvature, ALL_STROKES, goal, Plain(1.0), BodyRadiusPlus(3.0))
+    extreme = (
+        Case(problem.setup, problem.programme, problem.design).extremes(claim.curve, [(ALL_STROKES, goal)]).value
+    )
     value = (extreme[0] * claim.factor(problem.design)).item()
     outwards = 1.0 if (side == "held") == (goal != LEAST) else -1.0
     claim = claim._replace(bound=Plain(value + outwards * NEAR * abs(value)))
@@ -180,8 +182,8 @@ def test_no_factor_is_below_zero(contact):
 
 def test_only_claims_with_one_kind_of_factor_are_compared():
     curve = resolve(scene_of("roller")).setup.mechanism.curvature
-    wide, narrow = (Claim(curve, TURN, LARGEST, Plain(1.0), BodyRadiusPlus(radius)) for radius in (2.0, 5.0))
-    plain = Claim(curve, TURN, LARGEST, Plain(0.1))
+    wide, narrow = (Claim(curve, ALL_STROKES, LARGEST, Plain(1.0), BodyRadiusPlus(radius)) for radius in (2.0, 5.0))
+    plain = Claim(curve, ALL_STROKES, LARGEST, Plain(0.1))
     assert wide.comparable == narrow.comparable != plain.comparable
     assert narrow.strictness > wide.strictness
     assert wide._replace(bound=Plain(2.0)).comparable != wide.comparable
@@ -278,7 +280,7 @@ def test_bounds_on_derivatives_by_the_cam_angle_need_no_speed(contact):
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_a_short_key_and_the_name_of_its_quantity_say_the_same(contact):
     limits = limits_of(contact)
-    for key in limits.keys() & {*LOADS, *PART_KEYS}:
+    for key in limits.keys() & {*LOAD_LIMITS, *PART_KEYS}:
         short, long = limits[key], limits[limited_quantity(key, resolve(scene_of(contact)).setup)]
         assert [c._replace(curve=None) for c in short.claims] == [c._replace(curve=None) for c in long.claims]
         same = (short.needs, short.shown, short.relation, short.implies, short.least_size, short.most_size)

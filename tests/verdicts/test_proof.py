@@ -30,15 +30,15 @@ from camopt.cli.main import main
 from camopt.front.certified import certify_table
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
-from camopt.problem.limits import LOADS
+from camopt.problem.limits import LOAD_LIMITS
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
-from camopt.verdicts.ball import TERMS, Ball, between, precisely
+from camopt.verdicts.ball import MOST_TERMS, Ball, between, precisely
 from camopt.verdicts.certify import certify_design, certify_limits, statements_of, summary
 from camopt.verdicts.deciding import FIRST_PARTS, decide
 from camopt.verdicts.exact_curve import in_balls
-from camopt.verdicts.exact_laws import EXACT, pieces_of
-from camopt.verdicts.exact_motion import motion_at, motion_of
+from camopt.verdicts.exact_laws import EXACT_BY_NAME, pieces_of
+from camopt.verdicts.exact_motion import exact_motion, motion_at
 from camopt.verdicts.judging import judged, settled
 
 DATA = json.loads((Path(__file__).parents[1] / "data" / "reference.json").read_text())
@@ -58,7 +58,7 @@ VERBS = ("displacement", "velocity", "acceleration", "jerk")
 
 def test_every_law_has_an_exact_form_and_one_of_fifty_digits():
     """In verdicts/exact_laws.py, and in tests/support/naive.py, with tables by tests/data/make_reference.py."""
-    assert set(EXACT) == {name for name, law in LAWS.items() if isinstance(law, ModuleType)}
+    assert set(EXACT_BY_NAME) == {name for name, law in LAWS.items() if isinstance(law, ModuleType)}
     assert set(naive.LAWS) >= set(LAWS)
 
 
@@ -165,7 +165,7 @@ def test_a_proof_leaves_the_precision_of_flint_as_it_was():
         with ctx.workprec(bits):
             verdicts.append(certify(scene))
             assert (ctx.prec, ctx.cap) == (bits, terms)
-            assert precisely()(lambda: (ctx.prec, ctx.cap))() == (200, TERMS)
+            assert precisely()(lambda: (ctx.prec, ctx.cap))() == (200, MOST_TERMS)
             with pytest.raises(ZeroDivisionError, match="division by zero"):
                 precisely()(lambda: 1 / 0)()
             assert (ctx.prec, ctx.cap) == (bits, terms)
@@ -324,7 +324,7 @@ def test_a_part_that_its_ball_decides_is_looked_at_once(monkeypatch):
     monkeypatch.setattr(deciding, "motion_at", lambda *where: looked.append(where) or motion_at(*where))
     limit = next(limit for limit in problem.limits if limit.name == "pressure_angle")
     with precisely():
-        motion = motion_of(problem.programme)
+        motion = exact_motion(problem.programme)
         design = in_balls(problem.design)
         for each in [s for claim in limit.claims for s in statements_of(claim, design, motion)]:
             looked.clear()
@@ -349,7 +349,7 @@ def test_a_number_below_zero_has_no_root():
 
 def test_a_pitch_point_almost_at_rest_takes_no_longer_to_prove(monkeypatch):
     """A knife edge on an arm that starts almost at the cam's centre: √(w² + s²) of balls that reach below 0."""
-    monkeypatch.setattr("camopt.verdicts.deciding.MOST_PARTS", 100)
+    monkeypatch.setattr("camopt.verdicts.deciding.DECIDING_PARTS", 100)
     arm = {"motion": "oscillating", "contact": "knife", "arm_length": 90, "centre_distance": 90}
     scene = Scene.from_dict(
         {
@@ -431,7 +431,7 @@ def test_a_limit_that_a_corner_makes_infinite_is_broken_there(contact):
     dynamics = None if CONTACTS[contact]["motion"] == "oscillating" else GUIDED
     scene = Scene.from_dict(cam_with(contact, "uniform", dynamics, materials=WORN))
     cam, refused = evaluate(scene), []
-    for name, quantity in LOADS.items():
+    for name, quantity in LOAD_LIMITS.items():
         if quantity in cam:
             lax = scene.replace(limits={name: 1e9 if QUANTITIES[quantity].side > 0.0 else 1e-9})
             (limit,) = (each for each in resolve(lax).limits if each.name == name)

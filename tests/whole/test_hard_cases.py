@@ -22,7 +22,7 @@ from camopt.mechanisms import MECHANISMS, Designs
 from camopt.mechanisms.follower import KNIFE, ROLLER
 from camopt.mistakes import BadInput
 from camopt.motion.programme import Programme
-from camopt.motion.table import TURN
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.curves import curve
 from camopt.problem.rows import Rows
@@ -94,7 +94,7 @@ def test_a_peak_next_to_the_end_of_a_return(law, gap):
     for side in (1.0, -1.0):
         design = Designs(np.array([prime]), zero, np.array([side * (prime - gap)]), zero, zero, zero, 1.0)
         found = Case(Setup(mechanism, KNIFE), turn, design).extremes(
-            mechanism.pressure, [(TURN, LARGEST), (TURN, LEAST)]
+            mechanism.pressure, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)]
         )
         hairs = np.geomspace(1e-9, 0.1, 20001)
         angles = np.concatenate(
@@ -119,7 +119,7 @@ def test_a_cusp_of_the_pitch_curve():
     size = np.array([1e-3, 1e-6, 1e-9, 1e-12])
     designs = Designs(size, zero, zero, zero, zero, zero, 1.0)
     found = Case(Setup(mechanism, KNIFE), rise, designs).extremes(
-        mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)]
+        mechanism.curvature, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)]
     )
     assert not np.isnan(found.value).any()
     assert not np.isnan(found.width).any()
@@ -275,7 +275,7 @@ def test_lengths_out_of_range_are_refused(k):
     "name", ["roller-1000rpm", pytest.param("oscillating-roller", marks=pytest.mark.long), "flat-reciprocating"]
 )
 def test_compiled_and_uncompiled_agree_bit_for_bit(name, monkeypatch):
-    monkeypatch.setattr(compile, "FEW", -1)
+    monkeypatch.setattr(compile, "SMALL_ARRAY", -1)
     command = [sys.executable, "-m", "camopt", "evaluate", name, "--json"]
     plain = subprocess.run(
         command, capture_output=True, text=True, check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
@@ -318,7 +318,7 @@ def test_no_point_of_a_curve_lies_outside_of_its_enclosure(data, key, law):
         make = getattr(mechanism, name)
         if make is None:
             continue
-        found = case.extremes(make, [(TURN, LARGEST), (TURN, LEAST)])
+        found = case.extremes(make, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)])
         points = np.broadcast_to(curve(make(design, turn), 0, turn.state(angles))[0], angles.shape)
         (most, least), (above, below) = found.value[:, 0], found.width[:, 0]
         slack = 1e-13 * np.abs(points).max()  # of the points themselves, near steep places

@@ -9,7 +9,7 @@ import click
 from camopt.cli.options import (
     DEFAULT_SCENE,
     Command,
-    Place,
+    OutputPlace,
     again_option,
     output_options,
     refuse_without,
@@ -23,7 +23,11 @@ from camopt.cli.options import (
 @scene_options
 @output_options
 @click.option(
-    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the pictures."
+    "--out",
+    type=OutputPlace(),
+    default="camopt-out",
+    show_default=True,
+    help="Folder for the table and the pictures.",
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of processes of --scheduler local.")
 @again_option

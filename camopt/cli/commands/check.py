@@ -5,11 +5,11 @@ from pathlib import Path
 import click
 
 from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
-from camopt.cli.options import Command, Place, output_options
+from camopt.cli.options import Command, OutputPlace, output_options
 
 
 @click.command(cls=Command)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=Place())
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=OutputPlace())
 @output_options
 def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
     """Check whether files are as camopt wrote them, bit for bit.

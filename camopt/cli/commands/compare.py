@@ -4,14 +4,14 @@ from pathlib import Path
 
 import click
 
-from camopt.cli.options import PICTURES, Command, Place, output_options
+from camopt.cli.options import PICTURES, Command, OutputPlace, output_options
 
 
 @click.command(cls=Command)
 @click.argument("a", metavar="A")
 @click.argument("b", metavar="B")
-@click.option("--out", type=Place(".parquet", ".csv"), help="Table of the designs that differ: Parquet, CSV.")
-@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw the fronts: PNG, SVG, PDF.")
+@click.option("--out", type=OutputPlace(".parquet", ".csv"), help="Table of the designs that differ: Parquet, CSV.")
+@click.option("--plot", "picture", type=OutputPlace(*PICTURES), help="Draw the fronts: PNG, SVG, PDF.")
 @output_options
 def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, picture: Path | None) -> int:
     """Compare two results: which designs came, went or changed, how the fronts differ, which settings differ.

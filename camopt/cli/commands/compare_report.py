@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, Any
 
 from camopt.cli.terminal import print_json, show
 from camopt.tables.cells import number
-from camopt.tables.columns import LAWS, laws_shown, with_law
+from camopt.tables.columns import LAW_COLUMNS, laws_shown, with_law
 from camopt.tables.layout import table_of
 
 if TYPE_CHECKING:
     from camopt.comparing.compare import Comparison, TableComparison
     from camopt.comparing.fronts import Fronts, FrontSide
 
-LONGEST = 60  # characters of a value
+VALUE_CHARACTERS = 60  # characters of a value
 NOT_SET = "—"
 
 
@@ -42,7 +42,7 @@ def _short(value: Any) -> str:
     if value is None:
         return NOT_SET
     text = ", ".join(map(number, value)) if isinstance(value, list) else number(value)
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+    return text if len(text) <= VALUE_CHARACTERS else f"{text[:VALUE_CHARACTERS]}…"
 
 
 def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
@@ -76,7 +76,7 @@ def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
         if rows := table.first[kind]:
             title = f"Designs that {kind}" + (f": {len(rows)} of {count:,}" if count > len(rows) else "")
             yield ""
-            numbers = [name for name in rows[0] if name not in ("row", *LAWS)]
+            numbers = [name for name in rows[0] if name not in ("row", *LAW_COLUMNS)]
             yield table_of(title, with_law(rows), ["row", *laws_shown(rows), *numbers])
 
 

@@ -9,7 +9,7 @@ import click
 from camopt.cli.once import Once, OnceCommand, Told, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
-    Place,
+    OutputPlace,
     again_option,
     output_options,
     refuse_without,
@@ -27,7 +27,11 @@ from camopt.cli.options import (
     help="Compute response spectra of the motion laws instead.",
 )
 @click.option(
-    "--out", type=Place(), default="camopt-out", show_default=True, help="With --spectrum: folder for its files."
+    "--out",
+    type=OutputPlace(),
+    default="camopt-out",
+    show_default=True,
+    help="With --spectrum: folder for its files.",
 )
 @again_option
 def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path, again: bool) -> int:

@@ -10,7 +10,7 @@ from camopt.cli.options import (
     ANIMATIONS,
     PICTURES,
     Command,
-    Place,
+    OutputPlace,
     output_options,
     outputs_option,
     refuse_without,
@@ -26,11 +26,11 @@ from camopt.cli.options import (
 @click.option(
     "--plot",
     "picture",
-    type=Place(*dict.fromkeys((*PICTURES, *ANIMATIONS))),
+    type=OutputPlace(*dict.fromkeys((*PICTURES, *ANIMATIONS))),
     help="Draw the cam and its diagrams: PNG, SVG, PDF; GIF and MP4 are animated.",
 )
-@click.option("--animate", "animation", type=Place(*ANIMATIONS), help="Draw the cam turning: GIF, MP4, SVG.")
-@click.option("--points", type=Place(".csv", ".parquet", ".xlsx"), help="Write points: CSV, Parquet, Excel.")
+@click.option("--animate", "animation", type=OutputPlace(*ANIMATIONS), help="Draw the cam turning: GIF, MP4, SVG.")
+@click.option("--points", type=OutputPlace(".csv", ".parquet", ".xlsx"), help="Write points: CSV, Parquet, Excel.")
 @click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
 @click.option("--step", type=float, help="With --points: degrees between points; 1 by default.")
 @click.option(

@@ -5,13 +5,13 @@ from typing import Any
 
 import click
 
-from camopt.cli.options import Command, Place, check_file, output_options, scene_options
+from camopt.cli.options import Command, OutputPlace, check_file, output_options, scene_options
 from camopt.exporting.endings import ENDINGS
 
 
 @click.command(cls=Command)
 @click.argument("scene")
-@click.argument("file", type=Place(*ENDINGS))
+@click.argument("file", type=OutputPlace(*ENDINGS))
 @scene_options
 @output_options
 @click.option("--chord", type=float, help="Largest deviation from the true curve, mm; 0.001 by default.")

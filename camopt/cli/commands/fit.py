@@ -8,7 +8,7 @@ import click
 from camopt.cli.options import (
     PICTURES,
     Command,
-    Place,
+    OutputPlace,
     changed,
     check_file,
     output_options,
@@ -47,8 +47,8 @@ from camopt.cli.options import (
     "--turn", type=float, help="Angle of one turn of the cam in the file: 720 for degrees of a crankshaft."
 )
 @click.option("--keep-outliers", is_flag=True, help="Hold the band at outliers too.")
-@click.option("--out", type=Place(".toml"), default="fitted.toml", show_default=True, help="Scene to write.")
-@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw the fit: PNG, SVG, PDF.")
+@click.option("--out", type=OutputPlace(".toml"), default="fitted.toml", show_default=True, help="Scene to write.")
+@click.option("--plot", "picture", type=OutputPlace(*PICTURES), help="Draw the fit: PNG, SVG, PDF.")
 @output_options
 def fit(
     file: Path,

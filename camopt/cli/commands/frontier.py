@@ -10,7 +10,7 @@ from camopt.cli.exits import NOTHING_FEASIBLE
 from camopt.cli.once import Once, OnceCommand, Told, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
-    Place,
+    OutputPlace,
     again_option,
     output_options,
     scene_options,
@@ -36,7 +36,11 @@ from camopt.cli.options import (
     help="Number of values for each axis but the first.",
 )
 @click.option(
-    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the picture."
+    "--out",
+    type=OutputPlace(),
+    default="camopt-out",
+    show_default=True,
+    help="Folder for the table and the picture.",
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of processes; one per core by default.")
 @again_option

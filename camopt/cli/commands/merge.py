@@ -5,13 +5,13 @@ from pathlib import Path
 import click
 
 from camopt.cli.exits import NOTHING_FEASIBLE, reached
-from camopt.cli.options import Command, Place, again_option, output_options
+from camopt.cli.options import Command, OutputPlace, again_option, output_options
 
 
 @click.command(cls=Command)
 @click.argument("parts", nargs=-1, required=True, metavar="FOLDER...")
 @output_options
-@click.option("--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the tables.")
+@click.option("--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @again_option
 def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: bool) -> int:
     """Put the parts of a sweep together: the tables that one run would have written.

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import click
 
-from camopt.cli.options import Command, Place, output_options
+from camopt.cli.options import Command, OutputPlace, output_options
 
 
 @click.command(cls=Command)
 @click.argument("name", required=False)
-@click.argument("file", required=False, type=Place(".toml"))
+@click.argument("file", required=False, type=OutputPlace(".toml"))
 @click.option("--form", help="Form of the cam: disc or cylindrical.")
 @click.option("--follower", metavar="MOTION-CONTACT", help="Its follower, such as oscillating-roller.")
 @output_options

@@ -10,7 +10,7 @@ from camopt.cli.exits import NOTHING_FEASIBLE, reached
 from camopt.cli.once import Once, OnceCommand, Told, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
-    Place,
+    OutputPlace,
     again_option,
     check_folder,
     output_options,
@@ -19,7 +19,7 @@ from camopt.cli.options import (
     scene_options,
 )
 
-NO_TIME = 1e-3  # seconds: where none are left, bounds have prices, and nothing is sought without them
+NO_SECONDS = 1e-3  # seconds: where none are left, bounds have prices, and nothing is sought without them
 
 
 @click.command(cls=OnceCommand, place=lambda out, **_: out and (out, "optimise"))
@@ -27,7 +27,9 @@ NO_TIME = 1e-3  # seconds: where none are left, bounds have prices, and nothing 
 @scene_options
 @outputs_option
 @output_options
-@click.option("--out", type=Place(), help="Folder to write the smallest cam of each law to, as a scene (TOML).")
+@click.option(
+    "--out", type=OutputPlace(), help="Folder to write the smallest cam of each law to, as a scene (TOML)."
+)
 @click.option(
     "--seconds",
     type=click.FloatRange(0, min_open=True),
@@ -52,7 +54,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
             result = run(scene, advance, seconds)
             if unit:
                 write_scenes(result.by_law, unit.staging)
-            costs = prices(result, max(end - now(), NO_TIME))
+            costs = prices(result, max(end - now(), NO_SECONDS))
         code = reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
         walls = no_wall(scene, result.best.get("base_radius_mm")) if result.best else ()
         return Told(partial(show_optimum, result, costs), code, (*result.warnings, *walls))

@@ -58,7 +58,7 @@ def _show_prices(prices: "Mapping[str, list[Price]]") -> None:
     show("", table_of(COSTS, rows, names))
 
 
-COSTS, UNKNOWN = "What each bound costs", "—"
+COSTS, UNKNOWN_PRICE = "What each bound costs", "—"
 
 
 def price_in_words(price: "Price", of: str = " mm") -> dict[str, str]:
@@ -66,10 +66,10 @@ def price_in_words(price: "Price", of: str = " mm") -> dict[str, str]:
     unit = f" {price.unit}".rstrip()
 
     def cost(value: float | None) -> str:
-        return UNKNOWN if value is None else f"{value:.4g}{of} per {price.unit or 'unit'}".replace("-", "−")
+        return UNKNOWN_PRICE if value is None else f"{value:.4g}{of} per {price.unit or 'unit'}".replace("-", "−")
 
     def amount(value: float | None, unit: str) -> str:
-        return UNKNOWN if value is None else f"{number(value)}{unit}".replace("-", "−")
+        return UNKNOWN_PRICE if value is None else f"{number(value)}{unit}".replace("-", "−")
 
     return {
         "bound": price.key,
@@ -78,5 +78,5 @@ def price_in_words(price: "Price", of: str = " mm") -> dict[str, str]:
         "tightened": "" if price.tightened == price.price else cost(price.tightened),
         "size without it": amount(price.size_without, " mm"),
         "holds to": amount(price.holds_to, unit),
-        "then held by": UNKNOWN if price.next is None else ", ".join(price.next) or "nothing",
+        "then held by": UNKNOWN_PRICE if price.next is None else ", ".join(price.next) or "nothing",
     }

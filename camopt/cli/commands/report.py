@@ -7,7 +7,7 @@ import click
 
 from camopt.cli.options import (
     Command,
-    Place,
+    OutputPlace,
     changed,
     check_file,
     given_overrides,
@@ -23,7 +23,7 @@ from camopt.cli.options import (
 @row_option
 @override_options
 @output_options
-@click.option("--out", type=Place(".html"), default="camopt-report.html", show_default=True, help="The page.")
+@click.option("--out", type=OutputPlace(".html"), default="camopt-report.html", show_default=True, help="The page.")
 def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, out: Path, **overrides: Any) -> int:
     """Write one HTML page that shows a result to others: no network, no server, nothing to install.
 

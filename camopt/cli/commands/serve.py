@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from camopt.cli.exits import say
-from camopt.cli.options import DEFAULT_SCENE, Command, Place, output_options, scene_options
+from camopt.cli.options import DEFAULT_SCENE, Command, OutputPlace, output_options, scene_options
 
 
 @click.command(cls=Command)
@@ -16,7 +16,9 @@ from camopt.cli.options import DEFAULT_SCENE, Command, Place, output_options, sc
 @scene_options
 @output_options
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on; by default a free one.")
-@click.option("--folder", type=Place(), help="Folder for what is saved; by default that of SCENE, or this one.")
+@click.option(
+    "--folder", type=OutputPlace(), help="Folder for what is saved; by default that of SCENE, or this one."
+)
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
 def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None, no_browser: bool) -> int:
     """Show a cam with sliders for sizes, laws and limits, in a browser on this machine alone.

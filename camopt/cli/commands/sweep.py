@@ -12,7 +12,7 @@ from camopt.cli.options import (
     DEFAULT_SCENE,
     Axis,
     FreeNumber,
-    Place,
+    OutputPlace,
     Share,
     again_option,
     changed,
@@ -42,7 +42,7 @@ from camopt.cli.resumed import place_of, resumed
 )
 @click.option("--samples", type=int, help="Draw so many designs for each law, in place of a grid; no steps needed.")
 @click.option("--law", multiple=True, help="Motion law to try; repeat the option for several laws.")
-@click.option("--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the tables.")
+@click.option("--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @click.option(
     "--keep", type=click.Choice(("pareto", "feasible", "all", "front-only")), default="feasible", show_default=True,
     help="Which designs to write to designs.parquet; front-only writes none, and decides whole boxes of designs.",

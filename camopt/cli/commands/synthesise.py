@@ -11,7 +11,7 @@ from camopt.cli.once import Once, OnceCommand, Told, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
     PICTURES,
-    Place,
+    OutputPlace,
     again_option,
     check_folder,
     output_options,
@@ -24,12 +24,12 @@ from camopt.cli.options import (
 @scene_options
 @output_options
 @click.option(
-    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the scene and the laws."
+    "--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the scene and the laws."
 )
 @click.option(
     "--plot",
     "picture",
-    type=Place(*PICTURES),
+    type=OutputPlace(*PICTURES),
     help="Draw the cams of new and known laws: PNG, SVG, PDF.",
 )
 @again_option
@@ -37,7 +37,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     """Compute new motion laws (B-splines) that allow the smallest cam."""
     from camopt.cli import terminal
     from camopt.cli.commands.synthesise_report import show_synthesis
-    from camopt.synthesis.files import SCENE, SYNTHESIS, write_comparison, write_laws
+    from camopt.synthesis.files import SCENE_FILE, SYNTHESIS, write_comparison, write_laws
 
     def work(unit: Any) -> Told:
         from camopt.smallest.prices import prices
@@ -57,7 +57,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
         code = reached(scene, result.design["relative_half_width"])
         return Told(partial(show_synthesis, result, known, costs), code)
 
-    check_folder(scene, out, SCENE)
+    check_folder(scene, out, SCENE_FILE)
     code = once(Once(out, "synthesise", SYNTHESIS, {}), scene, again or bool(picture), as_json, quiet, work)
     if picture and not quiet:
         terminal.say_written([picture])

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from camopt.synthesis.synthesised import Synthesis
 
 
-SLIGHT = 5e-4  # a share that is shown as 0.0%
+SHOWN_ZERO = 5e-4  # a share that is shown as 0.0%
 
 
 def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Price]", as_json: bool) -> None:
@@ -57,7 +57,7 @@ def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Pr
 
 def show_limits_of_motion(scene: "Scene", known: Iterable[dict[str, Any]], defaults: dict[str, float]) -> None:
     """The limits that were taken by default, and what a star means."""
-    from camopt.synthesis.from_scene import AMPLE
+    from camopt.synthesis.from_scene import AMPLE_FACTOR
 
     if not all(row["within"] for row in known):
         show("* breaks a limit on the motion that the free laws meet")
@@ -70,7 +70,7 @@ def show_limits_of_motion(scene: "Scene", known: Iterable[dict[str, Any]], defau
         limits.append(f"the peaks of poly345 are the limits (for unit stroke and angle): {peaks}")
     if "move" in kinds:
         own = " and ".join(name.removeprefix("peak_") for name in defaults)
-        limits.append(f"moves may have {AMPLE:g} times the largest {own} of those of least jerk")
+        limits.append(f"moves may have {AMPLE_FACTOR:g} times the largest {own} of those of least jerk")
     show(f"The scene limits neither acceleration nor jerk, so {'; '.join(limits)}.")
 
 
@@ -86,7 +86,7 @@ def _beside_known(result: "Synthesis", known: "KnownLaws") -> str:
     if known.best == OWN_MOVES:
         what = f"The scene's own moves meet the same limits: {number(value)}{unit}"
     share = 1.0 - result.objective / value if value else 0.0
-    less = f"{share:.1%} less" if share > -SLIGHT else f"{-share:.1%} more"
+    less = f"{share:.1%} less" if share > -SHOWN_ZERO else f"{-share:.1%} more"
     what += f"; the free laws need {less}." if value else "."
     own = "" if known.own in (None, known.best) else f" The scene's own, {known.own}: "
     return what + (own and f"{own}{number(known.rows[str(known.own)]['objective'])}{unit}.")

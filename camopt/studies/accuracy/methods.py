@@ -13,7 +13,7 @@ from camopt.numerics.extremes import Precision, extremes
 from camopt.numerics.piecewise import MotionTable
 from camopt.numerics.sampling import sampled_extremes
 
-ANGLES = (36, 72, 180, 360, 720, 1800, 3600)
+ANGLE_COUNTS = (36, 72, 180, 360, 720, 1800, 3600)
 POLISHED = (36, 72, 180, 360)
 TOLERANCES = (1e-4, 1e-6, 1e-9, 1e-12)
 Extremal = tuple[FloatArray, FloatArray]
@@ -51,7 +51,7 @@ def enclosed(tolerance: float) -> Method:
 
 
 METHODS = (
-    *(sampled(angles) for angles in ANGLES),
+    *(sampled(angles) for angles in ANGLE_COUNTS),
     *(sampled(angles, polish=True) for angles in POLISHED),
     *(enclosed(tolerance) for tolerance in TOLERANCES),
 )

@@ -7,17 +7,17 @@ from flint import arb
 from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.problem.claims import SIDES
+from camopt.problem.claims import CLAIM_SIDES
 from camopt.problem.problem import Problem
 from camopt.verdicts.ball import as_arb, precisely
-from camopt.verdicts.certify import turn_of
+from camopt.verdicts.certify import exact_turn
 from camopt.verdicts.deciding import HELD, Statement, decide
 from camopt.verdicts.exact_curve import of_curve
 from camopt.verdicts.exact_laws import Stretch, stretches_of
 from camopt.verdicts.exact_motion import ExactStroke, motion_at
 
-STEPS = 40  # of the secant
-ALIKE = arb(2) ** -83  # 1e-25, exact at any precision
+SECANT_STEPS = 40  # of the secant
+EQUAL_DIGITS = arb(2) ** -83  # 1e-25, exact at any precision
 
 
 @precisely()
@@ -29,17 +29,17 @@ def reference(peak: Peak, problem: Problem, exact: Designs, near: float) -> arb:
     ArithmeticError
         If the proof that nothing is beyond fails.
     """
-    ((make, kinds),), motion = peak.curves, turn_of(problem.programme)
+    ((make, kinds),), motion = peak.curves, exact_turn(problem.programme)
     values = of_curve(make(exact, cast(Programme, motion)))
-    sides = [Statement(values, kinds, arb(side), arb(0)) for side in SIDES[peak.goal]]
+    sides = [Statement(values, kinds, arb(side), arb(0)) for side in CLAIM_SIDES[peak.goal]]
     candidates = [each for side in sides for each in _candidates(side, motion, problem.programme, near)]
     best = candidates[0]
     for value in candidates[1:]:
         best = value if value > best else best
     for side in sides:
-        if decide(side._replace(bound=best + abs(best) * ALIKE), motion) != HELD:
+        if decide(side._replace(bound=best + abs(best) * EQUAL_DIGITS), motion) != HELD:
             raise ArithmeticError(f"no proof of the extreme of {exact}")
-    return best * SIDES[peak.goal][0]
+    return best * CLAIM_SIDES[peak.goal][0]
 
 
 def _candidates(side: Statement, motion: Any, programme: Programme, near: float) -> list[arb]:
@@ -69,7 +69,7 @@ def _places(about: Statement, stroke: ExactStroke, piece: Stretch | None, near: 
     if not piece.start - 1e-6 < x < piece.end + 1e-6:
         return [piece.start, piece.end]
     other = x + arb(1e-7)
-    for _ in range(STEPS):
+    for _ in range(SECANT_STEPS):
         here, there = slope(x), slope(other)
         if here == there:
             break

@@ -13,14 +13,14 @@ from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.extremes import Precision, extremes
 from camopt.problem.limits import peak_of
-from camopt.problem.problem import EXACT, Problem
+from camopt.problem.problem import SINGLE_TOLERANCE, Problem
 from camopt.problem.sample import searched_space
 from camopt.studies.accuracy.methods import Method, enclosed
-from camopt.studies.accuracy.reference import ALIKE, reference
+from camopt.studies.accuracy.reference import EQUAL_DIGITS, reference
 from camopt.verdicts.ball import Ball, as_arb, precisely
-from camopt.verdicts.exact_curve import BALLS, in_balls
+from camopt.verdicts.exact_curve import BALL_NUMBERS, in_balls
 
-DESIGNS = 4096
+DESIGN_COUNT = 4096
 REFERENCED = 24  # designs with a reference in balls
 SIZE_ROOM = 0.1  # relative, to both sides of a design's own size: where its smallest radius is looked for
 FIRST_STEP = arb(2) ** -27  # relative, of the secant in balls; a power of two is exact at any precision
@@ -52,7 +52,7 @@ class PeakSubject:
         """Each extreme, as exact as doubles have it, and its cam angle."""
         curve, questions = self._asked(self.designs)
         table = self.problem.programme.table
-        found = extremes(curve, len(self.designs), table, questions, Precision(EXACT, 1e-9))
+        found = extremes(curve, len(self.designs), table, questions, Precision(SINGLE_TOLERANCE, 1e-9))
         return found.value[0], found.where[0]
 
     def _asked(self, designs: Designs) -> tuple[Any, Any]:
@@ -138,7 +138,7 @@ class RadiusSubject:
     def within_reach(self) -> Any:
         """Which designs have a smallest radius between their ends, both of which can be put together."""
         exists = partial(self.of.problem.setup.mechanism.exists, programme=self.of.problem.programme)
-        return self.root(enclosed(EXACT)).success & np.logical_and(*map(exists, self.ends))
+        return self.root(enclosed(SINGLE_TOLERANCE)).success & np.logical_and(*map(exists, self.ends))
 
     @precisely()
     def reference(self, number: int) -> float:
@@ -151,7 +151,7 @@ class RadiusSubject:
         """
         place, design = self.numbers[number], self.designs.take([number])
         exact: Any = in_balls(design)
-        bound = self.of.peak.scale.extreme_at(float(self.of.truth[place]), BALLS)
+        bound = self.of.peak.scale.extreme_at(float(self.of.truth[place]), BALL_NUMBERS)
 
         def beyond(size: arb) -> Any:
             return (self.of.by_balls(replace(exact, size=Ball(size)), place) - bound).mid()
@@ -162,7 +162,7 @@ class RadiusSubject:
         for _ in range(4):
             step = (there * (other - one) / (there - before)).mid()
             one, before, other = other, there, (other - step).mid()
-            if abs(step) < ALIKE * other:
+            if abs(step) < EQUAL_DIGITS * other:
                 return float(other)
             there = beyond(other)
         raise ArithmeticError(f"no smallest radius of {design} by balls")
@@ -184,7 +184,7 @@ def subjects_of(problem: Problem) -> list[Subject]:
             found.append(of)
             inside = None if radius else np.flatnonzero(RadiusSubject(of, np.arange(len(designs))).within_reach())
             if inside is not None and inside.size:
-                radius = RadiusSubject(of, inside[: DESIGNS // 4])
+                radius = RadiusSubject(of, inside[: DESIGN_COUNT // 4])
                 found.append(radius)
     return found
 
@@ -192,7 +192,7 @@ def subjects_of(problem: Problem) -> list[Subject]:
 def designs_of(problem: Problem, seed: int = 0) -> Designs:
     """Designs of the scene's space at random; without a space, its own design with sizes varied a little."""
     rng, space = np.random.default_rng(seed), searched_space(problem)
-    count = 4 * DESIGNS  # some cannot be put together
+    count = 4 * DESIGN_COUNT  # some cannot be put together
     if space.designs_each >= REFERENCED:
         designs = space.designs(rng.integers(0, space.designs_each, count))
     else:
@@ -200,4 +200,4 @@ def designs_of(problem: Problem, seed: int = 0) -> Designs:
         plain = problem.design.sizes.items()
         sizes = {name: value * share.get(name, np.ones(count)) for name, value in plain}
         designs = problem.design.with_values(sizes)
-    return designs.take(problem.setup.mechanism.exists(designs, problem.programme)).take(slice(DESIGNS))
+    return designs.take(problem.setup.mechanism.exists(designs, problem.programme)).take(slice(DESIGN_COUNT))

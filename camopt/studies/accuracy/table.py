@@ -23,14 +23,14 @@ from camopt.scene.scene import Scene
 from camopt.shown import Drawn
 from camopt.storage.sealed import write_table
 from camopt.studies.accuracy.methods import METHODS
-from camopt.studies.accuracy.reference import ALIKE
+from camopt.studies.accuracy.reference import EQUAL_DIGITS
 from camopt.studies.accuracy.subjects import REFERENCED, Subject, subjects_of
 from camopt.version import VERSION
 
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
-RUNS = 3
-NEAR = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
-Result = TypeVar("Result")
+TIMED_RUNS = 3
+BEYOND_LIMIT = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
+TimedResult = TypeVar("TimedResult")
 
 
 class Costs(Drawn, list[dict[str, Any]]):
@@ -72,9 +72,9 @@ def _rows(subject: Subject) -> list[dict[str, Any]]:
     """The rows of one quantity under one programme: ball arithmetic, which others are measured against, first."""
     some, start = range(max(min(REFERENCED // subject.dear, len(subject.designs)), 1)), perf_counter()
     expected = np.array([subject.reference(number) for number in some])
-    balls, alike, none = perf_counter() - start, float(ALIKE), np.zeros(1, dtype=bool)
+    balls, alike, none = perf_counter() - start, float(EQUAL_DIGITS), np.zeros(1, dtype=bool)
     rows = [_row((subject.name, "balls", alike), balls / len(some), np.array([alike]), alike, none, none)]
-    limit = subject.truth - subject.sign * NEAR * np.abs(subject.truth)
+    limit = subject.truth - subject.sign * BEYOND_LIMIT * np.abs(subject.truth)
     for method in METHODS:
         value, seconds = _timed(partial(subject.answer, method))
         far, near = (
@@ -112,10 +112,10 @@ def _worst(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{str(name): value for name, value in row.items()} for row in worst.to_dict("records")]
 
 
-def _timed(run: Callable[[], Result]) -> tuple[Result, float]:
+def _timed(run: Callable[[], TimedResult]) -> tuple[TimedResult, float]:
     """What a run gives, and the least of a few times in seconds; the first run may compile."""
     result, times = run(), []
-    for _ in range(RUNS):
+    for _ in range(TIMED_RUNS):
         start = perf_counter()
         run()
         times.append(perf_counter() - start)
