@@ -1,1 +1,1 @@
-"""The cam's curves as lines, arcs and cubics that a machine or another program takes, and how far they are off."""
+"""The cam's curves as lines, arcs and cubics for machines and other programs, with their proved deviations."""

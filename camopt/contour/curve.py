@@ -1,4 +1,4 @@
-"""A curve of the cam as its motion draws it: pitch curve, profile, a flank of a groove, or the path of a cutter.
+"""An exact curve of the cam: pitch curve, profile, a flank of a groove, or the path of a cutter.
 
 With the trace point t and the unit normal n in the ground frame, a curve at a distance d along the normal is
 
@@ -106,7 +106,7 @@ class CamCurve:
         return tuple(x.derivative(k) + 1j * height.derivative(k) for k in range(3))
 
     def at(self, angles: FloatArray, of: Callable[[SmoothPart, FloatArray], Any]) -> Any:
-        """What ``of`` gives of spans, at cam angles (rad, in any order) of the turn; at a jump what is after it."""
+        """The values of ``of`` at cam angles (rad, in any order) of the turn; at a jump, the value after it."""
         place = self.places(angles)
         found = [(k, of(self.spans[k], angles[place == k])) for k in np.unique(place)]
         out = np.empty(angles.shape, dtype=found[0][1].dtype)
@@ -115,7 +115,7 @@ class CamCurve:
         return out
 
     def places(self, angles: FloatArray) -> NDArray[np.intp]:
-        """The numbers of the spans in which cam angles (rad) are; of one where two meet the second."""
+        """The number of the span that each cam angle (rad) is in; where two spans meet, the second."""
         starts = np.array([span.start for span in self.spans])
         return np.maximum(np.searchsorted(starts, angles, side="right") - 1, 0)
 

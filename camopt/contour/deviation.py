@@ -1,4 +1,4 @@
-"""How far a path is from the curve of the cam that it follows, proved.
+"""A proved bound of the distance between a path and the curve of the cam that it follows.
 
 Over a short stretch of the turn the curve is p(t) = p₀ + p₁·t + p₂·t² + [p₃]·t³ about its middle, with a remainder
 in intervals that no point leaves. In a frame at the start of an arc of curvature κ, along its tangent (u) and its
@@ -46,7 +46,7 @@ def deviation_bound(curve: CamCurve, path: ArcPath | CubicPath, wanted: float = 
 
 
 def _bounds(curve: CamCurve, path: ArcPath | CubicPath, index: np.ndarray, parts: int) -> FloatArray:
-    """A bound for each of some elements, looked at in so many parts."""
+    """A bound for each element, from so many parts of it."""
     spans, found = np.array(path.spans)[index], np.empty(index.size)
     for span in np.unique(spans):
         here = spans == span
@@ -88,7 +88,7 @@ def _off_arcs(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) ->
 
 
 def _past_ends(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
-    """How far along an arc the curve starts and ends beside the ends of it."""
+    """How far along an arc the curve starts and ends away from the arc's own ends."""
     found = np.zeros(index.size)
     for at, sign, tangents, vertices in (
         (0, -1.0, path.tangents[0], path.vertices[:-1]),
@@ -124,7 +124,7 @@ def _at(series: Taylor, t: FloatArray) -> FloatArray:
 
 
 def _largest(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
-    """A bound of |formula| over each stretch: of the polynomial about its middle, exactly, and of the remainder."""
+    """A bound of |formula| over each stretch: of the polynomial about its middle, plus the remainder."""
     a0, a1, a2 = formula(*curve.here).terms[:3]
     r = curve.reach
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -134,7 +134,7 @@ def _largest(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> F
 
 
 def _least(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
-    """A lower bound of a formula over each stretch, from its value, its slope and a remainder of second order."""
+    """A lower bound of a formula over each stretch, from its value, its slope and the second-order remainder."""
     a0, a1 = formula(*curve.here).terms[:2]
     rest = as_interval(formula(*curve.over).terms[2]).largest_magnitude
     return np.asarray(a0 - np.abs(a1) * curve.reach - rest * curve.reach**2)

@@ -59,7 +59,7 @@ def biarcs(p0: ComplexArray, t0: ComplexArray, p1: ComplexArray, t1: ComplexArra
 
 
 def off_arcs(points: ComplexArray, first: ComplexArray, last: ComplexArray, bulges: FloatArray) -> FloatArray:
-    """Distance of points from the circles of some arcs, mm."""
+    """Distance of points from the circles of arcs, mm."""
     turn = 2.0 * np.arctan(bulges)
     chord = last - first
     local = (points - first) * (np.exp(1j * turn) * chord.conjugate() / np.abs(chord))
@@ -70,7 +70,7 @@ def off_arcs(points: ComplexArray, first: ComplexArray, last: ComplexArray, bulg
 
 
 def spaced(errors: ErrorOf, start: float, end: float, order: int, tolerance: float) -> FloatArray:
-    """Cam angles from start to end between which stretches are off by at most the tolerance, all about alike.
+    """Cam angles from start to end that divide it into stretches of about equal error, at most the tolerance.
 
     BadInput if that takes more than ``ELEMENT_LIMIT``.
     """
@@ -102,7 +102,7 @@ def _check_count(count: int, tolerance: float) -> None:
 
 
 class Fitter(NamedTuple):
-    """A way to replace stretches of a curve."""
+    """A kind of element that replaces stretches of a curve."""
 
     order: int
     """The power of the length of a stretch with which the deviation falls."""
@@ -113,7 +113,7 @@ class Fitter(NamedTuple):
 
 
 def fitted(curve: CamCurve, kind: str, tolerance: float) -> "ArcPath | CubicPath":
-    """The path of a kind of ``FITS`` that is off a curve by at most a tolerance (mm) at the angles looked at."""
+    """A path of a kind of ``FITS`` whose error at the angles checked is at most a tolerance (mm)."""
     fitter = FITS[kind]
     return fitter.path(curve, [_stretches(fitter, curve, span, tolerance) for span in curve.spans])
 
@@ -123,7 +123,7 @@ def _stretches(fitter: Fitter, curve: CamCurve, span: SmoothPart, tolerance: flo
 
 
 def _between(starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """Cam angles at which stretches are looked at, (angles, stretches)."""
+    """Cam angles at which stretches are checked, (angles, stretches)."""
     return starts + (ends - starts) * CHECKED_SHARES
 
 
@@ -226,7 +226,7 @@ def _spline(curve: CamCurve, angles: list[FloatArray]) -> CubicPath:
 
 
 def _ended(curve: CamCurve, vertices: ComplexArray) -> ComplexArray:
-    """Vertices with the last one: of a closed curve the first again, to the last digit."""
+    """Vertices with the last one added: for a closed curve the first again, bit for bit."""
     last = curve.spans[-1]
     return np.append(vertices, vertices[:1] if curve.closed else curve.points(last, np.array([last.end])))
 

@@ -1,4 +1,4 @@
-"""A path that follows a curve of the cam within a deviation that is asked for, and the proof that it does."""
+"""A path that follows a curve of the cam within a given deviation, with the proof."""
 
 from math import isfinite
 from typing import NamedTuple

@@ -10,7 +10,7 @@ from camopt.scene.part import TOWARDS_FOLLOWER, Part
 
 
 def keyway_corners(part: Part, turn: float) -> ComplexArray:
-    """Of a keyway whose middle is in a direction (rad): from its mouth's right corner, seen from the axis, on."""
+    """The corners of a keyway in a direction (rad), from the right one of its mouth, seen from the axis."""
     half, bottom = (part.keyway_width or 0.0) / 2, (part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)
     mouth = sqrt((part.bore or 0.0) ** 2 / 4 - half**2)
     corners = np.array([complex(mouth, -half), complex(bottom, -half), complex(bottom, half), complex(mouth, half)])
@@ -18,7 +18,7 @@ def keyway_corners(part: Part, turn: float) -> ComplexArray:
 
 
 def keyway_turn(part: Part) -> float:
-    """The direction of the middle of the keyway, rad; towards the follower where there is none."""
+    """The direction of the middle of the keyway, rad; towards the follower if there is no keyway."""
     return radians(TOWARDS_FOLLOWER if part.keyway_angle is None else part.keyway_angle)
 
 

@@ -1,4 +1,4 @@
-"""Paths of arcs and lines, and of cubics, as machines and other programs take them."""
+"""Paths of arcs and lines, and paths of cubics, for machines and other programs."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -28,7 +28,7 @@ class ArcPath:
 
     @property
     def what(self) -> str:
-        """What it is made of, in words."""
+        """The kind of its elements, in words."""
         arcs, lines = np.any(self.bulges != 0.0), np.any(self.bulges == 0.0)
         return "arcs and lines" if arcs and lines else "arcs" if arcs else "lines"
 
@@ -42,7 +42,7 @@ class ArcPath:
 
     @property
     def sweeps(self) -> FloatArray:
-        """What each arc turns, rad, anticlockwise positive."""
+        """The angle of each arc, rad, anticlockwise positive."""
         return 4.0 * np.arctan(self.bulges)
 
     @property
@@ -52,7 +52,7 @@ class ArcPath:
 
     @property
     def centres(self) -> ComplexArray:
-        """Of the arcs, mm; of lines without bounds."""
+        """Centres of the arcs, mm; infinite for lines."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.vertices[:-1] + self.chords * (0.5 + 0.5j / np.tan(self.sweeps / 2))
 
@@ -68,7 +68,7 @@ class ArcPath:
         return ArcPath(self.vertices[::-1], -self.bulges[::-1], self.angles[::-1], self.spans[::-1])
 
     def halved(self, k: int) -> "ArcPath":
-        """The path with an arc in two halves, each beside half of its cam angles."""
+        """The path with one arc cut into two halves, each with half of its cam angles."""
         middle = self.vertices[k] + self.chords[k] * (0.5 - 0.5j * self.bulges[k])
         half = np.tan(np.arctan(self.bulges[k]) / 2)
         low, high = self.angles[k]

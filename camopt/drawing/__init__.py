@@ -1,1 +1,1 @@
-"""Drawing: what a picture is made of. ``camopt.drawing.figures`` puts it together."""
+"""Drawing: the parts of pictures. ``camopt.drawing.figures`` puts them together."""

@@ -1,4 +1,4 @@
-"""What moves in an animation: bodies and cursors, drawn once and then turned or shifted, and texts that change.
+"""The moving parts of an animation: bodies and cursors, drawn once and then turned or shifted, and changing texts.
 
 A body is drawn on axes of its own, as it is at cam angle 0. Its motion is given at the frames of one turn of the
 cam, which ends with the first frame again.
@@ -68,12 +68,12 @@ MovingBody = Turning | Shifting
 
 
 def artists_of(body: MovingBody) -> list[Any]:
-    """What a body is drawn of."""
+    """The artists that draw a body."""
     return [*body.axes.lines, *body.axes.patches, *body.axes.collections]
 
 
 class Reading(NamedTuple):
-    """A text that says another value in each frame."""
+    """A text that shows another value in each frame."""
 
     text: Any
     values: list[str]

@@ -54,7 +54,7 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
 
 
 def _fan(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
-    """The round body's own arc where the normal jumps at a corner of the pitch curve."""
+    """The arc of the roller where the normal jumps, at a corner of the pitch curve."""
     turn = np.angle(after.normal[0] / before.normal[-1])
     steps = np.linspace(0.0, turn, max(2, int(abs(np.degrees(turn)))))
     arc: ComplexArray = after.pitch[0] - radius * before.normal[-1] * np.exp(1j * steps)
@@ -62,7 +62,7 @@ def _fan(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
 
 
 def draw_body(axes: Any, picture: Picture) -> None:
-    """The profile, coloured by stroke, on the body of the cam: what the follower leaves of it, if undercut."""
+    """The profile, coloured by stroke, on the body of the cam; without what undercutting removes."""
     design, pieces = picture.problem.design, picture.curves
     radius = float(design.roller_radius[0])
     solid = remaining(picture) if picture.undercut else np.concatenate([c.profile[0] for c in pieces])
@@ -90,7 +90,7 @@ def draw_body(axes: Any, picture: Picture) -> None:
 
 
 def remaining(picture: Picture) -> ComplexArray:
-    """The outline of an undercut cam: what lies outside of every position of the follower."""
+    """The outline of an undercut cam: all that no position of the follower covers."""
     pitch = np.concatenate([c.pitch for c in picture.curves])
     if picture.problem.setup.mechanism.curvature is None:
         from scipy.spatial import HalfspaceIntersection
@@ -182,7 +182,7 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
 
 
 def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
-    """Where strokes begin: a ray of the construction; the cam angle there, inside the profile if there is room."""
+    """A ray where each stroke begins, with its cam angle, inside the profile if there is room."""
     problem = picture.problem
     starts = np.array([s.start for s in problem.programme.strokes])
     mechanism, design = problem.setup.mechanism, problem.design
@@ -199,7 +199,7 @@ def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
 
 
 def _draw_sense(axes: Any, picture: Picture) -> Label:
-    """An arrow for the sense of rotation, inside the cam where most room is left; its label."""
+    """An arrow for the sense of rotation, where the cam has most room inside; its label."""
     design = picture.problem.design
     marks = [np.pi / 2, *(np.pi / 2 - design.sense * s.start for s in picture.problem.programme.strokes)]
     places = np.radians(np.arange(0, 360, 15))

@@ -23,7 +23,7 @@ Target = str | os.PathLike[str] | None
 
 @contextmanager
 def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **options: Any) -> "Iterator[Figure]":
-    """An empty figure of a size in inches; if the block ends without an error, it is saved to the path, if any.
+    """An empty figure of a size in inches, which is saved to the path, if any, when the block ends without error.
 
     The suffix of the path gives the format; the errors are those of ``plot``. The same drawing gives the same
     file. A $ in a text stays a $, unless ``powers`` asks for axes with powers of ten.

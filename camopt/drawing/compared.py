@@ -1,4 +1,4 @@
-"""The picture of two Pareto fronts: which points are on both, and which on one alone."""
+"""The picture of two Pareto fronts: points on both, and points on one of them only."""
 
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -61,7 +61,7 @@ def _pairs(table: TableComparison) -> list[tuple[int, int]]:
 
 
 def _draw(axes: Any, table: TableComparison, pair: tuple[int, int]) -> None:
-    """The fronts in two objectives: points of both once, those of A and B alone in their colours and marks."""
+    """The fronts in two objectives: common points, points of A only and of B only."""
     a, b = _values(table)
     in_both = _which_of(a, b)
     for points, label, look in (

@@ -76,7 +76,7 @@ def in_powers(values: Sequence[FloatArray], unit: str) -> tuple[float, str]:
 
 
 def _limits(axes: Any, panel: Panel, factor: float) -> float:
-    """Limits of the vertical axis, with room for what is written at the peaks; the range of the values."""
+    """Limits of the vertical axis, with room for the texts at peaks; the range of the values."""
     every = np.concatenate([*panel.values, *(panel.reference or [])]) * factor
     every = every[np.isfinite(every)]
     low, high = min(every.min(initial=0.0), 0.0), max(every.max(initial=0.0), 0.0)
@@ -136,7 +136,7 @@ def _draw_limits(axes: Any, picture: Picture, panel: Panel, factor: float) -> No
 
 
 def _draw_impulses(axes: Any, panel: Panel) -> None:
-    """An arrow for each impulse, as long as its share of the largest."""
+    """An arrow for each impulse, its length in proportion to it."""
     top = axes.get_ylim()[1]
     largest = max([abs(size) for _, size in panel.impulses], default=0.0)
     style = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 9}
@@ -146,7 +146,7 @@ def _draw_impulses(axes: Any, panel: Panel) -> None:
 
 
 def _draw_alarm(axes: Any, angles: PieceValues, panel: Panel) -> None:
-    """Where the cam is undercut; said once."""
+    """A mark where the cam is undercut, with one text."""
     low, high = axes.get_ylim()
     style = {"fontsize": SMALL, "color": ALARM, "ha": "center", "va": "top"}
     found = []
@@ -170,7 +170,7 @@ def _draw_peak(axes: Any, peak: MarkedPeak, factor: float) -> Label:
 
 
 def _name_strokes(axes: Any, picture: Picture) -> None:
-    """Name, angle and law of each stroke above a diagram, as far as there is room."""
+    """Name, angle and law of each stroke above a diagram, shortened where there is little room."""
     for stroke in picture.problem.programme.strokes:
         start, angle = np.degrees([stroke.start, stroke.angle])
         law, size = stroke.law.NAME if stroke.law else "", f"{angle:.4g}°"

@@ -1,4 +1,4 @@
-"""Diagrams of what the motion and the speed decide: force along it, torque, and the elastic train."""
+"""Diagrams of what motion and speed decide: force along the motion, torque, and the elastic train."""
 
 from functools import partial
 from math import degrees, pi
@@ -21,7 +21,7 @@ from camopt.quantities import QUANTITIES
 
 
 def dynamics_panels(picture: Picture) -> list[Panel]:
-    """The diagrams of force, torque and vibration, as far as these effects ran and are finite."""
+    """The diagrams of force, torque and vibration, of those that were computed and are finite."""
     return [*_force(picture), *_torque(picture), *_train(picture)]
 
 
@@ -40,13 +40,13 @@ def _force(picture: Picture) -> list[Panel]:
 
 
 def _below_zero(picture: Picture) -> str:
-    """What a force below 0 means."""
+    """The note on a contact force below 0."""
     pulls = picture.problem.setup.mechanism.pulls
     return "below 0, the other flank bears" if pulls else "contact is lost below 0"
 
 
 def _torque(picture: Picture) -> list[Panel]:
-    """The torque with its mean; a limit on power is one on torque at the speed of the cam."""
+    """The torque with its mean; a limit on power is drawn as one on torque, at the cam's speed."""
     ends = ("torque_max_N_m", "torque_min_N_m")
     if not known(picture, *ends):
         return []

@@ -65,7 +65,7 @@ Corners = tuple[float, float, float, float]
 
 
 class Page(NamedTuple):
-    """Where things are: across in shares of the figure, upwards in inches."""
+    """Places on the figure: across as shares of its width, upwards in inches."""
 
     height: float
     cam: Corners
@@ -111,7 +111,7 @@ def _below_a_groove(count: int) -> Page:
 
 
 def _header(figure: Any, picture: Picture) -> None:
-    """The scene's name, its mechanism and sizes, and what came out."""
+    """The scene's name, its mechanism and sizes, and the main results."""
     name = picture.scene.name
     shown = name if len(name) <= 90 else name[:89] + "…"
     inch = 1.0 / figure.get_figheight()

@@ -76,7 +76,7 @@ def _outliers(axes: Any, result: Fit, values: Any) -> None:
 
 
 def _deviations(axes: Any, result: Fit) -> None:
-    """What the points are off the motion by; outliers at the edge of the diagram, with their rows."""
+    """Deviations of the points from the motion; outliers at the edge of the diagram, with their rows."""
     band = result.band
     axes.axhline(0.0, color=FIT_COLOUR, lw=1.0)
     for side in (-band, band):

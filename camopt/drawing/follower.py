@@ -13,7 +13,7 @@ BODY_STYLE = {"facecolor": BODY, "edgecolor": INK, "lw": 1.1}
 
 
 class Parts(NamedTuple):
-    """Axes for what moves in a way of its own; the same axes thrice for a still picture."""
+    """Axes for each part that moves differently; a still picture has the same axes three times."""
 
     follower: Any
     ground: Any
@@ -65,7 +65,7 @@ def _draw_stem(parts: Parts, picture: Picture, seat: complex, size: float) -> li
 
 
 def _draw_tip(parts: Parts, picture: Picture, trace: complex, up: complex, size: float) -> complex:
-    """A knife edge, roller or spherical face whose trace point moves along ``up``; where its carrier sits."""
+    """Draw a knife edge, roller or spherical face whose trace point moves along ``up``; the seat of its carrier."""
     contact, axes = picture.scene.follower.contact, parts.follower
     radius = float(picture.problem.design.roller_radius[0])
     if contact == "knife":

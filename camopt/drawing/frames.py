@@ -1,4 +1,4 @@
-"""Frames of an animation as GIF or MP4: what stays is drawn once, and what moves is drawn over it."""
+"""Frames of an animation as GIF or MP4: fixed parts are drawn once, moving parts over them in each frame."""
 
 import shutil
 import subprocess
@@ -49,7 +49,7 @@ def frames(stage: Stage) -> Iterator[Image]:
 
 
 def write_gif(stage: Stage, file: Path) -> None:
-    """An animated GIF that repeats for ever, in one palette: the colours that the first frame has most of."""
+    """An animated GIF that repeats for ever, in one palette: the most frequent colours of the first frame."""
     from PIL import Image as Pillow
 
     images: list[Any] = []
@@ -71,7 +71,7 @@ def _shades(colours: NDArray[Any]) -> NDArray[np.uint16]:
 
 
 def _palette(image: Image) -> Image:
-    """The colours that most pixels of an image have, one of each shade, (n, 3)."""
+    """The most frequent colours of an image, one of each shade, (n, 3)."""
     colours, counts = np.unique(image.astype(np.intp) @ np.array([1 << 16, 1 << 8, 1]), return_counts=True)
     order: NDArray[np.intp] = colours[np.argsort(-counts, kind="stable")]
     usual = np.column_stack([order >> 16, order >> 8 & 255, order & 255])
@@ -115,7 +115,7 @@ def write_mp4(stage: Stage, file: Path) -> None:
 
 
 def ffmpeg() -> str:
-    """The program that writes videos: that of the machine, or that of the extra ``video``.
+    """The path of ffmpeg: the machine's own, or that of the extra ``video``.
 
     Raises
     ------

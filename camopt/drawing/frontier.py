@@ -1,4 +1,4 @@
-"""The picture of a frontier: free laws as a front, what no motion can have, known laws as points."""
+"""The picture of a frontier: new laws as a front, the values that no motion can reach, known laws as points."""
 
 from math import isinf, pi
 from typing import TYPE_CHECKING, Any
@@ -73,13 +73,13 @@ def _curve(figure: Any, axes: Any, found: Frontier) -> None:
 
 
 def _free(found: Frontier) -> str:
-    """What free laws are, by how they were found."""
+    """The description of the new laws, by how they were found."""
     words = "free laws, proved to meet every limit"
     return f"{words}; local optima" if found.local else words
 
 
 def _excluded(axes: Any, found: Frontier) -> None:
-    """What no motion can have: a rectangle for each bound, down to the corner of the picture, and their outline."""
+    """The values that no motion can reach: a rectangle for each bound, and the outline of all."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     corners = [(min(a, right), min(b, top)) for a, b in found.excluded if a > left and b > bottom]
     if not corners:
@@ -109,13 +109,13 @@ def _cloud(figure: Any, axes: Any, found: Frontier) -> None:
 
 
 def _shown(found: Frontier) -> list[dict[str, Any]]:
-    """The known laws that the picture has room for."""
+    """The known laws that are within the picture."""
     up, across = found.axes[:2]
     return [row for row in found.known if not isinf(row[across]) and not isinf(row[up])]
 
 
 def _known(axes: Any, found: Frontier) -> list[Label]:
-    """The known laws as points, hollow where they are beyond the other limits; their names."""
+    """The known laws as points, hollow if they exceed other limits; their names."""
     up, across = found.axes[:2]
     words = {True: "known laws, each on its smallest cam", False: "known laws that break another limit, likewise"}
     labels = []
@@ -133,7 +133,7 @@ def _known(axes: Any, found: Frontier) -> list[Label]:
 
 
 def _frame(axes: Any, found: Frontier) -> None:
-    """Limits round all points and round the least that any motion has, where it is near to them."""
+    """Limits round all points, and round the least value of any motion if it is near them."""
     up, across = found.axes[:2]
     for axis, name in ((axes.set_xlim, across), (axes.set_ylim, up)):
         values = [float(row[name]) for row in (*found.rows, *_shown(found))]

@@ -34,7 +34,7 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
 
 
 def sides_of(picture: Picture) -> tuple[float, float]:
-    """How far the surface of a cylindrical cam is drawn along its axis, mm: beyond all of the groove."""
+    """The two ends of the drawn surface of a cylindrical cam along its axis, mm, beyond the whole groove."""
     radius, size = float(picture.problem.design.roller_radius[0]), float(picture.problem.design.size[0])
     pitch = np.concatenate([c.pitch.imag for c in picture.curves])
     low, high = float(pitch.min()) - radius, float(pitch.max()) + radius
@@ -52,7 +52,7 @@ def _narrow(axes: Any, points: ComplexArray) -> None:
 
 
 def draw_channel(axes: Any, picture: Picture, around: float) -> None:
-    """What the roller sweeps, its flanks coloured by stroke, and the pitch curve; also of the turns beside."""
+    """The region that the roller sweeps, with coloured flanks and pitch curve; neighbouring turns too."""
     radius = float(picture.problem.design.roller_radius[0])
     pitch = np.concatenate([c.pitch for c in picture.curves])
     turns = np.concatenate([pitch - around, pitch, pitch + around])

@@ -1,4 +1,4 @@
-"""Labels at points of a finished drawing, each where it hides least: no text, no mark, and no line if it can be.
+"""Labels at points of a finished drawing, each where it hides least: no text, no mark and, if possible, no line.
 
 One label after the other takes the cheapest of its places: the first that is free, if one is. A place costs most
 where it leaves the figure or meets another text, less where it leaves its axes or meets a mark or a body, and least
@@ -43,7 +43,7 @@ class Label(NamedTuple):
 
 
 def settle(figure: Any, labels: Sequence[Label]) -> None:
-    """Draw labels into a figure that has all else already."""
+    """Draw labels into a figure in which everything else is drawn already."""
     from matplotlib.text import Text
 
     figure.draw_without_rendering()

@@ -1,4 +1,4 @@
-"""The lines of limits in a diagram: of every limit on the curve that it shows, at the bound in its own unit."""
+"""The limit lines of a diagram: one for each limit on its curve, at the bound in the diagram's unit."""
 
 from collections.abc import Hashable
 from functools import partial
@@ -18,7 +18,7 @@ LimitLines = list[tuple[int, float]]
 
 
 def limit_lines(picture: Picture, name: str, kinds: int = 0) -> LimitLines:
-    """The lines of all limits on the curve of which a quantity is an extreme, in the unit of the quantity.
+    """The lines of all limits on the curve whose extreme is a quantity, in the unit of that quantity.
 
     One of a quantity that is no extreme of a curve is at its own bound, over some kinds of stroke.
     """
@@ -32,7 +32,7 @@ def limit_lines(picture: Picture, name: str, kinds: int = 0) -> LimitLines:
 
 
 def _identity(make: Any) -> Hashable:
-    """What tells the curves of one setup apart."""
+    """A key that tells the curves of one setup apart."""
     return (make.func, frozenset(make.keywords.items())) if isinstance(make, partial) else make
 
 

@@ -1,4 +1,4 @@
-"""Diagrams of what the contact bears: thrust, contact stress, sliding, wear and film."""
+"""Diagrams of the loads of the contact: thrust, contact stress, sliding, wear and film."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -17,12 +17,12 @@ from camopt.quantities import QUANTITIES
 
 
 def load_panels(picture: Picture, *, every: bool = False) -> list[Panel]:
-    """The diagrams of thrust, Hertz and surface, of effects that ran and are finite: every one, or those drawn."""
+    """The diagrams of thrust, stress and surface that were computed and are finite: all, or the usual."""
     return [*_thrust(picture, every), *_stress(picture), *_sliding(picture), *_wear(picture), *_film(picture)]
 
 
 def _thrust(picture: Picture, every: bool) -> list[Panel]:
-    """Side thrust, or normal force where there is none; the others where they are limited."""
+    """Side thrust, or normal force for a follower without it; other forces if they are limited."""
     setup = picture.problem.setup
     found: list[Panel] = []
     main = "side_thrust_max_N" if setup.mechanism.curvature else "normal_force_max_N"
@@ -93,7 +93,7 @@ def _wear(picture: Picture) -> list[Panel]:
 
 
 def _film(picture: Picture) -> list[Panel]:
-    """The film over the roughness, or in µm where the scene gives none: 0 where nothing is carried in."""
+    """The film over the roughness, or in µm if the scene gives no roughness; 0 where there is no entrainment."""
     name = surface.RATIO if known(picture, surface.RATIO) else surface.FILM
     if not known(picture, name):
         return []
@@ -108,14 +108,14 @@ def _film(picture: Picture) -> list[Panel]:
 
 
 def pressed(load: FloatArray) -> FloatArray:
-    """What a flank bears of a load: 0 where it is not pressed."""
+    """The load on one flank: 0 where the flank is not pressed."""
     return np.maximum(load, 0.0)
 
 
 def by_way(
     picture: Picture, variants: Sequence[Variant], borne: Callable[[FloatArray], FloatArray] = np.asarray
 ) -> PieceValues:
-    """A load over each piece of the turn, of what is borne of it: the largest of its variants there."""
+    """A load over each piece of the turn, of what a flank carries of it: the largest of its variants."""
     problem = picture.problem
     each = [(picture.curve_values(make(problem.design, problem.programme)), kinds) for make, kinds in variants]
     values: PieceValues = []

@@ -1,4 +1,4 @@
-"""A measured profile beside that of the cam found: its points off it along the normal, many times as far."""
+"""A measured profile beside that of the fitted cam, with its deviations along the normal magnified."""
 
 from math import floor, log10
 from typing import Any
@@ -46,6 +46,6 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
 
 
 def _times(most: float) -> float:
-    """The largest 1, 2 or 5 times a power of ten that is not above something."""
+    """The largest 1, 2 or 5 times a power of ten that is not above a value."""
     power = 10.0 ** floor(log10(most))
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most)

@@ -42,7 +42,7 @@ def moving_svg(stage: Stage) -> str:
 
 
 def _drawn(figure: Any) -> Element:
-    """The picture without motion. matplotlib leaves out what is off the page, so that it gets a wide one."""
+    """The picture without motion, on a wide page: matplotlib leaves out what is off the page."""
     from matplotlib.transforms import Bbox
 
     width, height = figure.get_size_inches()
@@ -67,7 +67,7 @@ def _move(group: Element, body: MovingBody, figure: Any) -> None:
 
 
 def _change(group: Element, reading: Reading) -> None:
-    """One text after the other, as a column that jumps past a window of one line."""
+    """Show one text after the other: a column of texts jumps past a window of one line."""
     (first,) = group.iter(f"{{{NAMESPACE}}}text")
     x, y = (float(first.get(key, "0")) for key in "xy")
     column = _inside(group)
@@ -105,7 +105,7 @@ def _animate(element: Element, kind: str, values: list[str], mode: str) -> None:
 
 
 def _clip(group: Element, window: tuple[float, float, float, float]) -> None:
-    """Show of a group what is within a rectangle: left, top, width, height."""
+    """Show only the part of a group within a rectangle: left, top, width, height."""
     name = f"{group.get('id')}-window"
     clip = ElementTree.Element(f"{{{NAMESPACE}}}clipPath", id=name)
     sides = dict(zip(("x", "y", "width", "height"), (f"{side:.6g}" for side in window), strict=True))

@@ -27,6 +27,6 @@ def _table(result: Shown) -> str:
 
 
 def _unfolded(scene: Scene) -> str:
-    """What a scene is, with its TOML to unfold."""
+    """A description of a scene, with its TOML to unfold."""
     unfolded = f"<details><summary>TOML</summary><pre>{escape(scene.to_toml())}</pre></details>"
     return f"<div><b>{escape(repr(scene))}</b>{unfolded}</div>"

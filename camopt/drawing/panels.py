@@ -1,4 +1,4 @@
-"""What each diagram shows: values piece by piece, exact peaks, limits, impulses, and what is said about them."""
+"""The contents of each diagram: values piece by piece, exact peaks, limits, impulses and notes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ Curve = Callable[[FloatArray], FloatArray]
 
 
 class MoveMark(NamedTuple):
-    """What is asked of a motion: from one cam angle to another, deg, and from one value to another."""
+    """A condition on a motion: from one cam angle to another, deg, and from one value to another."""
 
     start: float
     end: float
@@ -46,7 +46,7 @@ class MarkedPeak:
 
 @dataclass
 class Panel:
-    """One diagram: values piece by piece, and what is said about them. Values, peaks and limits in ``unit``."""
+    """One diagram: values piece by piece, with notes. Values, peaks and limits are in ``unit``."""
 
     title: str
     unit: str
@@ -95,7 +95,7 @@ def _displacement(picture: Picture) -> Panel:
 
 
 def moves_asked(picture: Picture, order: int, factor: float) -> list[MoveMark]:
-    """What the scene asks of a derivative in its moves."""
+    """The conditions of the scene's moves on a derivative."""
     strokes = picture.problem.programme.strokes
     every = [each for stroke in strokes for each in stroke.asked(strokes[0].low) if each.order == order]
     per = 180 / pi
@@ -150,7 +150,7 @@ def _pressure(picture: Picture) -> Panel:
 
 
 def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
-    """The pitch point takes the place of the peak it is; in a dwell it is a peak of its own."""
+    """Mark the pitch point in place of the peak that it is; in a dwell it is a peak of its own."""
     largest, at = exact["pressure_angle_max_deg"], exact["pressure_angle_max_at_deg"]
     alike = [peak for peak in panel.peaks if abs(peak.value) >= largest * (1 - NEGLIGIBLE)]
     if alike:
@@ -216,7 +216,7 @@ def _cap(pitch: FloatArray, radius: float) -> float:
 
 
 def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArray:
-    """κ/(1 − κ·R), left out where it is cut away or beyond the cap."""
+    """κ/(1 − κ·R), without the parts that are cut away or beyond the cap."""
     share = 1.0 - pitch * radius
     with np.errstate(all="ignore"):
         curvature = pitch / share
@@ -229,7 +229,7 @@ def known(picture: Picture, *names: str) -> bool:
 
 
 def _peaks(picture: Picture, values: PieceValues, exact: dict[int, float], sign: str = "") -> list[MarkedPeak]:
-    """The largest magnitude over strokes of some kinds: where it is from the samples, its value exact."""
+    """The largest magnitude over strokes of given kinds: its place from the samples, its value exact."""
     found = []
     for kinds, largest in exact.items():
         chosen = [k for k, kind in enumerate(picture.kinds) if kind & kinds]
@@ -243,12 +243,12 @@ def _peaks(picture: Picture, values: PieceValues, exact: dict[int, float], sign:
 
 
 def greatest_and_least(picture: Picture, values: PieceValues, greatest: str, least: str) -> list[MarkedPeak]:
-    """The greatest and the least value, each by the name of its quantity; none for no name."""
+    """The peaks of the greatest and the least value, by their quantities; none for an empty name."""
     return bounds(picture, values, tuple(picture.values.get(name, np.nan) for name in (greatest, least)))
 
 
 def bounds(picture: Picture, values: PieceValues, exact: tuple[float, ...]) -> list[MarkedPeak]:
-    """The greatest and the least value, where they are given."""
+    """The peaks of the greatest and the least value, if these are finite."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     if not np.isfinite(every).any():
         return []

@@ -1,4 +1,4 @@
-"""What a picture shows: the problem sampled piece by piece, its exact values."""
+"""The contents of a picture: the problem sampled piece by piece, and its exact values."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,7 +23,7 @@ END_SHARE = 1e-9  # share of a piece that samples keep from its ends, to be on i
 
 @dataclass(frozen=True)
 class Picture:
-    """What is drawn: the problem that a scene poses, sampled piece by piece so that no sample lies on a jump."""
+    """A scene's problem, sampled piece by piece so that no sample lies on a jump."""
 
     scene: Scene
     problem: Problem
@@ -50,7 +50,7 @@ class Picture:
 
     @cached_property
     def stretches(self) -> list[tuple[int, float, float]]:
-        """RISE, RETURN or DWELL, from where to where (rad): pieces of one kind that follow each other are one."""
+        """RISE, RETURN or DWELL with its ends (rad); neighbouring pieces of one kind are joined."""
         starts = self.problem.programme.starts
         first = [k for k, kind in enumerate(self.kinds) if k == 0 or kind != self.kinds[k - 1]]
         ends = [*(float(starts[k]) for k in first[1:]), self.problem.programme.strokes[-1].end]

@@ -1,4 +1,4 @@
-"""The figure of every picture: matplotlib's, which notebooks show by itself, whether pyplot is imported or not."""
+"""The figure of every picture: one of matplotlib that notebooks show without pyplot."""
 
 from io import BytesIO
 from typing import Any

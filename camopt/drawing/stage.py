@@ -105,12 +105,12 @@ def _rectangle(left: float, right: float, low: float, high: float) -> list[compl
 
 
 def _still(axes: Any) -> Shifting:
-    """What stays where it is, above other bodies."""
+    """A body that stays where it is, above the others."""
     return Shifting(axes, np.zeros(FRAME_ANGLES.size, dtype=complex))
 
 
 def _with_the_follower(axes: Any, picture: Picture) -> MovingBody:
-    """Along its guide, or about its pivot."""
+    """The follower as a body that moves along its guide or about its pivot."""
     problem, design = picture.problem, picture.problem.design
     rise = problem.programme.at(FRAME_ANGLES % (2 * np.pi))[0] - picture.start
     if not problem.setup.angular:
@@ -122,7 +122,7 @@ def _with_the_follower(axes: Any, picture: Picture) -> MovingBody:
 
 
 def _contacts(picture: Picture) -> ComplexArray:
-    """How far the point where the follower touches a disc cam is from where it is at cam angle 0."""
+    """Shift of the contact point of a disc cam from its place at cam angle 0."""
     problem = picture.problem
     travel = problem.setup.mechanism.travel(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi))
     contact = travel.trace - problem.design.roller_radius[0] * travel.normal
@@ -149,7 +149,7 @@ def _diagrams(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBod
 
 
 def _readings(values: FloatArray) -> list[str]:
-    """Values with the decimals that give the largest four digits."""
+    """Values as texts, with as many decimals as give the largest one four digits."""
     largest = float(np.abs(values).max())
     decimals = max(0, 3 - floor(log10(largest))) if largest else 0
     return [f"{round(float(value), decimals) + 0.0:.{decimals}f}".replace("-", "−") for value in values]

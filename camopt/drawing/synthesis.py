@@ -53,7 +53,7 @@ def _picture_of(scene: Scene) -> Picture:
 
 
 def _own(known: KnownLaws) -> str:
-    """What becomes of the scene's own law, and whether any known law holds the limits."""
+    """A note on the scene's own law, and on whether any known law meets the limits."""
     body = known.scene.mechanism.body
     words = [] if known.best is not None else ["no known law meets all limits"]
     if known.own is None:

@@ -29,7 +29,7 @@ WALL_SHARE = 0.1  # of what is asked for: how near walls come, so that they meet
 
 
 def grooved_body(work: Workpiece, chord: float) -> tuple[Shape, float]:
-    """The cam without its bore, and how far at most its walls are off the true ones where they are compared, mm.
+    """The cam without its bore, and the largest distance of its walls from the true ones where compared, mm.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A table for an electronic cam: a drive that follows the motion of the follower without a cam.
+"""A table for an electronic cam: a drive that makes the follower's motion without a cam.
 
 Lines of a plain text: the angle of the master, and the position of the slave with its first two derivatives by that
 angle, which an interpolation of fifth degree needs. What starts with # is a comment.

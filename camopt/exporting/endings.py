@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 
 class Ending(NamedTuple):
-    """What writes files of an ending: a module with a function ``write``, and the extra that it needs.
+    """The writer of files with an ending: a module with a function ``write``, and the extra that it needs.
 
     ``of_cam`` is whether there is a cam in the file, which must be one that can be made.
     """

@@ -71,7 +71,7 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
 
 
 def _notes(scene: Scene) -> Iterator[str]:
-    """What the cam breaks of the scene's limits."""
+    """Notes on the limits of the scene that the cam exceeds."""
     row = evaluate(scene)
     if not row["feasible"]:
         yield f"the cam is not proved to meet the limits of the scene: {row['violated'] or row['status']}"
@@ -92,7 +92,7 @@ def writer(suffix: str) -> Callable[..., Export]:
 
 
 def _unknown(suffix: str, write: Callable[..., Export], settings: Mapping[str, Any]) -> list[Mistake]:
-    """A mistake for each setting that files of an ending have not."""
+    """A mistake for each setting that files with an ending do not have."""
     known = [name for name in signature(write).parameters if name not in ("work", "path")]
     taken = ", ".join(name.replace("_", " ") for name in known)
     why = f"has no meaning in a {suffix} file" + (f"; that takes: {taken}" if known else "")

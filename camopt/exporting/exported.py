@@ -1,4 +1,4 @@
-"""What is told of a file that has been written."""
+"""The report on a file that has been written."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from camopt.tables.layout import Table
 
 @dataclass(frozen=True)
 class Export:
-    """What has been written.
+    """A file that has been written.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Export:
 
 
 class CurveInFile(NamedTuple):
-    """A curve of the cam in a file: of how many elements it is, of what kind, and how far off at most, mm."""
+    """A curve of the cam in a file: the number and kind of its elements, and its largest deviation, mm."""
 
     elements: int
     what: str
@@ -66,5 +66,5 @@ class CurveInFile(NamedTuple):
 
 
 def told(paths: Mapping[str, Followed]) -> dict[str, CurveInFile]:
-    """What is told of paths by name."""
+    """The reports on paths, by name."""
     return {name: CurveInFile(len(each.path), each.path.what, each.deviation) for name, each in paths.items()}

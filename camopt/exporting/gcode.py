@@ -122,7 +122,7 @@ def _plain(text: str) -> str:
 
 
 def _rounded(curve: CamCurve, chord: float) -> Followed:
-    """The path with the digits of the program, and its deviation, what the centres' digits add included."""
+    """The path rounded to the digits of the program, and its deviation with the rounding of centres included."""
     found = follow(curve, "arcs", chord - DIGIT_SHARE).path
     assert isinstance(found, ArcPath)
     path = _from_dwell(found, curve)
@@ -163,7 +163,7 @@ def _cut(path: ArcPath, lead: float, depth: float | None, feed: float) -> Iterat
 
 
 def _arc(start: complex, end: complex, bulge: float) -> str:
-    """One move from where the machine stands; the centre of an arc is counted from its start."""
+    """One move of the machine; the centre of an arc is relative to its start."""
     if not bulge:
         return f"G1 {_xy(end)}"
     centre = (end - start) * (0.5 + 0.25j * (1.0 / bulge - bulge))

@@ -52,7 +52,7 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
 
 
 def _turned(curve: CamCurve, span: SmoothPart, angles: FloatArray) -> FloatArray:
-    """By how much the direction of the curve's points is ahead of the cam angle, rad, from −π to π."""
+    """Direction of the curve's points minus the cam angle, rad, from −π to π."""
     points = curve.points(span, angles) / 1j * np.exp(1j * curve.sense * angles)
     return np.asarray(-curve.sense * np.angle(points))
 

@@ -125,7 +125,7 @@ def carved(work: Workpiece) -> Groove:
 
 
 def undercut_at(groove: Groove) -> float | None:
-    """The outermost of some radii (mm) at which a wall runs back as the cam turns, at the angles looked at."""
+    """The outermost of given radii (mm) at which a wall runs back as the cam turns, at the angles checked."""
     found = [
         radius
         for sector in groove.sectors()
@@ -137,7 +137,7 @@ def undercut_at(groove: Groove) -> float | None:
 
 
 def _runs_back(groove: Groove, sector: Sector, side: float) -> BoolArray:
-    """Whether a wall somewhere moves against the roller, or is not there, at each radius."""
+    """Whether at each radius a wall runs back somewhere, or does not exist."""
     angles = np.linspace(sector.start, sector.end, WALL_SAMPLES)
     wall = groove.wall(sector.span, angles, groove.radii, side)
     moved = groove.radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
@@ -169,7 +169,7 @@ class Skin(NamedTuple):
 
 
 def sectioned(groove: Groove, aim: float) -> Groove:
-    """The groove with as many sections as it takes that surfaces are within half of ``aim`` mm between them."""
+    """The groove with as many sections as its surfaces need to be within half of ``aim`` mm between them."""
     for count in range(SECTIONS, MOST_SECTIONS):
         found = replace(groove, sections=count)
         if all(
@@ -182,7 +182,7 @@ def sectioned(groove: Groove, aim: float) -> Groove:
 
 
 def skin(groove: Groove, sector: Sector, side: float, aim: float) -> Skin:
-    """The surface of a wall over a sector, through as many points as it takes to be within ``aim`` mm."""
+    """The surface of a wall over a sector, through as many points as it needs to be within ``aim`` mm."""
     count = FIRST_POINTS
     while True:
         found = _through(groove, sector, side, count)

@@ -20,7 +20,7 @@ VISIBLE, THIN_LINE, CHAIN_LINE, DASHED = "visible", "thin", "chain", "dashed"
 
 @dataclass(frozen=True)
 class Layer:
-    """What is drawn in one kind of line: paths, circles about the cam's centre (radii), and straight lines."""
+    """Everything in one kind of line: paths, circles about the cam's centre (radii), and straight lines."""
 
     name: str
     line: str
@@ -65,7 +65,7 @@ def _line(curve: str) -> str:
 
 
 def _corners(path: ArcPath | CubicPath) -> np.ndarray:
-    """Points that a path is within: control points, or vertices and the corners of the rectangles of bulges."""
+    """Points whose hull holds a path: control points, or vertices and corners round the bulges."""
     if isinstance(path, CubicPath):
         return path.controls.ravel()
     inner = path.vertices[:-1] + path.chords * np.array([[0.0], [1.0]]) - 0.5j * path.bulges * path.chords
@@ -73,7 +73,7 @@ def _corners(path: ArcPath | CubicPath) -> np.ndarray:
 
 
 def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
-    """Of a disc cam."""
+    """Circles and centre marks of a disc cam."""
     part, design = work.part, work.problem.design
     base, prime = float(design.size[0]), float(design.prime_radius[0])
     hub = (part.hub_diameter or 0.0) / 2

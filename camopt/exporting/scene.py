@@ -1,4 +1,4 @@
-"""The scene itself, so that there is always a way back."""
+"""The scene itself as TOML: the source of every other file."""
 
 from pathlib import Path
 

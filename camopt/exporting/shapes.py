@@ -1,4 +1,4 @@
-"""Solids of the boundary representation of Open CASCADE: edges, faces, extrusions, and what is read off them.
+"""Solids in the boundary representation of Open CASCADE: edges, faces, extrusions and measurements.
 
 Lengths are mm. Open CASCADE takes points that are nearer than 1e-7 mm for one.
 """
@@ -153,7 +153,7 @@ def arc_edge(centre: Shape, radius: float, sense: float, first: Shape, last: Sha
 
 
 def face(surface: Shape, edges: Iterable[Shape], backwards: bool = False) -> Shape:
-    """The part of a surface inside of edges that follow each other round it, anticlockwise or ``backwards``."""
+    """The part of a surface within a closed chain of edges, anticlockwise or ``backwards``."""
     made = TopoDS_Face()
     builder = BRep_Builder()
     builder.MakeFace(made, surface, TOUCHING_MM)

@@ -1,4 +1,4 @@
-"""The cam as a solid, in its own frame: x and y as of the profile, z towards whoever sees the cam turn.
+"""The cam as a solid in its own frame: x and y as in the profile, z towards the viewer of the front view.
 
 A disc cam is a plate from z = 0 to its thickness, with a hub on the far side of that; bore and keyway go through
 both. Its profile is followed by true arcs, by B-splines or by lines, within a deviation that is proved. For a
@@ -30,7 +30,7 @@ CAD_ERRORS = (Standard_ConstructionError, Standard_Failure, StdFail_NotDone)
 
 
 class CadSolid(NamedTuple):
-    """A solid of Open CASCADE, and what is told of it."""
+    """A solid of Open CASCADE, with the report on it."""
 
     shape: Shape
     curves: Mapping[str, CurveInFile]

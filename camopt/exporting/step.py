@@ -41,7 +41,7 @@ def write(work: Workpiece, path: Path, chord: float = CHORD, curves: str = "arcs
 
 
 def _name(writer: STEPControl_Writer, name: str, number: str, author: str) -> None:
-    """Name the product, and say in the header what it is of."""
+    """Name the product, and describe it in the header."""
     model = writer.Model()
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(text(name))
@@ -57,7 +57,7 @@ def _name(writer: STEPControl_Writer, name: str, number: str, author: str) -> No
 
 
 def text(words: str) -> TCollection_HAsciiString:
-    """Words in the characters of ISO 10303-21, which has others as their numbers in Unicode."""
+    """A text in the characters of ISO 10303-21; others are written as their Unicode numbers."""
     return TCollection_HAsciiString("".join(_character(c) for c in words))
 
 
@@ -69,7 +69,7 @@ def _character(c: str) -> str:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep Open CASCADE from telling standard output what it does."""
+    """Keep Open CASCADE from writing to standard output."""
     messenger = Message.DefaultMessenger_s()
     printers = list(messenger.Printers())
     for printer in printers:

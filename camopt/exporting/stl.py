@@ -49,7 +49,7 @@ def write(work: Workpiece, path: Path, chord: float = CHORD) -> Export:
 
 
 def _rounded(problem: Problem) -> float:
-    """About how far the file's digits move points of a profile, mm."""
+    """Estimate of how far single precision moves points of a profile, mm."""
     curve = next(iter(curves_of(problem).values()))
     return FLOAT32_ERROR * float(np.abs(curve.at(np.linspace(0.0, 2.0 * np.pi, SIZE_ANGLES), curve.points)).max())
 
@@ -60,7 +60,7 @@ def read_triangles(path: Path) -> FloatArray:
 
 
 def is_watertight(triangles: FloatArray) -> bool:
-    """Whether each edge of a triangle is one of its neighbour, in the opposite direction, and no other's."""
+    """Whether each edge of a triangle belongs to exactly one other triangle, in the opposite direction."""
     _, corners = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     corners = corners.reshape(-1, 3)
     edges = np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)])
@@ -69,6 +69,6 @@ def is_watertight(triangles: FloatArray) -> bool:
 
 
 def volume(triangles: FloatArray) -> float:
-    """What closed triangles enclose, mm³, by the divergence theorem."""
+    """Volume within closed triangles, mm³, by the divergence theorem."""
     a, b, c = triangles.swapaxes(0, 1)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)

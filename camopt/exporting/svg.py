@@ -79,7 +79,7 @@ def _cubics(path: CubicPath) -> str:
 
 
 def _number(value: float) -> str:
-    """In mm, every digit that counts: a picometre is far below any chord."""
+    """A number in mm with picometre digits, far below any chord."""
     return f"{value:.9f}".rstrip("0").rstrip(".")
 
 

@@ -1,4 +1,4 @@
-"""What files for machines are made of: a cam as a scene gives it, and the problem that the scene poses."""
+"""The source of files for machines: the cam of a scene, and the scene's problem."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,5 +17,5 @@ class Workpiece:
 
     @cached_property
     def part(self) -> Part:
-        """The part, with what ``[part]`` leaves to other tables: bore, material, density, name."""
+        """The part, completed from other tables of the scene: bore, material, density, name."""
         return self.scene.whole_part

@@ -1,4 +1,4 @@
-"""The loads of a design at given cam angles: of the effects that its scene calls for, and no others."""
+"""The loads of a design at given cam angles, of the effects that its scene calls for."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -139,7 +139,7 @@ def _degrees(
     step: float | None,
     chord: float | None,
 ) -> FloatArray:
-    """The cam angles of the points: those given, in even steps, or as close as the chord needs them."""
+    """The cam angles of the points: given ones, even steps, or steps as small as the chord needs."""
     given = {"angles": angles, "step": step, "chord": chord}
     if len(names := [name for name, value in given.items() if value is not None]) > 1:
         why = f"give one of {', '.join(names)}, not several"

@@ -1,4 +1,4 @@
-"""Cam angles for the points of a cam: in even steps, or as close as a chord needs them."""
+"""Cam angles for the points of a cam: in even steps, or in steps as small as a chord needs."""
 
 from collections.abc import Callable
 from math import floor, isfinite
@@ -37,7 +37,7 @@ def in_steps(step: float) -> FloatArray:
 
 
 def within_chord(chord: float, starts: FloatArray, curves: Curves) -> FloatArray:
-    """Cam angles (deg) from 0 to 360 so close that straight lines leave no curve by more than ``chord`` mm.
+    """Cam angles (deg) from 0 to 360 in steps so small that chords deviate from no curve by more than ``chord`` mm.
 
     Arcs are halved until the curve is so near their chord at seven places between the ends. ``starts`` are angles
     at which the motion changes; they are among those found.
@@ -65,7 +65,7 @@ def within_chord(chord: float, starts: FloatArray, curves: Curves) -> FloatArray
 
 
 def _sagitta(ends: FloatArray, curves: Curves) -> FloatArray:
-    """How far the curves leave the chords of some arcs, mm: (2, arcs) to (arcs,)."""
+    """Largest distance of the curves from the chords of arcs, mm: (2, arcs) to (arcs,)."""
     low, high = ends
     angles = low + (high - low) * np.concatenate([[0.0], WITHIN, [1.0]])[:, None]
     furthest = np.zeros(low.size)

@@ -1,4 +1,4 @@
-"""What is said outside of the ring of the front view, each where it is free."""
+"""Callouts outside the ring of the front view, each at a free place."""
 
 from collections.abc import Callable, Iterable
 from math import cos, pi, sin
@@ -52,7 +52,7 @@ def with_callouts(view: FrontView) -> Marks:
 
 
 def _directions(view: FrontView, callout: Callout) -> FloatArray:
-    """Where a callout may be: one with a leader to the part is well away from other lines along radii."""
+    """The directions a callout may take; with a leader, only those well away from other radial lines."""
     if callout is _rotation:
         return EVERY_DEGREE
     lines = np.array([np.angle(view.lowest), np.angle(view.highest), *view.rays])
@@ -60,7 +60,7 @@ def _directions(view: FrontView, callout: Callout) -> FloatArray:
 
 
 def first_free(tried: Iterable[Marks], taken: Marks) -> Marks:
-    """The first that meets nothing that is there; the last, if all do."""
+    """The first of several marks that overlaps nothing; the last, if all overlap."""
     made: Marks = []
     there = Taken(taken)
     for made in tried:
@@ -70,7 +70,7 @@ def first_free(tried: Iterable[Marks], taken: Marks) -> Marks:
 
 
 def _keyway(view: FrontView, taken: Marks) -> Marks:
-    """The width of the keyway, past the cam; on the other side, or further out, where that is free."""
+    """The width of the keyway, dimensioned outside the cam at the first free place."""
     part, turn = view.part, keyway_turn(view.part)
     if not part.keyway_width:
         return []
@@ -90,7 +90,7 @@ def _keyway(view: FrontView, taken: Marks) -> Marks:
 
 
 def _zero(view: FrontView, taken: Marks) -> Marks:
-    """The timing mark, and where the ring begins."""
+    """The timing mark, and the start of the ring."""
     ray = np.exp(1j * view.start)
     text = f"{TIMING} 0°" if _begins_at_mark(view) else "0°"
     place = 0.5 - 0.5 * float(np.clip(4.0 * ray.real, -1.0, 1.0))
@@ -117,7 +117,7 @@ def _begins_at_mark(view: FrontView) -> bool:
 
 
 def _timing(view: FrontView, turn: float) -> Marks:
-    """A leader to the timing mark, where the ring does not begin there."""
+    """A leader to the timing mark, if the ring does not begin there."""
     if _begins_at_mark(view):
         return []
     tip, knee = 1j * (view.nearest(UP) - MARK_LENGTH / 2), (view.ring + OUTSIDE + 2.0) * np.exp(1j * turn)
@@ -127,7 +127,7 @@ def _timing(view: FrontView, turn: float) -> Marks:
 
 
 def _cutting_plane(view: FrontView, taken: Marks) -> Marks:
-    """Where the section is, through the keyway: seen along the arrows."""
+    """The cutting plane of the section through the keyway, with arrows in the direction of view."""
     turn, found = keyway_turn(view.part), []
     if not view.part.thickness or is_upright(view.part):
         return []
@@ -169,7 +169,7 @@ def _surface(view: FrontView, turn: float) -> Marks:
 
 
 def _bore(view: FrontView, turn: float) -> Marks:
-    """The bore's diameter, where no section shows it."""
+    """The diameter of the bore, if no section shows it."""
     part = view.part
     if not part.bore or part.thickness:
         return []

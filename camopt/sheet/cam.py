@@ -1,4 +1,4 @@
-"""What a sheet is about: a problem's own design, its part, and its curves as lines that provably follow them."""
+"""The subject of a sheet: a problem's own design, its part, and its curves as polylines of proved deviation."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ POINT_STEP = 0.005  # of the cam's size: from one point that is drawn to the nex
 
 
 class Polyline(NamedTuple):
-    """A curve as straight lines from point to point, and how far off they are at most, mm."""
+    """A curve as straight lines from point to point, and their largest deviation, mm."""
 
     points: ComplexArray
     deviation: float
@@ -52,7 +52,7 @@ def flattened(found: Followed, step: float) -> Polyline:
 
 
 def _named(stroke: Stroke, stretches: Iterable[tuple[str, float, float]]) -> str:
-    """What a segment is called: a move by the way it goes, where it goes one way alone."""
+    """The name of a segment: rise or return for a move that goes one way only."""
     if not stroke.is_move:
         return STROKE_NAMES[stroke.kind]
     if not stroke.is_free:
@@ -105,24 +105,24 @@ class TrueCam:
 
     @cached_property
     def trace(self) -> ComplexArray:
-        """The points of the pitch curve, also where no roller's centre runs along it and it is not drawn."""
+        """The points of the pitch curve, even if it is not drawn because no roller's centre follows it."""
         drawn = self.curves.get("pitch")
         return (drawn or self._followed(curves_of(self.problem)["pitch"])).points
 
     def curve(self, name: str) -> ComplexArray:
-        """The points of a curve; none of a curve that is not drawn."""
+        """The points of a curve; empty for a curve that is not drawn."""
         return self.curves[name].points if name in self.curves else np.zeros(0, dtype=complex)
 
     @cached_property
     def segments(self) -> list[tuple[str, float, float]]:
-        """What the follower does, and between which cam angles, rad: the segments of the scene, if it has any."""
+        """The follower's motions and their cam angles, rad: the segments of the scene, if it has any."""
         found = [(STROKE_NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
         if self.problem.segments:
             found = [(_named(each, found), each.start, each.end) for each in self.problem.programme.strokes]
         return [(f"{name} {decimal(degrees(end - begin), 2)}°", begin, end) for name, begin, end in found]
 
     def quantity(self, name: str) -> float | None:
-        """One quantity; None where the scene does not give what it needs."""
+        """One quantity; None if the scene lacks a value that it needs."""
         setup = self.problem.setup
         if name not in offered(setup):
             return None

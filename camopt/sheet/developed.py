@@ -43,7 +43,7 @@ VIEW_GAP = 12.0  # mm: one view from the next
 
 
 def groove_and_body(cam: TrueCam, scale: float) -> tuple[Marks, Marks]:
-    """The groove; section and hole side by side, as far as the scene gives their sizes."""
+    """The groove; section and hole side by side, if the scene gives their sizes."""
     view = DevelopedView(cam, scale)
     body = view.section() if view.is_cut else []
     hole = view.hole() if view.part.bore else []
@@ -82,7 +82,7 @@ class DevelopedView:
 
     @cached_property
     def ends(self) -> tuple[float, float]:
-        """From where to where the cylinder is, along its axis."""
+        """The ends of the cylinder along its axis."""
         low, high = float(self.pitch.imag.min()), float(self.pitch.imag.max())
         half = (high - low) / 2 + self.radius
         length = (self.part.thickness or 0.0) * self.scale / 2 or (1.0 + 2 * BESIDE_GROOVE) * half
@@ -104,7 +104,7 @@ class DevelopedView:
         return [*marks, *self._lengths(), *self._sense()]
 
     def _stroke(self, name: str, begin: float, end: float) -> Marks:
-        """What the follower does over cam angles (rad), above the cylinder."""
+        """The follower's motion over cam angles (rad), written above the cylinder."""
         x, to, foot = begin * self.mean, end * self.mean, self.ends[1] + FIRST_LEVEL + 2.0
         height = next((h for h in (LARGE, MEDIUM) if width_of(name, h) + 2.0 <= to - x), None)
         if height is None:
@@ -115,7 +115,7 @@ class DevelopedView:
         return [line(*ends), *heads, Words(complex((x + to) / 2, foot + OVER_LINE), name, height, 0.5)]
 
     def _flanks(self) -> Iterator[Line]:
-        """Both sides of what the roller sweeps; of the turns beside as well, where they reach into this one."""
+        """Both flanks of the groove, with those of the turns before and after if they reach into this one."""
         from shapely import LineString, box
 
         bottom, top = self.ends
@@ -145,7 +145,7 @@ class DevelopedView:
         return distance(start - 1j * self.radius, start + 1j * self.radius, 1j, FIRST_LEVEL, text)
 
     def _sense(self) -> Marks:
-        """Which way the surface moves, and the rest of what is said of it, below."""
+        """The direction of motion of the surface and other texts, below it."""
         bottom, _ = self.ends
         y = bottom - FIRST_LEVEL - 8.0
         tip = complex(self.around * 0.02, y)
@@ -215,7 +215,7 @@ class DevelopedView:
         return marks
 
     def _crossings(self) -> tuple[float, float]:
-        """Where the groove is along the axis, at the direction of the keyway and opposite to it."""
+        """The axial places of the groove at the direction of the keyway and opposite to it."""
         problem = self.cam.problem
         first = problem.design.sense * (pi / 2 - keyway_turn(self.part))
         angles = np.mod(np.array([first, first + pi]), 2 * pi)
@@ -224,7 +224,7 @@ class DevelopedView:
         return float(above), float(below)
 
     def _solid(self) -> Any:
-        """What is cut, as a shape of shapely."""
+        """The cut material, as a shape of shapely."""
         from shapely import box, union_all
 
         length = (self.part.thickness or 0.0) * self.scale

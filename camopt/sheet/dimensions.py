@@ -20,7 +20,7 @@ def arrow(tip: complex, direction: complex, length: float = ARROW, half: float =
 
 
 def distance(first: complex, last: complex, along: complex, level: float, value: str, datum: str = "") -> Marks:
-    """The distance of two points along a direction (of length 1), on a line at a level left of the first of them.
+    """Dimension of the distance of two points along a unit vector, on a line at a level to the left of the first.
 
     Arrows stand outside where the line is short, and the value past the second of them where it is wider. The
     middle between the points may be a datum: its letter stands before the first arrow, or in place of one outside.
@@ -69,7 +69,7 @@ def datum_at(point: complex, direction: complex, stem: float, letter: str) -> Ma
 
 
 def inwards(point: complex, direction: complex, length: float, value: str, height: float = LARGE) -> Marks:
-    """A radius, from outside: an arrow to a point of an arc, on a line of a length, with its value."""
+    """Dimension of a radius from outside: an arrow to a point of an arc, on a line of a length, with its value."""
     tail = point + length * direction
     turn = upright(float(np.angle(direction)))
     middle = point + (length + ARROW) / 2 * direction
@@ -78,7 +78,7 @@ def inwards(point: complex, direction: complex, length: float, value: str, heigh
 
 
 def outwards(start: complex, point: complex, clear: float, value: str, height: float = LARGE) -> Marks:
-    """A radius, from the centre: an arrow to a point of an arc; the value past the first mm that are not clear."""
+    """Dimension of a radius from the centre: an arrow to the arc, its value past the part that is not clear."""
     direction = (point - start) / abs(point - start)
     turn = upright(float(np.angle(direction)))
     middle = start + (clear + abs(point - start) - ARROW) / 2 * direction
@@ -87,7 +87,7 @@ def outwards(start: complex, point: complex, clear: float, value: str, height: f
 
 
 def angular(radius: float, start: float, end: float, centre: complex = 0.0) -> Marks:
-    """The line of an angle between two directions (rad), with arrows, or dots where there is no room for them."""
+    """Dimension line of an angle between two directions (rad), with arrows, or dots if there is no room."""
     marks: Marks = [Line(arc_points(radius, start, end, centre))]
     sense = np.sign(end - start)
     lean = sense * ARROW / (2 * radius)  # the chord of an arrow is on the arc

@@ -71,7 +71,7 @@ class FrontView:
 
     @cached_property
     def segments(self) -> list[RingSector]:
-        """What the follower does, and between which directions of the ring (rad)."""
+        """The follower's motions and their directions on the ring (rad)."""
         return [
             (name, self.start - self.cam.sense * begin, self.start - self.cam.sense * end)
             for name, begin, end in self.cam.segments
@@ -84,7 +84,7 @@ class FrontView:
 
     @cached_property
     def highest(self) -> complex:
-        """A point of the profile that is furthest from the axis, as far from other lines as can be."""
+        """A point of the profile furthest from the axis; of several, the one furthest from other lines."""
         sizes = np.abs(self.outline)
         return self._freest(self.outline[sizes >= sizes.max() * (1 - SAME_RADIUS)])
 
@@ -111,7 +111,7 @@ class FrontView:
 
     @cached_property
     def inner(self) -> float:
-        """The radius of what is drawn about the axis: hub, or bore and keyway."""
+        """The largest radius drawn about the axis: hub, or bore and keyway."""
         return max((self.part.hub_diameter or 0.0) / 2, self.part.bore_reach) * self.scale
 
     @cached_property
@@ -124,11 +124,11 @@ class FrontView:
 
     @property
     def _high_within(self) -> bool:
-        """Whether the value of the largest radius is inside the profile."""
+        """Whether the value of the largest radius is written inside the profile."""
         return abs(self.highest) - self.inner >= width_of(self.values[1], LARGE) + 8.0
 
     def radius_at(self, turn: float, half: float = 0.0) -> float:
-        """The largest radius of hub, profile and pitch curve in a direction (rad), or so near to it."""
+        """The largest radius of hub, profile and pitch curve within an angle of a direction (rad)."""
         found = self.inner
         for curve in (self.outline, self.pitch):
             near = angle_between(np.angle(curve), turn) <= max(half, 0.02)
@@ -165,7 +165,7 @@ class FrontView:
         return marks
 
     def _rays(self) -> Iterator[Line]:
-        """From the cam to the ring, where segments meet."""
+        """Lines from the cam to the ring where segments meet."""
         for turn in self.rays:
             ray = np.exp(1j * turn)
             yield line((self.radius_at(turn) + 1.5) * ray, (self.ring + 2.0) * ray)
@@ -181,7 +181,7 @@ class FrontView:
         return [*marks, *inwards(self.highest, away, self.ring - abs(self.highest) - 3.0, high)]
 
     def _base_radius(self, value: str) -> Marks:
-        """At the profile where it is on the base circle for a while, or else at the base circle itself."""
+        """The base radius, dimensioned at a dwell on the base circle, or else at the base circle."""
         away = self.lowest / abs(self.lowest)
         sizes = np.abs(self.outline)
         turns = np.angle(self.outline[sizes <= sizes.min() * (1 + SAME_RADIUS)] / away)
@@ -198,5 +198,5 @@ def angle_between(turn: Any, other: Any) -> FloatArray:
 
 
 def is_upright(part: Part) -> bool:
-    """Whether the section through the keyway is that along the vertical centre line."""
+    """Whether the section through the keyway is along the vertical centre line."""
     return abs(cos(keyway_turn(part))) < SAME_RADIUS

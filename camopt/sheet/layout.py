@@ -1,4 +1,4 @@
-"""Where things are on a sheet: views, table, notes and title block, if they fit on it at a scale."""
+"""Layout of a sheet: places of views, table, notes and title block, if they fit at a scale."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ Placed = Iterator[tuple[Box, Marks]]
 
 
 class Arrangement(NamedTuple):
-    """A paper, the step of its table (deg), the blocks that the rows are in, and how all is placed."""
+    """A layout to try: paper, step of the table (deg), number of its blocks, and the function that places all."""
 
     paper: Paper
     step: float
@@ -35,7 +35,7 @@ class Arrangement(NamedTuple):
 
 @dataclass(frozen=True)
 class Desk:
-    """What goes on a sheet, but for the views."""
+    """The contents of a sheet apart from the views."""
 
     cam: TrueCam
     form: Arrangement
@@ -54,7 +54,7 @@ class Desk:
 
     @property
     def beside(self) -> float:
-        """The width that the title block leaves."""
+        """The width left beside the title block."""
         return self.inner.high.real + FROM_FRAME - BLOCK_WIDTH - VIEWS_APART - self.inner.low.real
 
     @cached_property
@@ -74,7 +74,7 @@ class Desk:
 
 @dataclass(frozen=True)
 class Views:
-    """How a cam is seen, at a scale."""
+    """The views of a cam at a scale."""
 
     cam: TrueCam
     scale: float
@@ -140,7 +140,7 @@ def cylindrical(desk: Desk, views: Views) -> Placed:
 
 
 def together(placed: Placed) -> Marks:
-    """Things in their rooms, from the third on in the middle of theirs; nothing if one is larger than its room.
+    """Marks placed in their rooms, from the third on centred; nothing if one is larger than its room.
 
     What comes after that one is not made.
     """
@@ -162,7 +162,7 @@ def _within(box: Box, room: Box) -> bool:
 
 
 def forms(body: Body) -> Iterator[Arrangement]:
-    """What is tried at each scale, the best first."""
+    """The layouts to try at each scale, the best first."""
     if body.developed:
         yield from (
             Arrangement(A3, 5.0, 4, cylindrical),

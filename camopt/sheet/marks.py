@@ -1,4 +1,4 @@
-"""What a sheet is made of: lines and words, in mm on the paper, as points x + iy.
+"""The marks of a sheet: lines and words, in mm on the paper, as points x + iy.
 
 Line types and widths are those of ISO 128-2 in the group 0.5, lettering has the heights of ISO 3098.
 """
@@ -61,7 +61,7 @@ class Words(NamedTuple):
 
     @property
     def corners(self) -> ComplexArray:
-        """Of the box of the text, from the foot of a g to the top of a capital."""
+        """Corners of the text's box, from the foot of a g to the top of a capital."""
         wide = width_of(self.text, self.height)
         x = np.array([0.0, wide, wide, 0.0]) - self.place * wide
         y = self.height * np.array([-0.33, -0.33, 1.05, 1.05])
@@ -85,7 +85,7 @@ class Box(NamedTuple):
 
 @cache
 def width_of(text: str, height: float) -> float:
-    """Of a line of text, mm."""
+    """Width of a line of text, mm."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
@@ -109,7 +109,7 @@ def rectangle(low: complex, high: complex, pen: Pen = THIN) -> Line:
 
 
 def arc_points(radius: float, start: float = 0.0, end: float = 2 * np.pi, centre: complex = 0.0) -> ComplexArray:
-    """Points of an arc between two directions (rad), from which lines between them leave it by 10⁻⁵ of it."""
+    """Points of an arc between two directions (rad), so close that chords deviate by 10⁻⁵ of the radius."""
     count = max(2, int(np.ceil(abs(end - start) / np.radians(0.5))) + 1)
     return np.asarray(centre + radius * np.exp(1j * np.linspace(start, end, count)))
 
@@ -119,7 +119,7 @@ def circle(radius: float, pen: Pen = THIN, centre: complex = 0.0) -> Line:
 
 
 def upright(turn: float) -> float:
-    """A direction of text (rad), or its opposite: what is read from below or from the right."""
+    """A direction of text (rad), or its opposite: the one readable from below or from the right."""
     turn = (turn + np.pi) % (2 * np.pi) - np.pi
     return turn if -np.pi / 2 + 1e-6 < turn <= np.pi / 2 + 1e-6 else turn - np.copysign(np.pi, turn)
 
@@ -139,7 +139,7 @@ def moved(marks: Iterable[Mark], by: complex) -> Marks:
 
 
 class Taken:
-    """What is on the paper already, to be asked again and again whether something meets it."""
+    """The marks on the paper so far, prepared for many tests of overlap."""
 
     def __init__(self, marks: Marks) -> None:
         from shapely import STRtree
@@ -148,7 +148,7 @@ class Taken:
         self._lines = STRtree([_shape(mark) for mark in marks if isinstance(mark, Line)])
 
     def meets(self, made: Marks) -> bool:
-        """Whether lines or words meet words that are there already, or words meet lines."""
+        """Whether marks overlap: lines or words with earlier words, or words with earlier lines."""
         shapes = [_shape(mark) for mark in made]
         return any(self._words.query(shape, predicate="intersects").size for shape in shapes) or any(
             self._lines.query(shape, predicate="intersects").size
@@ -158,7 +158,7 @@ class Taken:
 
 
 def _shape(mark: Mark) -> "LineString | Polygon":
-    """A line, or the box of words with some room round it, for shapely."""
+    """A line, or the padded box of words, for shapely."""
     from shapely import LineString, Polygon
 
     if isinstance(mark, Words):
@@ -167,7 +167,7 @@ def _shape(mark: Mark) -> "LineString | Polygon":
 
 
 def decimal(value: float, digits: int = 3) -> str:
-    """A number with at most so many decimals, and a real minus sign."""
+    """A number with at most ``digits`` decimals and a real minus sign."""
     text = f"{value:.{digits}f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
     return ("0" if text == "-0" else text).replace("-", "−")
@@ -200,7 +200,7 @@ def wrapped(text: str, width: float, height: float) -> list[str]:
 
 
 def cut_lines(lines: list[str], count: int, width: float, height: float) -> list[str]:
-    """The first of some lines; the last of them ends in … where more follow."""
+    """The first lines of a text; the last ends in … if more follow."""
     if len(lines) <= count:
         return lines
     last = lines[count - 1]
@@ -208,7 +208,7 @@ def cut_lines(lines: list[str], count: int, width: float, height: float) -> list
 
 
 def longest(text: str, width: float, height: float, end: str = "") -> int:
-    """How many of the first letters of a text, with an end, are within a width (mm)."""
+    """How many letters of a text fit in a width (mm) together with an ending."""
     return bisect_right(range(len(text)), width, key=lambda k: width_of(f"{text[: k + 1]}{end}", height))
 
 

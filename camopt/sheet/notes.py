@@ -1,4 +1,4 @@
-"""The notes of a drawing: what the cam is for, how it turns, what the table lists, and what was computed."""
+"""The notes of a drawing: purpose, sense of rotation, contents of the table, and computed results."""
 
 from collections.abc import Iterable, Iterator
 from math import degrees, isfinite, pi
@@ -32,7 +32,7 @@ def notes(texts: Iterable[str], width: float) -> Marks:
 
 
 def texts_of(cam: TrueCam) -> Iterator[str]:
-    """What is noted of a cam."""
+    """The texts of the notes on a cam."""
     yield "Dimensions in mm. Projection method 1."
     yield f"For {_follower(cam)}."
     yield from _turning(cam)
@@ -82,7 +82,7 @@ def _trace_point(cam: TrueCam) -> str:
 
 
 def _keyway(cam: TrueCam) -> Iterator[str]:
-    """Where the keyway is, if not at the timing mark; and what no view shows of it."""
+    """The angle of the keyway, if not at the timing mark; and its sizes that no view shows."""
     part = cam.part
     if not part.keyway_width:
         return

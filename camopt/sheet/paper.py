@@ -65,7 +65,7 @@ class Paper:
 
 
 def _steps(low: float, high: float) -> list[float]:
-    """Where zones meet, from the middle."""
+    """The borders of zones, from the middle outwards."""
     first, last = int(low / ZONE), int(high / ZONE)
     return [k * ZONE for k in range(first, last + 1) if low + 1.0 < k * ZONE < high - 1.0]
 

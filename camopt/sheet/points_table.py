@@ -23,7 +23,7 @@ BLOCKS_APART = 4.0  # mm: one block of rows from the next
 
 @dataclass(frozen=True)
 class Printed:
-    """What is said over a column, in three lines, and its numbers."""
+    """A column of the table: three lines of heading, and its numbers."""
 
     head: tuple[str, str, str]
     cells: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""The ring of angles round the front view: what the follower does while the cam turns by how much."""
+"""The ring of angles round the front view: the follower's motions and the cam angles they take."""
 
 from math import cos, pi
 
@@ -62,7 +62,7 @@ def unrolled(named: list[tuple[float, str]]) -> tuple[list[str], FloatArray]:
 
 
 def spread_apart(wanted: FloatArray, apart: float) -> FloatArray:
-    """Directions (rising) at least so far apart, as near to those wanted as that allows.
+    """Rising directions at least ``apart`` from each other, as near to the wanted ones as possible.
 
     Those that would be too near to each other share the mean of what they want (pool adjacent violators).
     """

@@ -45,7 +45,7 @@ def section(outline: ComplexArray, part: Part, scale: float) -> Marks:
 
 
 def _crossing(outline: ComplexArray) -> list[Gap]:
-    """From where to where the vertical through the axis is inside an outline, mm."""
+    """The interval of the vertical through the axis that is inside an outline, mm."""
     from shapely import LineString, Polygon, make_valid
 
     if not outline.size:
@@ -58,7 +58,7 @@ def _crossing(outline: ComplexArray) -> list[Gap]:
 
 
 def _solid(cut: list[Gap], gap: list[Gap], hub: float, plate: float, whole: float) -> Any:
-    """What is cut, as a shape of shapely."""
+    """The cut material, as a shape of shapely."""
     from shapely import box, union_all
 
     bodies = [box(0.0, low, plate, high) for low, high in cut]
@@ -67,7 +67,7 @@ def _solid(cut: list[Gap], gap: list[Gap], hub: float, plate: float, whole: floa
 
 
 def outlines(solid: Any) -> Iterator[Line]:
-    """Of what is cut."""
+    """Outlines of the cut material."""
     for part in getattr(solid, "geoms", [solid]):
         if not part.is_empty:
             x, y = np.asarray(part.exterior.coords.xy)

@@ -1,4 +1,4 @@
-"""The workshop drawing: on the largest standard scale, and the least paper, that hold it."""
+"""The workshop drawing, at the largest standard scale and on the smallest paper that hold it."""
 
 import os
 from itertools import islice
@@ -20,7 +20,7 @@ TRIED = 40  # scales, down to 1 : 10¹³
 
 
 class Sheet(NamedTuple):
-    """A paper and all that is on it, in mm from its lower left corner, at a scale."""
+    """A paper with all its marks, in mm from its lower left corner, at a scale."""
 
     cam: TrueCam
     paper: Paper
@@ -29,7 +29,7 @@ class Sheet(NamedTuple):
 
 
 def write_sheet(scene: Scene, problem: Problem, path: str | os.PathLike[str]) -> Sheet:
-    """The workshop drawing of the cam of a scene, which poses a problem, as a PDF of its true size.
+    """The workshop drawing of a scene's cam as a PDF at true size.
 
     One sheet, A4 or A3: the front view of a disc cam with the angles of its motion, and its section; or the
     developed groove of a cylindrical cam, its section and its hole; the table of the profile; notes; the title
@@ -54,7 +54,7 @@ def write_sheet(scene: Scene, problem: Problem, path: str | os.PathLike[str]) ->
 
 
 def sheet_of(scene: Scene, problem: Problem) -> Sheet:
-    """The first of the scales and forms, the best first, that holds the drawing."""
+    """The sheet at the first scale and layout, the best first, that hold the drawing."""
     cam = TrueCam(scene, problem)
     body = problem.setup.mechanism.body
     width = 2.0 * cam.size * (pi if body.developed else 1.0)

@@ -56,7 +56,7 @@ def roughness(foot: complex, value: float) -> Marks:
 
 
 class Datums(NamedTuple):
-    """The letters of what the profile's tolerance refers to; empty where there is none."""
+    """The letters of the datums of the profile tolerance; empty if there is none."""
 
     bore: str
     keyway: str
@@ -64,13 +64,13 @@ class Datums(NamedTuple):
 
 
 def datums_of(part: Part, is_cut: bool) -> Datums:
-    """Those of a part that has a tolerance, and a section in which the bore is seen."""
+    """The datums of a part with a profile tolerance and a section that shows the bore."""
     has = bool(part.bore) and is_cut and part.profile_tolerance is not None
     return Datums("A" if has else "", "B" if has and part.keyway_width else "")
 
 
 def surface(part: Part, datums: Datums) -> Marks:
-    """What is asked of the profile: its tolerance on the level of a leader, and above it its roughness."""
+    """The requirements on the profile: tolerance on the level of a leader, roughness above it."""
     marks: Marks = []
     if part.profile_tolerance is not None:
         marks = profile_tolerance(0j, decimal(2 * part.profile_tolerance, 4), datums)
@@ -82,7 +82,7 @@ def surface(part: Part, datums: Datums) -> Marks:
 
 
 def profile_tolerance(corner: complex, width: str, datums: Datums) -> Marks:
-    """The frame of the tolerance of a line's form, its zone of a width on the true profile; from its lower left.
+    """The tolerance frame of the profile of a line, of a zone width on the true profile, from its lower left.
 
     Each datum has a cell, the bore the first of them.
     """

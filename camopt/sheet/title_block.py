@@ -1,4 +1,5 @@
-"""The title block by ISO 7200, 180 mm wide, in the lower right corner. What the scene does not say is empty."""
+"""The title block by ISO 7200, 180 mm wide, in the lower right corner. Fields that are not given stay empty.
+"""
 
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ FIGURE = "projection"
 
 
 class Field(NamedTuple):
-    """A field from its lower left corner, in mm; its name and what is in it."""
+    """A field from its lower left corner, in mm, with its name and value."""
 
     x: float
     y: float
@@ -26,7 +27,7 @@ class Field(NamedTuple):
 
 
 def fields(part: Part, scale: str, paper: str) -> list[Field]:
-    """What is written where."""
+    """The fields of the title block with their values."""
     return [
         Field(0, 27, 75, ROW, "Material", part.material or ""),
         Field(75, 27, 55, ROW, "Hardness", part.hardness or ""),
