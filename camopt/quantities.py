@@ -47,19 +47,19 @@ class Quantity:
 
     @property
     def relation(self) -> str:
-        """How it must compare with a bound on it; empty for what nobody bounds."""
+        """The relation to its bound, ≤ or ≥; empty if it cannot be bounded."""
         if self.name in UNBOUNDED or self.kind is not float or self.effect in WITHOUT_BOUNDS:
             return ""
         return AT_LEAST if self.name in BOUNDED_BELOW else AT_MOST
 
     @property
     def side(self) -> float:
-        """−1 for what must be at least a bound, else 1."""
+        """−1 for a quantity bounded from below, else 1."""
         return -1.0 if self.relation == AT_LEAST else 1.0
 
     @property
     def bounded(self) -> str:
-        """What a bound on it says."""
+        """A bound on it, in words."""
         words = "Least allowed" if self.relation == AT_LEAST else "Most allowed"
         return f"{words} ``{self.name}``; {self.unit or 'no unit'}."
 

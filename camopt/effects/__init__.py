@@ -1,4 +1,4 @@
-"""Effects: pieces that compute quantities, and the plan that runs only those called for."""
+"""Effects compute quantities; a plan runs only the effects that are needed."""
 
 from collections.abc import Iterable
 
@@ -71,18 +71,18 @@ EFFECTS: dict[str, Effect] = {
 
 
 def offered(setup: Setup) -> tuple[str, ...]:
-    """All quantities that a setup has and that the scene gives enough for, in the order of the columns."""
+    """All quantities of a setup for which the scene gives enough values, in the order of the columns."""
     names = {name for effect in EFFECTS.values() for name in effect.offers(setup)} - lacking(setup).keys()
     return tuple(name for name in QUANTITIES if name in names)
 
 
 def lacking(setup: Setup) -> dict[str, tuple[str, ...]]:
-    """For each quantity that a setup would have if the scene gave more: the keys that it lacks."""
+    """The keys that the scene lacks, for each quantity that a setup would have with them."""
     return {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(setup).items()}
 
 
 def called(wanted: Iterable[str], setup: Setup) -> dict[str, set[str]]:
-    """What each effect that runs is called for: names of quantities, by effect, in the order in which they run."""
+    """The quantities needed of each effect, by its name, in the order in which effects run."""
     asked: dict[str, set[str]] = {}
     open_ = set(wanted)
     while open_:

@@ -1,4 +1,4 @@
-"""What an effect is, and the case it works on."""
+"""An effect, and the case that it works on: a setup, a programme and a block of designs."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -37,7 +37,7 @@ class SolidGiven:
 
 @dataclass(frozen=True)
 class Setup:
-    """What all designs of a problem share: the mechanism and the speed. Lengths in mm."""
+    """The values that all designs of a problem share: mechanism, speed, loads and materials. Lengths in mm."""
 
     mechanism: Mechanism
     tip: Tip
@@ -56,13 +56,13 @@ class Setup:
         return replace(self, given=self.given.with_numbers(numbers), free=self.free - numbers.keys())
 
     def alone(self, design: Designs) -> "tuple[Setup, Designs]":
-        """The setup of one design, and the design, which brings no numbers then."""
+        """The setup with the numbers of one design in it, and the design without them."""
         return (
             (self.with_numbers(design.brought), replace(design, numbers={})) if design.numbers else (self, design)
         )
 
     def at(self, designs: Designs) -> "Setup":
-        """The setup with the numbers that some designs bring: arrays, or ranges."""
+        """The setup with the designs' own numbers in it: arrays, or ranges."""
         return replace(self, given=self.given.with_numbers(designs.numbers)) if designs.numbers else self
 
     @property
@@ -82,12 +82,12 @@ class Setup:
 
     @property
     def spherical(self) -> bool:
-        """Whether the follower touches the cam in a point."""
+        """Whether the follower has a spherical face, which touches the cam in a point."""
         return self.tip == SPHERICAL
 
     @cached_property
     def dynamics(self) -> GivenDynamics:
-        """What moves with the follower."""
+        """The dynamics of the follower."""
         return self.given.dynamics
 
     @cached_property
@@ -124,7 +124,7 @@ class Bounded(NamedTuple):
 
 @dataclass(frozen=True)
 class Case:
-    """A block of designs that share a programme, and what earlier effects found of them."""
+    """A block of designs that share a programme, with the results of earlier effects."""
 
     setup: Setup
     """What they share."""
@@ -136,11 +136,11 @@ class Case:
 
     @cached_property
     def each(self) -> Setup:
-        """The setup with the numbers that each design brings."""
+        """The setup with the numbers of each design in it."""
         return self.setup.at(self.designs)
 
     def by_setting(self, find: Callable[[Setup], Any]) -> Any:
-        """What a setting decides, whatever the sizes are, of each design: found once for those that share one.
+        """Values that depend on a design's numbers but not on its sizes, computed once for designs that share them.
 
         A number, or a NamedTuple of numbers; arrays (designs,) where designs bring numbers.
         """
@@ -178,7 +178,7 @@ class Case:
 
 
 def of_setting(setup: Setup, scale: Scale, unit: Scale, factor: Callable[[Setup], Any]) -> Scale:
-    """A scale; where designs bring numbers that decide it, another one of the extreme times a factor of theirs."""
+    """A scale; if it depends on the designs' own numbers, one of the extreme times a factor of each design."""
     return PerDesign(unit, lambda designs: factor(setup.at(designs))) if setup.free else scale
 
 
@@ -189,7 +189,7 @@ def nothing(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Effect:
-    """A discipline that computes quantities: what it offers for a setup, and how."""
+    """A discipline that computes quantities: which ones it offers for a setup, and how."""
 
     name: str
     offers: Callable[[Setup], tuple[str, ...]]

@@ -1,4 +1,4 @@
-"""Global self-crossing: whether parts of the profile far apart along the turn cross, proved over the whole turn.
+"""Global self-crossing: a proof over the whole turn that distant parts of the profile cross, or that none do.
 
 An undercut profile crosses itself where it is undercut. What is nowhere undercut crosses itself nowhere
 
@@ -90,7 +90,7 @@ def round_bodies(case: Case) -> FloatArray:
 
 
 def _perhaps(case: Case, index: IntArray) -> IntArray:
-    """Those of some designs, none of them undercut, whose normal does not point away from the centre all along."""
+    """The designs, of some without undercut, whose normal does not point away from the centre everywhere."""
     parts, left = first_parts(case.programme), [index[:0]]
     for some in np.array_split(index, 1 + index.size // DESIGNS_AT_ONCE) if index.size else ():
         column = case.designs.take((some, None))
@@ -117,7 +117,7 @@ def find_crossings(setup: Setup, designs: Designs, programme: Programme) -> list
 
 
 class Pairs(NamedTuple):
-    """Parts of the profiles of some designs, and the pairs of them of which nothing is known yet."""
+    """Parts of the profiles of designs, and the pairs of parts that are still undecided."""
 
     parts: TurnParts
     owner: IntArray
@@ -136,7 +136,7 @@ class Pairs(NamedTuple):
         return cls(tiled, np.repeat(designs, count), first, second)
 
     def left(self, setup: Setup, designs: Designs, programme: Programme, found: list[Crossing]) -> "Pairs":
-        """The pairs that may meet, of designs that stay undecided; ``found`` gets what is found of the others."""
+        """The pairs that may meet, of undecided designs; ``found`` takes the verdicts of the others."""
         each = designs.take(self.owner)
         covered = cover(setup, each, programme, self.parts)
         pairs = self.only(~_one_way(covered, self.owner, self.first, self.second))
@@ -159,7 +159,7 @@ class Pairs(NamedTuple):
         return self._replace(first=self.first[kept], second=self.second[kept])
 
     def split(self) -> "Pairs":
-        """The pairs of what each part is cut into; of designs without pairs nothing is left."""
+        """The pairs after each part is cut; designs without pairs drop out."""
         into = np.zeros(self.owner.size, dtype=int)
         into[np.isin(self.owner, self.owner[self.first])] = 1
         into[self.first] = into[self.second] = CUT
@@ -171,19 +171,19 @@ class Pairs(NamedTuple):
 
 
 def _forwards(found: Cover) -> BoolArray:
-    """Over which parts P·n > 0: over one, P moves by its radius, at most 2δ from square to n."""
+    """The parts over which P·n > 0: within a part, P moves by its radius, at most 2δ from square to n."""
     outwards = (found.point.conj() * found.normal).real
     needed = (np.abs(found.point) + 2.0 * found.radius) * found.spread + found.rounding
     return np.asarray(outwards > needed)
 
 
 def _goes_round(found: Cover, owner: IntArray, count: int) -> BoolArray:
-    """Of which of so many designs P·n > 0 over all parts."""
+    """The designs with P·n > 0 over all parts."""
     return np.asarray(np.bincount(owner[~_forwards(found)], minlength=count) == 0)
 
 
 def _one_way(found: Cover, owner: IntArray, first: IntArray, second: IntArray) -> BoolArray:
-    """Whether the tangent turns by less than π from one part to the end of another, or from that on to the one."""
+    """Whether the tangent turns by less than π from one part to the end of the other, either way round."""
     turned = np.concatenate([[0.0], np.cumsum(2.0 * found.spread)])
     between = turned[second + 1] - turned[first]
     around = np.bincount(owner, 2.0 * found.spread)[owner[first]] - turned[second] + turned[first + 1]
@@ -204,14 +204,14 @@ def _strips_apart(a: Cover, b: Cover) -> BoolArray:
 
 
 def _meet(found: Cover, ends: PartEnds, first: IntArray, second: IntArray) -> BoolArray:
-    """Which pairs of parts surely meet."""
+    """The pairs of parts that surely meet."""
     one, other = ((found.take(index), [tip[index] for tip in ends]) for index in (first, second))
     beyond = across(*one, other[0]) - other[0].bulge, across(*other, one[0]) - one[0].bulge
     return np.asarray(np.minimum(*beyond) > 0.0)
 
 
 def across(found: Cover, ends: PartEnds, other: Cover) -> FloatArray:
-    """How far the ends of parts are, on opposite sides, from the tangents of others, mm; −∞ if on one side."""
+    """Distance of the ends of parts, on opposite sides, from the tangents of others, mm; −∞ if on one side."""
     start, end = (cross(other.tangent, tip - other.point) for tip in ends)
     far = np.minimum(np.abs(start), np.abs(end)) - found.rounding
     return np.where(start * end < 0.0, far, -np.inf)

@@ -1,4 +1,4 @@
-"""Boxes of designs of which all cross themselves, and designs that do so near known cam angles.
+"""Boxes of designs that all cross themselves, and designs that cross near known cam angles.
 
 The profile P = C − R_r·n of a cam that is not undercut crosses itself if the roller at some cam angle b, with its
 centre C(b) on the pitch curve, cuts into the profile at another one: |P(a) − C(b)| < R_r. For if it did not:
@@ -47,7 +47,7 @@ SIZE_AXIS = "size"
 
 
 class KnownCrossings:
-    """A search among the cams of a programme, and where their profiles were found to cross."""
+    """The cam angles at which profiles of a programme were found to cross."""
 
     def __init__(self, setup: Setup, programme: Programme) -> None:
         self._setup, self._programme = setup, programme
@@ -67,11 +67,11 @@ class KnownCrossings:
         return found
 
     def shown(self, designs: Designs) -> BoolArray:
-        """Which designs are seen to cross themselves where others do, but for rounding."""
+        """The designs that cross themselves at known cam angles, apart from rounding."""
         return np.asarray(self._overlaps(designs, self._pairs(designs)[:, None])[:, 0] > 0.0)
 
     def learn(self, design: Designs) -> bool:
-        """Whether a design is shown to cross itself; where it does is then known."""
+        """Whether a design crosses itself; if it does, its cam angles are added to the known ones."""
         found = find_crossing(self._setup, design, self._programme)
         if found.shown:
             pair = deepest(self._setup, design, self._programme, found.at)
@@ -82,7 +82,7 @@ class KnownCrossings:
         return overlap_in(self._setup, box, inside, free, self._programme, self._pairs(inside))
 
     def _pairs(self, designs: Designs) -> FloatArray:
-        """Of each design the pair of cam angles of the most overlap, (n, 2) in rad, near the best known one."""
+        """The pair of cam angles of most overlap of each design, (n, 2) in rad, near the best known pair."""
         known = np.array(self._known) if self._known else np.zeros((1, 2))
         nearest = known[self._overlaps(designs, known[None]).argmax(axis=1)]
         return followed(self._setup, designs, self._programme, nearest)
@@ -99,7 +99,7 @@ def overlaps(setup: Setup, designs: Designs, programme: Programme, angles: Float
 
 
 def deepest(setup: Setup, design: Designs, programme: Programme, near: Sequence[float]) -> FloatArray:
-    """The pair of cam angles (2,) in rad at which one design overlaps the most, uphill from one where it does."""
+    """The pair of cam angles (2,) in rad at which one design overlaps the most, uphill from a given pair."""
     from scipy.optimize import minimize
 
     def least(pair: FloatArray) -> float:
@@ -109,7 +109,7 @@ def deepest(setup: Setup, design: Designs, programme: Programme, near: Sequence[
 
 
 def followed(setup: Setup, designs: Designs, programme: Programme, near: FloatArray) -> FloatArray:
-    """Pairs of cam angles (n, 2) in rad at which n designs overlap the most, by Newton's method from those near."""
+    """Pairs of cam angles (n, 2) in rad at which n designs overlap the most, by Newton's method from near ones."""
     every, pairs = np.arange(len(designs)), near
     for away in OFFSETS_TRIED:
         found = overlaps(setup, designs, programme, pairs[:, None] + away * AROUND)

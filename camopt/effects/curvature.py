@@ -73,7 +73,7 @@ def reads(setup: Setup) -> tuple[str, ...]:
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    """The extremes of the pitch curve's curvature, of which ``run`` makes the rest."""
+    """The extremes of the pitch curve's curvature, from which ``run`` computes the other quantities."""
     mechanism = case.setup.mechanism
     if mechanism.curvature is None:
         return {}

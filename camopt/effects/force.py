@@ -1,4 +1,4 @@
-"""The force along the follower's motion: contact, springs that keep it, and the speed at which it is lost.
+"""The force along the follower's motion: contact force, springs, and the speed at which contact is lost.
 
     F = m·ω²·y'' + c·ω·y' + k·y + F₀ + F_ext            contact is lost where F < 0
 
@@ -38,7 +38,7 @@ FORCE_ERROR = 1e-14  # of the largest force: less below 0 is rounding
 
 
 class ChangingForce(NamedTuple):
-    """F where the external load changes over the turn: ``steady``, that of all else, and share·load."""
+    """F with an external load that changes over the turn: ``steady``, all other forces, plus share·load."""
 
     steady: Linear
     share: FloatArray
@@ -73,7 +73,7 @@ def missing(setup: Setup) -> tuple[str, ...]:
 
 
 def weights(dynamics: GivenDynamics, omega: Any) -> tuple[Any, Any, Any, Any]:
-    """Factors of y, y' and y'', and the constant: N from mm by rad (N·mm from rad by rad).
+    """Factors of y, y' and y'', and the constant: they give N from mm by rad (N·mm from rad by rad).
 
     A load that changes over the turn comes on top, from the programme.
     """
@@ -102,7 +102,7 @@ def force_span(programme: Programme, dynamics: GivenDynamics, omega: float) -> t
 
 @lru_cache(maxsize=4096)
 def jump_speed(programme: Programme, dynamics: GivenDynamics) -> float:
-    """The largest ω up to which contact is kept, rad/s; 0 if it is not at rest, or nothing presses there.
+    """The largest ω up to which contact is kept, rad/s; 0 if there is none at rest.
 
     With damping, contact may be lost, won and lost again as ω grows. So ω goes up in steps over which it is proved
     to be kept, longer and longer while that succeeds, and halved where it does not, down to rounding.
@@ -119,7 +119,7 @@ def jump_speed(programme: Programme, dynamics: GivenDynamics) -> float:
 
 
 def _kept(least: float, largest: float) -> bool:
-    """Whether a force with these extremes keeps contact."""
+    """Whether a force with given extremes keeps contact."""
     return least >= -FORCE_ERROR * max(-least, largest)
 
 
@@ -160,7 +160,7 @@ def required_stiffness(programme: Programme, dynamics: GivenDynamics, omega: flo
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    """The ends of F as those of a curve, where designs bring numbers of their own; if not, they are exact."""
+    """The extremes of F as peaks of a curve, if designs have numbers of their own; else they are known exactly."""
     if not setup.free or setup.omega is None or CONTACT[0] not in offers(setup):
         return {}
     along = ((partial(force_curve, setup), ALL_STROKES),)
@@ -175,7 +175,7 @@ def force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
 
 
 def force_at_speed(setup: Setup, designs: Designs, programme: Programme, speed: Callable[[Setup], Any]) -> Any:
-    """F at a speed, rad/s, which numbers of the designs may decide, N (N·mm)."""
+    """F at a speed, rad/s, which may depend on the designs' own numbers, N (N·mm)."""
     own = setup.at(designs)
     return force_of(own, speed(own), np.ones(len(designs)), programme)
 
@@ -203,7 +203,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
 
 
 def least_and_largest(case: Case) -> tuple[Any, Any]:
-    """The ends of F over the turn, N (N·mm): numbers, or Bounded where designs bring numbers of their own."""
+    """The extremes of F over the turn, N (N·mm): numbers, or Bounded if designs have numbers of their own."""
     if not case.designs.numbers:
         return force_span(case.programme, case.setup.dynamics, case.setup.omega)
     goals, count = (LEAST, LARGEST), len(case.designs)
@@ -216,13 +216,13 @@ def least_and_largest(case: Case) -> tuple[Any, Any]:
 
 
 def keeps_contact(case: Case) -> Any:
-    """Whether the bodies are surely pressed together all along, F > 0."""
+    """Whether F > 0 over the whole turn, so that the bodies stay in contact."""
     least, _ = least_and_largest(case)
     return (least.value + least.outward if isinstance(least, Bounded) else least) > 0.0
 
 
 def own_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """F, N (N·mm), of designs that bring numbers of their own."""
+    """F, N (N·mm), of designs with numbers of their own."""
     return force_at_speed(setup, designs, programme, lambda own: own.omega)
 
 
@@ -234,12 +234,12 @@ def force_of(setup: Setup, omega: Any, lever: Any, programme: Programme) -> Any:
 
 
 def over(force: Any, lever: Any) -> Any:
-    """A moment as the force at the end of a lever."""
+    """The force at the end of a lever that gives a moment."""
     return Bounded(*(part / lever for part in force)) if isinstance(force, Bounded) else force / lever
 
 
 def _preload(preload: Any, least: Any, unit: float) -> Any:
-    """The least preload with which contact is kept."""
+    """The least preload that keeps contact."""
     if not isinstance(least, Bounded):
         return np.maximum(preload - least, 0.0) * unit
     required, far = (np.maximum(preload - each, 0.0) for each in (least.value, least.value + least.outward))

@@ -1,4 +1,4 @@
-"""The numbers that a scene gives of speed, loads and materials, and what they are in inside units.
+"""The scene's numbers for speed, loads and materials, converted to inside units.
 
 Each may be one number, an array with a number for each of many designs, or a range of numbers, with slopes or
 without: what is made of them is arithmetic. None where a scene does not say; what presses the follower on the cam
@@ -16,7 +16,7 @@ Number = Any
 
 @dataclass(frozen=True)
 class GivenDynamics:
-    """What moves with the follower: mm, s, N, t; oscillating: t·mm², N·mm/rad, N·mm, N·mm·s/rad."""
+    """The dynamics of the follower: mm, s, N, t; oscillating: t·mm², N·mm/rad, N·mm, N·mm·s/rad."""
 
     mass: Number = None
     damping: Number = 0.0
@@ -67,7 +67,7 @@ class GivenNumbers:
         return self.values.get(key)
 
     def times(self, key: str, factor: float, absent: float | None = None) -> Number:
-        """A number in inside units; what is absent as it is."""
+        """A number in inside units; None stays None."""
         value = self[key]
         return absent if value is None else value * factor
 

@@ -80,14 +80,14 @@ def stress_variants(setup: Setup) -> list[tuple[Flank, float, Variant]]:
 
 
 def stress_scale(setup: Setup, factor: float = 1.0) -> Scale:
-    """From what decides the stress to a multiple of it, MPa: from N/R, N/mm, or of a point from N·h/R_s², N/mm²."""
+    """From the load to a multiple of the stress, MPa: from N/R, N/mm, or at a point from N·h/R_s², N/mm²."""
     degree = 3 if setup.spherical else 2
     root, unit = Root(degree, load_of_unit_stress(setup), factor), Root(degree, 1.0, factor)
     return of_setting(setup, root, unit, lambda each: 1.0 / load_of_unit_stress(each))
 
 
 def load_of_unit_stress(setup: Setup) -> Any:
-    """What decides the stress where that is 1 MPa."""
+    """The load at which the stress is 1 MPa."""
     modulus, width = setup.bodies.modulus, setup.bodies.face_width
     assert modulus is not None
     if setup.spherical:

@@ -1,11 +1,11 @@
-"""What a bound on a quantity implies, whatever else a cam is."""
+"""Necessary conditions that follow from a bound on a quantity, for any cam."""
 
 from math import inf
 from typing import NamedTuple
 
 
 class LeastForce(NamedTuple):
-    """A contact force that there has to be at every cam angle, if the cam turns at a speed."""
+    """A least contact force at every cam angle, at a given speed of the cam."""
 
     omega: float
     """rad/s."""
@@ -14,7 +14,7 @@ class LeastForce(NamedTuple):
 
 
 class Implied(NamedTuple):
-    """What no design lacks that meets a bound."""
+    """Conditions that every design within a bound meets."""
 
     least_size: float = 0.0
     """A base (mean) radius below which none does, mm."""

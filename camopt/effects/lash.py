@@ -1,4 +1,4 @@
-"""Lash: how fast the follower is where it takes up the play of a valve train, and where it gives it back.
+"""Lash: the speed of the follower where it takes up the play of a valve train, and where it gives it back.
 
 Between the follower and the valve there is a clearance (lash), which heat and wear change. The valve opens where
 the displacement rises through the lash, and closes where it falls through it: at these speeds the parts meet, and
@@ -26,7 +26,7 @@ LASH_OPEN = "lash_open_deg"
 
 
 def _speeds(setup: Setup) -> dict[str, int]:
-    """The names of the speeds, and the ways in which the follower moves there."""
+    """The names of the speeds, and the direction of motion of each."""
     unit = "rad_s" if setup.angular else "m_s"
     ways = {"opening": OUTWARD, "closing": INWARD, "lash": OUTWARD | INWARD}
     return {f"{name}_speed_max_{unit}": way for name, way in ways.items()}
@@ -45,7 +45,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 @lru_cache(maxsize=4096)
 def speed_within(programme: Programme, low: float, high: float, ways: int) -> float:
-    """Largest |y'| where the follower moves some ways at displacements from ``low`` to ``high``; 0 if nowhere."""
+    """Largest |y'| of motion in given directions at displacements from ``low`` to ``high``; 0 if there is none."""
     largest = 0.0
     for y, half_width in _panels(programme, ways):
         ends = polynomial.polyval(np.array([-1.0, 1.0]), y)
@@ -60,7 +60,7 @@ def speed_within(programme: Programme, low: float, high: float, ways: int) -> fl
 
 @lru_cache(maxsize=4096)
 def angle_above(programme: Programme, level: float) -> float:
-    """The cam angle over which the displacement is above a level, rad."""
+    """The range of cam angle over which the displacement is above a level, rad."""
     above = 0.0
     for y, half_width in _panels(programme, WAYS):
         start, end = polynomial.polyval(np.array([-1.0, 1.0]), y)
@@ -79,7 +79,7 @@ def _panels(programme: Programme, ways: int) -> Iterator[tuple[FloatArray, float
 
 
 def _place(y: FloatArray, level: float) -> float:
-    """Where in a panel a displacement that does not turn back is at a level, as u; the nearer end if nowhere."""
+    """The place u in a panel where a monotone displacement reaches a level; the nearer end if it does not."""
     start, end = polynomial.polyval(np.array([-1.0, 1.0]), y)
     nearer = 1.0 if abs(end - level) < abs(start - level) else -1.0
     if not min(start, end) < level < max(start, end):
@@ -88,7 +88,7 @@ def _place(y: FloatArray, level: float) -> float:
 
 
 def _roots(powers: FloatArray) -> list[float]:
-    """The roots of a polynomial inside a panel at which it may change sign."""
+    """The roots of a polynomial inside a panel where its sign may change."""
     return [u for _, u in sign_changes(np.asarray(powers, dtype=float)[:, None])]
 
 

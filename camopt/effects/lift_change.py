@@ -1,4 +1,4 @@
-"""Lift change: how much the lift changes from one degree of the cam to the next, at most.
+"""Lift change: the largest change of the lift from one degree of the cam to the next.
 
 The largest |y'| over the turn, per degree of the cam: what a grinder's table of lifts, one a degree, has to follow.
 """

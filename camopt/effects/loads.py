@@ -1,4 +1,4 @@
-"""Loads on the contact as curves over the turn: normal force, side thrust, torque, what decides the stress.
+"""Loads on the contact as curves over the turn: normal force, side thrust, torque, load of the contact stress.
 
 With F the force along the motion (``effects.force``), t = tan β and a guide of length b and overhang a = a₀ − y,
 the contact gives G along the motion: F, and the friction at both ends of the guide, μ·q·|S|, against the motion.
@@ -35,7 +35,7 @@ from camopt.numerics.point_contact import pressure_factor, pressure_table
 
 
 class Borne(NamedTuple):
-    """What an open cam bears of a force: 0 where it would have to pull."""
+    """The part of a force that an open cam bears: 0 where it would have to pull."""
 
     force: Any
 
@@ -66,7 +66,7 @@ class SideThrust(NamedTuple):
 
 
 class GuideDrag(NamedTuple):
-    """μ·q·t: what jams the follower in its guide at 1."""
+    """μ·q·t; at 1 the follower jams in its guide."""
 
     pressure: Any
     drag: FloatArray
@@ -251,7 +251,7 @@ def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: floa
 def contact_load(
     setup: Setup, designs: Designs, programme: Programme, flank: Flank | None = None, way: float = 0.0
 ) -> Any:
-    """What decides the contact stress on a flank: N/R, N/mm; at a spherical face N·h/R_s², N/mm².
+    """The load of the contact stress on a flank: N/R, N/mm; at a spherical face N·h/R_s², N/mm².
 
     Without a flank, that on the first one, which pushes.
     """
@@ -268,12 +268,12 @@ def contact_load(
 
 
 def ways(setup: Setup) -> tuple[tuple[float, int], ...]:
-    """Which way the guide's friction acts, and on which pieces of the turn."""
+    """The directions of the guide's friction, each with the pieces of the turn on which it acts."""
     return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if rubs(setup) else ((0.0, ALL_STROKES),)
 
 
 def driven(setup: Setup) -> int:
-    """The pieces on which the cam works against the guide's friction, so that the follower may jam."""
+    """The pieces on which the cam works against the guide's friction; there the follower may jam."""
     return OUTWARD | INWARD if setup.mechanism.pulls else OUTWARD
 
 
@@ -289,7 +289,7 @@ def drag_of(case: Case, kinds: int) -> Extremes:
 
 
 def goal_of(setup: Setup) -> int:
-    """Which extreme of a force along the motion is the largest that the flanks bear."""
+    """The extreme of a force along the motion that is the largest load on the flanks."""
     return LARGEST_MAGNITUDE if setup.mechanism.pulls else LARGEST
 
 

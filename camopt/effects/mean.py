@@ -36,7 +36,7 @@ class Mean:
 
     @property
     def is_least(self) -> bool:
-        """Whether a bound on it is one from below on the mean."""
+        """Whether a bound on the quantity bounds the mean from below."""
         return self.scale.falls
 
     def of_powers(self, mean: Any) -> Any:
@@ -44,6 +44,6 @@ class Mean:
         return mean if self.power == 1 else np.sqrt(mean)
 
     def mean_of_powers_at(self, quantity: float, numbers: NumberKind) -> Any:
-        """The mean of the curve to the power p where the quantity has a value, below 0 where it has none."""
+        """The mean of the curve to the power p at a value of the quantity; below 0 if there is none."""
         mean = self.scale.extreme_at(quantity, numbers)
         return mean if self.power == 1 or mean < 0 else mean * mean

@@ -1,4 +1,4 @@
-"""The columns of quantities that are means: exact of the motion alone, else by Gauss's rule on parts of panels."""
+"""The columns of quantities that are means: exact for the motion alone, else by Gauss's rule on parts of panels."""
 
 from dataclasses import replace
 from math import inf
@@ -22,7 +22,7 @@ ALL_DESIGNS = np.s_[:, None, None]
 
 
 def powers_of(case: Case, mean: Mean) -> Integrated:
-    """The mean of the curve to the power p, of each design (designs,), and how far off it may be."""
+    """The mean of the curve to the power p of each design (designs,), with its error."""
     count, programme = len(case.designs), case.programme
     if mean.jumps(programme):
         return Integrated(np.full(count, inf), np.zeros(count))
@@ -39,7 +39,7 @@ def powers_of(case: Case, mean: Mean) -> Integrated:
 
 
 def _integrated(case: Case, mean: Mean, parts: PanelParts) -> Integrated:
-    """As ``powers_of``, of designs whose curves are smooth on the same parts."""
+    """As ``powers_of``, for designs whose curves are smooth on the same parts."""
     count = len(case.designs)
 
     def integrals(rule: Rule, index: Any) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Outline: the radius of the circle about the cam's axis that the turning cam just clears.
+"""Outline: the radius of the circle about the cam's axis that the turning cam needs.
 
 The farthest point of a profile has its normal along the radius. So it is where the trace point C is farthest, at
 |C| − R_r; under a flat face, where the face is farthest: at R_b + y if it translates, at f + c·sin ψ if it swings.

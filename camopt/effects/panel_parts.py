@@ -38,7 +38,7 @@ def cut_panels(table: MotionTable, cuts: Iterable[tuple[int, float]]) -> PanelPa
 
 
 def motion_in(programme: Programme, parts: PanelParts, u: FloatArray) -> State:
-    """The state at places (…, n) of parts; y''' is left out, so that slopes mean nothing."""
+    """The state at places (…, n) of parts, without y''': slopes of curves are not valid."""
     table = programme.table
     orders = (derivative(table, order) for order in range(3))
     y, y1, y2 = (polynomial.polyval(u, series[:, parts.panel], tensor=False) for series in orders)

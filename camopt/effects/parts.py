@@ -1,4 +1,4 @@
-"""The profile of a disc cam in parts: each inside a disc and close to a straight line, its tangents inside a cone.
+"""The profile of a disc cam in parts: each within a disc and near a straight line, its tangents within a cone.
 
 For a follower with a trace point, on a cam that is not undercut. Over the part [m − h, m + h] of the turn the pitch
 curve p has |p'(θ) − p'(m)| ≤ h·sup|p''|. So its direction, which is the profile's too, stays within
@@ -35,7 +35,7 @@ class TurnParts(NamedTuple):
     """Of y and y'."""
 
     def split(self, into: IntArray) -> "TurnParts":
-        """Each part in so many equal ones, or left out."""
+        """Each part cut into a number of equal ones; 0 leaves it out."""
         halves = self.half / np.maximum(into, 1)
         start, half, *bounds = (np.repeat(x, into) for x in (self.middle - self.half, halves, *self[2:]))
         place = np.arange(half.size) - np.repeat(np.cumsum(into) - into, into)
@@ -51,7 +51,7 @@ def first_parts(programme: Programme) -> TurnParts:
 
 
 class Cover(NamedTuple):
-    """What encloses the profile over parts: arrays (..., n), lengths in mm, angles in rad."""
+    """Enclosures of the profile over parts: arrays (..., n), lengths in mm, angles in rad."""
 
     point: ComplexArray
     """The profile in the middle of the part."""
@@ -111,7 +111,7 @@ def points_at(setup: Setup, design: Designs, programme: Programme, angles: Float
 
 
 def position_and_speed(table: MotionTable, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """y and y' at cam angles in rad, by the panels' polynomials; neither jumps on a cam that is not undercut."""
+    """y and y' at cam angles in rad, by the panels' polynomials; neither jumps on a cam without undercut."""
     angles = np.mod(angles, 2 * np.pi)
     panel = np.searchsorted((table.centre - table.half_width)[1:], angles, side="right")
     h, series = table.half_width[panel], table.coefficients.T

@@ -126,7 +126,7 @@ class Scale(ABC):
         """The quantity of designs from the extreme; numbers or ranges."""
 
     def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
-        """How much the quantity changes where the extreme does by so much; 0 where the quantity is infinite."""
+        """The change of the quantity for a change of the extreme; 0 where the quantity is infinite."""
         with np.errstate(divide="ignore"):
             near, far = (np.asarray(self.quantity(each, designs)) for each in (extreme, extreme + by))
         finite = np.isfinite(near)
@@ -134,10 +134,10 @@ class Scale(ABC):
 
     @abstractmethod
     def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
-        """The weighted extreme at which the quantity has a value, in a kind of number."""
+        """The weighted extreme at a value of the quantity, in a kind of number."""
 
     def weight(self, quantity: float) -> Callable[[Designs], Any]:
-        """What the curve is multiplied with, which may depend on the design."""
+        """The factor of the curve, which may depend on the design."""
         return unweighted
 
 
@@ -201,7 +201,7 @@ class OverTurn(Scale):
 
 @dataclass(frozen=True)
 class InDegrees(Scale):
-    """A multiple of what has one angle in deg in place of rad: factor·extreme·(180/π)ⁿ, n = 1 or −1."""
+    """A multiple of the extreme with its angle in deg: factor·extreme·(180/π)ⁿ, n = 1 or −1."""
 
     power: int
     factor: float = 1.0
@@ -232,7 +232,7 @@ class Root(Scale):
 
 @dataclass(frozen=True)
 class Over(Scale):
-    """What is divided by the extreme: factor/extreme, infinite where that is 0 or less."""
+    """The inverse of the extreme: factor/extreme, infinite where the extreme is 0 or less."""
 
     factor: float
     falls: ClassVar[bool] = True
@@ -246,7 +246,7 @@ class Over(Scale):
 
 @dataclass(frozen=True)
 class LeftOfOne(Scale):
-    """What is left of 1: 1 − extreme."""
+    """The difference from 1: 1 − extreme."""
 
     falls: ClassVar[bool] = True
 
@@ -291,7 +291,7 @@ class ConvexRadius(Scale):
 
 @dataclass(frozen=True)
 class Cutter(Scale):
-    """The largest cutter that reaches every hollow flank: R_r + 1/(side·κ), of the κ of the pitch curve."""
+    """The largest cutter that reaches every hollow flank: R_r + 1/(side·κ), with κ of the pitch curve."""
 
     side: float
     """−1 for the least κ of a disc cam, hollow below 0; 1 for |κ| in a groove, where either flank may be."""
@@ -337,12 +337,12 @@ class PerDesign(Scale):
 
 
 def never(programme: Programme) -> bool:
-    """For quantities that no jump of the motion makes infinite."""
+    """Never: for quantities that stay finite at every jump of the motion."""
     return False
 
 
 def at_corners(programme: Programme) -> bool:
-    """Whether the velocity jumps, where an inertia would make a load infinite."""
+    """Whether the velocity jumps: inertia makes a load infinite there."""
     return bool(programme.corners)
 
 
@@ -379,11 +379,11 @@ class Peak:
 
     @property
     def is_least(self) -> bool:
-        """Whether the quantity is the least over the turn, so that a bound on it is one from below."""
+        """Whether the quantity is the least over the turn, so that its bound is one from below."""
         return (self.goal == LEAST) != self.scale.falls
 
     def over(self, kinds: int) -> "Peak":
-        """The same over other kinds of piece."""
+        """The same peak over other kinds of pieces."""
         return replace(self, curves=tuple((make, kinds) for make, _ in self.curves))
 
     def either_way(self) -> "Peak":

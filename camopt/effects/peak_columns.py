@@ -11,7 +11,7 @@ from camopt.numerics import LEAST, FloatArray
 
 
 class ExtremeOfEach(NamedTuple):
-    """The extreme of each design (designs,), how far out the true one may be, its cam angle and its curve."""
+    """The extreme of each design (designs,), its enclosure, its cam angle and its curve."""
 
     value: FloatArray
     width: FloatArray
@@ -65,7 +65,7 @@ def peak_column(case: Case, peak: Peak, sound: Any = True) -> Bounded:
 
 
 def columns_of_ends(case: Case, largest: Peak, least: Peak) -> tuple[Bounded, Bounded]:
-    """The largest and the least value of one curve, whose errors are relative to the larger magnitude of both."""
+    """The largest and the least value of one curve, with errors relative to the larger magnitude of both."""
     ((make, kinds),) = largest.curves
     found = case.extremes(make, [(kinds, largest.goal), (kinds, least.goal)])
     columns = []

@@ -1,4 +1,4 @@
-"""Face reach: how far the contact travels along a flat face.
+"""Face reach: the travel of the contact along a flat face.
 
 Translating: from the follower's axis, y' − e·sense (sense +1 for ccw, −1 for cw); positive to the right of the axis
 if the cam turns ccw, to the left if cw. Oscillating: the distance from the pivot.

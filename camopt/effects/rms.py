@@ -1,4 +1,4 @@
-"""Means of the motion: root mean square of acceleration and jerk, which heat a drive, and the area below the lift.
+"""Means of the motion: root mean square of acceleration and jerk, which heat a drive, and area below the lift.
 
     √(1/(2π)·∮a² dθ),  a = ω²·y'', or the derivative by the cam angle without a speed; the jerk likewise
     ∮y dθ from the lowest of the turn, which says how long a valve is how far open

@@ -67,13 +67,13 @@ class SectionIntegrals(NamedTuple):
 
 
 def section_of(case: Case) -> SectionIntegrals:
-    """What the profiles of disc cams enclose, mm."""
+    """The integrals over the sections of disc cams, mm."""
     found = by_orders(*_of(case, section_integrals, _scale))
     return SectionIntegrals(*found, np.sqrt(np.abs(found.value[1]) / pi))
 
 
 def _scale(found: FloatArray) -> FloatArray:
-    """What errors are relative to: of first moments, those of the area at the radius of a disc as large."""
+    """The scale of errors; for first moments, that of the area at the radius of a disc of the same area."""
     length, area, *_, polar = np.abs(found)
     moment = area * np.sqrt(area / pi)
     return np.stack([length, area, moment, moment, polar])
@@ -124,7 +124,7 @@ def _swept(
 
 
 def _at_corners(case: Case, designs: Designs, rule: Rule) -> Iterator[tuple[Any, ...]]:
-    """What profiles have at corners of the motion: an arc about the trace point, or an edge along a flat face."""
+    """The part of profiles at corners of the motion: an arc about the trace point, or an edge along a flat face."""
     share, half = 0.5 * (1.0 + rule.nodes), 0.5
     for corner in case.programme.corners:
         angles = np.mod(corner.at + JUMP_SIDE * np.array([-1.0, 1.0]), 2.0 * pi)

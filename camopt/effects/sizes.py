@@ -1,4 +1,4 @@
-"""Sizes: what a design is made of, numbers of the scene that vary among them, and its clearance of the shaft.
+"""Sizes of a design, the scene's numbers that vary from design to design, and the clearance of the shaft.
 
 No point of a profile is nearer to the cam centre than the base circle (the trace point is never nearer than
 the prime circle), so the clearance is base radius minus shaft radius, exactly.

@@ -92,7 +92,7 @@ def _hollow(solid: SolidGiven) -> Figure:
 
 
 def _plate(case: Case) -> tuple[Figure, Figure]:
-    """The volume of plate and hub with its moments, and how far each may be off."""
+    """The volume of plate and hub with its moments, and the error of each."""
     solid, found = case.setup.solid, case.found
     assert solid.thickness is not None
     centre = found[CENTROID[0]] + 1j * found[CENTROID[1]]
@@ -110,7 +110,7 @@ def _rest(solid: SolidGiven) -> Figure:
 
 
 def _cylinder(case: Case) -> tuple[Figure, Figure]:
-    """The volume of a cylinder with its groove, its moments without the first, and how far each may be off."""
+    """The volume of a cylinder with its groove, its moments except the first, and the error of each."""
     solid, designs, groove = case.setup.solid, case.designs, groove_integrals_of(case)
     assert solid.thickness is not None
     assert solid.groove_depth is not None
@@ -120,7 +120,7 @@ def _cylinder(case: Case) -> tuple[Figure, Figure]:
 
 
 class BodyFormula(NamedTuple):
-    """How a body's volume and its moments are found, and how far each may be off."""
+    """The formula of a body's volume and moments, with the error of each."""
 
     volume: Callable[[Case], tuple[Figure, Figure]]
     offers: tuple[str, ...]

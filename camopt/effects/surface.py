@@ -57,7 +57,7 @@ class TraceSliding(NamedTuple):
 
 
 class TraceEntrainment(NamedTuple):
-    """N_p·(1 − κ·R) − slip·(N_p − q·R)/2, mm/rad; ``slip`` is 0 for a roller, 1 for what does not turn."""
+    """N_p·(1 − κ·R) − slip·(N_p − q·R)/2, mm/rad; ``slip`` is 0 for a roller, 1 for a tip that does not turn."""
 
     speed: Any
     curvature: Any
@@ -177,12 +177,12 @@ def reads(setup: Setup) -> tuple[str, ...]:
 
 
 def turning(setup: Setup, designs: Designs) -> FloatArray:
-    """What q has of y'."""
+    """The factor of y' in q."""
     return np.full(len(designs), designs.sense if setup.angular else 0.0)
 
 
 def sliding_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """v, mm/rad; of a roller what it would be if it did not turn."""
+    """v, mm/rad; for a roller, the value if it did not turn."""
     assert setup.mechanism.sliding is not None
     sliding = setup.mechanism.sliding(designs, programme)
     if setup.mechanism.curvature is None:
@@ -273,7 +273,7 @@ def _speeds(setup: Setup) -> dict[str, Peak]:
 
 
 def _of_load(setup: Setup) -> dict[str, Peak]:
-    """Wear and film, as far as the scene gives enough for them."""
+    """Wear and film, if the scene gives the values that they need."""
     missing = lacks(setup)
     return {
         name: Peak(wear_variants(name, setup), LARGEST, _scale(name, setup), at_corners)
@@ -308,7 +308,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
 
 
 def _carries(fastest: Bounded, slowest: Bounded) -> Any:
-    """Designs whose surfaces carry the lubricant one way all along."""
+    """Designs whose surfaces carry the lubricant in one direction over the whole turn."""
     return (slowest.value + slowest.outward > 0.0) | (fastest.value + fastest.outward < 0.0)
 
 

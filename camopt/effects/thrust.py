@@ -1,4 +1,4 @@
-"""Normal force, side thrust, and what they do to the guide and the stem of the follower.
+"""Normal force, side thrust, and their effect on the guide and the stem of the follower.
 
     N = F/(cos β − sgn(F·y')·μ·q·|sin β|),  q = (2a + b)/b,    S = N·sin β
     guide reaction S·(a + b)/b,    bending stress of the stem 32·S·a/(π·d³),    jams where μ·q·|tan β| = 1
@@ -122,7 +122,7 @@ LEVERS: dict[str, Callable[[GivenDynamics], tuple[Any, Any, Any]]] = {
 
 
 def levers(setup: Setup) -> tuple[str, ...]:
-    """The quantities of side thrust for which the scene gives enough."""
+    """The quantities of side thrust for which the scene gives the values needed."""
     given = setup.dynamics
     there = (True, bool(given.guide_length), bool(given.stem_diameter))
     has = (name for name, enough in zip(LEVERS, there, strict=True) if enough)

@@ -1,4 +1,4 @@
-"""The torque that the camshaft gives, and what it asks of the drive and the flywheel.
+"""The torque of the camshaft, and its demands on the drive and the flywheel.
 
     T = F·y',    F = m·ω²·y'' + c·ω·y' + k·y + F₀ + F_ext            (oscillating: M·ψ' with moments)
 
@@ -84,7 +84,7 @@ class TorqueExtremes(NamedTuple):
 
 
 class TorqueOverTurn(NamedTuple):
-    """What the torque amounts to over a turn, whatever the design, N·mm."""
+    """Extremes and means of the torque over a turn, independent of the design, N·mm."""
 
     largest: float
     least: float
@@ -123,14 +123,14 @@ def torque_over_turn(programme: Programme, dynamics: GivenDynamics, omega: float
 
 
 def extremes_of_turn(case: Case) -> TorqueExtremes:
-    """The extremes alone, of designs that bring numbers of their own; the motion has no corners."""
+    """The extremes only, for designs with numbers of their own; the motion has no corners."""
     known, unknown = peaks(case.setup), np.full(len(case.designs), inf)
     most, least = (extreme_of(case, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
     return TorqueExtremes(most.value, least.value, unknown, np.maximum(most.width, least.width))
 
 
 def lasting(programme: Programme, dynamics: GivenDynamics, omega: float) -> FloatArray:
-    """The part of F that does not give back what it took, on the panels: damping, and a load that changes."""
+    """The part of F whose energy is not returned, on the panels: damping, and a changing load."""
     return added(dynamics.damping * omega * derivative(programme.table, 1), load_series(programme.table))
 
 
@@ -141,7 +141,7 @@ def _impulses(programme: Programme) -> tuple[bool, bool]:
 
 
 def _fluctuation(programme: Programme, dynamics: GivenDynamics, omega: float, mean: float) -> float:
-    """Largest minus least W. Where a corner turns the motion round, y' passes through 0 within it."""
+    """Largest minus least W. At a corner that reverses the motion, y' passes through 0."""
     table = programme.table
     stiffness, _, mass, constant = force.weights(dynamics, omega)
     y, speed = derivative(table, 0), derivative(table, 1)
@@ -155,7 +155,7 @@ def _fluctuation(programme: Programme, dynamics: GivenDynamics, omega: float, me
 
 
 def guided_span(case: Case, runs: Any, wanted: frozenset[str]) -> TorqueExtremes:
-    """That of followers that rub in their guides, arrays (designs,); infinite for those that do not run."""
+    """The extremes for followers with guide friction, arrays (designs,); infinite for those that jam."""
     count, index = len(case.designs), np.flatnonzero(runs)
     span = TorqueExtremes(np.full(count, inf), np.full(count, -inf), np.full(count, inf), np.zeros(count))
     if not index.size:
@@ -172,7 +172,7 @@ def guided_span(case: Case, runs: Any, wanted: frozenset[str]) -> TorqueExtremes
 
 
 def _runs_free(case: Case) -> Any:
-    """Designs that surely jam nowhere, of a motion without corners: outward only where nothing pulls them off."""
+    """Designs that surely do not jam, for a motion without corners; only outward if the cam cannot pull."""
     least, _ = force.least_and_largest(case)
     pulled, smooth = (least.value if isinstance(least, Bounded) else least) < 0.0, not case.programme.corners
 
@@ -224,7 +224,7 @@ def means(setup: Setup) -> dict[str, Mean]:
 
 
 def spent_curve(setup: Setup, designs: Designs, programme: Programme) -> ShaftTorque:
-    """The torque of what does not give back what it took (``lasting``), which has no impulses at corners."""
+    """The torque of forces whose energy is not returned (``lasting``), without impulses at corners."""
     each, ones = setup.at(designs), np.ones(len(designs))
     damped = Linear(0.0 * ones, each.dynamics.damping * each.omega * ones, 0.0 * ones, 0.0 * ones)
     return ShaftTorque(damped if programme.load is None else ChangingForce(damped, ones))

@@ -39,7 +39,7 @@ from camopt.numerics.wave_extremes import Enclosed, largest_magnitude, least
 
 
 class Vibration(NamedTuple):
-    """Of a train on its cam: mm (rad) by cam angle, each a value and what bounds it from outside."""
+    """The response of a follower train: mm (rad) by cam angle, each a value and its outer bound."""
 
     overshoot: Any  # largest |z|
     overshoot_bound: Any
@@ -107,7 +107,7 @@ def vibration(programme: Programme, ratio: float, damping: float) -> Vibration:
 
 @lru_cache(maxsize=4096)
 def contact(programme: Programme, dynamics: GivenDynamics, omega: float, ratio: float) -> tuple[float, float]:
-    """The least F over the turn, N (N·mm), and what it is not below."""
+    """The least F over the turn, N (N·mm), and its lower bound."""
     if is_resonant(ratio, dynamics.damping_ratio):
         return -inf, -inf
     return _pair(least(contact_wave(programme, dynamics, omega, ratio)))
@@ -162,7 +162,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
 
 
 class Enclosing(NamedTuple):
-    """A value, and what bounds it from outside."""
+    """A value and its outer bound."""
 
     value: Any
     bound: Any

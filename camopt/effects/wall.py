@@ -1,4 +1,4 @@
-"""Wall: the least thickness of metal between the bore, its keyway included, and what is around it.
+"""Wall: the least thickness of metal round the bore and its keyway.
 
 That is the base circle of a disc cam, and its hub where it has one; the bottom of the groove of a cylindrical cam.
 The corners of a keyway of width w and depth t in a bore of radius r are at √((r + t)² + w²/4) from the axis.
@@ -24,7 +24,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def size_for_wall(setup: Setup, wall: float) -> float:
-    """The base (mean) radius at which the wall is as thick; infinite where that of the hub is not."""
+    """The base (mean) radius at which the wall has a thickness; infinite if the hub's wall is thinner."""
     solid = setup.solid
     if solid.hub_radius and solid.hub_radius - solid.bore_reach < wall:
         return inf

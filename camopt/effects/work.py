@@ -45,7 +45,7 @@ def integral(half_width: FloatArray, series: FloatArray) -> FloatArray:
 
 
 def total(half_width: FloatArray, series: FloatArray) -> float:
-    """The integral over the whole turn: even powers alone contribute."""
+    """The integral over the whole turn; only even powers contribute."""
     even = series[::2]
     return float(np.sum(2.0 / np.arange(1, 2 * len(even), 2) @ even * half_width))
 

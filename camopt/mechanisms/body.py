@@ -1,4 +1,4 @@
-"""What a cam is made as, and its flanks: the sides of it that touch the follower."""
+"""The body of a cam and its flanks: the sides that touch the follower."""
 
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -9,7 +9,7 @@ CamForm = Literal["disc", "cylindrical"]
 
 @dataclass(frozen=True)
 class Body:
-    """The body of a cam: the keys of its sizes, and what its form decides."""
+    """The body of a cam: the keys of its sizes, and the properties of its form."""
 
     form: CamForm
     cam: tuple[str, ...]
@@ -63,7 +63,7 @@ BODIES: dict[str, Body] = {body.form: body for body in (DISC, CYLINDER)}
 
 
 class Flank(NamedTuple):
-    """A side of a cam that touches the follower, at the radius of that from the pitch curve."""
+    """A side of a cam that touches the follower, one follower radius from the pitch curve."""
 
     name: str
     """What tells it from the other ones, seen along the motion of the follower over the cam; "" of the only one."""

@@ -1,4 +1,4 @@
-"""Designs as a structure of arrays, and what a mechanism has to say about them."""
+"""Designs as a structure of arrays, and the record of a mechanism."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -62,14 +62,14 @@ class Designs:
         return self.with_values({name: values[index] for name, values in self.values.items()})
 
     def replaced(self, index: Any, others: "Designs") -> "Designs":
-        """The designs with those at an index taken from others."""
+        """The designs, those at an index replaced by others."""
         arrays = {name: values.copy() for name, values in self.values.items()}
         for name, values in others.values.items():
             arrays[name][index] = values
         return self.with_values(arrays)
 
     def with_values(self, values: Mapping[str, Any]) -> "Designs":
-        """The same with other sizes, by field, and other numbers, by key of the scene."""
+        """The same designs with other sizes, by field, and other numbers, by key of the scene."""
         sizes = {name: value for name, value in values.items() if name in SIZE_FIELDS}
         numbers = {name: value for name, value in values.items() if name not in SIZE_FIELDS}
         return replace(self, **sizes, numbers={**self.numbers, **numbers})
@@ -95,7 +95,7 @@ class Designs:
 
     @property
     def lead(self) -> FloatArray:
-        """The offset as it enters the formulas: positive where it lowers the pressure angle of the rise."""
+        """The signed offset of the formulas: positive if it lowers the pressure angle of the rise."""
         return self.sense * self.offset
 
 
@@ -130,7 +130,7 @@ Misfit = tuple[str, Any, str]
 
 
 class ContactPoint(NamedTuple):
-    """Where the trace point (flat faces: the contact point) is in the ground frame, and the cam's outward normal.
+    """The trace point (flat faces: contact point) in the ground frame, and the cam's outward normal.
 
     x and y in mm; of the normal the direction (across, up), of any length. Each an array, a ``Taylor`` series of
     arrays or of Intervals, as the cam angle and the motion that it was made from.
@@ -143,7 +143,7 @@ class ContactPoint(NamedTuple):
 
 
 class Travel(NamedTuple):
-    """Where the trace point is in the ground frame, as complex x + iy, and the cam's outward normal there."""
+    """The trace point in the ground frame, as complex x + iy, and the cam's outward normal there."""
 
     trace: ComplexArray
     normal: ComplexArray
@@ -151,7 +151,7 @@ class Travel(NamedTuple):
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A pairing of cam and follower: which curves its quantities are, and where its points lie.
+    """A pairing of cam and follower: the curves of its quantities, and its points.
 
     Curves are NamedTuples with a registered formula (``numerics.curves``). A mechanism with a trace point has
     ``curvature`` (of the pitch curve), a flat-faced one ``profile_radius`` and ``reach``.
@@ -218,7 +218,7 @@ class Mechanism:
         return len({flank.side for flank in self.flanks}) > 1
 
     def bulge(self, flank: Flank) -> float:
-        """1 if κ > 0 of the pitch curve bends a flank towards the follower, −1 if away."""
+        """1 if κ > 0 of the pitch curve bends a flank towards the follower, −1 if away from it."""
         return -flank.side * self.body.convex
 
     def travel(self, design: Designs, programme: Programme, angles: FloatArray) -> Travel:

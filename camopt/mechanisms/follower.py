@@ -1,4 +1,4 @@
-"""How a follower moves, and what of it touches the cam: its tip."""
+"""The motion of a follower, and its tip, which touches the cam."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -37,7 +37,7 @@ MOTIONS: dict[str, FollowerMotion] = {motion.name: motion for motion in (TRANSLA
 
 @dataclass(frozen=True)
 class Tip:
-    """What of a follower touches the cam."""
+    """The tip of a follower, which touches the cam."""
 
     name: TipName
     radius: str = ""

@@ -1,4 +1,4 @@
-"""What is asked of a motion at cam angles: at one, or all along a range of them."""
+"""Conditions on a motion: at one cam angle, or all along a range of them."""
 
 from math import isfinite
 from typing import NamedTuple
@@ -10,7 +10,7 @@ MISSED = (1e-6, 1e-6, 1e-5, 1e-3)
 
 
 class Condition(NamedTuple):
-    """Between which values the motion, or a derivative of it, lies at a cam angle or all along a range of them."""
+    """Bounds on the motion or one of its derivatives, at a cam angle or all along a range of them."""
 
     key: str
     """Of the scene that asks for it."""

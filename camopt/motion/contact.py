@@ -1,4 +1,4 @@
-"""Where a follower stands on an arc or a line of a cam that is given by its profile.
+"""The position of a follower on an arc or a line of a cam that is given by its profile.
 
 Seen as in ``profile``, the cam stands still and the follower goes round it anticlockwise. Where it has turned by θ,
 the direction of an arc's centre C = m·e^{iγ}, or of a line's normal e^{iγ}, is behind it by δ = θ − γ. A trace
@@ -25,7 +25,7 @@ from camopt.numerics.taylor import Series, angle_of, direction, quotient, root
 
 
 class Stand(NamedTuple):
-    """Where a follower stands at a joint of the profile."""
+    """The position of a follower at a joint of the profile."""
 
     turned: float
     """By how much it has gone round, rad."""
@@ -36,7 +36,7 @@ class Stand(NamedTuple):
 
 
 class ProfileContact(Protocol):
-    """A follower as the profile meets it. Arcs have a radius and a distance of their centre, lines a distance."""
+    """A follower in contact with a profile. Arcs have a radius and a distance of their centre, lines a distance."""
 
     @property
     def radius(self) -> float: ...

@@ -1,4 +1,4 @@
-"""Where moves meet what is beside them: the velocity, acceleration and jerk there, and the motion between.
+"""The joints of moves with their neighbours: velocity, acceleration and jerk there, and the motion between.
 
 A move ends with the derivatives that it was given, or else with those that the dwell or law after it starts with.
 It starts as what is before it ends. What is not given between two moves, or is given as a range, is as for the
@@ -22,7 +22,7 @@ from camopt.numerics import FloatArray
 
 
 def with_moves(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
-    """The strokes of a turn, each move among them with the motion that joins it to what is beside it.
+    """The strokes of a turn, each move with the motion that joins it to its neighbours.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def _placed(move: Stroke, start: float, before: float, after: float) -> Stroke:
 
 
 def _runs(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
-    """The moves that follow each other, round the turn, by their places."""
+    """Runs of consecutive moves round the turn, by their places."""
     count = len(strokes)
     starts = [i for i, stroke in enumerate(strokes) if stroke.is_open and not strokes[i - 1].is_open]
     if not starts and count and strokes[0].is_open:
@@ -68,7 +68,7 @@ def _runs(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
 
 
 def _law(states: FloatArray, angles: FloatArray) -> Law:
-    """The law of a move over x from 0 to 1, from the states where it is cut; it is counted from its start."""
+    """The law of a move over x from 0 to 1, from the states at its cuts, with y relative to its start."""
     from_start = states - states[0] * (np.arange(states.shape[1]) == 0)
     if angles.size == 1:
         powers = angles[0] ** np.arange(states.shape[1])

@@ -1,4 +1,4 @@
-"""What a motion law is: a module, or a member of a family of laws (a class), with four verbs on the unit stroke.
+"""A motion law: a module, or a member of a family of laws (a class), with four functions on the unit stroke.
 
 ``displacement(x)`` runs from s(0) = 0 to s(1) = 1; ``velocity``, ``acceleration`` and ``jerk`` are its first
 three derivatives by x. ``BREAKS`` are the points between which all four are smooth, 0 and 1 included; *at* a
@@ -20,7 +20,7 @@ from camopt.numerics import FloatArray
 
 
 class Law(Protocol):
-    """The verbs and facts that every law has."""
+    """The functions and constants that every law has."""
 
     @property
     def NAME(self) -> str: ...  # noqa: N802
@@ -58,7 +58,7 @@ class ByOrder:
 
 
 def folded(x: ArrayLike) -> tuple[FloatArray, Any]:
-    """x mirrored into the first half of the stroke, and where it was mirrored.
+    """x mirrored into the first half of the stroke, and a mask of the mirrored ones.
 
     A symmetric law, s(1−x) = 1 − s(x), is evaluated from the nearer end, where its formulas keep their digits.
     """
@@ -75,7 +75,7 @@ LEAST_SHARE = 1e-9  # of the largest value: less is rounding
 
 
 def pair_of(law: Law) -> str:
-    """What a law joins by its first two derivatives at both ends, such as R-G: the motion tasks of VDI 2143."""
+    """The motion task of VDI 2143 of a law, such as R-G, by its first two derivatives at both ends."""
     ends = [
         np.abs(verb([0.0, 1.0])) > LEAST_SHARE * np.abs(verb(UNIT_SAMPLES)).max()
         for verb in (law.velocity, law.acceleration)

@@ -19,7 +19,7 @@ TOUCHING_SHARE = 1e-9  # of the radii: what touches but for rounding, touches
 
 
 class Unfit(ValueError):
-    """What is wrong with an element (its number from 1), or with all of them (0)."""
+    """The fault of an element (its number from 1), or of all of them (0)."""
 
     def __init__(self, number: int, why: str) -> None:
         super().__init__(why)
@@ -72,7 +72,7 @@ class PlacedElement(NamedTuple):
         return self.radius is not None and abs(self.centre) <= TOUCHING_SHARE * abs(self.radius)
 
     def heights(self) -> list[float]:
-        """Distances from the axis where they are least or greatest; below 0 if the axis is outside."""
+        """The least and the greatest distance from the axis; below 0 if the axis is outside."""
         if self.radius is None:
             ahead = [(joint.point - self.centre) / (1j * joint.normal) for joint in (self.start, self.end)]
             passed = ahead[0].real <= TOUCHING_SHARE * abs(self.centre) and ahead[1].real >= -TOUCHING_SHARE * abs(
@@ -96,7 +96,7 @@ def phase(z: complex) -> float:
 
 
 def _height(point: complex, normal: complex) -> float:
-    """How far a point is along a normal."""
+    """The distance of a point along a normal."""
     return (point * normal.conjugate()).real
 
 
@@ -142,7 +142,7 @@ def _eccentric(element: GivenElement) -> PlacedElement:
 
 
 def _fixed(elements: Sequence[GivenElement], k: int) -> complex | None:
-    """The centre of an arc, as it is given, or found; None for a line."""
+    """The centre of an arc, given or computed; None for a line."""
     element = elements[k]
     if element.radius is None or element.centre is not None:
         return element.centre
@@ -167,7 +167,7 @@ def _neighbours(elements: Sequence[GivenElement], k: int) -> list[tuple[float, c
 
 
 def _joint(elements: Sequence[GivenElement], centres: Sequence[complex | None], k: int) -> tuple[Joint, Joint]:
-    """Where an element ends, and where the one after it starts: the same place but for rounding."""
+    """The end of an element and the start of the next: the same point apart from rounding."""
     after = (k + 1) % len(elements)
     if elements[k].radius is None:
         return _on_line(elements, k)[1:] * 2

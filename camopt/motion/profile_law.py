@@ -28,7 +28,7 @@ LEAST_DROP = 1e-12  # of the largest position: no more from the lowest is roundi
 
 @dataclass(frozen=True)
 class ProfileLaw(ByOrder):
-    """How far a follower has moved since it came on an element, mm (rad), over x from 0 to 1.
+    """The motion of a follower from the start of an element, mm (rad), over x from 0 to 1.
 
     ``radius`` is that of the trace point's arc (of a flat face's, the profile's), None for a line; ``distance`` and
     ``first`` are the distance of its centre from the axis (of the trace point's line itself), and δ at the start.
@@ -65,7 +65,7 @@ class ProfileLaw(ByOrder):
 
     @property
     def is_steady(self) -> bool:
-        """Whether the follower stands somewhere, at a finite speed, wherever it is on the element.
+        """Whether the follower has a position and a finite speed everywhere on the element.
 
         What is under the roots is least at the ends, or where δ is a whole number of right angles.
         """
@@ -116,7 +116,7 @@ TOO_STEEP = (
 
 
 def _stands(part: PlacedElement, contact: ProfileContact, number: int) -> Stand:
-    """Where a follower comes on an element, if it can be there."""
+    """The position of a follower at the start of an element, if it has one."""
     if part.radius is None or part.radius < 0.0:
         what = "a line" if part.radius is None else "a hollow flank"
         if contact.is_flat:
@@ -133,7 +133,7 @@ def _stands(part: PlacedElement, contact: ProfileContact, number: int) -> Stand:
 def _stroke(
     part: PlacedElement, contact: ProfileContact, turned: float, turn: float, start: float, low: float, high: float
 ) -> Stroke:
-    """What the follower does on an element: on an arc about the axis it rests."""
+    """The stroke of the follower on an element; on an arc about the axis it rests."""
     if part.is_concentric:
         return Stroke(DWELL, None, start, radians(turn), low, low, AsGiven(turn, 0.0, angular=False))
     if part.radius is None:

@@ -94,7 +94,7 @@ class Programme:
         return replace(self, strokes=with_moves(strokes)).on_base_circle()
 
     def on_base_circle(self) -> "Programme":
-        """The same turn with its displacements counted from the lowest of it."""
+        """The same turn with its displacements relative to the lowest one."""
         least, most = self.levels
         if abs(least) <= LEAST_JUMP * (most - least):
             return self
@@ -105,7 +105,7 @@ class Programme:
 
     @property
     def unit(self) -> float:
-        """Of positions as they are given, in mm or rad."""
+        """The unit of given positions, in mm or rad."""
         return next((stroke.given.unit for stroke in self.strokes if stroke.given), 1.0)
 
     def law_names(self, kind: int) -> str:
@@ -114,12 +114,12 @@ class Programme:
 
     @property
     def sampled(self) -> bool:
-        """Whether a law goes through the points of a table, and is not known between them."""
+        """Whether a law comes from the points of a table, and is not known between them."""
         return any(isinstance(s.law, SplineLaw) and s.law.sampled for s in self.strokes)
 
     @property
     def monotone(self) -> bool:
-        """Whether the follower turns back nowhere but between strokes."""
+        """Whether the follower turns back only between strokes."""
         return not any(s.law and (s.is_move or turnings(s.law, TURN_PANELS)) for s in self.strokes)
 
     @property
@@ -137,7 +137,7 @@ class Programme:
         return min(found), max(found)
 
     def has(self, kinds: int) -> bool:
-        """Whether any piece of the turn is of some kinds, or goes some ways."""
+        """Whether any piece of the turn has one of some kinds, or moves in one of some ways."""
         return bool(np.any(self.table.kind & kinds))
 
     @property
@@ -178,7 +178,7 @@ class Programme:
         return State(y, y1, y2, y3, None if self.load is None else Load(*self.load.at(angles)))
 
     def panels_of(self, kinds: int) -> NDArray[np.bool_]:
-        """Which panels of the table are in pieces of some kinds, or of some ways."""
+        """The panels of the table in pieces of some kinds, or of some ways."""
         return np.repeat((self.table.kind & kinds) != 0, np.diff(self.table.first_panel))
 
     def kinds_at(self, angles: FloatArray) -> IntArray:
@@ -250,7 +250,7 @@ def _table(programme: Programme) -> MotionTable:
 
 
 def _ways(coefficients: FloatArray, counts: Sequence[int]) -> list[int]:
-    """Which way each piece of a stroke moves, from its coefficients (panels, powers): none turns back."""
+    """The direction of motion of each piece of a stroke, from its coefficients (panels, powers)."""
     last = np.cumsum(counts) - 1
     first = last - np.array(counts) + 1
     left, right = polynomial.polyval(np.array([-1.0, 1.0]), coefficients.T).T
@@ -258,7 +258,7 @@ def _ways(coefficients: FloatArray, counts: Sequence[int]) -> list[int]:
 
 
 def _kind(stroke: Stroke, way: int) -> int:
-    """The kind of a piece of a stroke: that of the stroke, or, of a move, that of the way in which it goes."""
+    """The kind of a piece of a stroke: that of the stroke, or for a move, that of its direction."""
     return next(kind for kind in WAY_OF if WAY_OF[kind] == way) if stroke.is_move else stroke.kind
 
 
@@ -362,7 +362,7 @@ def root_mean_square(programme: Programme, order: int) -> float:
 
 
 def unit_span(law: Law) -> tuple[float, float]:
-    """Least and largest displacement of a law's unit stroke: 0 and 1, but for what is more than rounding."""
+    """Least and largest displacement of a law's unit stroke: 0 and 1, or beyond by more than rounding."""
     least, largest = span(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)
     return least if least < -OVERSHOOT else 0.0, largest if largest > 1.0 + OVERSHOOT else 1.0
 
@@ -382,7 +382,7 @@ def law_peaks(law: Law) -> dict[str, float | str]:
 
 
 def peaks_inside(law: Law) -> dict[str, float]:
-    """The largest derivatives within a law's unit stroke, whatever is around it."""
+    """The largest derivatives within a law's unit stroke, without its ends."""
     alone = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
     spans = {name: span(alone, (0.0,) * order + (1.0,), RISE) for name, order in PEAKS.items()}
     return {name: max(abs(least), abs(largest)) for name, (least, largest) in spans.items()}

@@ -1,4 +1,4 @@
-"""A run of moves: the states at the cam angles where something is asked, of the least jerk that meets it.
+"""A run of moves: the states of least jerk at the cam angles of its conditions.
 
 Of all motions that meet what is asked, the one of the least ∫ (y‴)² dθ is sought, a spline of degree 5 with four
 continuous derivatives where only positions are given. If a jerk is asked for at an angle of a run, the run has a
@@ -34,7 +34,7 @@ RANGE_PARTS = 12  # of a range of angles: there the Bernstein coefficients are h
 
 
 class Contradiction(Unmet):
-    """No motion meets all that is asked of a run of moves; ``keys`` are those of a smallest set that none meets."""
+    """No motion meets all conditions of a run of moves; ``keys`` are those of a smallest set that none meets."""
 
     def __init__(self, keys: Sequence[str]) -> None:
         super().__init__(
@@ -45,7 +45,7 @@ class Contradiction(Unmet):
 
 @dataclass(frozen=True)
 class Run:
-    """Moves that follow each other, what is before and after them, and the displacement where the turn starts.
+    """Consecutive moves, their neighbours, and the displacement where the turn starts.
 
     Displacements are counted from the start of the run, in mm or deg as given, angles in rad.
     """
@@ -57,7 +57,7 @@ class Run:
 
     @cached_property
     def conditions(self) -> list[Condition]:
-        """What is asked of the moves, with cam angles from the start of the run."""
+        """The conditions on the moves, with cam angles from the start of the run."""
         found, turned = [], 0.0
         up = (self.start - self.moves[0].low) / self.moves[0].size
         for move in self.moves:
@@ -70,7 +70,7 @@ class Run:
 
     @cached_property
     def cuts(self) -> FloatArray:
-        """The cam angles of its joints and of all that is asked for on the way."""
+        """The cam angles of its joints and of all conditions on the way."""
         found = np.cumsum([0.0, *(move.angle for move in self.moves)])
         most = found[-1]
         for each in self.conditions:
@@ -95,7 +95,7 @@ class Run:
 
     @property
     def count(self) -> int:
-        """Numbers of a state: a run of which a jerk is asked at an angle has a continuous one."""
+        """Numbers of a state: a run with a condition on its jerk at an angle has a continuous jerk."""
         jerks = any(each.order == TO_JERK - 1 and each.start == each.end for each in self.conditions)
         return TO_JERK if jerks else TO_ACCELERATION
 
@@ -105,7 +105,7 @@ class Run:
         return self.before.is_open
 
     def states(self) -> FloatArray:
-        """The states at the cuts, of the least integral among those that meet all that is asked."""
+        """The states at the cuts that meet all conditions with the least integral."""
         found = self._states(self.conditions)
         if found is not None:
             return found
@@ -151,7 +151,7 @@ class Run:
         return low, high
 
     def _along(self, condition: Condition, shape: tuple[int, ...]) -> "list[_Rows]":
-        """What a condition over a range of angles asks of the states where it is cut."""
+        """The limits that a condition over a range of angles sets on the states at its cuts."""
         first, last = self._place(condition.start), self._place(condition.end)
         found = []
         for place, angle in zip(range(first, last), self.angles[first:last], strict=True):
@@ -169,7 +169,7 @@ class Run:
 
 
 def _with(cuts: FloatArray, others: FloatArray, apart: float) -> FloatArray:
-    """Cuts, and those others that are further away from each of them."""
+    """Cuts, and those of others that are not near any of them."""
     for each in others:
         if np.abs(cuts - each).min() > apart:
             cuts = np.append(cuts, each)
@@ -246,7 +246,7 @@ def _factor(count: int) -> FloatArray:
 
 
 def bernstein_of(count: int, angle: float) -> FloatArray:
-    """The matrix from the states at both ends of an angle to the Bernstein coefficients of what joins them."""
+    """The matrix from the states at both ends of an angle to the Bernstein coefficients of the motion between."""
     degree = 2 * count - 1
     half = np.array(
         [[comb(i, k) / perm(degree, k) * angle**k if k <= i else 0.0 for k in range(count)] for i in range(count)]

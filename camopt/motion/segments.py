@@ -1,4 +1,4 @@
-"""The segments of a turn as they are given, and the strokes that they become."""
+"""The given segments of a turn, and the strokes made from them."""
 
 from collections.abc import Mapping, Sequence
 from math import radians
@@ -18,7 +18,7 @@ SAME_LIFT = 1e-9  # displacements nearer than this share of a stroke are the sam
 
 
 class GivenSegment(NamedTuple):
-    """A segment of the turn as it is given: cam angle in deg, displacements in mm, or deg if they are angular."""
+    """A given segment of the turn: cam angle in deg, displacements in mm, or deg if they are angular."""
 
     segment: str
     angle: float
@@ -37,7 +37,7 @@ class GivenSegment(NamedTuple):
 
     @property
     def change(self) -> float:
-        """Of the displacement, where no position is given."""
+        """The change of displacement, if no position is given."""
         return LIFT_SIGNS[self.segment] * self.lift
 
 
@@ -50,7 +50,7 @@ def start_position(segments: Sequence[GivenSegment]) -> float:
 
 
 def lifts_of(segments: Sequence[GivenSegment]) -> list[float]:
-    """By how much the displacement changes in each segment."""
+    """The change of displacement in each segment."""
     position, found = start_position(segments), []
     for segment in segments:
         found.append(segment.change if segment.to is None else segment.to - position)
@@ -69,7 +69,7 @@ def positions_of(segments: Sequence[GivenSegment]) -> list[float]:
 def strokes_from(
     segments: Sequence[GivenSegment], *, angular: bool, laws: Mapping[str, Law]
 ) -> tuple[float, list[Stroke]]:
-    """Where the turn starts, as given, and its strokes; moves are without their laws (``joints``)."""
+    """The given position where the turn starts, and its strokes; moves get their laws later (``joints``)."""
     start = start_position(segments)
     strokes: list[Stroke] = []
     turned, y = 0.0, start * AsGiven(0.0, 0.0, angular).unit
@@ -84,14 +84,14 @@ def strokes_from(
 
 
 def _from(start: float, asked: AskedValue) -> AskedValue:
-    """A position, or a range of them, counted from another."""
+    """A position, or a range of them, relative to another."""
     if asked is None:
         return None
     return (asked[0] - start, asked[1] - start) if isinstance(asked, tuple) else asked - start
 
 
 def _counted(through: Passing, start: float) -> Passing:
-    """What is asked at cam angles in rad, with positions counted from one of them."""
+    """Conditions at cam angles in rad, with positions relative to a given one."""
     position, *others = through.asked
     return Passing(radians(through.start), radians(through.end), (_from(start, position), *others))
 

@@ -1,4 +1,4 @@
-"""A stroke: what the follower does in one segment of the turn."""
+"""A stroke: the motion of the follower in one segment of the turn."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class AsGiven(NamedTuple):
 
 
 class Passing(NamedTuple):
-    """What a move is asked for from one cam angle of the turn to another, or at one; deg as given, else rad."""
+    """A condition on a move from one cam angle of the turn to another, or at one; deg as given, else rad."""
 
     start: float
     end: float
@@ -43,7 +43,7 @@ AskedValue = float | tuple[float, float] | None
 
 
 def asked_range(asked: AskedValue) -> tuple[float, float]:
-    """From where to where a number may be."""
+    """The range of a number that is asked for."""
     if asked is None:
         return -inf, inf
     return asked if isinstance(asked, tuple) else (asked, asked)
@@ -85,7 +85,7 @@ class Stroke:
 
     @property
     def is_open(self) -> bool:
-        """Whether its law follows from what is beside it."""
+        """Whether its law follows from its neighbours."""
         return self.wanted is not None and not self.named
 
     @property
@@ -95,13 +95,13 @@ class Stroke:
 
     @property
     def size(self) -> float:
-        """What its law is multiplied by."""
+        """The factor of its law."""
         if self.is_move and self.given:
             return self.given.unit
         return self.high - self.low
 
     def asked(self, start: float) -> Iterator[Condition]:
-        """What a move, or a stretch at constant velocity, is asked for, in mm (rad) by rad.
+        """The conditions on a move, or on a stretch at constant velocity, in mm (rad) by rad.
 
         ``start`` is the displacement at the start of the turn.
         """
@@ -112,7 +112,7 @@ class Stroke:
             yield each._replace(low=up + each.low * self.size, high=up + each.high * self.size)
 
     def conditions(self) -> Iterator[Condition]:
-        """What a move is asked for at its end and on its way, as given; y is counted from the start of the turn.
+        """The given conditions on a move at its end and on its way; y is relative to the start of the turn.
 
         Not the position at its end, where that is a number: ``high`` has it.
         """
@@ -123,7 +123,7 @@ class Stroke:
                 yield from _asked(f"{self.key}.through.{number}.{name}", order, each.start, each.end, each.asked)
 
     def part(self, condition: Condition) -> tuple[float, float] | None:
-        """From where to where in the stroke a condition holds, in x from 0 to 1; None where it does not.
+        """The range of x, from 0 to 1, on which a condition holds; None if it does not hold in this stroke.
 
         One at the angle where the stroke starts is about the stroke before.
         """
@@ -134,7 +134,7 @@ class Stroke:
         return (max(low, 0.0), min(high, 1.0)) if low < 1.0 and high > 0.0 else None
 
     def values_at(self, condition: Condition) -> FloatArray:
-        """What a condition is about, at its angle, or at many of its range; none where it is not in the stroke."""
+        """The values that a condition is about, at its angle or at many of its range; empty outside the stroke."""
         part = self.part(condition)
         if part is None:
             return np.empty(0)

@@ -104,7 +104,7 @@ def stroke_coefficients(
 
 @lru_cache(maxsize=256)
 def turnings(law: Law, panels: int) -> tuple[float, ...]:
-    """Where in a stroke a law turns back: the roots of its velocity at which the sign changes; none if monotone."""
+    """Where a law turns back in a stroke: the roots of its velocity with a change of sign; none if monotone."""
     series, ends, _ = stroke_coefficients(law, panels)
     centre, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
     velocity = polynomial.polyder(series.T) / half

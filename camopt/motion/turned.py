@@ -42,7 +42,7 @@ class SkewedLaw:
         return (*(before * x for x in inner), self.crossing, *(1.0 - after * x for x in reversed(inner)))
 
     def _from_ends(self, x: ArrayLike) -> tuple[NDArray[np.bool_], FloatArray, FloatArray]:
-        """Where x is beyond the crossing, how much its half is stretched, and x in the first half of S."""
+        """A mask of x beyond the crossing, the stretch of its half, and x in the first half of S."""
         x = np.asarray(x, dtype=float)
         beyond = x > self.crossing
         stretch = 2.0 * np.where(beyond, 1.0 - self.crossing, self.crossing)

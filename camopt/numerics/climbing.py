@@ -37,7 +37,7 @@ CLIMB_STEPS = 60
 
 
 class Ask(NamedTuple):
-    """What is asked: the largest of sign·f, its relative error, and that of its cam angle, rad, or inf.
+    """A question: the largest of sign·f, its allowed relative error, and that of its cam angle, rad, or inf.
 
     ``blur`` is the rounding error allowed of a part of a panel, relative; inf where that of the panel is as good.
     """
@@ -73,7 +73,7 @@ class Bracket(NamedTuple):
 
 
 class Aim(NamedTuple):
-    """When one climb may end: the value to beat, the gain and the slope that may be left."""
+    """When a climb may end: the value to beat, the gain and the slope that may remain."""
 
     best: float
     gain: float
@@ -82,7 +82,7 @@ class Aim(NamedTuple):
 
 @inlined
 def first_and_last(goal):
-    """Which signs of ``Ask`` a goal looks at: of (1, −1), from and to."""
+    """The signs of ``Ask`` that a goal needs: of (1, −1), first and last."""
     return (1 if goal == LEAST else 0), (1 if goal == LARGEST else 2)
 
 
@@ -96,7 +96,7 @@ def orient(value, goal):
 
 @inlined
 def allowed(best, tolerance, error):
-    """The gain that may be left: below it an extreme is exact enough. No less than rounding where that is known."""
+    """The gain that may remain: below it an extreme is exact enough. At least rounding, if that is known."""
     return larger(0.5 * tolerance * abs(best), where(error < np.inf, error, 0.0))
 
 
@@ -129,7 +129,7 @@ def gain_left(grade, bracket, half_width, concavity):
 
 @inlined
 def cubic_peak(left, rising, right, falling, width):
-    """Where in [0, 1] the cubic through both ends and their slopes is largest, given rising > 0 > falling."""
+    """The place in [0, 1] where the cubic through both ends and slopes is largest, given rising > 0 > falling."""
     mean = (right - left) / width
     linear, square = 6.0 * mean - 4.0 * rising - 2.0 * falling, 3.0 * (rising + falling - 2.0 * mean)
     return 2.0 * rising / (np.sqrt(max(linear * linear - 4.0 * square * rising, 0.0)) - linear)
@@ -153,7 +153,7 @@ def begin_climb(climbs, j, design, ends, half_width, concavity):
 
 @called_by_kernels
 def step_all(many, half_width, state):
-    """One step of every climb, from the values and slopes that were looked at; no branches."""
+    """One step of every climb, from the values and slopes just evaluated; no branches."""
     low, high, rising, falling, side = state[LOW], state[HIGH], state[RISING], state[FALLING], state[SIDE]
     best, at, bound, values, slopes = state[BEST], state[AT], state[BOUND], state[VALUE], state[GRADIENT]
     concavity, gain, steep, following = state[CONCAVITY], state[GAIN], state[SLOPE], state[NEXT]
@@ -172,7 +172,7 @@ def step_all(many, half_width, state):
 
 @called_by_kernels
 def advance(many, place, errors, last, ask, found, climbs):
-    """Take what the climbs have found, and keep those that go on: how many.
+    """Take the results of climbs, and keep the unfinished ones; returns their number.
 
     ``place`` is (centre, half-width) of the panel, ``errors`` those of the designs in it.
     """

@@ -6,11 +6,11 @@ from camopt.kernels.compiling import COMPILING
 
 
 def now() -> float:
-    """Seconds since some moment, without those of compilation."""
+    """Seconds since a fixed moment, without time spent on compilation."""
     return monotonic() - COMPILING.seconds
 
 
 def share(end: float, left: int) -> float:
-    """When the first of so many equal tasks is to stop, to leave the others as long before the end."""
+    """The time at which the first of equal tasks must stop to leave the others as much time."""
     start = now()
     return start + max(end - start, 0.0) / left

@@ -1,4 +1,4 @@
-"""What is compiled for each curve: its values, slopes and jets, and nothing else.
+"""The functions compiled for each curve: its values, slopes and jets.
 
 The search for extremes is compiled once, and calls these functions by their address (``indirect``). So whatever is
 written here costs compile time for each curve, and whatever is written there does not.
@@ -24,7 +24,7 @@ from camopt.numerics.workspace import BOUNDS, ROWS
 
 
 class PartBounds(NamedTuple):
-    """What jets say of a curve and its slope over a part of a panel.
+    """Bounds by jets of a curve and its slope over a part of a panel.
 
     Range of the curve, bounds of its rounding error, |f''| and |f'''|; range and rounding error of its slope.
     """
@@ -64,7 +64,7 @@ def _nodes_in_python(made, first, count, values):
 
 @evaluates(NONE, COUNT, NUMBER, COUNT, COUNT, BOUNDS)
 def row(made, place, half_width, first, count, bounds):
-    """What jets say of a row of the table, a panel or a group of panels, and design first + i."""
+    """Bounds by jets over a row of the table, a panel or a group of panels, of design first + i."""
     f, table = made[0]
     at = row_jets(table, place)
     eighth = 0.5 * half_width * half_width  # of the squared width
@@ -131,7 +131,7 @@ def point(made, place, u, sign, design):
 
 @inlined
 def jet_bounds(f, design, at):
-    """What a state in jets says of a design."""
+    """The bounds of a design from a state in jets."""
     value, slope = curve(f, design, at)
     return PartBounds(
         value.low,

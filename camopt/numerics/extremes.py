@@ -115,7 +115,7 @@ def _may_exceed_in_python(before, after, excess, count, goal, best):
 
 @called_by_kernels
 def candidates(panel, node, count, ask, work):
-    """Which designs may exceed their best value within a panel by more than is allowed: their number."""
+    """Find the designs that may exceed their best value within a panel by more than allowed; their number."""
     before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
     best, top, error, chosen = work.found.best, work.found.top, work.bounds.error[panel], work.chosen
     many = 0
@@ -142,7 +142,7 @@ def _candidates_in_python(panel, node, count, ask, work):
 
 @inlined
 def is_open(curve, first, count, panels, panel, node, goal, work):
-    """Whether jets leave it open that a panel holds more than the best value of some design."""
+    """Whether by jets a panel may hold more than the best value of some design."""
     before, after = work.values[node], work.values[node + 1]
     for row in (panels.group[panel], panel):  # the bounds of its group settle most panels
         if not work.looked[row]:
@@ -164,7 +164,7 @@ def _is_open_in_python(curve, first, count, panels, panel, node, goal, work):
 
 @called_by_kernels
 def begin(panels, kinds, goal, count, work):
-    """What the nodes say of the extremes of a tile."""
+    """First extremes of a tile, from the nodes."""
     found = work.found
     best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
     for i in range(count):
@@ -173,7 +173,7 @@ def begin(panels, kinds, goal, count, work):
 
 @inlined
 def search_open(curve, first, count, panels, place, aim, work):
-    """Search a panel that jets leave open, for those designs that it may hold more of than the best value.
+    """Search a panel for the designs whose best value it may exceed by its jets.
 
     ``place`` is the panel and its first node, ``aim`` the goal and the precision.
     """
@@ -214,7 +214,7 @@ def _search_in_python(curve, first, count, panels, question, precision, work):
 
 @inlined
 def search_again(curve, first, count, panels, question, precision, work):
-    """Another look at those designs of a tile whose extremes are not as exact as was asked."""
+    """Search again for the designs of a tile whose extremes are not as exact as asked."""
     kinds, goal = question
     one, other = first_and_last(goal)
     many = blurred(count, precision, work)
@@ -228,7 +228,7 @@ def search_again(curve, first, count, panels, question, precision, work):
 
 
 def perhaps_open(panels, kinds, goal, count, work):
-    """Panels, with the numbers of their pieces, that jets may leave open: all at once, by the best of all nodes."""
+    """Panels that jets may leave open, with the numbers of their pieces: all at once, by the best of all nodes."""
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel))
     panel = np.flatnonzero(panels.kind[piece] & kinds)
     before, after = (orient(work.values[panel + piece[panel] + side, :count], goal) for side in (0, 1))
@@ -239,7 +239,7 @@ def perhaps_open(panels, kinds, goal, count, work):
 
 @called_by_kernels
 def give(found, count, goal, value, where, width):
-    """Write the extremes of a tile to where they are asked for."""
+    """Write the extremes of a tile into the answers."""
     for i in range(count):
         value[i] = -found.best[i] if goal == LEAST else found.best[i]
         where[i] = found.at[i]

@@ -1,4 +1,4 @@
-"""Halving without a compiler: parts of a panel are evaluated many at a time, before they are asked for.
+"""Halving without a compiler: parts of a panel are evaluated many at a time, before they are needed.
 
 The last resort of the search (``halving``) takes designs one by one. As machine code that is quick; uncompiled, one
 part takes as long as some hundred in an array. So whatever may be asked for next is evaluated with what is asked

@@ -1,4 +1,4 @@
-"""Whether a part of a panel is settled, and the last resort of halving it."""
+"""Whether a part of a panel is settled; if not, it is halved."""
 
 import numpy as np
 
@@ -31,7 +31,7 @@ def most_ascent(slope, bend, curl, width):
 
 @called_by_kernels
 def looked_at(ends, third, half_width, enough):
-    """What end values, slopes and |f'''| say of a part: (verdict, bound of its values, lower bound of −f'')."""
+    """A part judged by end values, slopes and |f'''|: (verdict, bound of its values, lower bound of −f'')."""
     low, high, left, rising, right, falling = ends
     width = (high - low) * half_width
     bend = (falling - rising) / width  # a mean of f''
@@ -83,13 +83,13 @@ def bound_by_jet(bound, bounds, ends, sign, half_width):
 
 @called_by_kernels
 def blurs(error, bound, best, ask):
-    """Whether the rounding error of a part is more than is allowed, where there may be more than the best value."""
+    """Whether the rounding error of a part is more than allowed, where the part may exceed the best value."""
     return ask.blur < np.inf and error > ask.blur * abs(best) and bound + error > best
 
 
 @called_by_kernels
 def is_blurred_by_width(curve, design, panel, middle, error):
-    """Whether the rounding error of a part is far more than that of one point, so that halves have less."""
+    """Whether the rounding error of a part is far larger than that of one point, so that its halves have less."""
     return error > 2.0 * call(curve.part, (curve.made, panel, middle, POINT_WIDTH, design)).error
 
 

@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 
 def irreducible(conditions: Sequence[T], feasible: Callable[[Sequence[T]], bool]) -> list[T]:
-    """Those of contradictory conditions that are left when each that can be left out is left out."""
+    """A smallest contradictory set: conditions are left out while the others still contradict each other."""
     kept = list(conditions)
     for each in conditions:
         others = [other for other in kept if other != each]

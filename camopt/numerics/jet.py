@@ -1,4 +1,4 @@
-"""Jets: what is known of a curve over a stretch of the turn, by the same formulas that give its values.
+"""Jets: bounds of a curve over a stretch of the turn, by the same formulas that give its values.
 
 A jet holds the range of a quantity over the stretch, a bound of the rounding error of computing it at any point
 there, and bounds of the magnitudes of its first three derivatives by the cam angle. Formulas run on jets as they
@@ -93,7 +93,7 @@ def least_magnitude(a):
 
 @inlined
 def known_bound(bound):
-    """A bound that a jet has come to; inf where 0·∞ has left NaN, which compares as if nothing were beyond it."""
+    """A bound of a jet; inf in place of the NaN of 0·∞, which would compare as if nothing were beyond it."""
     return where(bound >= 0.0, bound, np.inf)
 
 
@@ -313,7 +313,7 @@ UFUNCS = {OPERATORS.get(operation, operation): rules for operation, rules in JET
 
 
 def _give_operators():
-    """Let jets take the operators themselves: numpy's way to them takes far longer than what they compute."""
+    """Give jets operators of their own: numpy's dispatch takes far longer than the computation."""
 
     def applied(rules):
         return lambda jet, other: rules.get((JET, isinstance(other, Jet)), unknown)(jet, other)

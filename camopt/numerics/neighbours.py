@@ -1,4 +1,4 @@
-"""What points are off the curve through their neighbours by: their noise.
+"""Deviations of points from the curve through their neighbours: their noise.
 
 A point is compared with the quintic polynomial through the three nearest angles on either side, which a cam that is
 measured in steps of a few degrees follows to far less than any gauge shows. For equal steps that is the sixth
@@ -18,7 +18,7 @@ MEDIAN = NormalDist().inv_cdf(0.75)  # of |x|, for a normal x of deviation 1
 
 
 def deviations(angles: FloatArray, lifts: FloatArray, turn: float) -> FloatArray:
-    """What each point is off the polynomial through its neighbours by, over √(1 + Σ wⱼ²/mⱼ).
+    """The deviation of each point from the polynomial through its neighbours, over √(1 + Σ wⱼ²/mⱼ).
 
     The lift at an angle that has m points is their mean. After a ``turn`` the points are the same again.
     """
@@ -38,7 +38,7 @@ def deviations(angles: FloatArray, lifts: FloatArray, turn: float) -> FloatArray
 
 
 def noise_of_table(x: Sequence[float], s: Sequence[float]) -> float:
-    """The standard deviation of the errors of s, by the median of what points between others are off by."""
+    """The standard deviation of the errors of s, from the median deviation of points between others."""
     off = deviations(np.array(x, dtype=float), np.array(s, dtype=float), 2.0)
     return float(np.median(np.abs(off[REACH:-REACH]))) / MEDIAN  # those at the ends have no neighbours beyond
 

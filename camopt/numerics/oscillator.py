@@ -146,7 +146,7 @@ def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, rati
 def from_rest(
     motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: FloatArray, damping: float
 ) -> Wave:
-    """The z that follows rest, for each r of ``ratio`` (rows, 1); ``half_width`` (rows, panels)."""
+    """The z that starts from rest, for each r of ``ratio`` (rows, 1); ``half_width`` (rows, panels)."""
     phase = ratio * half_width
     shift, drive, kicks = _stiff(motion, phase, corners / ratio)
     solution = _particular(shift, drive, phase, damping)
@@ -199,7 +199,7 @@ def _carried(
 
 
 def _closed(missed: Pair, angle: FloatArray, damping: float) -> Pair:
-    """What to add to a start so that the turn returns to it: (1 − E)·added = missed, E the free vibration.
+    """The correction of a start so that the turn returns to it: (1 − E)·added = missed, E the free vibration.
 
     The determinant is |1 − e^{λφ}|², a sum of squares; 1 − e^{−ζφ}·cos wφ is formed without cancellation.
     """

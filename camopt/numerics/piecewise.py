@@ -50,7 +50,7 @@ class MotionTable(NamedTuple):
 
 
 class Panels(NamedTuple):
-    """What the search for extremes needs of a MotionTable: how the turn is divided."""
+    """The division of the turn of a MotionTable, as the search for extremes needs it."""
 
     first_panel: NDArray[np.int64]
     kind: NDArray[np.int64]
@@ -65,7 +65,7 @@ PANEL_RECORD = Record(Panels, (COUNTS, COUNTS, NUMBERS, NUMBERS, COUNTS, COUNT))
 
 
 def panels_of(table: MotionTable) -> Panels:
-    """How the turn of a motion table is divided."""
+    """The division of the turn of a motion table."""
     return Panels(table.first_panel, table.kind, table.centre, table.half_width, table.group, len(table.low))
 
 

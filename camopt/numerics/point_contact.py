@@ -1,4 +1,4 @@
-"""The pressure of a point contact by the ratio t of its relative radii, as a function that formulas share.
+"""The pressure of a point contact as a function of the ratio t of its relative radii, for all kinds of number.
 
 Two bodies touch in an ellipse, with half-axis a in the plane of R' and b in that of R'', across it. With μ = b/a
 and Carlson's integrals D = R_D(0, μ², 1)/3 and B = μ²·R_D(0, 1, μ²)/3,
@@ -95,7 +95,7 @@ def table_derivatives(t, table):
 
 @inlined
 def jet_factor(t, table):
-    """h of a jet: its bounds from the ends of the range; none where that leaves the table."""
+    """h of a jet: its bounds from the ends of the range; infinite outside the table."""
     within = (t.low >= 1.0 / FLATTEST) & (t.high <= FLATTEST)
     most, h1, h2, h3 = table_derivatives(t.low, table)
     least = table_derivatives(t.high, table)[0]

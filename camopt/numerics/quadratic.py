@@ -17,7 +17,7 @@ UNHELD = 1e-8  # of a residual: with less of it nothing holds all limits
 def least_within(
     factor: FloatArray, offset: FloatArray, rows: FloatArray, least: FloatArray, size: float = 0.0
 ) -> FloatArray | None:
-    """The x of the least |R·x + d| with rows·x ≥ least, R of full rank; None if no x holds that.
+    """The x of the least |R·x + d| with rows·x ≥ least, R of full rank; None if no x meets these limits.
 
     ``size`` is that of the numbers that ``least`` is made of, whose rounding it may have.
     """
@@ -73,6 +73,6 @@ def _hold(rows: FloatArray, least: FloatArray, x: FloatArray, size: float) -> bo
 
 
 def _room(rows: FloatArray, least: FloatArray, x: FloatArray, size: float) -> FloatArray:
-    """By how much each limit may be missed."""
+    """The amount by which each limit may be missed."""
     values = np.abs(rows) @ np.abs(x) + np.abs(least)
     return np.asarray(HOLDING * (values + LEAST_LIMIT * values.max(initial=size)))

@@ -30,7 +30,7 @@ class Rule(NamedTuple):
 
 @cache
 def gauss(order: int) -> Rule:
-    """The rule of so many points, exact for polynomials of twice that degree less one."""
+    """The rule of n points, exact for polynomials of degree 2n − 1."""
     nodes, weights = np.polynomial.legendre.leggauss(order)
     share = (-1.0) ** np.arange(order) * np.sqrt((1.0 - nodes**2) * weights)  # barycentric
     apart = nodes[:, None] - nodes + np.eye(order)
@@ -41,7 +41,7 @@ def gauss(order: int) -> Rule:
 
 
 class Integrated(NamedTuple):
-    """Integrals (kinds, n) and how far off they may be, by the difference of two orders and by rounding."""
+    """Integrals (kinds, n) and their errors, by the difference of two orders and by rounding."""
 
     value: FloatArray
     error: FloatArray

@@ -1,4 +1,4 @@
-"""Extremes by sampling: what everyone does, as fast as it can be done, for comparison with enclosures."""
+"""Extremes by sampling, the common method, as fast as possible, for comparison with enclosures."""
 
 from typing import Any
 

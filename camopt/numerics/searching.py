@@ -16,7 +16,7 @@ from camopt.numerics.halving import CLIMBS, UNSETTLED, looked_at, put, split, ta
 
 @called_by_kernels
 def judge_panels(many, panel, half_width, ask, work):
-    """Settle a panel for its designs, or begin to climb, or open it: how many climb, and how many are open."""
+    """Settle a panel for its designs, or begin to climb, or open it; the numbers of climbs and of open designs."""
     found, (left, right) = work.found, (work.sides[0], work.sides[1])
     third, errors = work.bounds.third[panel], work.bounds.error[panel]
     climbs = opened = np.int64(0)
@@ -95,7 +95,7 @@ def _split_all_in_python(curve, first, many, panels, panel, ask, work):
 
 @called_by_kernels
 def blurred(count, precision, work):
-    """The designs whose extreme is not as exact as was asked, which are begun anew: their number."""
+    """Restart the designs whose extreme is not as exact as asked; their number."""
     found, many = work.found, np.int64(0)
     for i in range(count):
         width = max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
@@ -108,7 +108,7 @@ def blurred(count, precision, work):
 
 @called_by_kernels
 def perhaps_more(many, panel, node, ask, work):
-    """For which of the blurred designs jets leave a panel open: their number."""
+    """Find the blurred designs for which jets leave a panel open; their number."""
     before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
     left = np.int64(0)
     for j in range(many):

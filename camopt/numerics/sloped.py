@@ -72,7 +72,7 @@ def at_point(x: Any) -> Interval:
 
 
 def _entered(x: Any) -> Interval:
-    """A number or an array with the rounding that it may have."""
+    """A number or an array widened by its rounding error."""
     return x if isinstance(x, Interval) else widened(as_interval(x))
 
 
@@ -121,12 +121,12 @@ def variables(box: Sequence[Interval], point: Sequence[FloatArray]) -> list[Slop
 
 
 def _larger(a: Interval, b: Interval) -> Interval:
-    """What ∂max(a, b)/∂a may be: 1 where a is larger, 0 where b is."""
+    """The range of ∂max(a, b)/∂a: 1 where a is larger, 0 where b is."""
     return Interval(np.where(a.low > b.high, 1.0, 0.0), np.where(a.high < b.low, 0.0, 1.0))
 
 
 def _step(a: Interval) -> Interval:
-    """What the derivative of sgn(a) may be."""
+    """The range of the derivative of sgn(a)."""
     sure = (a.low > 0.0) | (a.high < 0.0) | (a.low == a.high)
     return Interval(np.zeros_like(a.low), np.where(sure, 0.0, np.inf))
 
@@ -192,7 +192,7 @@ def as_quotient(x: Any) -> Quotient:
 
 
 def as_sloped(x: Any, like: Sloped) -> Sloped:
-    """A constant as one that does not change over the boxes of another."""
+    """A constant with zero slopes over the boxes of another quantity."""
     if isinstance(x, Sloped):
         return x
     value = _entered(x) + as_interval(np.zeros(like.value.low.shape))

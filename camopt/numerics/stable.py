@@ -44,7 +44,7 @@ def sum_of(*terms: Any) -> Any:
 
 
 def lost_by_sum(a: Any, b: Any) -> Any:
-    """What a + b loses by rounding, exactly (Knuth, The Art of Computer Programming, vol. 2, 4.2.2)."""
+    """The exact rounding error of a + b (Knuth, The Art of Computer Programming, vol. 2, 4.2.2)."""
     total = a + b
     part = total - a
     return (a - (total - part)) + (b - part)

@@ -1,4 +1,4 @@
-"""The state of the follower at a cam angle, or over a range of them: what the formulas of curves take."""
+"""The state of the follower at a cam angle, or over a range of them: the argument of the formulas of curves."""
 
 from typing import Any, NamedTuple
 

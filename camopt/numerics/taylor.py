@@ -26,7 +26,7 @@ class Taylor:
         self.terms = tuple(terms)
 
     def derivative(self, order: int) -> Any:
-        """The derivative of some order, where the series is about."""
+        """The derivative of some order at the centre of the series."""
         return self.terms[order] * factorial(order)
 
     @property

@@ -23,7 +23,7 @@ WAVE_HALVINGS = 64
 
 
 class Enclosed(NamedTuple):
-    """The largest value found of each row (rows,), and what no value exceeds but for rounding."""
+    """The largest value found of each row (rows,), and an upper bound apart from rounding."""
 
     value: FloatArray
     bound: FloatArray
@@ -56,7 +56,7 @@ def largest(wave: Wave) -> Enclosed:
 
 
 def least(wave: Wave) -> Enclosed:
-    """As ``largest``, for the least values and what none is below."""
+    """As ``largest``, for the least values and their lower bound."""
     found = largest(wave.times(-1.0))
     return Enclosed(-found.value, -found.bound)
 
@@ -102,7 +102,7 @@ class _Pieces(NamedTuple):
         return cls(series, *flat, curved, wave.damping, wave.frequency)
 
     def bounds(self, piece: FloatArray, centre: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
-        """Values at the centres of intervals, and what none of their values exceeds."""
+        """Values at the centres of intervals, and upper bounds over the intervals."""
         value, slope = self.series[-1, piece], np.zeros(len(piece))
         for row in self.series[-2::-1]:
             slope = slope * centre + value

@@ -1,4 +1,4 @@
-"""What the search for extremes keeps of a tile of designs: tables that are made once and used for every tile."""
+"""The tables of the search for extremes for a tile of designs, made once and used for every tile."""
 
 from typing import Any, NamedTuple
 
@@ -22,7 +22,7 @@ ROWS = Kind(NUMBER.name, 2)
 
 
 class PanelBounds(NamedTuple):
-    """What jets say of each row of the motion table, a panel or a group of panels: (rows, ROW).
+    """Bounds by jets of each row of the motion table, a panel or a group of panels: (rows, ROW).
 
     By how much a curve may exceed both its end values in a panel, a bound of |f'''|, and one of rounding errors.
     """
@@ -43,7 +43,7 @@ class Located(NamedTuple):
 
 
 class Climbs(NamedTuple):
-    """Climbs that go on: the design of each within its tile, and a column (STATES, 2·ROW) of what is known."""
+    """Unfinished climbs: the design of each within its tile, and its column of the table (STATES, 2·ROW)."""
 
     design: NDArray[np.int64]
     state: FloatArray

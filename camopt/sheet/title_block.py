@@ -1,5 +1,4 @@
-"""The title block by ISO 7200, 180 mm wide, in the lower right corner. Fields that are not given stay empty.
-"""
+"""The title block by ISO 7200, 180 mm wide, in the lower right corner. Fields that are not given stay empty."""
 
 from typing import NamedTuple
 
