@@ -34,7 +34,7 @@ def printable(text: str) -> str:
 
 
 def shortened(text: str, most: int = LONGEST_SHOWN) -> str:
-    """A text of at most so many characters: a longer one without its middle."""
+    """A text of at most ``most`` characters: a longer one loses its middle."""
     if len(text) <= most:
         return text
     end = (most - 1) // 2
@@ -42,7 +42,7 @@ def shortened(text: str, most: int = LONGEST_SHOWN) -> str:
 
 
 def line_of(text: str) -> str:
-    """A message as a line for a terminal, however long what it quotes is."""
+    """A message as a line for a terminal, shortened if what it quotes is long."""
     return shortened(printable(shortened(text, LONGEST_LINE)), LONGEST_LINE)
 
 
@@ -53,7 +53,7 @@ def listed_words(words: Sequence[Any], most: int = MOST_LISTED) -> str:
 
 
 def _written(value: Any) -> str:
-    """A value as Python writes it, and of a long one its ends alone."""
+    """A value as Python writes it; of a long one only the ends."""
     if isinstance(value, str) and len(value) > 2 * LONGEST_SHOWN:
         value = shortened(value, 2 * LONGEST_SHOWN)
     return repr(value)
@@ -73,7 +73,7 @@ class CamoptError(Exception):
 
 
 class BadInput(CamoptError, ValueError):
-    """Mistakes in what was asked, all of them at once.
+    """Mistakes in the input, all of them at once.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ class Unsolved(CamoptError, ArithmeticError):
 
 
 class Stopped(CamoptError):
-    """The ``progress`` of a caller returned False, which ends the work; the message says what is kept, if any.
+    """The caller's ``progress`` returned False, which ends the work; the message says what is kept.
 
     Examples
     --------
@@ -154,13 +154,13 @@ class Stopped(CamoptError):
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """What may have been meant, as the end of a message; and what is known."""
+    """The most similar known names, as the end of a message, or all known names."""
     return _nearest(shortened(word), tuple(known))
 
 
 @lru_cache(100)
 def _nearest(word: str, known: tuple[str, ...]) -> str:
-    """The same, of a word that may be wrong a thousand times."""
+    """The same, cached: one wrong word may occur a thousand times."""
     close = (
         get_close_matches(word, known, n=1, cutoff=ALIKE_SHARE)
         or _with_such_a_part(word, known)

@@ -1,4 +1,4 @@
-"""How callers are told how far long work is, and how they end it."""
+"""Progress of long work: how callers see it, and how they end the work."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""What shows itself in a notebook, and what has a picture."""
+"""Results that show themselves in a notebook, and objects that have a picture."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, ClassVar
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class Drawn:
-    """What ``plot`` draws."""
+    """An object that ``plot`` draws."""
 
     __slots__ = ()
     picture: ClassVar[str]
@@ -26,7 +26,7 @@ class Shown:
     """What makes the HTML. The package sets it, for it draws the cam, and drawing stands above all results."""
 
     def table(self) -> "Table | None":
-        """What the result says as a table, for every printer; None if it has no rows."""
+        """The result as a table, for every printer; None if it has no rows."""
         return None
 
     @property

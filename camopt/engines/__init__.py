@@ -1,4 +1,4 @@
-"""Engines: where many independent items are worked on: threads or processes of this machine, or a Dask cluster.
+"""Engines work on many independent items: in threads or processes of this machine, or on a Dask cluster.
 
 An engine gives work a few items that follow each other, on whatever of its workers is free, and yields what comes
 of them in the order of the items, never far ahead of the reader. Results do not depend on the engine.
@@ -16,17 +16,17 @@ LOCAL = "local"
 
 
 class Engine(Protocol):
-    """What works on items in parallel."""
+    """An engine, which works on items in parallel."""
 
     @property
     def workers(self) -> int:
-        """How many items are worked on at a time, as far as is known now."""
+        """The number of items worked on at a time, as known now."""
         ...
 
     def in_order(
         self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[Result]:
-        """What work gives for all items, some at a time, in their order.
+        """The results of ``work`` for all items, some items at a time, in order.
 
         Parameters
         ----------

@@ -52,7 +52,7 @@ SCHEDULER = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
 
 
 def items_of_task(items: int, threads: int, seconds: float, size: float) -> int:
-    """How many items a task has, of all items, by the seconds and bytes of one."""
+    """The number of items of a task, from the seconds and bytes of one item."""
     by_time = max(TASK_SECONDS, threads / RATE) / max(seconds, 1e-6)
     by_size = BYTES / max(size, 1.0)
     return max(1, int(min(by_time, by_size, ceil(items / (TASKS_PER_THREAD * threads)))))
@@ -60,14 +60,14 @@ def items_of_task(items: int, threads: int, seconds: float, size: float) -> int:
 
 @dataclass(frozen=True)
 class Cluster:
-    """The workers of a scheduler, those that join later among them."""
+    """The workers of a scheduler, including those that join later."""
 
     client: Client
     address: str
 
     @property
     def workers(self) -> int:
-        """The threads of all workers that are there now; at least one, who will come."""
+        """The threads of all present workers; at least one, for a worker that is still to come."""
         self._check_connected()
         threads: dict[str, int] = self.client.nthreads()
         return max(1, sum(threads.values()))
@@ -75,7 +75,7 @@ class Cluster:
     def in_order(
         self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[Result]:
-        """What work gives for some items at a time, as ``Engine`` says.
+        """The results of ``work`` for some items at a time, as ``Engine`` says.
 
         Raises
         ------
@@ -108,7 +108,7 @@ class Cluster:
                     self.client.unregister_worker_plugin(ready.name)
 
     def _results(self, name: str, tasks: Iterator[Sequence[Item]]) -> Iterator[Any]:
-        """What becomes of tasks, in order: so many at a time are given to workers, or wait to be read."""
+        """The results of tasks, in order; a limited number of tasks is with workers or waits to be read."""
         given: deque[Future[Any]] = deque()
         try:
             for items in tasks:
@@ -163,7 +163,7 @@ class Cluster:
         return ConnectionError(ECONNRESET, what, self.address)
 
     def gone(self) -> ConnectionError:
-        """What to say when the scheduler does not answer, or the block of ``cluster`` has ended."""
+        """The message when the scheduler does not answer, or the block of ``cluster`` has ended."""
         return self._trouble("no longer connected to the Dask scheduler")
 
 
@@ -189,7 +189,7 @@ def connected(scheduler: str, workers: int | None) -> Iterator[Cluster]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """What goes on between Dask's parts is no news for a user of camopt."""
+    """Silence Dask's messages about its own parts."""
     levels = {name: getLogger(name).level for name in LOGGERS}
     try:
         for name in levels:

@@ -1,4 +1,4 @@
-"""What a Dask worker keeps: the work, once it has shown that it gives the bytes that it gives elsewhere.
+"""A Dask worker's side: it keeps the work once a sample has given the same bytes as elsewhere.
 
 Source: distributed, ``Worker._register_with_scheduler``: a worker that joins late runs its plugins before it takes
 tasks.
@@ -20,7 +20,7 @@ from camopt.version import VERSION
 
 
 def installed() -> dict[str, str]:
-    """What decides which bytes come out: versions of what computes, and of the kernels."""
+    """The versions that decide the bytes of a result: libraries and kernels."""
     import scipy
 
     versions = {"camopt": VERSION, "numpy": np.__version__, "scipy": scipy.__version__}
@@ -28,12 +28,12 @@ def installed() -> dict[str, str]:
 
 
 def digest(result: Any) -> str:
-    """The digest of all that a result holds."""
+    """The digest of a whole result."""
     return str(tokenize(result, ensure_deterministic=True))
 
 
 def unlike(worker: str, why: str) -> BadInput:
-    """What is wrong with a worker that would give other bytes."""
+    """The reason why a worker would give other bytes; empty if it would not."""
     return BadInput([Mistake("camopt", "scheduler", worker, f"a worker like this machine: {why}")])
 
 
@@ -70,7 +70,7 @@ class Ready(WorkerPlugin):
         await worker.loop.asyncio_loop.run_in_executor(worker.executors["default"], self.prepared)
 
     def prepared(self) -> Callable[[Any], Any]:
-        """The work, after the sample, which is done once. What is wrong is told to each that asks."""
+        """The work, after the sample, which is done once. A fault is reported to every caller."""
         with self.lock:
             if self.work is None and self.trouble is None:
                 try:

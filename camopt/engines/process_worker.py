@@ -1,4 +1,4 @@
-"""A process that works for another one, until their pipe is closed."""
+"""A process that works for another one until the pipe between them is closed."""
 
 import os
 import pickle
@@ -11,7 +11,7 @@ from typing import Any
 
 
 def work() -> None:
-    """Do the work that comes on standard input, and write what comes of it, or its exception.
+    """Do the work that comes on standard input, and write its result or exception.
 
     What else prints goes nowhere, or it would be taken for a result.
     """

@@ -28,7 +28,7 @@ serve()
 
 
 class Processes:
-    """A number of processes, each of which works on one item at a time. A thread waits for each."""
+    """Processes that each work on one item at a time. A thread waits for each."""
 
     def __init__(self, workers: int) -> None:
         self.workers, self._own, self._lock = workers, local(), Lock()
@@ -46,7 +46,7 @@ class Processes:
             yield future.result()
 
     def end(self) -> None:
-        """End all processes, whatever they are at."""
+        """End all processes at once, even in the middle of an item."""
         with self._lock:
             self._ended = True
         for process in self._started:
@@ -56,7 +56,7 @@ class Processes:
             process.communicate()
 
     def _done(self, work: Callable[[Sequence[Item]], Result], item: Item) -> Result:
-        """What the process of this thread makes of an item, or another one if it ends."""
+        """The result of an item from the process of this thread, or from a new one if that dies."""
         for _ in range(ITEM_TRIES):
             process = self._process()
             try:
@@ -100,7 +100,7 @@ def send(pipe: Any, what: Any) -> None:
 
 @contextmanager
 def processes(count: int) -> Iterator[Processes]:
-    """An engine of so many processes, which end with the block."""
+    """An engine of ``count`` processes, which end with the block."""
     engine = Processes(count)
     try:
         yield engine

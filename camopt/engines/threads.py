@@ -11,7 +11,7 @@ from camopt.engines import Item, Result
 
 @dataclass(frozen=True)
 class Threads:
-    """A number of threads, each of which works on one item at a time."""
+    """Threads that each work on one item at a time."""
 
     workers: int
 

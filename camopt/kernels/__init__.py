@@ -1,4 +1,4 @@
-"""How functions become machine code: marks for them, and what numba is told of them.
+"""How functions become machine code: marks for them, and their registration with numba.
 
 ``compile`` has the marks, ``by_address`` the calls from one kernel to another, ``kernel_cache`` the files. Machine
 code that is on disk is run by ``machine_code`` with ``arguments``, without numba: only ``dispatchers`` and

@@ -1,4 +1,4 @@
-"""Calls by address, with which one compiled search serves every curve.
+"""Calls by address: one compiled search serves every curve.
 
 numba compiles a function for the types of its arguments, and with it all that it calls. A search that took a curve
 as an argument would be compiled anew for each kind of curve, seconds each time. So the search takes the address of
@@ -17,7 +17,7 @@ from camopt.kernels.compile import called_by_kernels
 
 
 def address_of_values(values):
-    """Where a kernel keeps some values until it returns; what is there is read by ``[0]``."""
+    """The address at which a kernel keeps values until it returns; they are read by ``[0]``."""
     return (values,)
 
 
@@ -38,12 +38,12 @@ def code_of(function, values):
 
 
 def call(code, arguments):
-    """Call what is at an address, with a tuple of arguments."""
+    """Call the function at an address with a tuple of arguments."""
     return code(*arguments)
 
 
 class Reached:
-    """A kernel for arguments of given types, which a kernel of another library calls by its address."""
+    """A kernel for arguments of given types, called by its address from another library."""
 
     def __init__(self, kernel: Any, arguments: tuple[Any, ...]) -> None:
         self.kernel, self.code = kernel, Code(NONE, arguments)

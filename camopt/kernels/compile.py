@@ -1,4 +1,4 @@
-"""Marks for what kernels are made of, and when a kernel is compiled.
+"""Marks for the parts of kernels, and the rule when a kernel is compiled.
 
 Everything here runs without numba. The first kernel that is worth compiling imports it (``dispatchers``); until
 then, what is marked runs as it is written, with the same bits.
@@ -32,7 +32,7 @@ COMPILE_LOCK = RLock()
 
 
 class KernelPart:
-    """A function that kernels compile into themselves; called from Python it runs as it is written."""
+    """A function that is compiled into kernels; called from Python it runs as plain Python."""
 
     def __init__(self, function: Callable[..., Any], *, inline: bool = False) -> None:
         update_wrapper(self, function)
@@ -43,13 +43,13 @@ class KernelPart:
         return self.in_python(*arguments)
 
     def uncompiled(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Mark what runs in place of the function where it is not compiled: the same, on arrays."""
+        """Mark the version of the function for arrays, which runs in its place where it is not compiled."""
         self.in_python = function
         return function
 
     @cached_property
     def dispatcher(self) -> Any:
-        """What numba compiles."""
+        """The dispatcher of numba that compiles it."""
         from camopt.kernels.dispatchers import dispatcher_of
 
         return dispatcher_of(self)
@@ -99,7 +99,8 @@ class Kernel(KernelPart):
 
 
 class KernelForMany(Kernel):
-    """A kernel that is compiled once that pays: for many designs, or when plain runs have taken as long.
+    """A kernel that is compiled once that pays: for many designs, or after plain runs have taken as long as
+    compiling.
 
     Both give the same bits. A kernel that is on disk is taken at once, but where all that is asked takes no longer
     than to import what loads it.
@@ -166,7 +167,7 @@ CHOICES: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
 
 
 def value_type(*fields: str) -> Callable[[type[Value]], type[Value]]:
-    """Mark a class whose objects are numbers under these names, and in kernels as many registers."""
+    """Mark a class whose objects are numbers with names; in kernels each number is in a register."""
 
     def register(owner: type[Value]) -> type[Value]:
         VALUE_TYPES.append((owner, fields))
@@ -176,7 +177,7 @@ def value_type(*fields: str) -> Callable[[type[Value]], type[Value]]:
 
 
 def chosen_by_type(function: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Mark what chooses the function that kernels call in place of another one, or None.
+    """Mark a chooser of the function that kernels call in place of another one; it may return None.
 
     It takes the classes of the arguments, under the same names: a value type, a NamedTuple, ``tuple`` for any other
     tuple, ``NoneType``, or ``float`` for all the rest.

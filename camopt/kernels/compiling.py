@@ -1,4 +1,4 @@
-"""While kernels are compiled: how long that has taken in this process, and a word when it begins."""
+"""Compilation of kernels: its time in this process, and a message when it begins."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -35,7 +35,7 @@ OF_NUMBA = ("numba_", "NRT_", "Py")  # how names of functions begin that are the
 
 
 class Listener(event.Listener):
-    """Hears of each kernel that numba compiles."""
+    """Is notified of each kernel that numba compiles."""
 
     def on_start(self, happening: Any) -> None:
         COMPILING.begin()
@@ -48,7 +48,7 @@ event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
 
 
 class Dispatcher(CPUDispatcher):
-    """What numba compiles a marked function by."""
+    """The numba dispatcher of a marked function."""
 
     part: KernelPart
 

@@ -1,4 +1,4 @@
-"""Machine code of kernels on disk, in files that say whether they are what was written.
+"""Machine code of kernels on disk, in files with digests that show damage.
 
 A file emptied by a power failure must not stop every later run, nor one with a flipped bit crash or compute
 something else. Each file starts with its digest. A file that is odd in any way is as none: the kernel is compiled,
@@ -29,12 +29,12 @@ TENTH = 0.1
 
 
 def checked(content: bytes) -> bytes:
-    """What a file holds, with its digest before it."""
+    """The content of a file with its digest in front."""
     return sha256(content).digest() + content
 
 
 def content_of(data: bytes) -> bytes | None:
-    """The content of a checked file; None if it is not what was written."""
+    """The content of a checked file; None if it is damaged."""
     digest, content = data[:DIGEST_SIZE], data[DIGEST_SIZE:]
     return content if sha256(content).digest() == digest else None
 
@@ -111,7 +111,7 @@ def kernel_folder() -> Path:
 
 
 def cache_root(named: str) -> Path:
-    """Where kernels are kept: as named, or in the user's folder; nowhere for a user who has no home."""
+    """The folder of kernels: as configured, or in the user's folder; None for a user without a home folder."""
     nowhere = Path(os.devnull)
     try:
         root = Path(named) if named else user_cache_path("camopt")

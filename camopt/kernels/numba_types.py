@@ -1,4 +1,4 @@
-"""What numba is told of the package's types: value types, addresses of functions, functions chosen by type.
+"""Registration of the package's types with numba: value types, function addresses, functions chosen by type.
 
 Imported by ``dispatchers`` alone, when the first kernel is compiled.
 """
@@ -29,7 +29,7 @@ from camopt.kernels.compile import CHOICES, VALUE_TYPES, KernelPart
 
 
 class PartLibrary(JITCodeLibrary):
-    """The code of what only kernels call: it becomes machine code with them, and not once more for itself."""
+    """The code of functions called only by kernels: it becomes machine code inside them, not on its own."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
@@ -82,7 +82,7 @@ def numba_type(kind: Any) -> Any:
 
 
 def described(kind: Any) -> type:
-    """The class of what has a numba type: a value type, a NamedTuple, tuple, NoneType, or float for the rest."""
+    """The class for a numba type: a value type, a NamedTuple, tuple, NoneType, or float for all others."""
     if isinstance(kind, ValueType):
         return kind.owner
     if isinstance(kind, types.NoneType):
@@ -103,7 +103,7 @@ class ValueType(types.Type):
 
 
 def _tell_value(owner: type, fields: tuple[str, ...]) -> None:
-    """Let kernels make values of a class, and read their fields: as many registers as there are fields."""
+    """Let kernels make values of a class and read their fields, each in a register."""
     members = [(name, types.float64) for name in fields]
     own = type(f"{owner.__name__}Type", (ValueType,), {})
     kind = own(owner)
@@ -140,7 +140,7 @@ def _tell_choice(function: Callable[..., Any], choose: Callable[..., Any]) -> No
 
 
 def tell_numba() -> None:
-    """Tell numba of what has been marked since it was told last."""
+    """Register with numba everything marked since the last call."""
     while VALUE_TYPES:
         _tell_value(*VALUE_TYPES.pop(0))
     while CHOICES:

@@ -1,4 +1,4 @@
-"""Formulas as they are, for a program in which nobody should wait for a compiler."""
+"""Plain Python formulas, for programs that must not wait for a compiler."""
 
 from math import inf
 

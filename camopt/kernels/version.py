@@ -13,7 +13,7 @@ KERNEL_FOLDERS = ("effects", "kernels", "mechanisms", "motion", "numerics")
 
 @cache
 def version_of_kernels() -> str:
-    """Fingerprint of what kernels are made of and with: their sources, the compiler, the interpreter.
+    """Fingerprint of the sources of kernels, the compiler and the interpreter.
 
     numba renews a cached kernel only when the kernel's own file changes, not when a formula that it inlines does. A
     cache folder per version closes that hole, and survives an edit of any other file.

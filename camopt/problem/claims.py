@@ -1,4 +1,4 @@
-"""Claims: what a limit requires of a curve at every cam angle, for any kind of number.
+"""Claims: the requirement of a limit on a curve at every cam angle, for any kind of number.
 
 Doubles (verdicts), intervals (boxes of designs), balls (proofs), samples (convex steps) and drawings evaluate the
 same claims, each in its own numbers. A solver asks a claim which curve it is about, never a limit for its name.
@@ -16,7 +16,7 @@ from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 
 
 class At(NamedTuple):
-    """What an extreme is where its quantity has a value."""
+    """The extreme at which its quantity has a given value."""
 
     scale: Scale
     quantity: float
@@ -26,7 +26,7 @@ class At(NamedTuple):
 
 
 class Plain(NamedTuple):
-    """A bound that is the same double for all."""
+    """A bound that is the same double for all designs and kinds of number."""
 
     number: float
 
@@ -84,13 +84,13 @@ class Claim(NamedTuple):
 
 
 def claims_of(peak: Peak, bound: float) -> tuple[Claim, ...]:
-    """What a bound on a quantity requires of the curves that decide it."""
+    """The claims of a bound on the curves that decide its quantity."""
     at, weight = At(peak.scale, bound), peak.scale.weight(bound)
     return tuple(Claim(make, kinds, peak.goal, at, weight, peak.unit or unweighted) for make, kinds in peak.curves)
 
 
 class MeanClaim(NamedTuple):
-    """What a limit requires of the mean of a curve to a power over the turn: at most, or at least, so much."""
+    """The requirement of a limit on the mean of a curve to a power over the turn: at most, or at least, a bound."""
 
     mean: Mean
     quantity: float
@@ -108,7 +108,7 @@ class MeanClaim(NamedTuple):
         return self.mean.mean_of_powers_at(self.quantity, numbers)
 
     def factor(self, designs: Designs) -> Any:
-        """What that mean is multiplied with, which may depend on the design; not below 0."""
+        """The factor of that mean, which may depend on the design; not below 0."""
         factor = self.mean.scale.weight(self.quantity)(designs)
         return factor * factor if self.mean.power == 2 else factor
 
@@ -117,5 +117,5 @@ AnyClaim = Claim | MeanClaim
 
 
 def mean_claim_of(mean: Mean, bound: float, side: float) -> MeanClaim:
-    """What a bound on a quantity, from a side of it, requires of the mean that decides it."""
+    """The claim of a bound, from one side, on the mean that decides its quantity."""
     return MeanClaim(mean, bound, -side if mean.scale.falls else side)

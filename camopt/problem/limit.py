@@ -1,4 +1,4 @@
-"""A limit: a bound on what a cam has, and what follows for verdicts, searches, proofs, prices and pictures."""
+"""A limit: a bound on a quantity, with all that verdicts, searches, proofs, prices and pictures need of it."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -52,7 +52,7 @@ class Limit(ABC):
 
     @abstractmethod
     def excess(self, columns: Columns, designs: Designs) -> Any:
-        """By how much designs exceed it, relative: held where ≤ 0, exceeded by 10 % at 0.1. Its sign is exact."""
+        """Relative excess of designs over it: held where ≤ 0, exceeded by 10 % at 0.1. Its sign is exact."""
 
     def by_bound(self, columns: Columns, designs: Designs) -> FloatArray:
         """∂excess/∂bound of designs that just meet it; bound − excess/by_bound is the bound that a design meets."""
@@ -77,7 +77,7 @@ class Limit(ABC):
 
     @property
     def relation(self) -> str:
-        """How each of them must compare with the bound; ± where its magnitude must be ≤."""
+        """The relation of each of them to the bound; ± if the magnitude must be ≤."""
         return AT_MOST
 
     @property
@@ -87,16 +87,16 @@ class Limit(ABC):
 
     @property
     def mean(self) -> MeanClaim | None:
-        """What decides it, if that is the mean of a curve."""
+        """The mean of a curve that decides it, if there is one."""
         return None
 
     def infinite_at(self, programme: Programme) -> bool:
-        """Whether jumps of a motion make infinite what it bounds, so that no design whatever meets it."""
+        """Whether jumps of a motion make its quantity infinite, so that no design meets it."""
         return False
 
     @property
     def decided(self) -> Decide | None:
-        """Whether one design breaks it, None if that stays open; for a limit that is not decided by curves."""
+        """Whether one design breaks it, None if undecided; for a limit that is not decided by curves."""
         return None
 
     @property
@@ -106,12 +106,12 @@ class Limit(ABC):
 
     @property
     def implied(self) -> Implied:
-        """What has to be, whatever else the cam is."""
+        """Necessary conditions on any cam that meets it."""
         return Implied()
 
     @property
     def implies(self) -> LeastForce | None:
-        """The contact force without which it cannot be met."""
+        """The least contact force that it needs."""
         return self.implied.force
 
     @property
@@ -121,17 +121,17 @@ class Limit(ABC):
 
     @property
     def most_size(self) -> float:
-        """And one above which none does."""
+        """A base (mean) radius above which no design meets it."""
         return self.implied.most_size
 
     @property
     def of_base(self) -> bool:
-        """Whether its bound is the least diameter of the base circle."""
+        """Whether its bound is a least diameter of the base circle."""
         return False
 
     @cached_property
     def of_motion(self) -> bool:
-        """Whether the motion and the speed decide it, whatever the design."""
+        """Whether motion and speed alone decide it, not the design."""
         effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
         return bool(effects) and not self.setup.free and all(effect.of_motion(self.setup) for effect in effects)
 
@@ -148,7 +148,7 @@ class Limit(ABC):
 
 @dataclass(frozen=True, eq=False)
 class QuantityLimit(Limit):
-    """A quantity is bounded from the side that its list says; of several their largest magnitude is."""
+    """A bound on a quantity, from the side that its list says; on several, of their largest magnitude."""
 
     quantities: tuple[str, ...] = ()
     form: Peak | Mean | None = None
@@ -178,7 +178,7 @@ class QuantityLimit(Limit):
 
     @property
     def _is_open(self) -> bool:
-        """Whether it is not met at the bound itself."""
+        """Whether a design at the bound itself does not meet it."""
         return self.bound == 0.0 and isinstance(self.form, Peak) and self.form.open_at_zero
 
     @property
@@ -211,13 +211,13 @@ class QuantityLimit(Limit):
         return np.where(over == 0.0, np.finfo(float).tiny, over) if self._is_open else over
 
     def _unit(self, designs: Designs) -> Any:
-        """What an excess is relative to."""
+        """The unit of a relative excess."""
         if self.bound or not isinstance(self.form, Peak) or self.form.unit is None:
             return abs(self.bound) or 1.0
         return self.form.unit(designs)
 
     def _of_extreme(self, peak: Peak, columns: Columns, designs: Designs) -> FloatArray:
-        """The excess by the extreme of the curve, times its weight, over what it is allowed to be."""
+        """The excess from the weighted extreme of the curve, relative to its allowed value."""
         extreme, weight = self._outward(peak, columns, designs), peak.scale.weight(self.bound)(designs)
         finite = np.isfinite(extreme)
         return np.asarray(np.where(finite, np.where(finite, extreme, 0.0) * weight, extreme) - 1.0)
@@ -249,7 +249,7 @@ class QuantityLimit(Limit):
 
 @dataclass(frozen=True, eq=False)
 class SelfCrossing(Limit):
-    """The profile does not cross itself: held or not, without a measure of how far."""
+    """The profile does not cross itself: held or broken, without a measure between."""
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -272,7 +272,7 @@ class SelfCrossing(Limit):
 
 @dataclass(frozen=True, eq=False)
 class WithinBase(Limit):
-    """What has the bound as its diameter lies within the base circle, the least radius of every profile."""
+    """A circle with the bound as its diameter lies within the base circle, the least radius of every profile."""
 
     @property
     def relation(self) -> str:

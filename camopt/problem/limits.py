@@ -1,4 +1,4 @@
-"""Limits: what a scene forbids, and which quantity each of its keys bounds."""
+"""Limits of a scene, and the quantity that each key of ``[limits]`` bounds."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -67,12 +67,12 @@ def limited_quantity(key: str, setup: Setup) -> str:
 
 
 def peak_of(quantity: str, setup: Setup) -> Peak | None:
-    """The extreme of curves that a quantity is, if it is one."""
+    """The peak behind a quantity; None if it is no extreme of curves."""
     return EFFECTS[QUANTITIES[quantity].effect].peaks(setup).get(quantity)
 
 
 def mean_of(quantity: str, setup: Setup) -> Mean | None:
-    """The mean of a curve that a quantity is, if it is one."""
+    """The mean behind a quantity; None if it is no mean of a curve."""
     return EFFECTS[QUANTITIES[quantity].effect].means(setup).get(quantity)
 
 
@@ -84,7 +84,7 @@ def bound_on(name: str, bound: float, setup: Setup, *quantities: str) -> Quantit
 
 
 def _of_jump(quantity: str, bound: float, setup: Setup) -> Iterator[Claim]:
-    """What a jump speed says of designs that bring numbers of their own: at that speed contact is kept."""
+    """A jump speed for designs with numbers of their own: contact is kept at that speed."""
     speeds: dict[str, Callable[[Setup], Any]] = {
         "jump_speed_rpm": lambda own: bound * pi / 30,
         "jump_speed_ratio": lambda own: bound * own.omega,
@@ -96,7 +96,7 @@ def _of_jump(quantity: str, bound: float, setup: Setup) -> Iterator[Claim]:
 
 
 def _implied(setup: Setup) -> list[Limit]:
-    """What every cam has to hold, asked or not: no undercut, no self-crossing, room for shaft, bore and hub.
+    """The limits of every cam: no undercut, no self-crossing, room for shaft, bore and hub.
 
     Without undercut, only a round body can make a profile that crosses itself.
     """
@@ -110,7 +110,7 @@ def _implied(setup: Setup) -> list[Limit]:
 
 
 def _within_base(setup: Setup) -> Iterator[WithinBase]:
-    """What lies within the base circle: the shaft, the hub, and the bore with the thinnest wall about it."""
+    """The circles within the base circle: the shaft, the hub, and the bore with its thinnest wall."""
     bore = "keyway" if setup.solid.keyway_width else "bore"
     around = wall.size_for_wall(setup, 0.0) * (1.0 + THINNEST)
     shaft = setup.shaft_radius or 0.0
@@ -140,7 +140,7 @@ def _face_reach(bound: float, setup: Setup) -> Iterator[Limit]:
 
 
 def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
-    """The limits of a scene, those that are asked last at the end, with those that every cam has to hold."""
+    """The limits of a scene with those of every cam; limits that are checked last are at the end."""
     asked, mechanism = scene.limits, setup.mechanism
     named = asked.given
 

@@ -35,7 +35,7 @@ SINGLE_TOLERANCE = 1e-13  # tolerance for single designs, whose digits people co
 
 @dataclass(frozen=True)
 class Problem:
-    """A scene resolved: its setup, laws, programme and design in inside units, its limits, what it calls for."""
+    """A resolved scene: setup, laws, programme and design in inside units, limits, and wanted quantities."""
 
     file: str
     """What messages call the scene."""
@@ -65,7 +65,7 @@ class Problem:
         return replace(self, programme=programme)
 
     def with_numbers(self, numbers: Mapping[str, float | None]) -> "Problem":
-        """The problem with other numbers of the scene that are no sizes, by key; at the same tolerance."""
+        """The problem with other numbers of the scene, by key, at the same tolerance; sizes stay."""
         if not numbers:
             return self
         values = self.values.replaced(numbers)
@@ -73,7 +73,7 @@ class Problem:
         return replace(self, values=values, setup=setup, limits=values.limits(setup))
 
     def freed(self, numbers: Mapping[str, float]) -> "Problem":
-        """The problem of designs that bring some numbers, by key of the scene, which may be as large as here."""
+        """The problem of designs with numbers of their own, by key of the scene, at most as large as given here."""
         if not numbers:
             return self
         setup = self.with_numbers(numbers).setup
@@ -81,11 +81,11 @@ class Problem:
         return replace(self, setup=setup, limits=self.values.limits(setup))
 
     def alone(self, design: Designs) -> "tuple[Problem, Designs]":
-        """The problem of one design, with the numbers that it brings, and the design without them."""
+        """The problem with the numbers of one design in it, and the design without them."""
         return self.with_numbers(design.brought), replace(design, numbers={})
 
     def without(self, key: str) -> "Problem":
-        """The problem without a bound, by its key, and all limits that it gives."""
+        """The problem without the bound of a key, and without all limits that it gives."""
         names = {limit.name for limit in self.limits if limit.key == key}
         changed = self.with_numbers({key: None})
         return replace(changed, limits=tuple(limit for limit in changed.limits if limit.name not in names))
@@ -96,17 +96,17 @@ class Problem:
 
     @property
     def numbers(self) -> dict[str, str]:
-        """The quantities of the numbers that ``[search]`` varies and that are no sizes, by key of the scene."""
+        """The quantities of the numbers, apart from sizes, that ``[search]`` varies, by key of the scene."""
         return {key: number_quantity(key, angular=self.setup.angular) for key in self.choices.numbers}
 
     @property
     def size_name(self) -> str:
-        """The quantity that says how large the cam is."""
+        """The quantity of the size of the cam."""
         return self.setup.mechanism.body.size_quantity
 
     @property
     def sizes(self) -> frozenset[str]:
-        """The quantities that a design is made of."""
+        """The quantities of the sizes of a design."""
         return frozenset(n for n in offered(self.setup) if QUANTITIES[n].effect == "sizes")
 
     @property
@@ -121,7 +121,7 @@ class Problem:
 
     @property
     def claims(self) -> tuple[Claim, ...]:
-        """What all limits say of curves."""
+        """The claims of all limits on curves."""
         return tuple(claim for limit in self.limits for claim in limit.claims)
 
     @property
@@ -144,18 +144,18 @@ class Problem:
 
     @property
     def wanted(self) -> frozenset[str]:
-        """What the scene calls for: its named outputs, or else motion and geometry; and what limits need."""
+        """The wanted quantities: the scene's outputs, or else motion and geometry; and those that limits need."""
         return self.needed | self.named
 
 
 @dataclass(frozen=True)
 class SceneValues:
-    """The values of a scene that make setup and limits, in whose place others can be; nobody else asks them."""
+    """The values of a scene for setup and limits, which can be replaced; only this module reads them."""
 
     _scene: Scene
 
     def replaced(self, values: Mapping[str, float | None]) -> "SceneValues":
-        """These with others by key of the scene, which are checked already; None takes one away."""
+        """The same with other values by key of the scene, checked already; None removes one."""
         return SceneValues(self._scene.with_values(values))
 
     @property
@@ -207,7 +207,7 @@ def resolve(scene: Scene) -> Problem:
 
 
 def _first_values(scene: Scene) -> dict[str, float]:
-    """The numbers that the scene leaves to its search, by key, each with the first value there.
+    """The numbers that the scene leaves to its search, by key, each at its first value.
 
     They tell what quantities there are; no design has them but those that the search gives them.
     """
@@ -259,14 +259,14 @@ def size_keys(scene: Scene) -> list[str]:
 
 
 def _given(scene: Scene, key: str) -> float:
-    """A size in mm, not a number where the scene does not give it."""
+    """A size in mm; NaN if the scene does not give it."""
     table, name = key.split(".")
     value: float | None = getattr(getattr(scene, table), name)
     return nan if value is None else value
 
 
 def claims_on(problem: Problem, made: Callable[[Designs, Programme], Any] | None) -> list[Claim]:
-    """What the limits say of one of the mechanism's curves; nothing of one that it has not."""
+    """The claims of the limits on one of the mechanism's curves; none if it has no such curve."""
     return [claim for claim in problem.claims if claim.curve is made]
 
 
@@ -286,7 +286,7 @@ def exactly(problem: Problem) -> Problem:
 
 
 def _out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
-    """Limits on quantities that the mechanism has not, or for which the scene lacks data."""
+    """Mistakes for limits on quantities that the mechanism does not have, or for which the scene lacks data."""
     mistakes, offers, lacks = [], offered(setup), lacking(setup)
     for key, bound in scene.limits.given.items():
         name = limited_quantity(key, setup)
@@ -297,7 +297,7 @@ def _out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
 
 
 def _not_offered(scene: Scene, setup: Setup) -> list[Mistake]:
-    """Quantities that a scene names and its mechanism has not, or lacks keys for; an objective is a number."""
+    """Mistakes for quantities that the mechanism does not have, or lacks keys for; an objective is a number."""
     offers, lacks = (*offered(setup), *VERDICT), lacking(setup)
     numbers = tuple(name for name in offers if QUANTITIES[name].kind is float)
     effects = {QUANTITIES[name].effect for name in (*offers, *lacks)}

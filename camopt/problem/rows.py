@@ -28,7 +28,7 @@ class Rows:
     half_width: Any = 0.0
 
     def shifted(self, share: float) -> Columns:
-        """The columns moved by a share of their widths: 1 for the far side, −1 for as much inwards."""
+        """The columns moved by a share of their widths: 1 for the far side, −1 for the same distance inwards."""
         return self.columns | {name: self.columns[name] + share * width for name, width in self.outward.items()}
 
     def only(self, names: Iterable[str]) -> "Rows":
@@ -76,7 +76,7 @@ def concatenate_rows(parts: Iterable[Rows]) -> Rows:
 
 
 def _one_after_the_other(name: str, parts: list[Rows]) -> Any:
-    """A column of several parts; where all of them have the same single value, that."""
+    """A column of several parts; if all have the same single value, that value."""
     values = [part.columns[name] for part in parts]
     if not any(map(np.ndim, values)) and all(value == values[0] for value in values):
         return values[0]
@@ -84,7 +84,7 @@ def _one_after_the_other(name: str, parts: list[Rows]) -> Any:
 
 
 def finite(record: dict[str, Any]) -> dict[str, Any]:
-    """A record with None for what is infinite, named under ``unbounded``."""
+    """A record with None for infinite values, whose names are under ``unbounded``."""
     unbounded = [name for name, value in record.items() if isinstance(value, float) and isinf(value)]
     clean = {name: None if name in unbounded else value for name, value in record.items()}
     return {**clean, **({"unbounded": unbounded} if unbounded else {})}

@@ -1,4 +1,4 @@
-"""A space of designs that are drawn at random, evenly: for so many free sizes that a grid of them has no end.
+"""A space of evenly drawn random designs, for more free sizes than a grid can have.
 
 Sobol points fill a space more evenly than a Latin hypercube does, which fills each axis by itself. Both are
 scrambled with a seed, so that a scene always has the same designs. Sources: Owen, J. Complexity 14 (1998), 466;
@@ -52,7 +52,7 @@ class Sample(Space):
 
 
 def searched_space(problem: Problem) -> Space:
-    """The space that a scene's ``[search]`` spans: a sample if it says of how many designs, or else the grid.
+    """The space of a scene's ``[search]``: a sample if it gives a number of designs, or else the grid.
 
     Raises
     ------

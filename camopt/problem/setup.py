@@ -1,4 +1,4 @@
-"""What all designs of a scene share, in inside units: mm, s, N, t, rad."""
+"""The setup: values that all designs of a scene share, in inside units: mm, s, N, t, rad."""
 
 from math import radians
 from typing import Any
@@ -43,7 +43,7 @@ def load_and_unit(scene: Scene) -> tuple[Any, float]:
 
 
 def _solid(scene: Scene) -> SolidGiven:
-    """The cam as a solid, with what ``[part]`` leaves to other tables."""
+    """The cam as a solid, completed from other tables of the scene."""
     part = scene.whole_part
     return SolidGiven(
         thickness=part.thickness,

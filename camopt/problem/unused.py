@@ -1,4 +1,4 @@
-"""What a scene gives of dynamics and materials that nothing reads, and what it asks for and lacks the data of."""
+"""Values of dynamics and materials that nothing reads, and wanted effects for which a scene lacks data."""
 
 from camopt.effects import EFFECTS, called, lacking, offered
 from camopt.problem.problem import resolve
@@ -25,7 +25,7 @@ READERS: dict[str, tuple[str, ...]] = {
 
 
 def unused(scene: Scene) -> list[str]:
-    """What the scene gives and nothing calls for, as sentences: the keys, and what would use them."""
+    """Sentences on values that nothing reads: the keys, and the effects that would use them."""
     problem = resolve(scene)
     setup = problem.setup
     running, offers = called(problem.wanted, setup), frozenset(offered(setup))
@@ -51,7 +51,7 @@ def unused(scene: Scene) -> list[str]:
 
 
 def unanswered(scene: Scene) -> list[str]:
-    """The effects among the scene's outputs that have nothing to show, as sentences: the keys that they lack."""
+    """Sentences on wanted effects without a result: the keys that they lack."""
     setup = resolve(scene).setup
     shown, lacks = {QUANTITIES[name].effect for name in offered(setup)}, lacking(setup)
     sentences = []

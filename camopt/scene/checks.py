@@ -1,4 +1,4 @@
-"""Checks across the tables of a scene: what its mechanism needs, and whether its motion and sizes fit together.
+"""Checks across the tables of a scene: its mechanism's needs, and whether motion and sizes fit together.
 
 They work on the plain mapping, whatever is wrong elsewhere in it: a check whose inputs are missing or no
 numbers says nothing (that mistake is reported on its own). Each fault is (key, value, what is wrong).
@@ -61,7 +61,7 @@ def _size(data: Mapping[str, Any], key: str) -> float | None:
 
 
 def _searched_motion(data: Mapping[str, Any]) -> Iterator[LawFault]:
-    """With a profile nothing is searched that the motion follows from."""
+    """With a profile, no size that the motion follows from may be searched."""
     laws, angles = ("law", "law_rise", "law_return"), ("angle_rise", "angle_return", "angle_dwell")
     for key in (*SEARCHED, *laws, *angles):
         if at(data, f"search.{key}") is not None:
@@ -77,7 +77,7 @@ def _searched_laws(data: Mapping[str, Any]) -> Iterator[LawFault]:
 
 
 def _searched_angles(data: Mapping[str, Any]) -> Iterator[LawFault]:
-    """Freed angles have a segment each to go to, and ranges that hold the degrees they share."""
+    """Each freed angle has its segment, and the ranges can hold the degrees that the angles share."""
     ranges, freed, reached = {}, [], True
     for kind in ("rise", "return", "dwell"):
         key = f"search.angle_{kind}"
@@ -137,7 +137,7 @@ def _named(mechanism: Mechanism, tip: Tip) -> str:
 
 
 def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[LawFault]:
-    """A mechanism has all its sizes, and none of others."""
+    """A mechanism has all its sizes, and no sizes of other mechanisms."""
     what, body, own = _named(mechanism, tip), mechanism.body, mechanism.follower_keys(tip)
     if tip not in mechanism.tips:
         *names, last = (repr(each.name) for each in mechanism.tips)
@@ -174,7 +174,7 @@ def _dynamics(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism,
 
 
 def _lash(data: Mapping[str, Any], lift: float | None) -> Iterator[LawFault]:
-    """A lash is taken up before the follower is at its highest, and its variation leaves some of it."""
+    """A lash is taken up before the highest position, and its variation is smaller than the lash."""
     key = "follower.dynamics.lash"
     for name in _both(key):
         if lift is not None and any(each is not None and each >= lift for each in _values(at(data, name))):
@@ -185,7 +185,7 @@ def _lash(data: Mapping[str, Any], lift: float | None) -> Iterator[LawFault]:
 
 
 def _both(key: str) -> tuple[str, str]:
-    """Where a number may be: in its table, and in ``[search]``."""
+    """The places of a number: in its table, and in ``[search]``."""
     return key, f"search.{key}"
 
 

@@ -1,4 +1,4 @@
-"""What ``[search]`` gives for a number of the scene: a range or a list of values."""
+"""The choice of ``[search]`` for a number of the scene: a range or a list of values."""
 
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -70,7 +70,7 @@ NumberChoice = Annotated[
 
 @cache
 def _choices() -> TypeAdapter[Any]:
-    """What checks a choice; made when it is needed, for that takes milliseconds."""
+    """The validator of a choice, made when needed: that takes milliseconds."""
     return TypeAdapter(NumberChoice)
 
 

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with the tables of a scene, in plain words: one mistake for each key."""
+"""The errors of pydantic about the tables of a scene in plain words: one mistake for each key."""
 
 from dataclasses import replace
 from typing import Any

@@ -1,4 +1,4 @@
-"""Columns of numbers from CSV files, and what files are that people take for one."""
+"""Columns of numbers from CSV files, and messages for files of other kinds."""
 
 import csv
 from collections.abc import Iterator

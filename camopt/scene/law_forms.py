@@ -63,7 +63,7 @@ AT_REST = {"both": (True, True), "start": (True, False), "end": (False, True), "
 
 
 def leeway(law: LawValues) -> float:
-    """How far noise, or the rounding of points, may take the law of a table beyond its ends; 0 for other forms."""
+    """The distance by which noise or rounding may take the law of a table beyond its ends; 0 for other forms."""
     x, s = law.get("x"), law.get("s")
     if x is None or s is None or len(x) < NOISY_POINTS:
         return 0.0
@@ -86,7 +86,7 @@ def _positions_of(name: str, law: LawValues, mirror: bool) -> SplineLaw:
 
 
 def _turned(values: Sequence[float], mirror: bool) -> Sequence[float]:
-    """What goes along x or along s, from its other end if mirrored."""
+    """Values along x or s, from the other end if mirrored."""
     return [1.0 - value for value in reversed(values)] if mirror else values
 
 

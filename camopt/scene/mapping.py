@@ -1,4 +1,4 @@
-"""The plain mapping of a scene, in which anything may be wrong: its values by key, its numbers, its segments."""
+"""The plain mapping of a scene, unchecked: its values by key, its numbers, its segments."""
 
 from collections.abc import Collection, Mapping
 from math import isfinite, nan
@@ -29,7 +29,7 @@ def length(data: Mapping[str, Any], key: str) -> float | None:
 
 
 def without(data: Any, keys: Collection[str], key: str = "") -> Any:
-    """With the numbers of some keys as none: those that are refused, for they may be of any size."""
+    """The mapping without the numbers of given keys, which were refused and may have any size."""
     if isinstance(data, Mapping):
         return {name: without(value, keys, f"{key}{name}.") for name, value in data.items()}
     if isinstance(data, list):
@@ -38,7 +38,7 @@ def without(data: Any, keys: Collection[str], key: str = "") -> Any:
 
 
 def tables_in(value: Any) -> list[Mapping[str, Any]]:
-    """The tables of a list; what is no table there has no keys, and what is no list has none."""
+    """The tables of a list; an item that is no table counts as an empty one."""
     rows = value if isinstance(value, (list, tuple)) else ()
     return [each if isinstance(each, Mapping) else {} for each in rows]
 

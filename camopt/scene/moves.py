@@ -1,4 +1,4 @@
-"""What a scene asks of its moves: whether it can be met, and whether a law that a move names has it."""
+"""The conditions on the moves of a scene: whether they can be met, and whether a named law meets them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate
@@ -28,7 +28,7 @@ MOVE_SAMPLES = 257  # angles of a move
 def check_moves(
     data: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], given: Sequence[GivenSegment]
 ) -> Iterator[LawFault]:
-    """Every fault of what is asked of moves, if segments and laws are faultless by themselves."""
+    """Every fault of the conditions on moves, if segments and laws are faultless by themselves."""
     faults = list(_conditions(rows))
     yield from faults
     if faults or not has_laws(data, given):
@@ -52,7 +52,7 @@ def turn_as_given(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Pro
 
 
 def _laws_of_moves(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Iterator[LawFault]:
-    """Whether a law of positions starts and ends where its move does, and has what the move asks for at its end."""
+    """Check that a law of positions starts and ends where its move does, and meets the conditions at its end."""
     tables, ends = own_law_tables(data), positions_of(given)
     named = (tables[segment.law]["positions"] for segment in given if segment.segment == MOVE and segment.law)
     room = NEAR_END * max(max(ends) - min(ends), *(max(map(abs, positions)) for positions in named))
@@ -72,7 +72,7 @@ def _laws_of_moves(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> It
 
 
 def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[LawFault]:
-    """Whether what is asked on the way of a move is about angles inside it, and is anything."""
+    """Check that conditions on the way of a move are at angles inside it, and are not empty."""
     turned = 0.0
     for k, row in enumerate(rows, start=1):
         before, turned = turned, turned + row["angle"]
@@ -97,7 +97,7 @@ def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[LawFault]:
 
 
 def _contradictions(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Iterator[LawFault]:
-    """What is asked of moves can be met."""
+    """Check that the conditions on moves can be met."""
     if not any(segment.segment == MOVE and segment.law is None for segment in given):
         return
     try:
@@ -112,7 +112,7 @@ def _contradictions(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> I
 
 
 def _missed(law: Law, segment: GivenSegment, before: float, turned: float, key: str) -> Iterator[LawFault]:
-    """What a move asks for that its law has not."""
+    """The conditions of a move that its law does not meet."""
     start, angle = radians(turned), radians(segment.angle)
     stroke = Stroke(
         ALL_STROKES, law, start, angle, before, before + 1.0, None, (None, *segment.wanted), segment.through, key

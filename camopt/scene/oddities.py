@@ -1,4 +1,4 @@
-"""What is allowed in a scene, but hardly meant: metres for millimetres, turns a second, tables full of noise."""
+"""Values that a scene may have but that are hardly meant: metres for millimetres, turns a second, noisy tables."""
 
 from collections.abc import Iterator
 
@@ -39,7 +39,7 @@ def oddities(scene: Scene) -> list[str]:
 
 
 def no_wall(scene: Scene, base: float | None = None) -> list[str]:
-    """On a disc cam whose bore or keyway is as wide as its base circle, where nobody asks for a wall.
+    """A sentence on a disc cam whose bore or keyway is as wide as its base circle, if no wall is asked for.
 
     ``base`` is the radius of that in mm, if not the scene's own.
     """

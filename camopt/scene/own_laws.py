@@ -1,4 +1,4 @@
-"""Laws that a scene brings itself: the laws that they become, their files, and their checks.
+"""The scene's own laws: how they become laws, their files, and their checks.
 
 The checks work on the plain mapping of a scene, as those of ``scene_checks`` do. What a law is made from is in
 ``law_forms``.
@@ -37,7 +37,7 @@ def law_in(name: str, law: LawValues) -> Law:
 
 
 def _crossing(law: LawValues) -> float | None:
-    """Where the acceleration crosses zero, should it not be the middle: as such, or from the ratio of its peaks."""
+    """The x at which the acceleration crosses zero, if given: directly, or by the ratio of its peaks."""
     if law.get("peaks") is not None:
         up, down = law["peaks"]
         return float(down / (up + down))
@@ -67,7 +67,7 @@ def given_keys(law: LawValues) -> list[str]:
 
 
 def own_law_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The tables of the laws that a scene brings itself."""
+    """The tables of the scene's own laws."""
     laws = data.get("laws")
     return laws if isinstance(laws, Mapping) else {}
 
@@ -111,7 +111,7 @@ def check_laws(data: Mapping[str, Any]) -> Iterator[LawFault]:
 
 
 def are_faultless(data: Mapping[str, Any]) -> bool:
-    """Whether a scene's own laws have no fault, of values or of files either, which are told elsewhere."""
+    """Whether a scene's own laws have no fault, neither of values nor of files."""
     values = (
         isinstance(law, Mapping) and law.get("file") is None and _are_values(law)
         for law in own_law_tables(data).values()
@@ -148,7 +148,7 @@ def _check_law(name: str, law: LawValues) -> Iterator[LawFault]:
 
 
 def _are_values(law: LawValues) -> bool:
-    """Whether each value is one of its kind: the mistake in another is told on its own."""
+    """Whether each value is of its kind; other values have mistakes of their own."""
     lists = [law[k] for form in LAW_FORMS for k in form.keys if k not in ONE_VALUE and law.get(k) is not None]
     degree, name, crossing, peaks = (law.get(k) for k in ("degree", "law", "crossing", "peaks"))
     pair = isinstance(peaks, (list, tuple)) and len(peaks) == 2
@@ -167,7 +167,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _skew(key: str, law: LawValues) -> Iterator[LawFault]:
-    """Whether the acceleration of a law can cross zero elsewhere than it does."""
+    """Check that the zero crossing of a law's acceleration can be moved."""
     named = [k for k in ("crossing", "peaks") if law.get(k) is not None]
     if not named:
         return
@@ -185,13 +185,13 @@ def _skew(key: str, law: LawValues) -> Iterator[LawFault]:
 
 
 def _mirror(name: str, law: LawValues) -> Iterator[LawFault]:
-    """Whether a law that is to be mirrored is another law then."""
+    """Check that mirroring a law makes another law."""
     if law.get("mirror") is True and is_symmetric(law_in(name, {**law, "mirror": False})):
         yield f"laws.{name}.mirror", True, f"{law.get('law') or 'the law'} is the same from both ends; leave it out"
 
 
 def _shape(name: str, law: LawValues) -> Iterator[LawFault]:
-    """Whether the law stays between the ends of its stroke, unless it may go beyond them."""
+    """Check that the law stays between the ends of its stroke, unless it may go beyond them."""
     if law.get("overshoot") is True or form_of(law).of_moves:
         return
     made = law_in(name, law)

@@ -23,7 +23,7 @@ HUB, KEYWAY = DISC.part, ("keyway_width", "keyway_depth")
 
 
 class Part(Table):
-    """The cam as it is made, and what a drawing says of it. Every key is optional.
+    """The cam as a manufactured part, and the texts of its drawing. Every key is optional.
 
     The groove of a cylindrical cam runs in the middle of its thickness. A ``keyway_angle`` of 90, if none is given,
     is towards a translating follower at cam angle 0.
@@ -79,7 +79,7 @@ def reach_of(bore: float, width: float, depth: float) -> float:
 
 
 def resolved(part: Part, title: str, cam: Cam, materials: Materials) -> Part:
-    """The part with what it leaves to other tables.
+    """The part, completed from other tables of the scene.
 
     The bore is that of the shaft, material and density are those of the contact, the name is that of the scene.
     """
@@ -97,7 +97,7 @@ def resolved(part: Part, title: str, cam: Cam, materials: Materials) -> Part:
 def check_part(
     data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
 ) -> Iterator[LawFault]:
-    """Whether what is given of the part goes together, and is inside the cam.
+    """Check that the given sizes of the part fit together and lie inside the cam.
 
     ``travel`` of the follower is in mm, or in deg of its arm; ``radius`` is that of a roller or spherical face.
     """

@@ -1,4 +1,4 @@
-"""The tables of a scene by where they stand, and what the code says of their keys: one place for each fact."""
+"""The tables of a scene by their place, and the texts of their keys from the code."""
 
 import ast
 import inspect
@@ -32,12 +32,12 @@ LISTS = ("motion", "motion.through", "profile")
 
 
 def heading(place: str) -> str:
-    """How a table begins in a scene."""
+    """The heading of a table in a scene."""
     return f"[[{place}]]" if place in LISTS else f"[{place}]"
 
 
 def said_of(model: type[Table], key: str) -> tuple[str, str]:
-    """What the docstring of a key says, without its full stop; and the unit that it ends with, "" if none."""
+    """The docstring of a key without its full stop, and the unit that it ends with, "" if none."""
     text = model.model_fields[key].description or next(
         said[key] for base in model.__mro__ if key in (said := _docstrings(base))
     )

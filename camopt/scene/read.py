@@ -1,4 +1,4 @@
-"""The numbers that a scene gives beside its sizes, each in the unit that its follower has it read in."""
+"""The numbers of a scene apart from its sizes, each in the unit in which it is read."""
 
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ class Read(NamedTuple):
 
 
 def numbers_read(scene: Scene) -> list[Read]:
-    """The speed, and what follower, spring, load and materials have: of an oscillating follower moments by rad."""
+    """The speed, and numbers of follower, spring, load and materials; for oscillating followers moments by rad."""
     angular = scene.mechanism.motion.angular
     given = {key: value for key, value in scene.numbers(NUMBER_COLUMNS).items() if value is not None}
     units = {key: QUANTITIES[number_quantity(key, angular=angular)].unit for key in given}

@@ -48,7 +48,7 @@ from camopt.storage.manifest import settled_path
 
 
 class Scene(Shown, Drawn, Table):
-    """A whole question. Made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
+    """A whole scene, made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
 
     Keys, units and meaning are those of a scene file. A scene does not change: ``replace`` makes another one.
 
@@ -143,7 +143,7 @@ class Scene(Shown, Drawn, Table):
 
     @property
     def file(self) -> str:
-        """The name of the scene's file, or what messages call it if it has none."""
+        """The name of the scene's file, or the name that messages use if it has none."""
         return self._file
 
     @property
@@ -153,12 +153,12 @@ class Scene(Shown, Drawn, Table):
 
     @property
     def tip(self) -> Tip:
-        """What of its follower touches the cam."""
+        """The tip of its follower, which touches the cam."""
         return TIPS[self.follower.contact]
 
     @property
     def whole_part(self) -> Part:
-        """The part with what ``[part]`` leaves to other tables: bore, material, density, name."""
+        """The part, completed from other tables of the scene: bore, material, density, name."""
         return resolved(self.part, self.name, self.cam, self.materials)
 
     def __eq__(self, other: object) -> bool:
@@ -217,7 +217,7 @@ class Scene(Shown, Drawn, Table):
 
     @classmethod
     def embedded(cls, text: str, file: str) -> "Scene":
-        """The scene (TOML) that a table holds. Its laws and loads are in it: one that names files is bad."""
+        """The scene (TOML) in a table. Its laws and loads are part of it: a scene that names files is refused."""
         scene = cls.__new__(cls)
         scene._fill(parsed(text, file), file, None)
         return scene

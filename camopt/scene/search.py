@@ -107,7 +107,7 @@ class Search(Table):
 
     @property
     def objectives(self) -> dict[str, float]:
-        """The objectives, and what turns each into a cost: 1 if minimised, −1 if maximised."""
+        """The objectives, and the sign that turns each into a cost: 1 if minimised, −1 if maximised."""
         return dict.fromkeys(self.minimise, 1.0) | dict.fromkeys(self.maximise, -1.0)
 
     @property

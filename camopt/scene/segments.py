@@ -33,7 +33,7 @@ def given_segments(rows: Sequence[tables.Segment], rpm: float | None) -> list[Gi
 
 
 def segment_in(row: Mapping[str, Any]) -> tables.Segment:
-    """A segment of the plain mapping of a scene, whatever its values are, by the keys that segments have."""
+    """A segment of the plain mapping of a scene, unchecked, by the keys of segments."""
     through = tuple(
         tables.Through.model_construct(**{"angle": None, **_known(tables.Through, each)})
         for each in tables_in(row.get("through"))
@@ -62,12 +62,12 @@ def starts_itself(row: tables.Segment, after: tables.Segment) -> bool:
 
 
 def _per_rad(row: tables.Segment, rpm: float | None) -> float:
-    """What a velocity of a segment is multiplied by, to be by the cam angle in rad."""
+    """The factor that converts a velocity of a segment to one by the cam angle in rad."""
     return {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.per or "rad"]
 
 
 def _through_of(row: tables.Segment, rpm: float | None) -> tuple[Passing, ...]:
-    """What a move is asked for on its way, its angles in deg of the turn, its derivatives by rad."""
+    """The conditions on the way of a move, at angles in deg of the turn, with derivatives by rad."""
     per, found = _per_rad(row, rpm), []
     for each in row.through:
         start, end = asked_range(asked_value(each.angle))

@@ -1,4 +1,4 @@
-"""The mechanism that the plain mapping of a scene names, and the sizes that it gives of it."""
+"""The mechanism and sizes in the plain mapping of a scene."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""The tables of a scene: their keys, what each allows, and what it means."""
+"""The tables of a scene: their keys, allowed values and meanings."""
 
 from collections.abc import Mapping
 from numbers import Integral, Real
@@ -144,7 +144,7 @@ GivenLoad = Annotated[
 
 
 class Dynamics(Table):
-    """What moves with the follower, and what presses it on the cam. An oscillating follower has moments for forces.
+    """The moving mass and the forces on the follower. An oscillating follower has inertias and moments.
 
     A load that changes over the turn is a list of rows (cam angle from the start of the first segment, 0 to 360
     deg; load), or a CSV file with columns angle and load (a path relative to the scene file), read when the scene
@@ -236,7 +236,7 @@ MOST_SEGMENTS, MOST_CONDITIONS = 1_000, 200
 
 
 class Through(Table):
-    """What a move is asked for on its way: at a cam angle of the turn, or all along a range [from, to] of it.
+    """A condition on the way of a move: at a cam angle of the turn, or all along a range [from, to] of it.
 
     Each but the angle is a number, or a range [low, high]. Derivatives are by what the segment says (``per``).
     """
@@ -386,7 +386,7 @@ class OwnLaw(Table):
 
 
 class ShortLimits(Table):
-    """What the cam must hold, by the short keys of the limits that people set most."""
+    """The limits of the cam, by the short keys of the most common ones."""
 
     pressure_angle: Acute | None = None
     """Largest |β| over rises, dwells and returns; deg."""
@@ -510,7 +510,7 @@ PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(_is_pair)], ..
 
 
 class SynthesisSettings(Table):
-    """What free motion laws minimise and hold, beside ``[limits]``.
+    """The objective and the further limits of new motion laws, beside ``[limits]``.
 
     ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or
     jerk_rms (root mean square over the turn), residual_vibration (in a dwell), or a table of weights for

@@ -1,4 +1,4 @@
-"""Scenes as text: TOML, and what is wrong with it, with the line that it is in."""
+"""Scenes as text: TOML, and its faults with their lines."""
 
 import re
 import tomllib
@@ -46,7 +46,7 @@ def _mistake(file: str, what: str) -> BadInput:
 
 
 def _where(text: str, error: str) -> str:
-    """A parser's words with the line that they are about, and what is meant to be there."""
+    """A parser's message with its line, and what is expected there."""
     place = PLACE.search(error)
     if not place:
         return error

@@ -53,7 +53,7 @@ def check_turn(data: Mapping[str, Any]) -> Iterator[LawFault]:
 
 
 def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[LawFault]:
-    """A law that is named has to be there."""
+    """Check that a named law exists."""
     if isinstance(law, str) and law not in laws:
         yield key, law, f"must be a motion law; {nearest(law, laws)}"
 
@@ -134,7 +134,7 @@ def _segment(
 
 
 def _named(data: Mapping[str, Any], kind: str, law: Any, key: str) -> Iterator[LawFault]:
-    """A law that is named is there, and is one of positions where a move has it."""
+    """Check that a named law exists, and that a move has a law of positions."""
     if not isinstance(law, str):
         return  # which is said
     own = own_law_tables(data).get(law)
@@ -148,7 +148,7 @@ def _named(data: Mapping[str, Any], kind: str, law: Any, key: str) -> Iterator[L
 
 
 def _needs_position(row: Mapping[str, Any], after: Mapping[str, Any], last: bool) -> bool:
-    """Whether a move has to give its position as a number: what follows starts there, or the next turn.
+    """Whether a move must give its position as a number: the next segment, or the next turn, starts there.
 
     So has a move with a law of its own, which ends there.
     """
@@ -159,7 +159,7 @@ def _needs_position(row: Mapping[str, Any], after: Mapping[str, Any], last: bool
 
 
 def _is_condition(row: Mapping[str, Any]) -> bool:
-    """Whether what is asked on the way of a move has an angle, and numbers or ranges."""
+    """Check that a condition on the way of a move has an angle, and numbers or ranges."""
     if not _is_asked(row.get("angle"), 360.0):
         return False
     return all(row.get(name) is None or _is_asked(row[name], LARGEST_NUMBER) for name in DERIVATIVE_NAMES)
@@ -179,7 +179,7 @@ def _is_range(value: Any) -> bool:
 
 
 def _instead(kind: str, name: str) -> str:
-    """What to give in place of a key that a segment of a kind has not."""
+    """The key to use in place of one that a kind of segment does not have."""
     if kind in POSITIONED and name == "lift":
         return ": give the position at its end (to)"
     if name in (*DERIVATIVES, "through"):

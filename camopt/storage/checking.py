@@ -22,7 +22,7 @@ UNCHECKABLE = "nothing to check it by"
 
 @dataclass(frozen=True)
 class FileCheck:
-    """What is known of a file.
+    """The state of a checked file.
 
     Attributes
     ----------

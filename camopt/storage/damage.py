@@ -1,4 +1,4 @@
-"""Whether a table is as it was written, by its seal; and what is said of it if not."""
+"""Whether a table is as it was written, by its seal; and the message if it is not."""
 
 import os
 from base64 import b64decode
@@ -52,7 +52,7 @@ def open_table(file: BinaryIO) -> pq.ParquetFile:
 
 
 def _by_another_program(file: BinaryIO) -> TableFault | None:
-    """What to say of a table that another program saved; None if it is one of camopt's, damaged.
+    """The message on a table that another program saved; None for a damaged one of camopt.
 
     It has no seal, or that of the table it was made of: Arrow takes it for a part of the schema then.
     """
@@ -72,6 +72,6 @@ def _by_another_program(file: BinaryIO) -> TableFault | None:
 
 
 def raise_if_of_the_disk(trouble: BaseException) -> None:
-    """Go on unless it is the disk that failed, and not what is in the file."""
+    """Raise an error of the disk again; return for errors in the content of a file."""
     if isinstance(trouble, OSError) and trouble.errno:
         raise trouble

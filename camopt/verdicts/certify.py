@@ -96,7 +96,7 @@ def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
 def _without_curves(
     problem: Problem, limit: Limit, design: Designs, exact: Designs, motion: ExactMotion, until: float
 ) -> str:
-    """The verdict on a limit that is no matter of curves: a crossing, a size, an integral, or one of the motion."""
+    """The verdict on a limit without curves: a crossing, a size, an integral, or one of the motion."""
     if limit.decided:
         broken = limit.decided(problem.setup, design, problem.programme)
         return UNDECIDED if broken is None else BROKEN if broken else HELD
@@ -111,7 +111,7 @@ def _without_curves(
 
 
 def _compared(limit: Limit, rows: Rows, design: Designs) -> str:
-    """The verdict on a limit by what encloses its quantities."""
+    """The verdict on a limit from the enclosures of its quantities."""
     outer, inner = (limit.excess(rows.shifted(share), design)[0] for share in (1.0, -1.0))
     return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED
 

@@ -38,7 +38,7 @@ class Statement(NamedTuple):
     bound: arb
 
     def on(self, stroke: ExactStroke) -> "Statement | None":
-        """What it says of a stroke, if anything: of a move, in terms of the way in which the follower moves."""
+        """The statement for one stroke, if it applies; for a move, by the follower's direction of motion."""
         if not self.kinds & (stroke.kind | WAYS):
             return None
         if stroke.kind != ALL_STROKES or self.kinds & ALL_STROKES == ALL_STROKES:
@@ -46,7 +46,7 @@ class Statement(NamedTuple):
         return self._replace(kinds=self.kinds & WAYS | ways_of(self.kinds))
 
     def applies(self, speed: Any) -> tuple[bool, bool]:
-        """Whether it may be, and whether it is sure to be, about a motion with this y'."""
+        """Whether it may apply, and whether it surely applies, to a motion with this y'."""
         if not self.kinds & WAYS:
             return True, True
         outward, inward = bool(speed > 0), bool(speed < 0)
@@ -59,7 +59,7 @@ class Statement(NamedTuple):
 
 @precisely()
 def decide(statement: Statement, motion: ExactMotion, until: float = inf) -> str:
-    """Whether a statement holds; undecided if that is not known at ``until`` (``clock.now``)."""
+    """Whether a statement holds; undecided if no proof is found before ``until`` (``clock.now``)."""
     verdict = HELD
     for stroke in motion.strokes:
         if (about := statement.on(stroke)) is not None:
@@ -119,5 +119,5 @@ def decide_part(
 
 
 def sign_of(over: arb) -> str:
-    """The verdict on what is above a bound by this much."""
+    """The verdict on an excess over a bound."""
     return HELD if over <= 0 else BROKEN if over > 0 else UNDECIDED

@@ -90,7 +90,7 @@ class TurnPart(NamedTuple):
 
 
 def _ranges(rows: list[arb], load: list[arb]) -> list[Ball]:
-    """What curves take: the first of some derivatives."""
+    """The first derivatives, as curves take them."""
     padded = rows[:STATE_ROWS] + [arb(0)] * (STATE_ROWS - len(rows))
     return [Ball(each) for each in padded + load]
 
@@ -116,12 +116,12 @@ class MeanOfPowers:
 
     @classmethod
     def of(cls, mean: Mean, design: Designs, motion: ExactMotion) -> "MeanOfPowers":
-        """That of a quantity."""
+        """The mean of a quantity."""
         turn = cast(Programme, motion)
         return cls([(of_curve(make(design, turn)), kinds) for make, kinds in mean.curves], mean.power, motion)
 
     def enclosures(self, until: float = inf) -> Iterator[arb]:
-        """Balls of it, each narrower than the one before, as long as that is worth while."""
+        """Balls that enclose it, each narrower than the one before, as long as that helps."""
         parts = [TurnPart(stroke, *smooth) for stroke in self.motion.strokes for smooth in stroke.smooth()]
         known = [(part, self._over(part)) for part in parts]
         while True:
@@ -170,13 +170,13 @@ def _may_be(kinds: int, stroke: ExactStroke, speed: arb) -> bool:
 
 
 def _width(ball: arb) -> float:
-    """Infinite for what is not known."""
+    """The width of a ball; infinite if it is not finite."""
     return float(ball.rad()) if ball.is_finite() else inf
 
 
 @precisely(DISPLACEMENT_TERMS)
 def mean_verdict(claim: MeanClaim, design: Designs, motion: ExactMotion, until: float = inf) -> str:
-    """Whether a design (in balls) meets what a limit requires of a mean."""
+    """The verdict on a limit's claim on a mean, for a design (in balls)."""
     allowed, factor = claim.allowed(BALL_NUMBERS), as_arb(claim.factor(design))
     for found in MeanOfPowers.of(claim.mean, design, motion).enclosures(until):
         over = (found * factor - allowed) * claim.side

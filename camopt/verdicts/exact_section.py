@@ -1,4 +1,4 @@
-"""The section of a disc cam in balls: what ``effects.section`` finds by quadrature, enclosed.
+"""The section of a disc cam in balls: enclosures of the quantities of ``effects.section``.
 
 The contact point and what is integrated of it are Taylor series by the cam angle, of K terms about the middle of a
 part of the turn; the term of order K is taken over the whole part, and bounds what is left out:
@@ -95,7 +95,7 @@ def _integrals(problem: Problem, motion: ExactMotion, exact: Designs, parts: int
 
 
 def _pieces(stroke: ExactStroke) -> Iterator[tuple[Stretch | None, arb, arb]]:
-    """Where the motion is smooth; a load is nothing to the section."""
+    """The parts where the motion is smooth; loads do not matter to the section."""
     return ((piece, first, last) for piece, _, first, last in stroke._replace(lines=()).smooth())
 
 
@@ -122,7 +122,7 @@ def _motion(stroke: ExactStroke, piece: Stretch | None, x: arb) -> arb_series:
 
 
 def _contact(problem: Problem, exact: Designs) -> Any:
-    """From the displacement and the cam angle to what is integrated, each as a series."""
+    """The contact point and the normal as series, from the displacement and the cam angle."""
     setup, sizes = problem.setup, {name: as_arb(value) for name, value in exact.sizes.items()}
     if setup.mechanism.curvature is not None:
         assert setup.mechanism.start is not None

@@ -1,4 +1,4 @@
-"""Verdicts: run the effects that are called for, and hold designs against their limits, proved or undecided.
+"""Verdicts: run the effects needed, and compare designs with their limits; a verdict is proved or undecided.
 
 A limit is held if the far side of the quantity's enclosure holds it, and broken if the near side breaks it.
 Between the two a design is looked at again at a tolerance near rounding, and then in ball arithmetic; what is
@@ -82,7 +82,7 @@ def with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Row
 
 
 class Effort(NamedTuple):
-    """How many designs had to be evaluated more than once: at a tolerance near rounding, then in balls."""
+    """Numbers of designs evaluated more than once: at a tolerance near rounding, then in balls."""
 
     again: int = 0
     balls: int = 0
@@ -165,7 +165,7 @@ def weighed(problem: Problem, designs: Designs, wanted: frozenset[str], until: f
 
 
 def with_exact_numbers(problem: Problem, designs: Designs, rows: Rows) -> Rows:
-    """The rows, with numbers that doubles leave less exact than the scene asks proved in balls."""
+    """The rows, with numbers proved in balls where doubles are less exact than the scene asks."""
     if np.all(np.asarray(rows.half_width) <= problem.accuracy):
         return rows
     from camopt.verdicts.narrowing import narrow
@@ -202,7 +202,7 @@ INFINITE_EXCESS = (
 
 
 def by_excess(excess: FloatArray) -> tuple[float, float]:
-    """How badly a design (limits,) misses: its worst relative excess, and then the sum of all."""
+    """The excess of a design (limits,) for comparison: its worst relative excess, then the sum of all."""
     over = np.clip(excess, 0.0, INFINITE_EXCESS)
     return float(over.max(initial=0.0)), float(over.sum())
 

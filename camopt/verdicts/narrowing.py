@@ -1,4 +1,4 @@
-"""Numbers that doubles leave less exact than is asked: proved in ball arithmetic between two bounds.
+"""Numbers that are less exact in doubles than asked: ball arithmetic proves two close bounds.
 
 Next to an undercut a stress is N/R with an R that is nearly 0, and rounding alone is more than the tolerance. That
 a peak is at most a bound is a claim, which balls decide; so is that it is not at most another one.
@@ -28,7 +28,7 @@ WIDER = 16.0
 
 
 def narrow(problem: Problem, designs: Designs, rows: Rows) -> Rows:
-    """Rows whose numbers are as exact as the scene asks, where there are few designs of which they are not."""
+    """Rows with numbers as exact as the scene asks, if only few designs lack that."""
     asked = problem.accuracy
     half_width = np.broadcast_to(rows.half_width, rows.count)
     open_ = np.flatnonzero(~(half_width <= asked) & problem.setup.mechanism.exists(designs, problem.programme))
@@ -59,7 +59,7 @@ def _relative(row: Rows, name: str) -> float:
 
 @precisely()
 def _proved(problem: Problem, design: Designs, row: Rows, asked: float) -> dict[str, ProvedRange]:
-    """The quantities of one design that are less exact than asked: between which bounds each is proved to be."""
+    """Proved bounds of the quantities of one design that are less exact than asked."""
     found, exact, motion = {}, in_balls(design), exact_turn(problem.programme)
     for name in row.outward:
         peak = peak_of(name, problem.setup)
@@ -88,7 +88,7 @@ class Decided(NamedTuple):
 
 
 def _between(decided: Decided, value: float, asked: float) -> ProvedRange | None:
-    """Two bounds as near as is asked, between which a quantity is proved to be."""
+    """Two proved bounds of a quantity, as close as asked."""
     apart = 0.25 * asked * abs(value)
     while decided.below(value - apart) is not False or decided.below(value + apart) is not True:
         apart *= WIDER

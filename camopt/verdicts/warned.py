@@ -1,4 +1,4 @@
-"""What a result says of a cam unasked: an elastic train that loses contact, and a motion beyond what was asked."""
+"""Warnings of a result: an elastic train that loses contact, and a motion beyond the positions asked."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -29,7 +29,7 @@ def warnings_of(problem: Problem) -> tuple[str, ...]:
 
 
 def _lost_contact(problem: Problem) -> Iterator[str]:
-    """Contact that only a rigid train keeps, where the scene gives what tells: a limit on it says so itself."""
+    """A warning if only a rigid train keeps contact, unless a limit on contact force says so already."""
     setup, needed = problem.setup, {RIGID, ELASTIC}
     limited = any(ELASTIC in limit.needs for limit in problem.limits)
     if setup.mechanism.pulls or limited or not needed.issubset(offered(setup)):
@@ -44,7 +44,7 @@ def _lost_contact(problem: Problem) -> Iterator[str]:
 
 
 class FarthestPoint(NamedTuple):
-    """Where a motion goes the farthest to one side, in mm (rad) from the base circle, and at what cam angle."""
+    """The farthest point of a motion to one side, in mm (rad) from the base circle, and its cam angle."""
 
     position: float
     angle: float
@@ -52,7 +52,7 @@ class FarthestPoint(NamedTuple):
 
 
 def _beyond_what_was_asked(problem: Problem) -> Iterator[str]:
-    """Moves that go beyond every position asked, though no velocity that is given makes them."""
+    """Warnings on moves beyond every position asked, unless a given velocity causes that."""
     programme = problem.programme
     for side in (side for side in SIDE_NAMES if _exceeds(programme, side)):
         extreme, asked = _extreme(programme, side), _farthest_asked(programme, side)
@@ -103,7 +103,7 @@ def _extreme(programme: Programme, side: float) -> FarthestPoint:
 
 
 def _has_to_go_on(programme: Programme, number: int) -> bool:
-    """Whether a stroke has to start or to end with a velocity, as beside a stretch at constant velocity."""
+    """Whether a stroke must start or end with a velocity, as next to a stretch at constant velocity."""
     strokes, stroke = programme.strokes, programme.strokes[number]
     given = [angle for k, angle in ((number - 1, stroke.start), (number, stroke.end)) if not _is_free(strokes, k)]
     moving = np.abs(stroke.motion(np.array(given))[1]) * stroke.angle
@@ -129,12 +129,12 @@ def _stopped_by(programme: Programme, side: float) -> str:
 
 
 def _turns(stroke: Stroke, following: Stroke) -> bool:
-    """Whether the motion has to turn back, or to stand, where a stroke ends."""
+    """Whether the motion must turn back, or rest, where a stroke ends."""
     return (stroke.high - stroke.low) * (following.high - following.low) <= 0.0
 
 
 def _rest_stops(programme: Programme, ends: Sequence[Stroke], side: float) -> bool:
-    """Whether rest at the ends of some moves keeps the motion within what is asked."""
+    """Whether rest at the ends of given moves keeps the motion within the positions asked."""
     strokes = [_resting(stroke) if stroke in ends else stroke for stroke in programme.strokes]
     try:
         return not _exceeds(replace(programme, strokes=with_moves(strokes)).on_base_circle(), side)
