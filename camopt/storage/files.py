@@ -85,7 +85,7 @@ def regular_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """What is in a text file of a user. Errors are those of ``regular_file``, and BadInput if it has no end."""
+    """The bytes of a user's text file. Errors are those of ``regular_file``, and BadInput if it has no end."""
     with regular_file(path) as file:
         data = file.read(LARGEST_TEXT + 1)
     if len(data) > LARGEST_TEXT:
@@ -107,7 +107,7 @@ def text_of(data: bytes) -> str:
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
-    """Find out before the work whether a file can be written.
+    """Check before the work that a file can be written.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def _check_folder(folder: Path, named: str | os.PathLike[str]) -> None:
 
 @contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary path beside ``path``, which takes its name if the block ends well, and goes if not.
+    """A temporary path beside ``path``, renamed to it if the block ends well, and removed if not.
 
     The file is on disk before it gets its name. The mode of an earlier file stays; so does a link, which then leads
     to the new file. Temporary files of runs that died are removed.
@@ -178,7 +178,7 @@ def tell_untidy(trouble: OSError, path: Path) -> None:
 
 @contextmanager
 def naming(path: Path, *temporary: Path) -> Iterator[None]:
-    """An OSError that names a temporary file, or no file, names the one that is meant; others stay."""
+    """Let an OSError that names a temporary file, or no file, name the intended one; others stay."""
     try:
         yield
     except OSError as trouble:
@@ -197,7 +197,7 @@ def named(trouble: OSError, reason: str, path: Path) -> OSError:
 
 
 def random_name() -> str:
-    """A name that no other process chooses, on this machine or another one."""
+    """A name that no other process chooses, on any machine."""
     return os.urandom(8).hex()
 
 
@@ -260,7 +260,7 @@ def lock(descriptor: int) -> bool | None:
 
 
 def forgotten(path: Path) -> bool:
-    """Whether nobody has written to a file or a folder for so long that nobody will, where there are no locks."""
+    """Whether a file or a folder has been unused for so long that its writer is gone, where there are no locks."""
     return time() - path.lstat().st_mtime > FORGOTTEN
 
 

@@ -18,7 +18,7 @@ LOCK_TRIES = 100
 
 @contextmanager
 def made_folder(folder: Path) -> Iterator[list[Path]]:
-    """The folder and those above it that had to be made; they go again if nothing is in them at the end."""
+    """The folder, made with those above it if necessary; new ones are removed again if they stay empty."""
     made = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
         try:
@@ -34,7 +34,7 @@ def made_folder(folder: Path) -> Iterator[list[Path]]:
 
 @contextmanager
 def held_folder(folder: Path) -> Iterator[tuple[Path, bool]]:
-    """The folder for what is not finished, held by this process; and whether no other one can have it.
+    """The work folder, held by this process; and whether no other process can hold it.
 
     The lock is that of the open file, which the system lets go when the process dies. The file goes at the end, so
     one that was opened just before and got the lock just after has no name any more: then again.
@@ -88,6 +88,6 @@ def _refuse(file: FileIO, folder: Path) -> None:
 
 
 def _quietly(call: Callable[..., object], *arguments: object) -> None:
-    """Try something that the result does not need."""
+    """Try an action that the result does not need."""
     with suppress(OSError):
         call(*arguments)

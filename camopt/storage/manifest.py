@@ -34,7 +34,7 @@ RUN_NAME, DIGEST_TEXT, FILE_NAME = (
 
 @dataclass(frozen=True)
 class Fact:
-    """What a manifest says of a file."""
+    """A manifest's record of a file."""
 
     sha256: str
     bytes: int
@@ -56,12 +56,12 @@ class RunResult:
     """What the command says of its result, as JSON has it."""
 
     def without(self, names: Container[str]) -> "RunResult":
-        """The result without the files that another one has taken over; then it answers nothing any more."""
+        """The result without the files that another one has taken over; it is then incomplete."""
         kept = {name: fact for name, fact in self.files.items() if name not in names}
         return self if len(kept) == len(self.files) else RunResult(self.run, kept, self.replaces)
 
     def waiting(self, folder: Path, name: str = "") -> Path:
-        """Where a file waits for its name."""
+        """The path where a file waits for its final name."""
         return folder / WORK_FOLDER / self.run / name
 
 
@@ -96,12 +96,12 @@ class Manifest:
 
 
 def _plain(result: RunResult) -> dict[str, Any]:
-    """A result as JSON has it, without what nothing is known of."""
+    """A result for JSON, without unknown fields."""
     return {name: value for name, value in asdict(result).items() if value is not None}
 
 
 class Damaged(BadInput):
-    """A manifest that camopt wrote, and not in these bytes; also one that is empty, or no JSON."""
+    """A damaged manifest of camopt; also one that is empty, or no JSON."""
 
 
 def run_of(command: str, files: Mapping[str, Fact]) -> str:
@@ -115,7 +115,7 @@ def _digest(about: dict[str, Any]) -> str:
 
 
 def manifest_of(folder: str | os.PathLike[str]) -> Manifest | None:
-    """What the manifest of a folder says; None if there is none.
+    """The manifest of a folder; None if there is none.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def _result(run: Any, files: Any, replaces: Any, question: Any = None, answer: A
 
 
 def settled_path(path: PathLike) -> PathLike | Path:
-    """The file to read for a path: the one that waits for that name, if a command died before it gave it.
+    """The file to read for a path: the one that still waits for that name, if a command died before renaming it.
 
     Where the manifest is damaged, the path itself.
     """
@@ -192,7 +192,7 @@ def settled_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
 
 
 def of_one_run(folder: Path, read: Callable[[], Outcome]) -> Outcome:
-    """What is read of several files of a folder: again, if another result was published meanwhile.
+    """Read several files of a folder, again if another result was published meanwhile.
 
     If that goes on and on, it is what was read last.
     """
@@ -204,7 +204,7 @@ def of_one_run(folder: Path, read: Callable[[], Outcome]) -> Outcome:
 
 
 def _tried(read: Callable[[], Outcome]) -> Outcome:
-    """What is read, more than once if there is no such file: it may be given its name just now."""
+    """Read a file, with retries if it is missing: it may be renamed at this moment."""
     for _ in range(READ_TRIES):
         with suppress(FileNotFoundError):
             return read()
@@ -212,18 +212,18 @@ def _tried(read: Callable[[], Outcome]) -> Outcome:
 
 
 def command_of(path: Path) -> str | None:
-    """The command whose result has a file, as far as a manifest says so."""
+    """The command whose result has a file, by the manifest."""
     results = _known(path.parent).results
     return next((command for command, result in results.items() if path.name in result.files), None)
 
 
 def has_result(folder: Path, command: str) -> bool:
-    """Whether a result of a command is in a folder, as far as a manifest says so."""
+    """Whether a folder has a result of a command, by its manifest."""
     return command in _known(folder).results
 
 
 def question_in(folder: Path, command: str) -> Any:
-    """What a command was asked whose result is in a folder, as far as a manifest says so; None else."""
+    """The question that a command's result in a folder answers, by its manifest; None if there is none."""
     result = _known(folder).results.get(command)
     return result and result.question
 
@@ -241,18 +241,18 @@ def answer_in(folder: Path, command: str, asked: Callable[[RunResult], bool]) ->
 
 
 def fact_of(path: Path) -> Fact:
-    """What a manifest says of a file as it is; errors are those of ``regular_file``."""
+    """The record of a file as it is now; errors are those of ``regular_file``."""
     with regular_file(path) as file:
         return Fact(file_digest(file, "sha256").hexdigest(), os.fstat(file.fileno()).st_size)
 
 
 def _unplaced(folder: Path) -> Iterator[RunResult]:
-    """Results whose files have not all got their names."""
+    """Results with files that still wait for their names."""
     return (result for result in _known(folder).results.values() if result.waiting(folder).is_dir())
 
 
 def _known(folder: Path) -> Manifest:
-    """What the manifest of a folder says, if there is one that can be read."""
+    """The manifest of a folder, if there is a readable one."""
     try:
         return manifest_of(folder) or Manifest()
     except (BadInput, OSError):

@@ -1,4 +1,4 @@
-"""Which files are camopt's own, and may be replaced, and which are of the user."""
+"""Ownership of files: camopt's own may be replaced, the user's may not."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -15,7 +15,7 @@ def exact_names(names: Iterable[str]) -> set[str]:
 
 
 def check_own(unit: Unit, names: set[str]) -> None:
-    """BadInput if a file that would be replaced, or go with the earlier result, is of the user, or was edited."""
+    """BadInput if a file to be replaced, or removed with the earlier result, is the user's or was edited."""
     manifest = manifest_to_renew(unit.folder)
     earlier = set() if unit.revises else {*earlier_files(unit, manifest)}
     why = "{}, and it would be replaced; choose another folder, or move the file"
@@ -26,12 +26,12 @@ def check_own(unit: Unit, names: set[str]) -> None:
 
 
 def earlier_files(unit: Unit, manifest: Manifest) -> Mapping[str, Fact]:
-    """The files of the earlier result, as far as the manifest names them."""
+    """The files of the earlier result that the manifest names."""
     return manifest.results.get(unit.command, RunResult("", {})).files
 
 
 def foreign(unit: Unit, manifest: Manifest, name: str) -> str:
-    """What of a file is not camopt's, in words; empty if all is, or there is none.
+    """The part of a file that is not camopt's, in words; empty if all is, or there is no file.
 
     Where no manifest names it, a table says of itself whether it is as it was written. Other files do not: they are
     taken for those of an older camopt, which wrote no manifest, until there is one of this command.

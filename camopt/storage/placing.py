@@ -1,4 +1,4 @@
-"""Files of a published result get their names, and what dead runs left goes."""
+"""Files of a published result get their names, and leftovers of dead runs are removed."""
 
 import os
 import shutil
@@ -14,7 +14,7 @@ from camopt.storage.unit import JOURNAL
 
 
 def tried(calls: Iterable[Callable[[], None]]) -> Iterator[OSError]:
-    """Make some calls, each whatever the others do; their troubles."""
+    """Make all calls, even if some fail; returns their errors."""
     for call in calls:
         try:
             call()
@@ -23,7 +23,7 @@ def tried(calls: Iterable[Callable[[], None]]) -> Iterator[OSError]:
 
 
 def place_results(folder: Path, work: Path, alone: bool) -> None:
-    """Give the files of published results their names, and remove what dead runs left; journals stay."""
+    """Give the files of published results their names, and remove leftovers of dead runs; journals stay."""
     manifest = manifest_to_renew(folder)
     commands = {result.run: command for command, result in manifest.results.items()}
     for left in sorted(work.iterdir()):
@@ -68,7 +68,7 @@ def _rename(staged: Path, path: Path) -> None:
 
 
 def remove(path: Path) -> None:
-    """Remove a file or a folder with all that is in it, if there is one."""
+    """Remove a file or a folder with all its content, if it exists."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
     else:

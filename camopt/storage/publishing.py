@@ -119,7 +119,7 @@ def answered(
     question: Any,
     is_spent: Callable[[Path], bool] = lambda journal: False,
 ) -> Any:
-    """The answer to a question that is in a folder already: of the same command, with all files whole; None if not.
+    """The result in a folder that answers a question: of the same command, with all files intact; None if none.
 
     What a run left that died after it had published is put in order: files get their names, and the journal goes if
     ``is_spent`` says that it is that of the result.
@@ -158,14 +158,14 @@ def _is_in_words(words: str, result: RunResult) -> bool:
 
 
 def already_done(folder: str | os.PathLike[str]) -> str:
-    """What is said where a folder has the answer already."""
+    """The message when a folder has the result already."""
     what = f"already done: {os.fspath(folder)} has the whole result of the same question and version"
     return f"{what}; `again` computes it anew"
 
 
 @contextmanager
 def revised(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Where to write a file anew: as a part of the result that has it, or the path itself if none has.
+    """The path to rewrite a file: as a part of the result that has it, or the path itself.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def revised(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _tidy_up(unit: Unit, alone: bool) -> None:
-    """What is left to do once a result is published. Trouble does not undo it, and is told.
+    """Tidy up after a result is published. Errors do not undo it, and are reported.
 
     Raises
     ------
@@ -202,13 +202,13 @@ def _tidy_up(unit: Unit, alone: bool) -> None:
 
 
 def _clear(unit: Unit, alone: bool) -> None:
-    """Settle the folder, and remove what was not published."""
+    """Give published files their names, and remove unpublished ones."""
     place_results(unit.folder, unit.work, alone)
     remove(unit.staging)
 
 
 def _raise_of_result(trouble: OSError, unit: Unit) -> None:
-    """Say which file of the result cannot be written; where it was being written is nobody's concern."""
+    """Raise an error that names the file of the result that cannot be written, not the temporary one."""
     if isinstance(trouble.filename, str) and Path(trouble.filename).is_relative_to(unit.work):
         name = Path(trouble.filename).name
         meant = unit.folder / name if any(fnmatchcase(name, known) for known in unit.may_write) else unit.folder
@@ -249,7 +249,7 @@ def _commit(unit: Unit, made: list[Path]) -> None:
 
 
 def _manifest_with(old: Manifest, command: str, result: RunResult) -> str:
-    """The text of a manifest with one more result; without an answer that would make it too long to be read."""
+    """The text of a manifest with one more result, without an answer that would make it too long."""
     text = old.with_result(command, result).to_json()
     if len(text) <= LARGEST_TEXT // 2:
         return text

@@ -22,7 +22,7 @@ def record(payload: bytes) -> bytes:
 
 
 def records(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
-    """The records of a journal, each with where it ends, up to where it is whole."""
+    """The records of the intact part of a journal, each with its end."""
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
     if file.read(len(JOURNAL_MAGIC)) != JOURNAL_MAGIC:
@@ -36,7 +36,7 @@ def records(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
 
 
 def whole_until(file: BinaryIO) -> tuple[int, bool]:
-    """Up to where a journal is whole, and whether that is its end; of records of any length, in bounded memory."""
+    """The end of the intact part of a journal, and whether it is the whole file; in bounded memory."""
     file.seek(0)
     whole, digest = len(JOURNAL_MAGIC) if file.read(len(JOURNAL_MAGIC)) == JOURNAL_MAGIC else 0, b""
     while whole and len(head := file.read(HEAD.size)) == HEAD.size:
@@ -58,5 +58,5 @@ def damage_of(file: BinaryIO) -> str:
 
 
 def cut_after(whole: int) -> str:
-    """What is said of a journal that is whole up to a byte and no further."""
+    """The message on a journal that is intact only up to a byte."""
     return f"damaged, or cut short, after {whole:,} bytes"

@@ -1,4 +1,4 @@
-"""The seal of a table: two digests in its footer, by which each byte of the file is known to be as it was written.
+"""The seal of a table: two digests in its footer, which protect each byte of the file.
 
 A Parquet file is a row of pages, then a footer that says where they are. ``camopt_pages`` is the SHA-256 of all
 that comes before the footer, ``camopt_footer`` that of the footer itself, to the end of the file, with zeros in
@@ -86,7 +86,7 @@ def footer_of(file: BinaryIO) -> tuple[int, bytes]:
 
 
 def _with_digests(file: BinaryIO, start: int, footer: bytes) -> bytes:
-    """A footer with the digests that belong into it."""
+    """A footer with its digests filled in."""
     pages, own = (_place(key, footer) for key in SEAL_KEYS)
     found = bytearray(footer)
     found[pages], found[own] = _digest(file, start).encode(), BLANK.encode()
@@ -95,7 +95,7 @@ def _with_digests(file: BinaryIO, start: int, footer: bytes) -> bytes:
 
 
 def _place(key: str, footer: bytes) -> slice:
-    """Where the one digest under a key of the metadata is: a text of 64 bytes in Thrift's compact protocol."""
+    """The place of the digest under a key of the metadata: a text of 64 bytes in Thrift's compact protocol."""
     found = [*re.finditer(key.encode() + rb"\x18\x40([0-9a-f]{64})", footer)]
     if len(found) != 1:
         raise ValueError("no seal")

@@ -1,4 +1,4 @@
-"""Tables with a seal, by which those that camopt wrote are known again, and known to be whole."""
+"""Sealed tables: the seal shows that camopt wrote a table, and that it is intact."""
 
 import json
 import os
@@ -63,7 +63,7 @@ class TableFile:
 
 @contextmanager
 def _refused(path: str | os.PathLike[str]) -> Iterator[None]:
-    """What Arrow says of a file that is no table, as BadInput."""
+    """Arrow's error about a file that is no table, as BadInput."""
     try:
         yield
     except BadInput:
@@ -77,13 +77,13 @@ def _refused(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def no_table(path: str | os.PathLike[str], why: str) -> BadInput:
-    """What to say of a file that is no table of camopt's."""
+    """The message on a file that is no table of camopt."""
     allowed = f"a Parquet table that camopt wrote; {why}"
     return BadInput([Mistake("camopt", "table", os.fsdecode(path), allowed)])
 
 
 def _oddity(layout: pa.Schema) -> str:
-    """What is odd about the schema of a table; empty if nothing is."""
+    """The fault of the schema of a table; empty if there is none."""
     for field in layout:
         if field.type not in COLUMN_TYPES:
             return f"its column {field.name!r} has the type {field.type}"
@@ -107,7 +107,7 @@ def _has(said: Any, kinds: Mapping[str, Any]) -> bool:
 
 
 def table_facts(layout: pa.Schema) -> dict[Hashable | None, Any]:
-    """What the metadata say of a table."""
+    """The facts in the metadata of a table."""
     columns = {field.name: _decoded(field.metadata) for field in layout}
     whole = _decoded(layout.metadata)
     return {

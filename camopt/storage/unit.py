@@ -1,4 +1,4 @@
-"""What is published together: the files of a result, where they are written and what they may be called."""
+"""The unit of publishing: the files of a result, where they are written, and their allowed names."""
 
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -55,11 +55,11 @@ class Unit:
 
     @property
     def journal(self) -> Path:
-        """Where the command may keep what it has done: it stays if the command fails, and is removed if not."""
+        """The path for finished work of the command: kept if the command fails, removed if it succeeds."""
         return journal_path(self.folder, self.command)
 
     def path(self, name: str) -> Path:
-        """Where a file is written."""
+        """The path at which a file is written."""
         if not any(fnmatchcase(name, known) for known in self.may_write):
             raise KeyError(f"{name} is none of {', '.join(self.may_write)}")
         return self.staging / name
@@ -71,5 +71,5 @@ def name_of_part(part: int, parts: int) -> str:
 
 
 def journal_path(folder: Path, command: str) -> Path:
-    """Where a command keeps what it has done of a result in a folder."""
+    """The path of the journal of a command in a folder."""
     return folder / WORK_FOLDER / f"{command}{JOURNAL}"

@@ -11,7 +11,7 @@ LONGEST_TIME = 1000 * 365.25 * 86400.0  # seconds: a longer time is no answer
 
 
 def number(value: Any) -> str:
-    """Six significant digits, no exponent where a reader would not want one."""
+    """A number with six significant digits, without an exponent unless it is very large or small."""
     if isinstance(value, bool) or not isinstance(value, float):
         return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
     return "∞" if value == inf else "−∞" if value == -inf else f"{value + 0.0:.6g}"  # + 0.0: no −0
@@ -22,7 +22,7 @@ SHOWN_AS_ZERO = dict.fromkeys(("deg", "mm", "N"), 1e-9)
 
 
 def quantity(name: str, value: Any) -> str:
-    """The value of a quantity, or of another column; 0 where it is 0 but for rounding."""
+    """The value of a quantity or another column; 0 if it differs from 0 only by rounding."""
     unit = QUANTITIES[name].unit if name in QUANTITIES else ""
     nothing = isinstance(value, float) and abs(value) < SHOWN_AS_ZERO.get(unit, 0.0)
     return number(0.0 if nothing else value)

@@ -1,4 +1,4 @@
-"""Which quantities a table of designs shows, and the limits that it sets beside them."""
+"""The quantities that a table of designs shows, and the limits beside them."""
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from typing import Any
@@ -16,7 +16,7 @@ DERIVED = ("prime_radius_mm", "shaft_clearance_mm")  # sums and differences of o
 
 
 def bounds_shown(problem: Problem) -> dict[str, str]:
-    """What the limits ask of each quantity, as "≤ 30"; the first limit of several on one quantity."""
+    """The limit on each quantity, as "≤ 30"; of several on one quantity, the first."""
     found: dict[str, str] = {}
     for limit in problem.limits:
         for name in limit.shown:
@@ -28,7 +28,7 @@ def bounds_shown(problem: Problem) -> dict[str, str]:
 
 
 def columns_of(problem: Problem, rows: Iterable[TableRow], asked: Iterable[str] = ()) -> list[str]:
-    """Sizes, then what was asked: objectives, limited quantities and outputs; none that is 0 throughout.
+    """Sizes, then wanted quantities: objectives, limited quantities and outputs; none that is 0 throughout.
 
     A law on rises and returns alike is one column, ``law``; so is a pressure angle that is asked over the turn.
     """
@@ -54,7 +54,7 @@ def sizes_shown(searched: Container[str], rows: Iterable[TableRow]) -> list[str]
 
 
 def laws_shown(rows: Iterable[TableRow]) -> list[str]:
-    """The columns of laws: one where rises and returns have the same, none where moves alone make the motion."""
+    """The columns of laws: one if rises and returns have the same, none if the motion is made of moves only."""
     rows = list(rows)
     if any(row["law_rise"] != row["law_return"] for row in rows):
         return list(LAW_COLUMNS)
@@ -62,7 +62,7 @@ def laws_shown(rows: Iterable[TableRow]) -> list[str]:
 
 
 def joined_laws(rise: str, fall: str) -> str:
-    """The laws of rises and of returns as one name: once where they are the same, none for moves alone."""
+    """The laws of rises and returns as one name: once if they are the same, empty if there are only moves."""
     return " / ".join(filter(None, dict.fromkeys((rise, fall))))
 
 
@@ -79,7 +79,7 @@ def axes_of(names: Sequence[str]) -> list[str]:
 
 
 def is_nothing(searched: Container[str], name: str, rows: Iterable[TableRow]) -> bool:
-    """Whether a quantity is 0, or no name, whatever the design: a roller radius of a knife, a law of moves.
+    """Whether a quantity is 0, or an empty name, in all designs: a roller radius of a knife, a law of moves.
 
     ``searched`` are the keys of the sizes in ``[search]``.
     """

@@ -1,4 +1,4 @@
-"""Tables of designs: a row for each, or one of them down the page."""
+"""Tables of designs: a row for each, or one design down the page."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -13,7 +13,7 @@ from camopt.tables.layout import ABOUT, VALUE, Cell, Table, table_of
 def designs_table(
     title: str, problem: Problem, rows: Iterable[TableRow], last: Iterable[str] = (), asked: Iterable[str] = ()
 ) -> Table:
-    """A row for each design: sizes, what was asked, and some more columns; what is a list becomes a text."""
+    """A row for each design: sizes, wanted quantities, and further columns; lists become texts."""
     shown = [{name: _words(value) for name, value in row.items()} for row in rows]
     names = [*columns_of(problem, shown, asked), *last]
     return table_of(title, shown, names, bounds_shown(problem))
@@ -24,7 +24,7 @@ def _words(value: Any) -> Any:
 
 
 def design_table(title: str, problem: Problem, design: TableRow, about: Mapping[str, str]) -> Table:
-    """One design down the page: name, value, unit, limit if there are any, and a word about each quantity."""
+    """One design down the page: name, value, unit and meaning of each quantity, and limits if there are any."""
     bounds = bounds_shown(problem)
     rows = []
     for name, text in about.items():

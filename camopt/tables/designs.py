@@ -1,4 +1,4 @@
-"""Designs of a result: quantities by name, and each as a scene that every command takes."""
+"""Designs of a result: quantities by name, and each design as a scene that every command takes."""
 
 import os
 import re
@@ -74,7 +74,7 @@ class Design(Shown, Drawn, dict[str, Any]):
         return f"<Design of {self.searched.name}: {laws}{''.join(sizes)}, {len(self)} quantities>"
 
     def table(self) -> Table:
-        """The sizes of the design and what its scene asks, beside the limits."""
+        """The sizes of the design and the quantities that its scene wants, beside the limits."""
         (row,), problem = with_law([self]), resolve(self.searched)
         about = {n: QUANTITIES[n].sentence if n in QUANTITIES else "" for n in columns_of(problem, [row])}
         return design_table(self.searched.name, problem, row, about)
@@ -153,7 +153,7 @@ def scene_of_row(searched: Scene, row: Mapping[str, Any]) -> Scene:
 
 
 def scene_with_row(scene: Scene, row: Mapping[str, Any]) -> Scene:
-    """The scene with the sizes, other numbers, laws and angles of a row; what the row does not have stays."""
+    """The scene with the sizes, other numbers, laws and angles of a row; other values stay."""
     columns = {key: column_of(scene, key) for key in (*size_keys(scene), *scene.search.numbers)}
     changes: dict[str, Any] = {key: row[column] + 0.0 for key, column in columns.items() if column in row}  # no −0
     known, motion = {*LAWS, *scene.laws}, scene.to_dict().get("motion")
@@ -195,6 +195,6 @@ def write_scenes(designs: Mapping[str, Design], folder: str | os.PathLike[str]) 
 
 
 def _file_name(text: str) -> str:
-    """What of a text any file system takes in a name."""
+    """The part of a text that any file system takes in a name."""
     plain = re.sub(r"[^\w.+-]+", "-", text).strip("-")
     return plain.encode()[:NAME_BYTES].decode(errors="ignore")

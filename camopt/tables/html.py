@@ -1,4 +1,4 @@
-"""Tables as HTML, for notebooks and pages: what is in them stays text."""
+"""Tables as HTML, for notebooks and pages; their contents are escaped."""
 
 from html import escape
 

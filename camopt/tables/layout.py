@@ -1,4 +1,4 @@
-"""What a table says, the same for every printer: its title, headings, rows and note, all of them texts."""
+"""The content of a table, the same for every printer: title, headings, rows and note, all of them texts."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ WORDS, NUMERIC, VALUE, ABOUT = "", "number", "value", "about"
 
 
 class Cell(NamedTuple):
-    """A text of a table, and what kind of text it is: that of its column, or a verdict."""
+    """A text of a table and its kind: that of its column, or a verdict."""
 
     text: str
     kind: str = WORDS
@@ -30,7 +30,7 @@ class Table:
     def of(
         cls, title: str, heads: Iterable[Cell | str], rows: Iterable[Iterable[Cell | str]], note: str = ""
     ) -> "Table":
-        """A table of texts, each of the kind of its column if it does not say of which it is."""
+        """A table of texts, each of the kind of its column unless it says otherwise."""
         tops = [head if isinstance(head, Cell) else Cell(head) for head in heads]
         cells = [
             [each if isinstance(each, Cell) else Cell(each, top.kind) for each, top in zip(row, tops, strict=True)]

@@ -33,7 +33,7 @@ def schema(names: tuple[str, ...], scene: str) -> pa.Schema:
 
 
 def scene_in(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:
-    """The scene that a table was made of, in its metadata; BadInput if it has none, or one with mistakes."""
+    """The scene in the metadata of a table; BadInput if it has none, or one with mistakes."""
     text = (layout.metadata or {}).get(SCENE_KEY)
     if not text:
         raise no_table(path, "this has no scene in it")

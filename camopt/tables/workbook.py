@@ -1,4 +1,4 @@
-"""Excel workbooks: a sheet for each table, and the scene on one of its own; written by XlsxWriter."""
+"""Excel workbooks: a sheet for each table and one for the scene; written by XlsxWriter."""
 
 import os
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Whether a motion meets what a scene asks of its moves, in ball arithmetic.
+"""Whether a motion meets the conditions of its moves, in ball arithmetic.
 
 A condition holds if the motion, or its derivative, misses it by no more than a small share of its largest value:
 a law of doubles cannot have one number exactly, nor does a solver find it.
@@ -44,7 +44,7 @@ def _verdict(condition: Condition, stroke: Stroke, exact: ExactStroke, until: fl
 
 
 def _sides(condition: Condition, stroke: Stroke) -> Iterator[Statement]:
-    """What a condition states: above the one end of its range, and below the other."""
+    """The statements of a condition: above one end of its range, and below the other."""
     order = condition.order
     least, most = span(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
     room = MISSED[order] * max(abs(least), abs(most))

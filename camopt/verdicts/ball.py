@@ -21,7 +21,7 @@ PRECISION_LOCK = RLock()
 
 @contextmanager
 def precisely(terms: int = MOST_TERMS) -> Iterator[None]:
-    """Ball arithmetic at ``PRECISION_BITS`` within, and after it at the precision of before; a decorator, too.
+    """Ball arithmetic at ``PRECISION_BITS`` within the block, then at the earlier precision; also a decorator.
 
     Series have up to so many terms. flint has one precision for the whole process, so that proofs in several
     threads wait for each other.
@@ -35,11 +35,11 @@ def precisely(terms: int = MOST_TERMS) -> Iterator[None]:
 
 
 class NoSeries(ArithmeticError):
-    """Where a function of a series has a kink, and no series."""
+    """A function has a kink within the range of its argument, so that it has no series."""
 
 
 def _root(a: Any) -> Any:
-    """√a of what is not below 0, though its ball may reach below: of a ball that lies there, not a number."""
+    """√a of a number ≥ 0 whose ball may reach below 0; NaN for a ball wholly below 0."""
     if isinstance(a, arb_series):
         return root(a)
     return arb(0).union(a.upper().sqrt()) if a.contains(0) else a.sqrt()

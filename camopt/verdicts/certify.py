@@ -44,7 +44,7 @@ def exact_turn(programme: Programme) -> ExactMotion:
 
 
 def _highest(motion: ExactMotion, lift: float) -> arb:
-    """A ball of the highest of a turn about its double: the follower is nowhere above it, and somewhere within."""
+    """A ball of the highest displacement of a turn, about its double: never exceeded, and reached within."""
     for share in DOUBLE_ERRORS:
         low, high = (
             decide(
@@ -78,7 +78,7 @@ def claim_verdicts(
 
 
 def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
-    """The verdicts on the curvature of a cam that is given by its profile: on an arc it is the same all along.
+    """The verdicts on the curvature of a cam that is given by its profile: on an arc it is constant.
 
     A limit is often just that of the sharpest arc, and is not divided by, so that this is seen.
     """

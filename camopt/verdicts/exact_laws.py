@@ -242,5 +242,5 @@ Stretch = Piece | ProfilePiece
 
 
 def stretches_of(law: Law) -> tuple[Stretch, ...]:
-    """Where the motion of a law is smooth: the pieces of one on the unit stroke, or an element of a profile."""
+    """The smooth parts of a law: its pieces on the unit stroke, or an element of a profile."""
     return (piece_on_profile(law),) if isinstance(law, ProfileLaw) else pieces_of(law)

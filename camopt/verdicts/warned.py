@@ -117,7 +117,7 @@ def _is_free(strokes: Sequence[Stroke], number: int) -> bool:
 
 
 def _stopped_by(programme: Programme, side: float) -> str:
-    """What keeps the motion within what is asked: rest at an end beside the extreme, at all noses, or positions."""
+    """The remedy that keeps the motion within the positions asked: rest at an end, or more positions."""
     strokes, here = programme.strokes, _extreme(programme, side).stroke
     noses = [k for k in range(len(strokes)) if _turns(strokes[k], strokes[(k + 1) % len(strokes)])]
     for some in ([here], [here - 1], noses):
