@@ -18,6 +18,23 @@ def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option("--quiet", is_flag=True, help="Print no progress bar and no messages.")(command)
 
 
+class Setting(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
+    """A key of the scene with a value as TOML has it; what is none is a text, and nothing clears the key."""
+
+    name = "KEY=VALUE"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, Any]:
+        import tomllib
+
+        key, equals, text = (part.strip() for part in value.partition("="))
+        if not (key and equals):
+            self.fail(f"{value!r} is not {self.name}", param, ctx)
+        try:
+            return key, tomllib.loads(f"value = {text}")["value"] if text else None
+        except tomllib.TOMLDecodeError:
+            return key, text
+
+
 OVERRIDES = {
     "rpm": ("cam.rpm",),
     "max_pressure": ("limits.pressure_angle", "limits.pressure_angle_return"),
@@ -94,13 +111,22 @@ def changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:
 
 def given_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
     """Take the overriding options out of all options: changes by key, each from an option."""
+    from camopt.mistakes import BadInput, Mistake
+
     given = {name: options.pop(name, None) for name in OVERRIDES}
-    return {
+    changes = {
         key: (option_of(name), value)
         for name, value in given.items()
         if value is not None
         for key in OVERRIDES[name]
     }
+    for key, value in options.pop("settings", ()):
+        option = f"--set {key}"
+        if key in changes:
+            why = f"is given by {changes[key][0]} already"
+            raise BadInput([Mistake("camopt", option, value, why, bare=True)])
+        changes[key] = option, value
+    return changes
 
 
 def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -115,6 +141,13 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--max-pressure-return", type=float, help="Largest pressure angle allowed on returns, deg."),
         click.option("--max-pressure", type=float, help="Largest pressure angle allowed, deg."),
         click.option("--rpm", type=float, help="Speed of the cam, rev/min."),
+        click.option(
+            "--set",
+            "settings",
+            type=Setting(),
+            multiple=True,
+            help="Any key of the scene, such as follower.offset=5, motion.1.angle=90; KEY= clears it. Repeatable.",
+        ),
     ):
         command = option(command)
     return command

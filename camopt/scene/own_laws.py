@@ -4,11 +4,12 @@ The checks work on the plain mapping of a scene, as those of ``scene_checks`` do
 ``law_forms``.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from camopt.motion import LAWS
+from camopt.motion.aliases import law_named
 from camopt.motion.law import Law, is_symmetric
 from camopt.motion.programme import unit_span
 from camopt.motion.spline import SplineLaw
@@ -21,6 +22,27 @@ GIVEN_BY = "law, scca, start and end, degree, knots and coefficients (of a move:
 ONE_VALUE = {"degree", "law"}  # keys with one value
 LARGEST_NUMBER = 1e9  # that a number may be from 0
 NEAREST = 0.01  # of a crossing to an end of the stroke
+
+
+NAMING = ("law", "law_rise", "law_return", "peak_velocity", "peak_acceleration", "peak_jerk")
+"""Keys whose texts are names of laws, in whatever table."""
+
+
+def with_named_laws(tables: Any, own: Container[str]) -> Any:
+    """The tables of a scene with built-in laws by the names that camopt uses; names of its ``own`` ones stay."""
+    if isinstance(tables, list):
+        return [with_named_laws(each, own) for each in tables]
+    if not isinstance(tables, dict):
+        return tables
+    return {
+        key: _named(value, own) if key in NAMING else with_named_laws(value, own) for key, value in tables.items()
+    }
+
+
+def _named(value: Any, own: Container[str]) -> Any:
+    if isinstance(value, list):
+        return [_named(each, own) for each in value]
+    return law_named(value) if isinstance(value, str) and value not in own else value
 
 
 def law_of(name: str, law: OwnLaw) -> Law:

@@ -20,7 +20,7 @@ from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.load import read_load
 from camopt.scene.mapping import without
-from camopt.scene.own_laws import read_files
+from camopt.scene.own_laws import own_laws, read_files, with_named_laws
 from camopt.scene.part import Part, resolved
 from camopt.scene.profile import read_profile
 from camopt.scene.search import Search
@@ -171,7 +171,8 @@ class Scene(Shown, Drawn, Table):
         self._fill(values, str(values.get("name", "scene")))
 
     def _fill(self, values: dict[str, Any], file: str, folder: Path | None = Path()) -> None:
-        tables = plain(values, file)
+        given = plain(values, file)
+        tables = with_named_laws(given, own_laws(given))
         unread = [*read_files(tables, folder), *read_load(tables, folder)]
         read_profile(tables)
         found: list[Mistake] = []
@@ -232,19 +233,19 @@ class Scene(Shown, Drawn, Table):
         return tomli_w.dumps(self.to_dict())
 
     def replace(self, **changes: Any) -> "Scene":
-        """The scene with changes by dotted key, such as ``replace(**{"cam.rpm": 1000})``; None clears a key."""
+        """The scene with changes by dotted key, such as ``cam.rpm`` or ``motion.1.angle``; None clears a key."""
         data = self.to_dict()
         if self.profile and changes.get("profile"):
             del data["cam"]["base_radius"]  # which follows from it
         for key, value in changes.items():
             *tables, last = key.split(".")
-            table = data
-            for name in tables:
-                table = table.setdefault(name, {})
-                if not isinstance(table, dict):
-                    raise BadInput(
-                        [Mistake(self.file, key, value, f"{name} is no table: give it whole", bare=True)]
-                    )
+            table: Any = data
+            for place, name in enumerate(tables):
+                rows = isinstance(table, list)
+                table = _row(table, name) if rows else table.setdefault(name, {})
+                if not isinstance(table, dict) and not (isinstance(table, list) and tables[place + 1 :]):
+                    why = f"{name} is no table" + ("" if rows else ": give it whole")
+                    raise BadInput([Mistake(self.file, key, value, why, bare=True)])
             if value is None:
                 table.pop(last, None)
             else:
@@ -266,6 +267,11 @@ class Scene(Shown, Drawn, Table):
         for key, value in values.items():
             scene = _changed(scene, key.split("."), value)
         return scene
+
+
+def _row(rows: list[Any], number: str) -> Any:
+    """A row of a list of tables, by its number from 1; None if there is none."""
+    return rows[int(number) - 1] if number.isdecimal() and 1 <= int(number) <= len(rows) else None
 
 
 def _changed(table: Any, keys: list[str], value: Any) -> Any:

@@ -729,3 +729,41 @@ def test_a_new_scene_is_written_once(run):
     assert (code, "this one is there already" in err) == (2, True)
     assert run("new", "--follower", "oscillating-flat", "other.toml")[0] == 0
     assert run("evaluate", "other.toml")[0] == 0
+
+
+SETTINGS = [
+    (["cam.rpm=500", "follower.offset=5"], {"cam.rpm": 500, "follower.offset": 5}),
+    (
+        ["limits.pressure_angle=", "search.law=['cycloidal']"],
+        {"limits.pressure_angle": None, "search.law": ["cycloidal"]},
+    ),
+    (
+        ["follower.contact=knife", "follower.roller_radius="],
+        {"follower.contact": "knife", "follower.roller_radius": None},
+    ),
+    (["search.offset={start=0,stop=4}"], {"search.offset": {"start": 0, "stop": 4}}),
+    (["motion.2.angle=50", "motion.4.angle=40"], {"motion.2.angle": 50, "motion.4.angle": 40}),
+]
+
+
+@pytest.mark.parametrize(("given", "changes"), SETTINGS)
+def test_any_key_is_set(run_json, given, changes):
+    options = [word for each in given for word in ("--set", each)]
+    _, found = run_json("evaluate", "two-pauses", *options)
+    scene = find_scene("two-pauses").replace(**changes)
+    assert found == json.loads(json.dumps(camopt.evaluate(scene).to_json()))
+
+
+@pytest.mark.parametrize("command", ["accuracy", "certify", "effects", "evaluate", "export", "frontier", "optimise",
+                                     "report", "serve", "sweep", "synthesise"])  # fmt: skip
+def test_every_command_that_takes_a_scene_takes_keys_of_it(run, command):
+    words = ["cam.dxf"] if command == "export" else []
+    code, _, err = run(command, "two-pauses", *words, "--set", "cam.rmp=3", "--set", "motion.9.angle=4")
+    assert code == 2
+    assert err.startswith("camopt: --set motion.9.angle = 4: 9 is no table")
+    code, _, err = run(command, "two-pauses", *words, "--set", "cam.rmp=3", "--set", "follower.offset=wide")
+    assert (code, len(err.splitlines())) == (2, 2)
+    assert "camopt: --set cam.rmp = 3: not a known key; did you mean rpm?" in err
+    assert "camopt: --set follower.offset = 'wide': must be a number" in err
+    code, _, err = run(command, "two-pauses", *words, "--rpm", "3", "--set", "cam.rpm=4")
+    assert (code, err.strip()) == (2, "camopt: --set cam.rpm = 4: is given by --rpm already")

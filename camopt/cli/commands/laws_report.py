@@ -4,6 +4,7 @@ from typing import Any
 
 from camopt.cli.terminal import print_json, show
 from camopt.motion import LAWS
+from camopt.motion.aliases import ALIASES
 from camopt.motion.law import pair_of
 from camopt.problem.rows import finite
 from camopt.tables.layout import table_of
@@ -21,6 +22,7 @@ def show_laws(as_json: bool) -> None:
             **law_peaks(law),
             **{f"{peak}_inside": value for peak, value in peaks_inside(law).items()},
             "source": law.SOURCE,
+            "aliases": list(ALIASES.get(name, ())),
         }
         for name, law in LAWS.items()
     ]
@@ -30,4 +32,6 @@ def show_laws(as_json: bool) -> None:
     title = "Motion laws between dwells (stroke 1, angle 1); they join rest R, constant velocity G, reversal U"
     show(table_of(title, records, names))
     jumping = [{**each, **{peak: each[f"{peak}_inside"] for peak in PEAKS}} for each in records if each["jumps"]]
-    return show(table_of("Inside the stroke, of those with a jump beside a dwell", jumping, names[:-1]))
+    show(table_of("Inside the stroke, of those with a jump beside a dwell", jumping, names[:-1]))
+    other = [{"law": name, "other names": ", ".join(aliases)} for name, aliases in ALIASES.items()]
+    return show(table_of("Other names that scenes may use", other, ["law", "other names"]))

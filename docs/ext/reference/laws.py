@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from camopt.drawing.style import FAINT, RC, SERIES
 from camopt.motion import LAWS
+from camopt.motion.aliases import ALIASES
 from camopt.motion.law import Law, pair_of
 from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
 
@@ -45,6 +46,8 @@ def all_laws() -> Iterator[str]:
         text = (
             f"{formula_of(law)}\n\n![s, s′, s″ and s‴ of {law.TITLE}](pictures/{name}.svg)\n\nSource: {law.SOURCE}."
         )
+        if aliases := ALIASES.get(name):
+            text += f" Other names: {', '.join(f'`{alias}`' for alias in aliases)}."
         yield from ("", f"## {law.TITLE[0].upper()}{law.TITLE[1:]}")
         yield from entry("law", [name], text)
     yield from families()
