@@ -20,7 +20,7 @@ from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.load import read_load
 from camopt.scene.mapping import without
-from camopt.scene.own_laws import own_laws, read_files, with_named_laws
+from camopt.scene.own_laws import own_law_tables, read_files, with_named_laws
 from camopt.scene.part import Part, resolved
 from camopt.scene.profile import read_profile
 from camopt.scene.search import Search
@@ -172,7 +172,7 @@ class Scene(Shown, Drawn, Table):
 
     def _fill(self, values: dict[str, Any], file: str, folder: Path | None = Path()) -> None:
         given = plain(values, file)
-        tables = with_named_laws(given, own_laws(given))
+        tables = with_named_laws(given, own_law_tables(given))
         unread = [*read_files(tables, folder), *read_load(tables, folder)]
         read_profile(tables)
         found: list[Mistake] = []
