@@ -12,7 +12,7 @@ Names are imported when they are first used, so that ``import camopt`` takes no 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from camopt.shown import Shown
+from camopt.shown import HasHtml
 from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
@@ -158,12 +158,12 @@ __all__ = [
 ]
 
 
-def _html(result: Shown) -> str:
+def _html(result: HasHtml) -> str:
     """What a notebook shows of a result."""
     return str(import_module("camopt.drawing.notebook").html_of(result))
 
 
-Shown.html = _html
+HasHtml.html = _html
 
 
 def __getattr__(name: str) -> Any:

@@ -18,11 +18,11 @@ class Drawn:
     """Whether it takes a list of them."""
 
 
-class Shown:
+class HasHtml:
     """A result that a notebook shows as HTML: its table, with a picture of the cam where it has one."""
 
     __slots__ = ()
-    html: ClassVar[Callable[["Shown"], str]]
+    html: ClassVar[Callable[["HasHtml"], str]]
     """What makes the HTML. The package sets it, for it draws the cam, and drawing stands above all results."""
 
     def table(self) -> "Table | None":
@@ -35,4 +35,4 @@ class Shown:
         return None
 
     def _repr_html_(self) -> str:
-        return Shown.html(self)
+        return HasHtml.html(self)

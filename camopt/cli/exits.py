@@ -52,14 +52,14 @@ def say(text: str) -> None:
             print(line_of(line), file=sys.stderr, flush=True)
 
 
-def code_of(scene: Any, half_width: float) -> int:
+def exit_code(scene: Any, half_width: float) -> int:
     """The exit code for the accuracy that was reached."""
     return 0 if half_width <= scene.accuracy.tolerance else NOT_REACHED
 
 
 def reached(scene: Any, half_width: float) -> int:
     """The same; a message if it is worse than the tolerance."""
-    if code := code_of(scene, half_width):
+    if code := exit_code(scene, half_width):
         asked = scene.accuracy.tolerance
         say(f"camopt: tolerance {asked:g} not reached; values are exact to {half_width:.2g}")
     return code

@@ -25,7 +25,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
-from camopt.verdicts.ball import between, precisely
+from camopt.verdicts.ball import ball_between, precisely
 from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_motion import ExactStroke, exact_motion, motion_at
 
@@ -44,7 +44,7 @@ class SmoothPart:
 
     def motion(self, low: float, high: float) -> list[tuple[float, float]]:
         """Ends of y and its first four derivatives over a range of cam angles (rad), rounded outwards."""
-        x = between((arb(low) - self.begin) / self.exact.angle, (arb(high) - self.begin) / self.exact.angle)
+        x = ball_between((arb(low) - self.begin) / self.exact.angle, (arb(high) - self.begin) / self.exact.angle)
         rows = [ball.arb for ball in motion_at(self.exact, self.piece, x)]
         return [(nextafter(float(row.lower()), -inf), nextafter(float(row.upper()), inf)) for row in rows]
 

@@ -6,11 +6,11 @@ from html import escape
 from camopt.drawing.small import small_cam
 from camopt.mistakes import BadInput
 from camopt.scene.scene import Scene
-from camopt.shown import Shown
+from camopt.shown import HasHtml
 from camopt.tables.html import html_table
 
 
-def html_of(result: Shown) -> str:
+def html_of(result: HasHtml) -> str:
     """How a notebook shows a result: its table, and on its right its cam, if it has one."""
     text = _unfolded(result) if isinstance(result, Scene) else _table(result)
     try:
@@ -20,7 +20,7 @@ def html_of(result: Shown) -> str:
     return f'<div style="display: flex; flex-wrap: wrap; gap: 2em">{text}{cam}</div>' if cam else text
 
 
-def _table(result: Shown) -> str:
+def _table(result: HasHtml) -> str:
     table = result.table()
     said = repr(result)[1:-1]
     return f"<b>{escape(said)}</b>" if table is None else html_table(replace(table, title=said))

@@ -37,7 +37,7 @@ __all__ = [
     "GivenNumbers",
     "Setup",
     "SolidGiven",
-    "called",
+    "effects_needed",
     "lacking",
     "offered",
 ]
@@ -81,7 +81,7 @@ def lacking(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(setup).items()}
 
 
-def called(wanted: Iterable[str], setup: Setup) -> dict[str, set[str]]:
+def effects_needed(wanted: Iterable[str], setup: Setup) -> dict[str, set[str]]:
     """The quantities needed of each effect, by its name, in the order in which effects run."""
     asked: dict[str, set[str]] = {}
     open_ = set(wanted)

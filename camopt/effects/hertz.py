@@ -25,9 +25,9 @@ from camopt.effects import force
 from camopt.effects.case import Case, Effect, Setup, of_setting
 from camopt.effects.loads import (
     contact_load,
+    has_guide_friction,
     is_sound,
     normal_curve,
-    rubs,
     ways,
 )
 from camopt.effects.peak import Peak, Root, Scale, Variant, at_corners
@@ -67,7 +67,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 def reads(setup: Setup) -> tuple[str, ...]:
     if setup.pointed:
         return ()
-    return ("undercut", *(("jamming_margin",) if rubs(setup) else ()))
+    return ("undercut", *(("jamming_margin",) if has_guide_friction(setup) else ()))
 
 
 def stress_variants(setup: Setup) -> list[tuple[Flank, float, Variant]]:

@@ -199,7 +199,7 @@ def shaft_torque(f, i, at):
     return along * at.y1, along1 * at.y1 + along * at.y2
 
 
-def rubs(setup: Setup) -> bool:
+def has_guide_friction(setup: Setup) -> bool:
     """Whether the follower runs in a guide with friction."""
     given = setup.dynamics
     guided = not setup.angular and setup.mechanism.curvature is not None
@@ -224,7 +224,7 @@ def along_curve(
     force = force_curve(setup, designs, programme)
     if not (pulls or setup.mechanism.pulls):
         force = Borne(force)
-    if not rubs(setup):
+    if not has_guide_friction(setup):
         return force
     pressure = setup.mechanism.pressure(designs, programme)
     return Guided(force, pressure, *friction(setup.at(designs).dynamics, len(designs), way))
@@ -243,7 +243,7 @@ def normal_curve(setup: Setup, designs: Designs, programme: Programme, way: floa
 
 def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> ShaftTorque:
     """The torque of the camshaft while the follower moves one way; without friction the same for all designs."""
-    if rubs(setup):
+    if has_guide_friction(setup):
         return ShaftTorque(along_curve(setup, designs, programme, way, pulls=True))
     return ShaftTorque(own_force_curve(setup, designs, programme))
 
@@ -269,7 +269,7 @@ def contact_load(
 
 def ways(setup: Setup) -> tuple[tuple[float, int], ...]:
     """The directions of the guide's friction, each with the pieces of the turn on which it acts."""
-    return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if rubs(setup) else ((0.0, ALL_STROKES),)
+    return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if has_guide_friction(setup) else ((0.0, ALL_STROKES),)
 
 
 def driven(setup: Setup) -> int:

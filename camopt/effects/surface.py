@@ -30,7 +30,7 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
-from camopt.effects.loads import contact_load, is_sound, normal_curve, rubs, ways
+from camopt.effects.loads import contact_load, has_guide_friction, is_sound, normal_curve, ways
 from camopt.effects.peak import AS_IT_IS, Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
 from camopt.effects.peak_columns import as_column, columns_of_ends, extreme_of, peak_column
 from camopt.mechanisms.design import Designs
@@ -173,7 +173,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def reads(setup: Setup) -> tuple[str, ...]:
-    return (*(() if setup.pointed else ("undercut",)), *(("jamming_margin",) if rubs(setup) else ()))
+    return (*(() if setup.pointed else ("undercut",)), *(("jamming_margin",) if has_guide_friction(setup) else ()))
 
 
 def turning(setup: Setup, designs: Designs) -> FloatArray:

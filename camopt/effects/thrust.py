@@ -29,8 +29,8 @@ from camopt.effects.loads import (
     driven,
     friction,
     goal_of,
+    has_guide_friction,
     normal_curve,
-    rubs,
     ways,
 )
 from camopt.effects.peak import AS_IT_IS, LeftOfOne, Peak, Scale, Times, at_corners, unweighted
@@ -78,7 +78,7 @@ def thrust_curve(setup: Setup, designs: Designs, programme: Programme, way: floa
 def peaks(setup: Setup) -> dict[str, Peak]:
     normal = tuple((partial(normal_curve, setup, way=way), kinds) for way, kinds in ways(setup))
     found = {"normal_force_max_N": Peak(normal, goal_of(setup), jumps=at_corners)}
-    if rubs(setup):
+    if has_guide_friction(setup):
         drag = ((partial(drag_curve, setup), driven(setup)),)
         found["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, LeftOfOne(), unit=unweighted)
     for name in levers(setup) if setup.mechanism.curvature else ():
@@ -99,7 +99,7 @@ def _scale(setup: Setup, of: str) -> Scale:
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup, known, sound = case.setup, peaks(case.setup), True
     columns: dict[str, Any] = {}
-    if rubs(setup):
+    if has_guide_friction(setup):
         margin = columns["jamming_margin"] = peak_column(case, known["jamming_margin"])
         drag = friction(case.each.dynamics, len(case.designs) if case.designs.numbers else 1, 1.0)[0]
         angle = np.degrees(np.arctan2(1.0, drag))

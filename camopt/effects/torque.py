@@ -34,7 +34,7 @@ from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
 from camopt.effects.force import ChangingForce
 from camopt.effects.given import GivenDynamics
 from camopt.effects.guided import guided_torque, smooth_parts
-from camopt.effects.loads import ShaftTorque, drag_of, driven, rubs, torque_curve, ways
+from camopt.effects.loads import ShaftTorque, drag_of, driven, has_guide_friction, torque_curve, ways
 from camopt.effects.mean import Mean
 from camopt.effects.mean_columns import mean_column
 from camopt.effects.peak import AS_IT_IS, Peak, Scale, Times, at_corners
@@ -213,7 +213,7 @@ def means(setup: Setup) -> dict[str, Mean]:
         return {}
     whole = tuple((partial(torque_curve, setup, way=way), kinds) for way, kinds in ways(setup))
     units: dict[str, Scale] = {"torque_mean_N_m": Times(1e-3), "power_mean_W": _in_watts(setup)}
-    if rubs(setup):
+    if has_guide_friction(setup):
         smooth = partial(smooth_parts, setup)
         found = {name: Mean(whole, 1, unit, at_corners, smooth) for name, unit in units.items()}
         return found | {"torque_rms_N_m": Mean(whole, 2, Times(1e-3), at_corners, smooth)}
@@ -233,7 +233,7 @@ def spent_curve(setup: Setup, designs: Designs, programme: Programme) -> ShaftTo
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     dynamics, omega = case.each.dynamics, case.each.omega
     assert omega is not None
-    if rubs(case.setup):
+    if has_guide_friction(case.setup):
         runs, known = _runs_free(case), means(case.setup)
         found = {name: mean_column(case, known[name], runs) for name in wanted & known.keys()}
         return _of_span(guided_span(case, runs, wanted), dynamics, omega) | found
@@ -266,7 +266,7 @@ EFFECT = Effect(
     offers,
     lacks=lacks,
     of_pitch=of_pitch,
-    of_motion=lambda setup: not rubs(setup),
+    of_motion=lambda setup: not has_guide_friction(setup),
     peaks=peaks,
     means=means,
 )

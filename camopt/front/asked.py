@@ -32,7 +32,7 @@ KEPT = ("pareto", *TABLED, FRONT_ONLY)
 
 
 @dataclass(frozen=True)
-class Question:
+class SweepKey:
     """A sweep, or a part of one, in words that other machines and later runs understand.
 
     To equal questions blocks give equal rows.
@@ -53,7 +53,7 @@ class Question:
         return json.dumps(asdict(self)).encode()
 
     @classmethod
-    def decoded(cls, data: bytes) -> "Question":
+    def decoded(cls, data: bytes) -> "SweepKey":
         """A question from JSON; a ValueError if it is none."""
         found = json.loads(data)
         if not isinstance(found, dict) or set(found) != {field.name for field in fields(cls)}:
@@ -65,19 +65,19 @@ class Question:
             raise ValueError("no part of a sweep")
         return cls(**found)
 
-    def other_than(self, other: "Question") -> list[str]:
+    def other_than(self, other: "SweepKey") -> list[str]:
         """What another question has other than this one: keys of the scene, and names of the rest."""
         ours, theirs = (_keys(tomllib.loads(question.scene)) for question in (self, other))
         keys = [key for key in {**ours, **theirs} if ours.get(key) != theirs.get(key)]
         rest = ("keep", "block", "version", "part", "parts")
         return keys + [name for name in rest if getattr(self, name) != getattr(other, name)]
 
-    def asks_other_than(self, other: "Question") -> list[str]:
+    def asks_other_than(self, other: "SweepKey") -> list[str]:
         """The same, but for the size of blocks, on which rows do not depend."""
         return [name for name in self.other_than(other) if name != "block"]
 
     @property
-    def whole(self) -> "Question":
+    def whole(self) -> "SweepKey":
         """The question of which this one is a part."""
         return replace(self, part=1, parts=1)
 
@@ -117,9 +117,9 @@ class SweepPlan:
         """The blocks of the space."""
         return Blocks(self.space, self.names, self.keep == "all", self.keep in TABLED, self.block)
 
-    def question(self, part: int = 1, parts: int = 1) -> Question:
+    def question(self, part: int = 1, parts: int = 1) -> SweepKey:
         """The question, or that of one of several equal parts."""
-        return Question(self.scene.to_toml(), self.keep, self.block, version_of_rows(), part, parts)
+        return SweepKey(self.scene.to_toml(), self.keep, self.block, version_of_rows(), part, parts)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """To another process go the question and nothing else."""
@@ -139,11 +139,11 @@ class SweepPlan:
         return range(len(self.blocks) * (part - 1) // parts, len(self.blocks) * part // parts)
 
 
-def asked_of_result(folder: Path, command: str) -> Question | None:
+def asked_of_result(folder: Path, command: str) -> SweepKey | None:
     """The question of the sweep whose result is in a folder; None if there is none, or nothing tells."""
     found = question_in(folder, command)
     with suppress(ValueError, TypeError):
-        return found and Question.decoded(json.dumps(found).encode())
+        return found and SweepKey.decoded(json.dumps(found).encode())
     return None
 
 
@@ -169,7 +169,7 @@ def sweep_plan(scene: Scene, keep: str, block: int = BLOCK) -> SweepPlan:
     return SweepPlan(scene, problem, space, keep, block)
 
 
-def asked_again(question: Question) -> SweepPlan:
+def asked_again(question: SweepKey) -> SweepPlan:
     """What a question asks, on another machine or in a later run."""
     return sweep_plan(Scene.embedded(question.scene, "sweep"), question.keep, question.block)
 

@@ -14,7 +14,7 @@ from camopt.front.shared_curves import SharedCurves, curve_numbers
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Objectives, Rows, concatenate_rows
 from camopt.problem.space import Space
-from camopt.verdicts.judging import Effort, settled
+from camopt.verdicts.judging import Effort, evaluate_with_effort
 from camopt.verdicts.screening import screened
 
 BLOCK = 65536  # designs: Python's share is small, and memory stays bounded
@@ -148,7 +148,7 @@ class Blocks:
         designs = self.space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
         if self._every:
-            rows, effort = settled(problem, designs, self._names)
+            rows, effort = evaluate_with_effort(problem, designs, self._names)
             return Block(len(designs), int(np.count_nonzero(rows.column("feasible"))), rows, effort)
         rows, _, effort = screened(problem, designs, self._names)
         return Block(len(designs), rows.count, rows, effort)

@@ -33,7 +33,7 @@ from camopt.smallest.enclosure import (
     representatives,
     rounded,
 )
-from camopt.smallest.excesses import LARGE, LEVEL
+from camopt.smallest.excesses import EXCESS_ROUNDING, HUGE_SLOPE
 from camopt.smallest.mean_boxes import mean_excess, powers_over
 from camopt.smallest.sloped_designs import sloped_boxes
 from camopt.verdicts.judging import planned
@@ -149,12 +149,12 @@ class BoxBounds(NamedTuple):
             value, designs, like = self._over(claim.curve, angle, some, inside)
             over = as_sloped(excess_of(claim, side, as_quotient(value), designs), like)
             moved = _finite(over.slopes.largest_magnitude) * width
-            broken[index] |= over.value.low > LEVEL
+            broken[index] |= over.value.low > EXCESS_ROUNDING
             change[:, index] = np.maximum(change[:, index], np.where(over.value.high > 0.0, moved, 0.0))
         for mean in means_on_size(self.problem):
             over = mean_excess(self.problem, mean, some, inside, self.free)
             moved = _finite(over.slopes.largest_magnitude) * width
-            broken[index] |= over.value.low > LEVEL
+            broken[index] |= over.value.low > EXCESS_ROUNDING
             change[:, index] = np.maximum(change[:, index], np.where(over.value.high > 0.0, moved, 0.0))
         return broken, change
 
@@ -215,7 +215,9 @@ class BoxBounds(NamedTuple):
         """The cam angle at which a curve is the most extreme for one design of each box, and on which side of 0."""
         problem, programme = coarse(self.problem), self.problem.programme
         where = Case(problem.setup, programme, inside).extremes(make, list(asked)).where
-        angles = np.concatenate([programme.beside(at, kinds) for (kinds, _), at in zip(asked, where, strict=True)])
+        angles = np.concatenate(
+            [programme.one_sided(at, kinds) for (kinds, _), at in zip(asked, where, strict=True)]
+        )
         value, _ = curve(make(inside, programme), ..., programme.state(angles))
         goals = np.repeat([goal for _, goal in asked], 2)[:, None]
         sides = np.where(goals == LEAST, -1.0, 1.0)
@@ -296,4 +298,4 @@ def _known(least: FloatArray) -> FloatArray:
 
 
 def _finite(slopes: FloatArray) -> FloatArray:
-    return np.where(np.isfinite(slopes), slopes, LARGE)
+    return np.where(np.isfinite(slopes), slopes, HUGE_SLOPE)

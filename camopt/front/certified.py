@@ -14,7 +14,7 @@ from camopt.problem.space import Space
 from camopt.progress import Progress, report_progress
 from camopt.storage.publishing import revised
 from camopt.storage.sealed import no_table, read_table, write_table
-from camopt.tables.table import scene_in, schema
+from camopt.tables.table import arrow_schema, scene_in
 from camopt.verdicts.certify import certify_design, summary
 
 COLUMN = "proof"
@@ -46,7 +46,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     space = Space(problem, problems_of(problem), {})
     with revised(path) as place:
         verdicts = _verdicts(space, rows, progress)
-        field = schema((COLUMN,), "").field(COLUMN)
+        field = arrow_schema((COLUMN,), "").field(COLUMN)
         write_table(table.append_column(field, pa.array(verdicts, type=pa.string())), place)
     return Counter(verdicts)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.front.asked import Question, SweepPlan
+from camopt.front.asked import SweepKey, SweepPlan
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import GridBoxes
 from camopt.front.journal import Tell, say_of_another
@@ -27,7 +27,7 @@ STATE_NUMBERS = ("started", "boxes", "finished", "evaluated", "decided", "reache
 class Checkpoint:
     """The last state of a search in a file that begins as a journal does: with the question."""
 
-    def __init__(self, path: Path, question: Question) -> None:
+    def __init__(self, path: Path, question: SweepKey) -> None:
         self.path, self.question = path, question
         self.kept = ""
         """What is kept, in words; empty if nothing is."""

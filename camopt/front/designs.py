@@ -20,14 +20,14 @@ from camopt.problem.settings import OF_PROBLEM, freed_of, given_profile, set_up
 from camopt.quantities import NUMBER_COLUMNS, QUANTITIES, number_quantity
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.scene import Scene
-from camopt.scene.tables import Cam, Dynamics, Follower, Materials, Table
-from camopt.verdicts.judging import ASSEMBLY, CERTIFIED, excesses, run_effects, settled
+from camopt.scene.tables import Cam, Dynamics, Follower, Materials, SceneTable
+from camopt.verdicts.judging import ASSEMBLY, CERTIFIED, evaluate_with_effort, excesses, run_effects
 
 if TYPE_CHECKING:
     import pandas as pd
 
 FILE = "designs"  # what messages call the table
-TABLE_TYPES: dict[str, type[Table]] = {
+TABLE_TYPES: dict[str, type[SceneTable]] = {
     "cam": Cam,
     "follower": Follower,
     "follower.dynamics": Dynamics,
@@ -195,7 +195,7 @@ def _evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> "pd
 
     exists = np.flatnonzero(problem.setup.mechanism.exists(designs, problem.programme))
     made = run_effects(Case(problem.setup, problem.programme, designs), problem.sizes)
-    rows = settled(problem, designs.take(exists), names | problem.needed)[0]
+    rows = evaluate_with_effort(problem, designs.take(exists), names | problem.needed)[0]
     excess = excesses(problem.limits, rows.columns, designs.take(exists))
     columns = {name: rows.column(name) for name in names - problem.sizes}
     columns |= {f"{EXCESS}{limit.name}": over for limit, over in zip(problem.limits, excess, strict=True)}

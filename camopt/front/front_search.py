@@ -37,8 +37,8 @@ EVALUATED_AT_ONCE = 8192  # designs evaluated together
 PENDING = 1 << 18  # designs of small boxes evaluated before their dominance is asked again
 DESIGN_NUMBER = "number"  # of a design in the space, as a column of rows
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
+SearchItem = TypeVar("SearchItem")
+SearchResult = TypeVar("SearchResult")
 
 
 class Evaluated(NamedTuple):
@@ -203,7 +203,7 @@ class FrontSearch:
         """The front of what has been evaluated."""
         return Dominators(np.nan_to_num(row_costs(self.archive.front(), self.objectives)))
 
-    def each(self, work: Callable[[Item], Result], items: list[Item]) -> Iterable[Result]:
+    def each(self, work: Callable[[SearchItem], SearchResult], items: list[SearchItem]) -> Iterable[SearchResult]:
         """Results in order; of a single item in this thread, so that an interrupt ends it while it compiles."""
         return self.pool.map(work, items) if len(items) > 1 else map(work, items)
 

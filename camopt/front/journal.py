@@ -19,7 +19,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from camopt.engines import Engine
-from camopt.front.asked import Question, SweepPlan
+from camopt.front.asked import SweepKey, SweepPlan
 from camopt.front.blocks import Batch, merged
 from camopt.front.oddities import table_oddities
 from camopt.mistakes import Stopped
@@ -30,7 +30,7 @@ from camopt.storage.files import regular_file, synced, whole_file
 from camopt.storage.publishing import already_done, answered
 from camopt.storage.records import END_RECORD, JOURNAL_MAGIC, cut_after, record, records
 from camopt.storage.unit import journal_path
-from camopt.tables.table import parquet_options, schema, to_table
+from camopt.tables.table import arrow_schema, parquet_options, to_table
 from camopt.verdicts.judging import Effort
 
 RECORD_SECONDS = 1.0  # between records: less is lost at most, and a sweep that is shorter writes none
@@ -59,7 +59,7 @@ class Journal:
         Why no more could be written. A sweep goes on without it; what was written is kept.
     """
 
-    def __init__(self, path: Path, asked: SweepPlan, question: Question) -> None:
+    def __init__(self, path: Path, asked: SweepPlan, question: SweepKey) -> None:
         self.path, self.asked, self.question = path, asked, question
         self.numbers = asked.numbers(question.part, question.parts)
         self.done = self.numbers.start
@@ -194,7 +194,7 @@ def journal_at(
         journal.close()
 
 
-def say_of_another(path: Path, question: Question, tell: Tell | None) -> None:
+def say_of_another(path: Path, question: SweepKey, tell: Tell | None) -> None:
     """Say so if there is a journal of another question."""
     found = question_of(path)
     if tell and found and found != question:
@@ -226,12 +226,12 @@ def all_batches(journal: Journal, engine: Engine, tell: Tell | None = None) -> I
         yield batch
 
 
-def interrupted(folder: Path, command: str) -> Question | None:
+def interrupted(folder: Path, command: str) -> SweepKey | None:
     """The question of an interrupted sweep of a folder; None if there is none."""
     return question_of(journal_path(folder, command))
 
 
-def question_of(path: Path) -> Question | None:
+def question_of(path: Path) -> SweepKey | None:
     """The question of a journal; None if there is none, or it is damaged.
 
     Raises
@@ -241,11 +241,11 @@ def question_of(path: Path) -> Question | None:
     """
     with suppress(FileNotFoundError, ValueError, TypeError, RecursionError), regular_file(path) as file:
         for payload, _ in records(file):
-            return Question.decoded(payload)
+            return SweepKey.decoded(payload)
     return None
 
 
-def batches_of(file: BinaryIO, question: Question, asked: SweepPlan) -> Iterator[tuple[Batch, int]]:
+def batches_of(file: BinaryIO, question: SweepKey, asked: SweepPlan) -> Iterator[tuple[Batch, int]]:
     """The batches of a journal up to an odd one, each with where it ends; none if it is of another question."""
     numbers = asked.numbers(question.part, question.parts)
     found, expected = records(file), numbers.start
@@ -266,7 +266,7 @@ def batches_of(file: BinaryIO, question: Question, asked: SweepPlan) -> Iterator
 def recalled(
     folder: str | os.PathLike[str],
     command: str,
-    question: Question,
+    question: SweepKey,
     result: Callable[[Any], Found],
     tell: Tell | None,
 ) -> Found | None:
@@ -292,7 +292,7 @@ class Broken(ValueError):
     """A part of a sweep is damaged; the message says where."""
 
 
-def whole_batches(path: Path, question: Question, asked: SweepPlan) -> Iterator[Batch]:
+def whole_batches(path: Path, question: SweepKey, asked: SweepPlan) -> Iterator[Batch]:
     """The batches of a part of a sweep.
 
     Raises
@@ -314,7 +314,7 @@ def whole_batches(path: Path, question: Question, asked: SweepPlan) -> Iterator[
 
 def encoded(batch: Batch, names: tuple[str, ...]) -> bytes:
     """A batch as bytes: numbers as JSON, then its rows as Parquet."""
-    layout = schema(names, "")
+    layout = arrow_schema(names, "")
     tables = [_table_bytes(to_table(getattr(batch, name), layout)) for name in BATCH_TABLES]
     numbers = {name: value for name, value in vars(batch).items() if name not in BATCH_TABLES}
     head = json.dumps([numbers, [*map(len, tables)]]).encode()

@@ -14,13 +14,13 @@ from camopt.problem.settings import problems_of
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.scene.tables import LARGEST_VALUE, SMALLEST_VALUE
-from camopt.tables.table import schema
+from camopt.tables.table import arrow_schema
 
 
 def table_oddities(table: pa.Table, scene: Scene, problem: Problem) -> Iterator[str]:
     """What keeps a table from being one of a sweep of a scene, which poses a problem."""
     names = column_names(problem)
-    expected = schema((*names, "refined") if "refined" in table.column_names else names, "")
+    expected = arrow_schema((*names, "refined") if "refined" in table.column_names else names, "")
     if table.column_names != expected.names:
         differ = listed_words(sorted({*table.column_names} ^ {*expected.names})) or "in another order"
         yield f"its columns are not those of its scene: {differ}"

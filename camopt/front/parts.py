@@ -10,7 +10,7 @@ from typing import Any
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.front.asked import SWEEP_PARTS, Question, SweepPlan, asked_again, sweep_plan
+from camopt.front.asked import SWEEP_PARTS, SweepKey, SweepPlan, asked_again, sweep_plan
 from camopt.front.blocks import Batch
 from camopt.front.estimate import foresee
 from camopt.front.journal import (
@@ -29,7 +29,7 @@ from camopt.front.sweep import Beside, Keeps, Sweep, Write, result_of, swept_alr
 from camopt.mistakes import BadInput, Mistake
 from camopt.progress import Progress
 from camopt.scene.scene import Scene
-from camopt.shown import Shown
+from camopt.shown import HasHtml
 from camopt.storage.files import regular_file
 from camopt.storage.manifest import settled_paths
 from camopt.storage.publishing import published
@@ -45,7 +45,7 @@ MOST_NAMED = 20  # parts that a message names
 
 
 @dataclass(frozen=True)
-class SweepPart(Shown):
+class SweepPart(HasHtml):
     """What one part of a sweep gave.
 
     Attributes
@@ -288,11 +288,11 @@ def _files(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
     return [*found]
 
 
-def _questions(files: Iterable[Path]) -> tuple[dict[Path, Question], list[Mistake]]:
+def _questions(files: Iterable[Path]) -> tuple[dict[Path, SweepKey], list[Mistake]]:
     """The questions of files, and what is said of those that are no parts, or damaged."""
-    questions: dict[Path, Question] = {}
+    questions: dict[Path, SweepKey] = {}
     mistakes: list[Mistake] = []
-    scenes: dict[Question, str] = {}
+    scenes: dict[SweepKey, str] = {}
     for path in files:
         with regular_file(path) as file:
             damage = damage_of(file)
@@ -311,7 +311,7 @@ def _questions(files: Iterable[Path]) -> tuple[dict[Path, Question], list[Mistak
     return questions, mistakes
 
 
-def _oddity(question: Question) -> str:
+def _oddity(question: SweepKey) -> str:
     """What is odd about the question of a part; empty if nothing is."""
     try:
         asked = asked_again(question)
@@ -321,7 +321,7 @@ def _oddity(question: Question) -> str:
     return "it says that boxes of designs were decided together, which have no parts" if asked.front_only else ""
 
 
-def _other_than_named(path: Path, question: Question) -> str:
+def _other_than_named(path: Path, question: SweepKey) -> str:
     """What a part says of itself if that is not what its name says; empty if it is."""
     named = _named(path)
     if named in (None, (question.part, question.parts)):
@@ -339,7 +339,7 @@ def _no_part(path: Path, why: str) -> Mistake:
     return Mistake("camopt", "part", str(path), f"a whole part of a sweep; {why}")
 
 
-def _checked(questions: dict[Path, Question], mistakes: list[Mistake]) -> SweepPlan:
+def _checked(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepPlan:
     """What parts together ask; BadInput with all mistakes if they are not all the parts of one sweep."""
     if not questions:
         raise BadInput(mistakes or [Mistake("camopt", "part", None, "missing", bare=True)])

@@ -17,7 +17,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.limits import pressure_limits
 from camopt.problem.problem import Problem
 from camopt.smallest.closed_form import NUDGES, closed_form, least_size
-from camopt.verdicts.judging import weighed
+from camopt.verdicts.judging import bound_excesses
 
 OPENING_STEP, LONGEST_STEP, SHORTEST_STEP = 1 / 16, 1 / 4, 1e-10  # steps, as shares of a range
 SEARCH_STEPS = 300
@@ -50,7 +50,7 @@ class PatternSearch:
         held = problem.setup.mechanism.exists(designs, self.problem.programme) & (designs.size > 0.0)
         costs = np.full((len(designs), len(problem.objectives)), np.inf)
         some = designs.take(held)
-        rows, excess, _ = weighed(problem, some, frozenset())
+        rows, excess, _ = bound_excesses(problem, some, frozenset())
         costs[held] = costs_of(rows.shifted(1.0), len(some), problem.objectives)
         held[held] = np.all(excess <= 0.0, axis=0)
         return costs, held

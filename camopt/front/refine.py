@@ -26,7 +26,7 @@ from camopt.progress import Progress, report_progress
 from camopt.quantities import QUANTITIES
 from camopt.smallest.optimise import SECONDS
 from camopt.smallest.smallest import smallest
-from camopt.verdicts.judging import judged
+from camopt.verdicts.judging import evaluate_rows
 
 MOVED_AT_ONCE = 1024  # designs that move at once
 CURVE_LEVELS = 1000  # that fill a curve
@@ -128,7 +128,7 @@ def _levels(pattern: PatternSearch, designs: Designs, decided: list[str]) -> tup
 
 def _rows(problem: Problem, designs: Designs, names: frozenset[str]) -> Rows:
     """The feasible ones of some designs, as rows."""
-    rows = judged(problem, designs, names).only(names)
+    rows = evaluate_rows(problem, designs, names).only(names)
     return rows.take(rows.column("feasible").astype(bool))
 
 

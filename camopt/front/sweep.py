@@ -31,7 +31,7 @@ from camopt.problem.space import Space
 from camopt.progress import Progress
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
-from camopt.shown import Shown
+from camopt.shown import HasHtml
 from camopt.storage.files import write_text
 from camopt.storage.publishing import published
 from camopt.storage.unit import Unit
@@ -40,8 +40,8 @@ from camopt.tables.columns import bounds_shown, columns_of, joined_laws, laws_sh
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import ByLaw, Design
 from camopt.tables.layout import Table, table_of
-from camopt.tables.table import TableWriter, schema, table_file
-from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, weighed
+from camopt.tables.table import TableWriter, arrow_schema, table_file
+from camopt.verdicts.judging import Effort, bound_excesses, by_excess, evaluate_rows, least_excess
 
 MOST_LOOKED_AT = 1 << 22  # designs for the nearest miss: to find nothing does not take twice as long
 SWEEP_COMMAND, SWEEP_SCENE = "sweep", "scene.toml"
@@ -50,7 +50,7 @@ SWEEP_FILES = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", SWEEP
 
 
 @dataclass(frozen=True)
-class Sweep(Shown):
+class Sweep(HasHtml):
     """The result of a sweep: counts, files, and the best designs.
 
     Attributes
@@ -371,7 +371,7 @@ def _tables(stack: ExitStack, unit: Unit, asked: SweepPlan) -> dict[str, TableWr
     """The tables of a sweep by name, open until the stack is left."""
     scene = asked.scene.to_toml()
     return {
-        table: stack.enter_context(table_file(unit.path(file_name(table)), schema(kept, scene)))
+        table: stack.enter_context(table_file(unit.path(file_name(table)), arrow_schema(kept, scene)))
         for table, kept in _columns(asked).items()
     }
 
@@ -427,7 +427,7 @@ def _renewed(rows: Rows, found: Rows) -> Rows:
 
 def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> Rows:
     """Quantities of designs as ``evaluate`` gives them: what else it is asked for shows in their last digits."""
-    return judged(exactly(problem), designs, names | problem.wanted).only(names)
+    return evaluate_rows(exactly(problem), designs, names | problem.wanted).only(names)
 
 
 def next_smaller_cams(space: Space, rows: Rows) -> tuple[NDArray[np.intp], Rows]:
@@ -460,7 +460,7 @@ def nearest_miss_of_space(asked: SweepPlan) -> Design | None:
         designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
         if not len(designs):
             continue
-        excess = weighed(problem, designs, frozenset()).outer
+        excess = bound_excesses(problem, designs, frozenset()).outer
         i = least_excess(excess)
         key = by_excess(excess[:, i])
         if best is None or key < best[0]:

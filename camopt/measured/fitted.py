@@ -20,7 +20,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn, Shown
+from camopt.shown import Drawn, HasHtml
 from camopt.tables.cells import number
 from camopt.tables.layout import VALUE, Cell, Table
 
@@ -38,7 +38,7 @@ class LeftOut(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Fit(Shown, Drawn):
+class Fit(HasHtml, Drawn):
     """The gentlest motion within a band of measured points, as a scene.
 
     Lifts, noise, band and deviations are in mm, deg when oscillating.

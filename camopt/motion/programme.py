@@ -185,7 +185,7 @@ class Programme:
         """The kinds of the pieces at cam angles, and the ways in which the follower moves there."""
         return np.asarray(self.table.kind[np.searchsorted(self.starts[1:], angles, side="right")])
 
-    def beside(self, angles: FloatArray, kinds: int) -> FloatArray:
+    def one_sided(self, angles: FloatArray, kinds: int) -> FloatArray:
         """The cam angles just before and just after the given ones, (2, …), for both one-sided values at a jump.
 
         All lie in pieces of the given kinds: an angle that does not becomes that of the other side, or else the

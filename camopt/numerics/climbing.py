@@ -95,7 +95,7 @@ def orient(value, goal):
 
 
 @inlined
-def allowed(best, tolerance, error):
+def allowed_gain(best, tolerance, error):
     """The gain that may remain: below it an extreme is exact enough. At least rounding, if that is known."""
     return larger(0.5 * tolerance * abs(best), where(error < np.inf, error, 0.0))
 
@@ -183,7 +183,7 @@ def advance(many, place, errors, last, ask, found, climbs):
             found.best[i] = found.best[i] if state[EXACT, j] else max(found.best[i], state[BEST, j])
             found.at[i] = place[0] + place[1] * state[AT, j]
         near = state[SLOPE, j] <= ask.location * state[CONCAVITY, j]
-        exact = state[EXACT, j] > 0.0 or state[GAIN, j] <= allowed(found.best[i], ask.tolerance, errors[i])
+        exact = state[EXACT, j] > 0.0 or state[GAIN, j] <= allowed_gain(found.best[i], ask.tolerance, errors[i])
         lost = state[BOUND, j] < found.best[i] - errors[i]
         if (exact and near) or lost or last:
             found.top[i] = max(found.top[i], state[BOUND, j])

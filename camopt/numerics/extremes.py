@@ -27,7 +27,7 @@ from camopt.kernels.compile import (
     inlined,
 )
 from camopt.numerics import LEAST, UNIT, FloatArray
-from camopt.numerics.climbing import Ask, allowed, first_and_last, orient
+from camopt.numerics.climbing import Ask, allowed_gain, first_and_last, orient
 from camopt.numerics.curves import WITH_LOAD
 from camopt.numerics.evaluating import CURVE, evaluator
 from camopt.numerics.jet import larger
@@ -121,7 +121,7 @@ def candidates(panel, node, count, ask, work):
     many = 0
     for i in range(count):
         bound = max(ask.sign * before[i], ask.sign * after[i]) + excess[i]
-        more = bound > best[i] + allowed(best[i], ask.tolerance, error[i])
+        more = bound > best[i] + allowed_gain(best[i], ask.tolerance, error[i])
         chosen[many] = i
         many += more
         top[i] = top[i] if more else max(top[i], bound)
@@ -133,7 +133,7 @@ def _candidates_in_python(panel, node, count, ask, work):
     before, after, excess = work.values[node, :count], work.values[node + 1, :count], work.bounds.excess[panel]
     best, top, error = work.found.best[:count], work.found.top[:count], work.bounds.error[panel, :count]
     bound = larger(ask.sign * before, ask.sign * after) + excess[:count]
-    more = bound > best + allowed(best, ask.tolerance, error)
+    more = bound > best + allowed_gain(best, ask.tolerance, error)
     top[:] = np.where(more, top, larger(top, bound))
     chosen = np.flatnonzero(more)
     work.chosen[: chosen.size] = chosen

@@ -18,7 +18,7 @@ PanelPart = tuple[int, float, float]
 """A design and a part of the panel: its middle and half its width, as u."""
 
 
-class Foreseen:
+class Prefetched:
     """Bounds of the parts of one panel, and oriented values and slopes in their middles."""
 
     def __init__(self, curve: Any, panel: int, sign: float, places: list[PanelPart]) -> None:

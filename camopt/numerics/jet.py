@@ -25,14 +25,14 @@ from camopt.kernels.compile import chosen_by_type, inlined, value_type
 from camopt.numerics import GIVEN, UNIT
 
 NOTHING = np.float64(0.0)  # what divides by it is infinite, in plain Python too
-FIELDS = ("low", "high", "error", "first", "second", "third")
+JET_FIELDS = ("low", "high", "error", "first", "second", "third")
 
 
-@value_type(*FIELDS)
+@value_type(*JET_FIELDS)
 class Jet:
     """Range, rounding error, and bounds of three derivatives by the cam angle."""
 
-    __slots__ = FIELDS
+    __slots__ = JET_FIELDS
 
     def __init__(self, low, high, error, first, second, third):
         self.low, self.high, self.error = low, high, error

@@ -9,8 +9,8 @@ import numpy as np
 
 from camopt.kernels.by_address import call
 from camopt.kernels.compile import called_by_kernels, inlined
-from camopt.numerics.climbing import Ends, allowed, begin_climb, climb_all
-from camopt.numerics.foreseen import Foreseen
+from camopt.numerics.climbing import Ends, allowed_gain, begin_climb, climb_all
+from camopt.numerics.foreseen import Prefetched
 from camopt.numerics.halving import CLIMBS, UNSETTLED, looked_at, put, split, taken
 
 
@@ -24,7 +24,7 @@ def judge_panels(many, panel, half_width, ask, work):
         i = work.chosen[j]
         found.rounding[i] = max(found.rounding[i], errors[i] if errors[i] < np.inf else 0.0)
         ends = Ends(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j])
-        enough = found.best[i] + allowed(found.best[i], ask.tolerance, errors[i])
+        enough = found.best[i] + allowed_gain(found.best[i], ask.tolerance, errors[i])
         verdict, bound, concavity = looked_at(ends, third[i], half_width, enough)
         if verdict == CLIMBS:
             begin_climb(work.climbs, climbs, i, ends, half_width, concavity)
@@ -50,7 +50,7 @@ def judge_halves(opened, climbs, panel, place, ask, work):
     parts = np.int64(0)
     for j in range(opened):
         i, value, slope = work.opened[j], middle[0, j], middle[1, j]
-        enough = found.best[i] + allowed(found.best[i], ask.tolerance, errors[i])
+        enough = found.best[i] + allowed_gain(found.best[i], ask.tolerance, errors[i])
         if value > found.best[i]:
             found.best[i], found.at[i] = value, place[0]
         for half in range(2):
@@ -88,7 +88,7 @@ def _split_all_in_python(curve, first, many, panels, panel, ask, work):
     parts = zip((first + work.parts.design[:many]).tolist(), work.parts.ends[:many].tolist(), strict=True)
     places = [(design, 0.5 * (low + high), 0.5 * (high - low)) for design, (low, high, *_) in parts]
     if places:
-        foreseen = Foreseen(curve, panel, ask.sign, places)
+        foreseen = Prefetched(curve, panel, ask.sign, places)
         curve = curve._replace(part=foreseen.part, point=foreseen.point)
         split_all.py_func(curve, first, many, panels, panel, ask, work)
 

@@ -1,6 +1,6 @@
 """Values of dynamics and materials that nothing reads, and wanted effects for which a scene lacks data."""
 
-from camopt.effects import EFFECTS, called, lacking, offered
+from camopt.effects import EFFECTS, effects_needed, lacking, offered
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
@@ -28,7 +28,7 @@ def unused(scene: Scene) -> list[str]:
     """Sentences on values that nothing reads: the keys, and the effects that would use them."""
     problem = resolve(scene)
     setup = problem.setup
-    running, offers = called(problem.wanted, setup), frozenset(offered(setup))
+    running, offers = effects_needed(problem.wanted, setup), frozenset(offered(setup))
     massless = lacking(setup.with_numbers(dict.fromkeys(MASSES)))
 
     def reads(effect: str, key: str, names: frozenset[str]) -> bool:

@@ -27,7 +27,7 @@ def cam_of(picture: Picture) -> dict[str, Any]:
     shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
     return {
         "exists": True,
-        **kind_of(picture.scene, problem),
+        **stroke_kind(picture.scene, problem),
         "sizes": {name: page_number(values[0]) for name, values in problem.design.sizes.items()},
         "motion": motion_pieces(picture),
         "strokes": _strokes(problem),
@@ -39,7 +39,7 @@ def cam_of(picture: Picture) -> dict[str, Any]:
     }
 
 
-def kind_of(scene: Scene, problem: Problem) -> dict[str, Any]:
+def stroke_kind(scene: Scene, problem: Problem) -> dict[str, Any]:
     """What decides the formulas: the kinds of cam, motion and contact, the sense of rotation, and the shaft."""
     return {
         "form": scene.cam.form,

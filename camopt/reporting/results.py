@@ -16,7 +16,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design, size_keys
 from camopt.quantities import QUANTITIES
-from camopt.reporting.cam import kind_of, motion_pieces, page_number
+from camopt.reporting.cam import motion_pieces, page_number, stroke_kind
 from camopt.reporting.cams import Chapter
 from camopt.reporting.page import deflated, rendered
 from camopt.reporting.sections import signed
@@ -198,7 +198,7 @@ def _kind(result: ResultRows, frame: "pd.DataFrame") -> dict[str, Any]:
     problem = resolve_design(scene)
     sizes = {name: page_number(values[0]) for name, values in problem.design.sizes.items()}
     own = {"pitch_point": None, "undercut": False, "left": None, "exists": True}
-    return {"kind": {**kind_of(scene, problem), **own}, "sizes": sizes, "columns": _size_columns(result, frame)}
+    return {"kind": {**stroke_kind(scene, problem), **own}, "sizes": sizes, "columns": _size_columns(result, frame)}
 
 
 def _size_columns(result: ResultRows, frame: "pd.DataFrame") -> dict[str, str]:

@@ -9,10 +9,10 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, Va
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.scene.checks import SEARCHED
 from camopt.scene.complaints import mistakes_of
-from camopt.scene.tables import Anywhere, Length, Positive, SceneNumber, Table, as_list
+from camopt.scene.tables import Anywhere, Length, Positive, SceneNumber, SceneTable, as_list
 
 
-class StepRange(Table):
+class StepRange(SceneTable):
     """A closed interval; the step matters to a sweep of a grid alone."""
 
     start: Anywhere
@@ -74,7 +74,7 @@ def _choices() -> TypeAdapter[Any]:
     return TypeAdapter(NumberChoice)
 
 
-def free_numbers(table: type[Table], given: Any, where: str = "") -> dict[str, Any]:
+def free_numbers(table: type[SceneTable], given: Any, where: str = "") -> dict[str, Any]:
     """The choices for numbers of a table of the scene, and of tables in it, by key; ``where`` leads to the table.
 
     Raises
@@ -97,7 +97,7 @@ def free_numbers(table: type[Table], given: Any, where: str = "") -> dict[str, A
     return {key: choice for key, choice in chosen.items() if choice != {}}
 
 
-def _free(table: type[Table], key: str, value: Any, where: str) -> Any:
+def _free(table: type[SceneTable], key: str, value: Any, where: str) -> Any:
     """The choice for one number of a table, or the choices for those of a table in it."""
     numbers = numbers_of(table)
     number = numbers.get(key)
@@ -120,7 +120,7 @@ def _free(table: type[Table], key: str, value: Any, where: str) -> Any:
     return choice
 
 
-def numbers_of(table: type[Table]) -> dict[str, Any]:
+def numbers_of(table: type[SceneTable]) -> dict[str, Any]:
     """The keys of a table that ``[search]`` may free, each with the type of its number, or the table in it."""
     hints = get_type_hints(table, include_extras=True)
     found = {key: _free_in(hints[key]) for key in table.model_fields if key not in SEARCHED}
@@ -129,7 +129,7 @@ def numbers_of(table: type[Table]) -> dict[str, Any]:
 
 def _free_in(hint: Any) -> Any:
     """The table or the number that a type has among its members."""
-    tables = (each for each in get_args(hint) if isinstance(each, type) and issubclass(each, Table))
+    tables = (each for each in get_args(hint) if isinstance(each, type) and issubclass(each, SceneTable))
     return next(tables, None) or _number_in(hint)
 
 

@@ -15,14 +15,14 @@ from camopt.mechanisms.body import BODIES, DISC
 from camopt.scene.law_forms import LawFault
 from camopt.scene.mapping import at, length
 from camopt.scene.materials import MATERIALS
-from camopt.scene.tables import Cam, Length, Materials, Positive, SceneNumber, Table, one_line
+from camopt.scene.tables import Cam, Length, Materials, Positive, SceneNumber, SceneTable, one_line
 
 OneLine = Annotated[str, BeforeValidator(one_line)]
 TOWARDS_FOLLOWER = 90.0
 HUB, KEYWAY = DISC.part, ("keyway_width", "keyway_depth")
 
 
-class Part(Table):
+class Part(SceneTable):
     """The cam as a manufactured part, and the texts of its drawing. Every key is optional.
 
     The groove of a cylindrical cam runs in the middle of its thickness. A ``keyway_angle`` of 90, if none is given,

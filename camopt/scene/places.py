@@ -8,16 +8,16 @@ from textwrap import dedent
 
 from camopt.scene.choices import StepRange
 from camopt.scene.scene import Scene
-from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, Segment, Table, Through
+from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, SceneTable, Segment, Through
 
 TOP = ""
 """Where the keys before the first table of a scene stand."""
-TABLES: dict[str, type[Table]] = {
+TABLES: dict[str, type[SceneTable]] = {
     TOP: Scene,
     **{
         name: field.annotation
         for name, field in Scene.model_fields.items()
-        if isinstance(field.annotation, type) and issubclass(field.annotation, Table)
+        if isinstance(field.annotation, type) and issubclass(field.annotation, SceneTable)
     },
     "follower.dynamics": Dynamics,
     "motion": Segment,
@@ -31,12 +31,12 @@ LISTS = ("motion", "motion.through", "profile")
 """Those of which a scene has several."""
 
 
-def heading(place: str) -> str:
+def table_heading(place: str) -> str:
     """The heading of a table in a scene."""
     return f"[[{place}]]" if place in LISTS else f"[{place}]"
 
 
-def said_of(model: type[Table], key: str) -> tuple[str, str]:
+def said_of(model: type[SceneTable], key: str) -> tuple[str, str]:
     """The docstring of a key without its full stop, and the unit that it ends with, "" if none."""
     text = model.model_fields[key].description or next(
         said[key] for base in model.__mro__ if key in (said := _docstrings(base))

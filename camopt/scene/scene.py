@@ -36,18 +36,18 @@ from camopt.scene.tables import (
     Outputs,
     OwnLaw,
     ProfileElement,
+    SceneTable,
     Segment,
     SynthesisSettings,
-    Table,
     one_line,
 )
 from camopt.scene.text import parsed, plain
-from camopt.shown import Drawn, Shown
+from camopt.shown import Drawn, HasHtml
 from camopt.storage.files import read_bytes
 from camopt.storage.manifest import settled_path
 
 
-class Scene(Shown, Drawn, Table):
+class Scene(HasHtml, Drawn, SceneTable):
     """A whole scene, made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
 
     Keys, units and meaning are those of a scene file. A scene does not change: ``replace`` makes another one.

@@ -7,7 +7,7 @@ from pydantic import TypeAdapter
 from camopt.scene.choices import NumberChoice, NumberRange, numbers_of
 from camopt.scene.places import TABLES, said_of
 from camopt.scene.scene import Scene
-from camopt.scene.tables import Table
+from camopt.scene.tables import SceneTable
 from camopt.version import SITE
 
 DIALECT = "http://json-schema.org/draft-07/schema#"
@@ -58,7 +58,7 @@ def _shaped(schema: Any) -> Any:
     return found | ({"anyOf": [each for kind in kinds for each in kind.get("anyOf", [kind])]} if kinds else {})
 
 
-def _described(schema: dict[str, Any], place: str, model: type[Table], site: str) -> dict[str, Any]:
+def _described(schema: dict[str, Any], place: str, model: type[SceneTable], site: str) -> dict[str, Any]:
     """A table whose keys say what the code says of them."""
     if "description" in schema:
         schema["description"] = schema["description"].split("\n\n")[0].replace("\n", " ")
@@ -67,7 +67,7 @@ def _described(schema: dict[str, Any], place: str, model: type[Table], site: str
     return schema
 
 
-def _describe(schema: dict[str, Any], model: type[Table], name: str, key: str, site: str) -> None:
+def _describe(schema: dict[str, Any], model: type[SceneTable], name: str, key: str, site: str) -> None:
     """Text, unit and link of a key."""
     if target := schema.pop("$ref", None):  # what stands beside a reference is not read
         schema["allOf"] = [{"$ref": target}]
@@ -79,12 +79,12 @@ def _describe(schema: dict[str, Any], model: type[Table], name: str, key: str, s
         schema["x-taplo"] = {"links": {"key": page}}
 
 
-def _free(table: type[Table], place: str, site: str) -> dict[str, Any]:
+def _free(table: type[SceneTable], place: str, site: str) -> dict[str, Any]:
     """The numbers of a table as ``[search]`` takes them: each a range or a list."""
     choice = _shaped(TypeAdapter(NumberChoice).json_schema())
     properties: dict[str, Any] = {}
     for name, inner in numbers_of(table).items():
-        nested = isinstance(inner, type) and issubclass(inner, Table)
+        nested = isinstance(inner, type) and issubclass(inner, SceneTable)
         properties[name] = _free(inner, f"{place}.{name}", site) if nested else {"anyOf": [*choice["anyOf"]]}
         _describe(properties[name], table, name, place.removeprefix("search.") + f".{name}", site)
     return {"type": "object", "additionalProperties": False, "properties": properties}

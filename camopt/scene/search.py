@@ -15,8 +15,8 @@ from camopt.scene.tables import (
     Materials,
     Quantities,
     SceneNumber,
+    SceneTable,
     Switch,
-    Table,
     as_list,
     whole_number,
 )
@@ -29,7 +29,7 @@ Laws = Annotated[
 MOST_SAMPLES, MOST_SEED = 2**22, 2**32 - 1  # 32 MB a size
 
 
-class Search(Table):
+class Search(SceneTable):
     """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values.
 
     ``cam``, ``follower`` and ``materials`` hold other numbers by the keys that they have in the scene, each a

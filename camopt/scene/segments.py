@@ -42,7 +42,7 @@ def segment_in(row: Mapping[str, Any]) -> tables.Segment:
     return tables.Segment.model_construct(**{**own, "through": through})
 
 
-def _known(table: type[tables.Table], row: Mapping[str, Any]) -> dict[str, Any]:
+def _known(table: type[tables.SceneTable], row: Mapping[str, Any]) -> dict[str, Any]:
     return {key: row[key] for key in table.model_fields if key in row}
 
 

@@ -12,7 +12,7 @@ from camopt.mechanisms import MECHANISMS, Mechanism
 from camopt.mechanisms.follower import FLAT, Tip
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
-from camopt.scene.places import LISTS, TABLES, heading, said_of, unit_for
+from camopt.scene.places import LISTS, TABLES, said_of, table_heading, unit_for
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml, with_schema
 
@@ -173,7 +173,7 @@ HELP = [
 def _table(place: str, own: Mapping[str, Any], more: Mapping[str, Any], angular: bool) -> Iterator[str]:
     """The lines of a table."""
     known = "laws.NAME" if place.startswith("laws.") else place
-    yield ("" if own else "#") + (heading(place) if place in LISTS else f"[{place}]")
+    yield ("" if own else "#") + (table_heading(place) if place in LISTS else f"[{place}]")
     for key in TABLES[known].model_fields:
         if key in own or key in more:
             line = f"{key} = {_inline(own[key])}" if key in own else f"#{key} = {_inline(more[key])}"

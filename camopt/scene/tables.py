@@ -82,7 +82,7 @@ MaterialName = Annotated[str, _known(MATERIALS, "a material")]
 QuantityName = Annotated[str, _known(QUANTITIES, "a quantity")]
 
 
-class Table(BaseModel):
+class SceneTable(BaseModel):
     """A table of a scene: unknown keys are mistakes, and nothing changes once made."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -102,7 +102,7 @@ def _turns(value: Any) -> Any:
     return value
 
 
-class Cam(Table):
+class Cam(SceneTable):
     """The cam: form, sense of rotation, speed and size."""
 
     form: CamForm
@@ -134,16 +134,16 @@ def _kind_of_load(value: Any) -> str:
     return "file/" if isinstance(value, str) else "rows/" if isinstance(value, (list, tuple)) else "constant/"
 
 
-Rows = Annotated[
+LoadRows = Annotated[
     tuple[Any, ...], BeforeValidator(_rows, json_schema_input_type=list[tuple[float, float]])
 ]  # what is in them is checked with the scene
 GivenLoad = Annotated[
-    Annotated[Anywhere, Tag("constant/")] | Annotated[str, Tag("file/")] | Annotated[Rows, Tag("rows/")],
+    Annotated[Anywhere, Tag("constant/")] | Annotated[str, Tag("file/")] | Annotated[LoadRows, Tag("rows/")],
     Discriminator(_kind_of_load),
 ]
 
 
-class Dynamics(Table):
+class Dynamics(SceneTable):
     """The moving mass and the forces on the follower. An oscillating follower has inertias and moments.
 
     A load that changes over the turn is a list of rows (cam angle from the start of the first segment, 0 to 360
@@ -186,7 +186,7 @@ class Dynamics(Table):
     """How much larger or smaller the lash may be; mm, oscillating deg."""
 
 
-class Follower(Table):
+class Follower(SceneTable):
     """The follower: how it moves, what touches the cam, and its sizes."""
 
     motion: MotionName
@@ -235,7 +235,7 @@ CamAngle = Annotated[
 MOST_SEGMENTS, MOST_CONDITIONS = 1_000, 200
 
 
-class Through(Table):
+class Through(SceneTable):
     """A condition on the way of a move: at a cam angle of the turn, or all along a range [from, to] of it.
 
     Each but the angle is a number, or a range [low, high]. Derivatives are by what the segment says (``per``).
@@ -254,7 +254,7 @@ class Through(Table):
     """Third derivative there; mm (deg) ``per`` rad³, deg³ or s³."""
 
 
-class Segment(Table):
+class Segment(SceneTable):
     """One segment of the turn: a rise, dwell, return, move or stretch at constant velocity.
 
     A rise or return has a motion law and a ``lift``, or the position ``to`` at its end. A stretch at constant
@@ -293,7 +293,7 @@ class Segment(Table):
     """Conditions on the way of a move."""
 
 
-class ProfileElement(Table):
+class ProfileElement(SceneTable):
     """One arc or line of the cam's profile, which is given in place of the motion; mm.
 
     The elements are in the order in which the follower meets them, clockwise on a cam that turns ccw, each tangent
@@ -326,7 +326,7 @@ def _is_pair(value: Any) -> Any:
 Numbers = Annotated[tuple[Anywhere, ...], Field(min_length=1)]
 
 
-class OwnLaw(Table):
+class OwnLaw(SceneTable):
     """A motion law of the scene's own on the unit stroke, from s = 0 at x = 0 to s = 1 at x = 1, given in one way.
 
     - A polynomial has conditions at both ends: ``start`` and ``end`` hold s, s′, s″, …; ``start = [0, 0, 0]`` and
@@ -385,7 +385,7 @@ class OwnLaw(Table):
     """Allow s below 0 or above 1."""
 
 
-class ShortLimits(Table):
+class ShortLimits(SceneTable):
     """The limits of the cam, by the short keys of the most common ones."""
 
     pressure_angle: Acute | None = None
@@ -509,7 +509,7 @@ ObjectiveTerm = Annotated[str, _known(OBJECTIVE_TERMS, "a term of the objective"
 PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(_is_pair)], ...]
 
 
-class SynthesisSettings(Table):
+class SynthesisSettings(SceneTable):
     """The objective and the further limits of new motion laws, beside ``[limits]``.
 
     ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or
@@ -552,7 +552,7 @@ class SynthesisSettings(Table):
     """How many derivatives are continuous, one less than the degree if not given."""
 
 
-class Materials(Table):
+class Materials(SceneTable):
     """The bodies in contact, as names of materials or as numbers, and their lubricant."""
 
     cam: MaterialName | None = None
@@ -579,7 +579,7 @@ class Materials(Table):
     """Composite roughness of both surfaces, root mean square; µm."""
 
 
-class Accuracy(Table):
+class Accuracy(SceneTable):
     """Relative error allowed in each reported value."""
 
     tolerance: Annotated[SceneNumber, Field(ge=1e-14, le=1e-2)] = 1e-9

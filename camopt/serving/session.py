@@ -35,7 +35,7 @@ from camopt.storage.files import write_text
 from camopt.tables.layout import Cell, Table
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
-from camopt.verdicts.judging import ASSEMBLY, judged
+from camopt.verdicts.judging import ASSEMBLY, evaluate_rows
 
 Answer = dict[str, Any]
 BALLS_UNTIL = 0.01  # seconds for what rounding hides, while a control moves
@@ -50,7 +50,7 @@ class Sketch(Picture):
     @cached_property
     def rows(self) -> Rows:
         """The quantities, and the verdict."""
-        return judged(self.problem, self.problem.design, self.wanted, now() + BALLS_UNTIL)
+        return evaluate_rows(self.problem, self.problem.design, self.wanted, now() + BALLS_UNTIL)
 
     @cached_property
     def values(self) -> dict[str, Any]:

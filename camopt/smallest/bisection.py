@@ -12,7 +12,7 @@ import numpy as np
 from camopt.numerics.clock import now
 from camopt.smallest.boxes import Boxes
 
-FEW = 32  # boxes examined together, at least: fewer take no less time
+LEAST_BATCH = 32  # boxes examined together, at least: fewer take no less time
 
 
 class Bisection(ABC):
@@ -35,7 +35,7 @@ class Bisection(ABC):
         """Search all boxes, or as many as there is time for (``clock.now``); a size that no cam undercuts."""
         seen = 0
         while len(boxes) and seen < self.most_boxes and now() < until:
-            while len(boxes) < FEW:
+            while len(boxes) < LEAST_BATCH:
                 boxes = boxes.halved()
             chosen, rest = self.split(boxes)
             seen += len(chosen)

@@ -13,7 +13,7 @@ from camopt.numerics.interval import Interval
 from camopt.smallest.first_look import spread
 from camopt.smallest.result import GAP
 
-NARROW = 1e-3 * GAP  # of a size, or of the scale where that is larger
+NARROW_SIDE = 1e-3 * GAP  # of a size, or of the scale where that is larger
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Boxes:
     @property
     def _width(self) -> FloatArray:
         """How many times each side is as wide as one that is not to be cut (sides, boxes)."""
-        least = [NARROW * np.maximum(self.units[n], np.abs(self.low[n])) for n in self.free]
+        least = [NARROW_SIDE * np.maximum(self.units[n], np.abs(self.low[n])) for n in self.free]
         wide = np.array([self.high[n] - self.low[n] for n in self.free])
         return np.where(wide > 0.0, wide, 0.0) / np.array(least)
 

@@ -35,9 +35,9 @@ from camopt.smallest.result import (
     gap_of,
     known_crossings,
 )
-from camopt.verdicts.judging import judged
+from camopt.verdicts.judging import evaluate_rows
 
-MANY = 512  # boxes examined together, at most, to stop in time
+BOX_BATCH = 512  # boxes examined together, at most, to stop in time
 UNKNOWN = -1  # which side to cut
 
 
@@ -79,11 +79,11 @@ class BoxSearch(Bisection):
 
     def split(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
         """The boxes to look at next, and the rest: the smallest cams, or the widest while none is feasible."""
-        if len(boxes) <= MANY:
+        if len(boxes) <= BOX_BATCH:
             return boxes, boxes.take(slice(0, 0))
         low, high = boxes.low["size"], boxes.high["size"]
         order = np.argsort(low if self.incumbent is not None else low / high, kind="stable")
-        return boxes.take(order[:MANY]), boxes.take(order[MANY:])
+        return boxes.take(order[:BOX_BATCH]), boxes.take(order[BOX_BATCH:])
 
     def narrowed(self, boxes: Boxes) -> Boxes:
         """Those of some boxes that may hold a smaller cam and can be cut, with the side to cut."""
@@ -121,7 +121,7 @@ class BoxSearch(Bisection):
 
     def proved(self, problem: Problem, design: Designs) -> bool:
         """Whether a design is feasible, decided in balls where doubles do not tell, before the time is over."""
-        return bool(judged(problem, design, frozenset(), self.until).column("feasible")[0])
+        return bool(evaluate_rows(problem, design, frozenset(), self.until).column("feasible")[0])
 
     def without_crossings(self, boxes: Boxes) -> Boxes:
         """The parts of boxes that are not shown to hold only cams that cross themselves, with the side to cut.

@@ -21,7 +21,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, claims_on
 from camopt.smallest.result import GAP, feasible
 
-SHARES = 5  # of the range of each free number at which the smallest size is tried
+NUMBER_SHARES = 5  # of the range of each free number at which the smallest size is tried
 NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
 
 
@@ -132,7 +132,7 @@ def _numbers(problem: Problem, bounds: SizeBounds) -> dict[str, FloatArray]:
     free = sorted(problem.setup.free)
     if not free:
         return {}
-    shares = np.array(list(product(np.linspace(0.0, 1.0, SHARES), repeat=len(free)))).T
+    shares = np.array(list(product(np.linspace(0.0, 1.0, NUMBER_SHARES), repeat=len(free)))).T
     shares = shares[:, np.argsort(np.abs(shares - 0.5).max(axis=0), kind="stable")]
     ends = (bounds[key] for key in free)
     return {key: low + share * (high - low) for key, share, (low, high) in zip(free, shares, ends, strict=True)}

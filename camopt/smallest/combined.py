@@ -13,7 +13,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
-from camopt.smallest.excesses import ROUNDING, Excesses, chained_excesses
+from camopt.smallest.excesses import SIDE_ROUNDING, Excesses, chained_excesses
 
 
 def combined(over: Excesses, span: Interval, size: int) -> Excesses:
@@ -30,7 +30,7 @@ def combined(over: Excesses, span: Interval, size: int) -> Excesses:
     ]
     at = (weights[some] @ over.at[some])[None]
     rounding, bound = (weights[some] @ over.rounding[some])[None], np.full(at.shape, inf)
-    at = at - ROUNDING * (weights[some] @ np.abs(over.at[some]))
+    at = at - SIDE_ROUNDING * (weights[some] @ np.abs(over.at[some]))
     return chained_excesses([over, Excesses(-bound, bound, at, Interval(*ends), rounding)])
 
 

@@ -14,7 +14,7 @@ from camopt.motion.programme import law_peaks
 from camopt.smallest.closed_form import closed_form
 from camopt.smallest.turns import BestTurn, SegmentAngles
 
-STEP = 1e-4  # deg between the neighbours of the optimum that prove it
+NEIGHBOUR_STEP = 1e-4  # deg between the neighbours of the optimum that prove it
 
 
 def floor_if_convex(turns: SegmentAngles, bounds: SizeBounds, found: BestTurn) -> float:
@@ -28,7 +28,7 @@ def floor_if_convex(turns: SegmentAngles, bounds: SizeBounds, found: BestTurn) -
         design = closed_form(turns.problem_of(np.array([angle, total - angle])), bounds)
         return None if design is None else float(design.size[0])
 
-    near = [found.freed[0] + k * STEP for k in (-2, -1, 0, 1, 2)]
+    near = [found.freed[0] + k * NEIGHBOUR_STEP for k in (-2, -1, 0, 1, 2)]
     angles = sorted({float(np.clip(angle, box.low[0], box.high[0])) for angle in near})
     sizes = [size(angle) for angle in angles]
     if len(angles) < 3 or any(value is None for value in sizes):

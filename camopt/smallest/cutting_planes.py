@@ -23,18 +23,18 @@ from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
-from camopt.smallest.linear_forms import ARM, FACE, GROOVE, SAME, Form, LinearLimit, Planes
+from camopt.smallest.linear_forms import ARM_FORM, FACE_FORM, GROOVE_FORM, PLANE_SHARE, Form, LinearLimit, Planes
 from camopt.smallest.result import GAP, feasible, gap_of
 
 FORMS: dict[str, Form] = {
-    oscillating.MECHANISM.name: ARM,
-    oscillating_flat.MECHANISM.name: FACE,
-    cylindrical_oscillating.MECHANISM.name: GROOVE,
+    oscillating.MECHANISM.name: ARM_FORM,
+    oscillating_flat.MECHANISM.name: FACE_FORM,
+    cylindrical_oscillating.MECHANISM.name: GROOVE_FORM,
 }
 SAMPLES = 96  # of each stroke, for a first set of planes
 COARSE = 1e-6  # relative: what the first planes may be exceeded by at a sample
-ROUNDS = 30
-ROUNDING = 1e-15  # relative
+PLANE_ROUNDS = 30
+PLANE_ROUNDING = 1e-15  # relative
 EASINGS = tuple(4.0**k for k in range(10))  # times the last excess: how far inside the planes the cam is moved
 
 
@@ -57,22 +57,22 @@ def by_cutting_planes(problem: Problem, bounds: SizeBounds, until: float = inf) 
     ranges = form.ranges(problem.programme, bounds)
     planes = _first_planes(form, limits, problem.programme, bounds)
     (least, most), floor = bounds["size"], 0.0
-    for done in range(ROUNDS):
+    for done in range(PLANE_ROUNDS):
         if done and now() > until:
             break
         point = form.least(np.concatenate([ranges, planes]), bounds)
         if point is None:
             return Cut(None, inf)
         design = _design(problem, form, point, bounds)
-        floor = float(design.size[0]) * (1.0 - SAME)
+        floor = float(design.size[0]) * (1.0 - PLANE_SHARE)
         if floor > most:
             return Cut(None, inf)
-        if floor < least * (1.0 - SAME):
+        if floor < least * (1.0 - PLANE_SHARE):
             return Cut(None, least)
         found = _worst_planes(problem, limits, design)
         excess = float(-np.min(_margins(found, point)) / np.linalg.norm(point))
         inside = _inside(problem, form, bounds, (ranges, planes), excess, floor)
-        if inside is not None or excess < SAME:
+        if inside is not None or excess < PLANE_SHARE:
             return Cut(inside, floor)
         planes = np.concatenate([planes, found[_margins(found, point) < 0.0]])
     return Cut(None, floor)
@@ -90,7 +90,7 @@ def _inside(
     ranges, limits = planes
     for times in EASINGS if excess < GAP else ():
         inner = limits.copy()
-        inner[:, 3] += times * max(excess, ROUNDING) * floor
+        inner[:, 3] += times * max(excess, PLANE_ROUNDING) * floor
         point = form.least(np.concatenate([ranges, inner]), bounds)
         design = None if point is None else _design(problem, form, point, bounds)
         if design is None or design.size[0] - floor > gap_of(design) / 2:
@@ -118,7 +118,7 @@ def _first_planes(form: Form, limits: list[LinearLimit], programme: Programme, b
     """The planes that decide at a sample of cam angles, found by exchange among them; some milliseconds."""
     ranges, planes = form.ranges(programme, bounds), np.empty((0, 4))
     samples = [group for limit in limits for group in limit.planes(_sampled(programme, limit.kinds))]
-    for _ in range(ROUNDS):
+    for _ in range(PLANE_ROUNDS):
         point = form.least(np.concatenate([ranges, planes]), bounds)
         if point is None:
             break
@@ -142,7 +142,7 @@ def _worst_planes(problem: Problem, limits: list[LinearLimit], design: Designs) 
     case, found = Case(problem.setup, problem.programme, design), []
     for limit in limits:
         where = case.extremes(limit.curve, [(limit.kinds, goal) for goal in limit.goals]).where[:, 0]
-        angles = problem.programme.beside(where, limit.kinds)
+        angles = problem.programme.one_sided(where, limit.kinds)
         planes = limit.planes(problem.programme.at(angles.ravel())[:3])
         found += [group[k :: len(where)] for k, group in enumerate(planes)]
     return np.concatenate(found)

@@ -138,7 +138,7 @@ def _excesses(
             found.append(Excesses.of(mean_excess(problem, claim, box, inside, free)))
             continue
         goals = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
-        angles = problem.programme.beside(case.extremes(claim.curve, goals).where, claim.kinds).ravel()
+        angles = problem.programme.one_sided(case.extremes(claim.curve, goals).where, claim.kinds).ravel()
         rows = angles.size // count
         designs, like = sloped_boxes(box, inside, free, rows)
         state = rounded(problem.programme.state(angles), problem.programme)

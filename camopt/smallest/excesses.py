@@ -11,9 +11,9 @@ from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped
 
-ROUNDING = 1e-15  # relative, of an end of a side
-LARGE = 1e300  # in place of a slope without bounds
-LEVEL = 1e-11  # relative: no excess above it is rounding
+SIDE_ROUNDING = 1e-15  # relative, of an end of a side
+HUGE_SLOPE = 1e300  # in place of a slope without bounds
+EXCESS_ROUNDING = 1e-11  # relative: no excess above it is rounding
 
 
 BY_BOX = ("least", "most", "at", "rounding")
@@ -48,7 +48,7 @@ class Excesses(NamedTuple):
     @property
     def nowhere(self) -> Any:
         """Over which boxes no limit is seen to be exceeded by more than rounding (n,)."""
-        return np.all(self.most <= np.fmin(self.rounding, LEVEL), axis=0)
+        return np.all(self.most <= np.fmin(self.rounding, EXCESS_ROUNDING), axis=0)
 
 
 def chained_excesses(parts: list[Excesses]) -> Excesses:
@@ -63,7 +63,7 @@ def widest(over: Excesses, span: Interval) -> Any:
     worst = np.argmax(np.nan_to_num(over.at, nan=-np.inf), axis=0)
     steepest = np.take_along_axis(over.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
     width = span.high - span.low
-    return np.argmax(np.where(np.isfinite(steepest), steepest, LARGE) * width, axis=0)
+    return np.argmax(np.where(np.isfinite(steepest), steepest, HUGE_SLOPE) * width, axis=0)
 
 
 def cut_off(over: Excesses, span: Interval) -> Interval:
@@ -72,7 +72,7 @@ def cut_off(over: Excesses, span: Interval) -> Interval:
     With e the excess at the point less what other sizes can take off it, G·t ≤ −e has to hold at the distance t.
     """
     moved = over.slopes * Interval(span.low[:, None], span.high[:, None])
-    slack = ROUNDING * (np.abs(over.at) + moved.largest_magnitude.sum(axis=0))
+    slack = SIDE_ROUNDING * (np.abs(over.at) + moved.largest_magnitude.sum(axis=0))
     low, high = span.low.copy(), span.high.copy()
     for k in range(len(low)):
         others = np.delete(moved.low, k, axis=0).sum(axis=0)
@@ -91,5 +91,5 @@ def kept(
     low: FloatArray, high: FloatArray, point: FloatArray, span: Interval, left: Interval
 ) -> tuple[FloatArray, FloatArray]:
     """The ends of sides without what is cut off them (``cut_off``), outwards of all rounding."""
-    rounding = ROUNDING * (np.abs(point) + span.largest_magnitude)
+    rounding = SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
     return np.maximum(low, point + left.low - rounding), np.minimum(high, point + left.high + rounding)

@@ -16,12 +16,12 @@ from camopt.problem.problem import Problem
 from camopt.scene.tables import LARGEST_VALUE
 from camopt.smallest.grid_refinement import nearest_miss
 from camopt.smallest.result import first_feasible, known_crossings
-from camopt.verdicts.judging import judged, least_excess, weighed
+from camopt.verdicts.judging import bound_excesses, evaluate_rows, least_excess
 
 VALUES, FEW_VALUES = 9, 4  # of a free size in the coarse grid; few where there is no feasible design to find
 SIZES = 800  # of the cam in the coarse grid
-BLOCK = 512  # designs looked at together
-FEW, SMALL_BLOCK = 2048, 64  # designs of a grid for which no kernel is compiled, and how many of them then
+LOOK_BATCH = 512  # designs looked at together
+UNCOMPILED, SMALL_BLOCK = 2048, 64  # designs of a grid for which no kernel is compiled, and how many of them then
 
 
 @dataclass(frozen=True)
@@ -46,12 +46,12 @@ def first_look(problem: Problem, bounds: SizeBounds, values: int = VALUES, until
             return Look(found)
     if not len(points):
         return Look(None)
-    seen = [weighed(problem, block, frozenset(), until) for block in _blocks(points, until)]
+    seen = [bound_excesses(problem, block, frozenset(), until) for block in _blocks(points, until)]
     excess, surely = (np.concatenate([getattr(each, side) for each in seen], axis=1) for side in ("outer", "inner"))
     if _whatever_the_size(problem, surely):
         return Look(None, points.take([least_excess(excess)]), hopeless=True)
     near = nearest_miss(problem, bounds, points.take([least_excess(excess)]), until)
-    held = judged(problem, near, frozenset(), until).column("feasible")[0]
+    held = evaluate_rows(problem, near, frozenset(), until).column("feasible")[0]
     return Look(near) if held else Look(None, near)
 
 
@@ -92,10 +92,10 @@ def largest_size(problem: Problem, bounds: SizeBounds) -> float:
 
 
 def _blocks(points: Designs, until: float) -> Iterator[Designs]:
-    """The designs a block at a time; after ``until`` none but the first ``BLOCK``."""
-    size = SMALL_BLOCK if len(points) <= FEW else BLOCK
+    """The designs a block at a time; after ``until`` none but the first ``LOOK_BATCH``."""
+    size = SMALL_BLOCK if len(points) <= UNCOMPILED else LOOK_BATCH
     for first in range(0, len(points), size):
-        if first >= BLOCK and now() > until:
+        if first >= LOOK_BATCH and now() > until:
             return
         yield points.take(slice(first, first + size))
 

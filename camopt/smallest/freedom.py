@@ -18,7 +18,7 @@ from camopt.scene.choices import StepRange
 from camopt.smallest.turns import SegmentAngles
 from camopt.verdicts.judging import excesses, run_effects
 
-STEP = 1e-6  # of a scale: differences are taken over it
+DELTA = 1e-6  # of a scale: differences are taken over it
 MAY_BE_NEGATIVE = ("offset", "face_offset")
 
 
@@ -110,7 +110,7 @@ class Freedom:
         Lengths and angles that would be below 0 within two steps are moved up before.
         """
         least = np.where([f in MAY_BE_NEGATIVE for f in self.keys] + [False] * len(self.turns.freed), -inf, 4.0)
-        values = np.maximum(self.at, least * STEP * self.scales) + steps @ self.directions.T
+        values = np.maximum(self.at, least * DELTA * self.scales) + steps @ self.directions.T
         found = np.empty((len(limits), len(values)))
         angles = values[:, len(self.keys) :]
         for freed in dict.fromkeys(map(tuple, angles)):

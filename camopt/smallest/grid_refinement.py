@@ -11,7 +11,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.smallest.result import feasible
-from camopt.verdicts.judging import least_excess, weighed
+from camopt.verdicts.judging import bound_excesses, least_excess
 
 STEPS = 7  # of a grid along each free size
 SHRINKS = 2.5  # the factor from grid to grid
@@ -26,7 +26,7 @@ def nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, until: f
     return _zoomed(problem, bounds, design, lambda designs, excess: least_excess(excess), NEAR, until)
 
 
-def smaller(
+def shrink_on_grids(
     problem: Problem, bounds: SizeBounds, design: Designs, zooms: int = NEAR, until: float = inf
 ) -> Designs | None:
     """A feasible design near the given one, which need not be feasible, as small as grids show; None if none is."""
@@ -56,7 +56,7 @@ def _zoomed(
         points = design.with_values({n: moved.get(n, v * ones) for n, v in design.values.items()})
         points = points.take(problem.setup.mechanism.exists(points, problem.programme) & (points.size > 0.0))
         if len(points):
-            excess = weighed(problem, points, frozenset(), until).outer
+            excess = bound_excesses(problem, points, frozenset(), until).outer
             if now() > until:  # not all is known
                 break
             design = points.take([choice(points, excess)])

@@ -32,7 +32,7 @@ from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.problem.problem import Problem, claims_on
 from camopt.smallest.closed_form import slopes_of
 
-SAME = 1e-12  # relative: what a plane may be exceeded by rounding
+PLANE_SHARE = 1e-12  # relative: what a plane may be exceeded by rounding
 PARALLEL = 1e-13  # the sine between planes that have no corner worth a look
 
 BOTH = (LARGEST, LEAST)
@@ -117,9 +117,9 @@ def _least_arm(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
         [*(foot + t[:, None] * along for t in steps), _crossings(normal, height), [[r, 0.0] for r in circles]]
     )
     distance = np.linalg.norm(points, axis=1)
-    held = (distance >= circles[0] * (1.0 - SAME)) & (distance <= circles[2] * (1.0 + SAME))
+    held = (distance >= circles[0] * (1.0 - PLANE_SHARE)) & (distance <= circles[2] * (1.0 + PLANE_SHARE))
     points, distance = points[held], distance[held]
-    held = np.all(points @ normal.T >= height - SAME * (1.0 + distance[:, None]), axis=1)
+    held = np.all(points @ normal.T >= height - PLANE_SHARE * (1.0 + distance[:, None]), axis=1)
     points, distance = points[held], distance[held]
     if not len(points):
         return None
@@ -191,10 +191,10 @@ def _least_face(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
         points += [_on_edges(planes, radius), _on_ellipses(planes, radius)]
     found = np.concatenate(points)
     distance = np.hypot(found[:, 0], found[:, 1])
-    held = (distance >= nearest * (1.0 - SAME)) & (distance <= farthest * (1.0 + SAME))
+    held = (distance >= nearest * (1.0 - PLANE_SHARE)) & (distance <= farthest * (1.0 + PLANE_SHARE))
     found = found[held]
     scale = 1.0 + np.linalg.norm(found, axis=1)
-    found = found[np.all(found @ planes[:, :3].T >= planes[:, 3] - SAME * scale[:, None], axis=1)]
+    found = found[np.all(found @ planes[:, :3].T >= planes[:, 3] - PLANE_SHARE * scale[:, None], axis=1)]
     return found[np.argmin(found[:, 1] + found[:, 2])] if len(found) else None
 
 
@@ -264,7 +264,7 @@ def _least_groove(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     rising, falling = a > PARALLEL, a < -PARALLEL
     least = float(np.max(rest[rising] / a[rising]))
     most = float(np.min(rest[falling] / a[falling], initial=inf))
-    possible = least <= most and bool(np.all(rest[~(rising | falling)] <= SAME * arm))
+    possible = least <= most and bool(np.all(rest[~(rising | falling)] <= PLANE_SHARE * arm))
     return np.array([least, 0.0, arm]) if possible else None
 
 
@@ -272,6 +272,6 @@ def _groove_sizes(point: FloatArray, roller: float) -> dict[str, float]:
     return {"size": float(point[0]), "arm_length": float(point[2])}
 
 
-ARM = Form(_arm_limits, _arm_ranges, _least_arm, _arm_sizes)
-FACE = Form(_face_limits, _face_ranges, _least_face, _face_sizes)
-GROOVE = Form(_groove_limits, _groove_ranges, _least_groove, _groove_sizes)
+ARM_FORM = Form(_arm_limits, _arm_ranges, _least_arm, _arm_sizes)
+FACE_FORM = Form(_face_limits, _face_ranges, _least_face, _face_sizes)
+GROOVE_FORM = Form(_groove_limits, _groove_ranges, _least_groove, _groove_sizes)

@@ -27,20 +27,21 @@ from camopt.effects import Case
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.quantities import QUANTITIES
-from camopt.smallest.freedom import STEP, Freedom
+from camopt.smallest.freedom import DELTA, Freedom
 from camopt.verdicts.judging import excesses, run_effects
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
-LINES, AWAY = 2, 10.0  # the sides of kinks are looked for along lines, by direction, so many steps from the cam
+SIDE_LINES = 2  # lines by direction along which the sides of kinks are sought
+SIDE_STEPS = 10.0  # steps from the cam to points on them
 STRAIGHT = 1e-3  # of its slope: by which a slope may change over a step, where there is no kink
-OPEN = 1e-2  # of ∇R: what multipliers may leave of it; more, and something else holds the cam
+GRADIENT_LEFT = 1e-2  # of ∇R: what multipliers may leave of it; more, and something else holds the cam
 LOOSE = 1e-4  # of ∇R: what differences err by at kinks
-FAINT = 10.0  # times that room: a multiplier that may be 0 and is no larger is 0
+FAINT_FACTOR = 10.0  # times that room: a multiplier that may be 0 and is no larger is 0
 UNIQUE = 1e-2  # relative: prices that differ by no more are one
 
 
 @dataclass(frozen=True)
-class Bound:
+class ActiveBound:
     """A bound that a cam just meets, as a limit c ≤ 0 on the cam's free variables."""
 
     key: str
@@ -62,11 +63,11 @@ class Rates(NamedTuple):
     tightened: float
 
 
-NOTHING = Rates(0.0, 0.0)
+NO_RATES = Rates(0.0, 0.0)
 """Of a bound that holds nothing: the cam just happens to meet it."""
 
 
-def bounds_met(freedom: Freedom) -> list[Bound]:
+def bounds_met(freedom: Freedom) -> list[ActiveBound]:
     """The bounds that a cam just meets, of limits and of ``[search]``; not of limits that are held or not."""
     problem = freedom.problem
     limits = problem.without_last.limits
@@ -78,34 +79,34 @@ def bounds_met(freedom: Freedom) -> list[Bound]:
     for limit, gradients in zip(met, _gradients(freedom, met), strict=True):
         unit = QUANTITIES[limit.shown[0]].unit if limit.shown else "mm"
         by_value = float(limit.by_bound(columns, problem.design)[0])
-        found.append(Bound(limit.key, limit.bound, unit, limit.relation, gradients, by_value, limit))
+        found.append(ActiveBound(limit.key, limit.bound, unit, limit.relation, gradients, by_value, limit))
     return [*found, *_ends_met(freedom)]
 
 
-def _ends_met(freedom: Freedom) -> Iterator[Bound]:
+def _ends_met(freedom: Freedom) -> Iterator[ActiveBound]:
     for end in freedom.ends:
         if end.side * (freedom.at[end.variable] - end.value) > -BINDS * freedom.scales[end.variable]:
             gradient = end.side * freedom.directions[[end.variable]]
-            yield Bound(end.key, end.value, end.unit, end.relation, gradient, -end.side)
+            yield ActiveBound(end.key, end.value, end.unit, end.relation, gradient, -end.side)
 
 
 def _gradients(freedom: Freedom, limits: Sequence[Limit]) -> Iterator[FloatArray]:
     """The gradients of each limit's excess, by central differences: at the cam, or around it if it has a kink."""
     count = freedom.directions.shape[1]
-    around = np.random.default_rng(0).normal(size=(LINES * count, count))
-    around *= AWAY * STEP / np.linalg.norm(around, axis=1, keepdims=True)
+    around = np.random.default_rng(0).normal(size=(SIDE_LINES * count, count))
+    around *= SIDE_STEPS * DELTA / np.linalg.norm(around, axis=1, keepdims=True)
     centres = np.vstack([np.zeros(count), around, -around])
-    steps = STEP * np.vstack([np.zeros(count), np.eye(count), -np.eye(count)])
+    steps = DELTA * np.vstack([np.zeros(count), np.eye(count), -np.eye(count)])
     points = (centres[:, None] + steps).reshape(-1, count)
     for values in freedom.excesses(limits, points).reshape(len(limits), len(centres), len(steps)):
         middle, ahead, behind = values[:, :1], values[:, 1 : count + 1], values[:, count + 1 :]
         with np.errstate(invalid="ignore"):  # infinite beyond an undercut
-            slopes, bends = (ahead - behind) / (2.0 * STEP), np.abs(ahead + behind - 2.0 * middle) / STEP
+            slopes, bends = (ahead - behind) / (2.0 * DELTA), np.abs(ahead + behind - 2.0 * middle) / DELTA
             straight = bends.max(axis=1) <= STRAIGHT * np.abs(slopes).max(axis=1)
         yield slopes[:1] if straight[0] else slopes[straight]
 
 
-def rates(freedom: Freedom, bounds: Sequence[Bound]) -> dict[str, Rates]:
+def rates(freedom: Freedom, bounds: Sequence[ActiveBound]) -> dict[str, Rates]:
     """What each bound costs, by its key."""
     from scipy.optimize import linprog, nnls
 
@@ -117,7 +118,7 @@ def rates(freedom: Freedom, bounds: Sequence[Bound]) -> dict[str, Rates]:
     columns = columns / size
     whose = np.repeat(np.arange(len(bounds)), [len(bound.gradients) for bound in bounds])
     weights, left = nnls(columns, -goal) if columns.size else (np.zeros(0), inf)
-    if left > OPEN * np.linalg.norm(goal):
+    if left > GRADIENT_LEFT * np.linalg.norm(goal):
         return dict.fromkeys(keys, Rates(nan, nan))
     room = left + LOOSE * np.linalg.norm(goal)
     found = {}
@@ -131,8 +132,8 @@ def rates(freedom: Freedom, bounds: Sequence[Bound]) -> dict[str, Rates]:
             ends.append(float(answer.fun) * sign if answer.status == 0 else -sign * inf)
         low, high = sorted(ends, key=abs)
         noise = room * np.abs(of_key).max()
-        if abs(one) <= noise and abs(high) <= FAINT * noise:
-            found[key] = NOTHING
+        if abs(one) <= noise and abs(high) <= FAINT_FACTOR * noise:
+            found[key] = NO_RATES
             continue
         found[key] = Rates(one, one) if abs(high - low) <= UNIQUE * abs(high) else Rates(low, high)
     return found

@@ -17,22 +17,22 @@ from camopt.smallest.result import Smallest, gap_of
 from camopt.smallest.smallest import small
 from camopt.smallest.turns import BestTurn, SegmentAngles, better
 
-NARROW = 1e-9  # deg
+NARROW_TRADE = 1e-9  # deg
 DEAR = 1e9  # mm, what a turn without a feasible design costs a descent
 MOVES = 80  # of a descent, for each angle
-SHORTEST, GAIN = 1e-3, 1e-7  # of trades between segments: deg, and share of the size
-ROUGH, EXACT = 1e-6, 1e-10  # where a descent ends, mm and shares of a range
+LEAST_TRADE, TRADE_GAIN = 1e-3, 1e-7  # of trades between segments: deg, and share of the size
+ROUGH_END, FINE_END = 1e-6, 1e-10  # where a descent ends, mm and shares of a range
 
 
-IntArray = NDArray[np.intp]
+IndexArray = NDArray[np.intp]
 
 
-class Descent:
+class NelderMead:
     """A descent over the angles from the best turn so far; no proof, but most often the optimum."""
 
     def __init__(self, turns: SegmentAngles, bounds: SizeBounds, best: BestTurn | None = None) -> None:
         self.turns, self.bounds, self.box = turns, bounds, turns.box
-        self.free = np.flatnonzero(self.box.high - self.box.low > NARROW)
+        self.free = np.flatnonzero(self.box.high - self.box.low > NARROW_TRADE)
         self.best = best or BestTurn(Smallest(None, 0.0), turns.at(np.full(len(turns.freed), 0.5), self.box))
 
     def few_turns(self) -> BestTurn:
@@ -50,9 +50,9 @@ class Descent:
     def run(self) -> BestTurn:
         """The turn that descents reach from the best one so far."""
         if self.free.size > 1 and self.best.answer.design is not None:
-            self.down(self.size, 0.05, ROUGH)
+            self.down(self.size, 0.05, ROUGH_END)
             self.traded(self.size, self.best.freed)
-            self.down(partial(self.size, closely=True), 1e-3, EXACT)
+            self.down(partial(self.size, closely=True), 1e-3, FINE_END)
         return self.best
 
     def looked_at(self, freed: FloatArray, *, closely: bool = False) -> Smallest:
@@ -78,12 +78,12 @@ class Descent:
     def down_by_closed_form(self) -> bool:
         """Descend by the closed form; whether the cam that it ends at holds all other limits too."""
         for reach in (0.05, 1e-3):
-            turn = self.traded(self.by_closed_form, self.down(self.by_closed_form, reach, EXACT))
+            turn = self.traded(self.by_closed_form, self.down(self.by_closed_form, reach, FINE_END))
             least, reached = self.by_closed_form(turn), self.looked_at(turn)
             decided = least < DEAR and reached.design is not None and reached.size <= least + gap_of(reached.design)
         return decided
 
-    def moved(self, start: FloatArray, order: IntArray, steps: FloatArray) -> FloatArray:
+    def moved(self, start: FloatArray, order: IndexArray, steps: FloatArray) -> FloatArray:
         """A turn whose free segments but the last, in some order, are longer by shares of their ranges."""
         wanted, lengths = start.copy(), steps * (self.box.high - self.box.low)[order[:-1]]
         wanted[order[:-1]] += lengths
@@ -96,7 +96,7 @@ class Descent:
         Two segments at a time are the edges of the box of turns: those at an end of their range stay exactly there.
         """
         least, step = cost(turn), float(np.max(self.box.high - self.box.low)) / 4.0
-        while step > SHORTEST and now() < self.turns.until:
+        while step > LEAST_TRADE and now() < self.turns.until:
             before = least
             for longer, shorter in permutations(self.free, 2):
                 taken, given = self.box.high[longer] - turn[longer], turn[shorter] - self.box.low[shorter]
@@ -108,7 +108,7 @@ class Descent:
                 size = cost(other) if room > 0.0 else inf
                 if size < least:
                     turn, least = other, size
-            step = step if least < before * (1.0 - GAIN) else step / 4.0
+            step = step if least < before * (1.0 - TRADE_GAIN) else step / 4.0
         return turn
 
     def down(self, cost: Callable[[FloatArray], float], reach: float, closest: float) -> FloatArray:

@@ -19,7 +19,7 @@ from camopt.problem.space import boxes_of, choices
 from camopt.progress import Progress, report_progress
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
-from camopt.shown import Shown
+from camopt.shown import HasHtml
 from camopt.smallest.closed_form import negligible
 from camopt.smallest.multipliers import BINDS
 from camopt.smallest.reasons import reason
@@ -31,7 +31,7 @@ from camopt.tables.columns import joined_laws, laws_shown, with_law
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import ByLaw, Design
 from camopt.tables.layout import Table
-from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, excesses, judged
+from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, evaluate_rows, excesses
 from camopt.verdicts.warned import warnings_of
 
 SECONDS = 60.0  # of a search, unless told
@@ -39,7 +39,7 @@ RADII = 48  # sizes above the optimum at which feasibility is looked at
 
 
 @dataclass(frozen=True)
-class Optimum(Shown):
+class Optimum(HasHtml):
     """The smallest cam of each law (``by_law``), and the smallest of all (``best``).
 
     Each ``Design`` is a mapping from quantity to value, and has a ``scene``. Besides the quantities that the scene
@@ -255,13 +255,13 @@ def _why(problem: Problem, each: Answered, until: float) -> str:
         return reason(each.problem, each.bounds, until)
     if each.answer.nearest is None:
         return "nothing that was found (not proved)"
-    rows = judged(each.problem, each.answer.nearest, frozenset(), until)
+    rows = evaluate_rows(each.problem, each.answer.nearest, frozenset(), until)
     return f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)"
 
 
 def _missed(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
     """How badly a design misses its limits, and its quantities."""
-    rows = judged(problem, design, problem.wanted | problem.sizes)
+    rows = evaluate_rows(problem, design, problem.wanted | problem.sizes)
     worst = by_excess(excesses(problem.limits, rows.columns, design)[:, 0])
     values = rows.records()[0]
     return worst, {name: values[name] for name in QUANTITIES if name in values}
@@ -275,12 +275,12 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
     """The quantities of an optimum, the limits that bind it, and where feasibility is clear above it."""
     design = answer.design
     assert design is not None
-    rows = judged(problem, design, problem.wanted | problem.sizes)
+    rows = evaluate_rows(problem, design, problem.wanted | problem.sizes)
     excess = excesses(problem.limits, rows.columns, design)[:, 0]
     values = rows.records()[0]
     quantities = {name: values[name] for name in QUANTITIES if name in values}
     smaller = replace(design, size=design.size - BINDS * design.prime_radius)
-    stopped = str(judged(problem, smaller, frozenset(), until).column("violated")[0]).split(",")
+    stopped = str(evaluate_rows(problem, smaller, frozenset(), until).column("violated")[0]).split(",")
     binding = [
         limit.name
         for limit, over in zip(problem.limits, excess, strict=True)

@@ -17,13 +17,13 @@ from camopt.problem.limit import Limit
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.settings import freed_of, laws_of
 from camopt.smallest.freedom import Freedom
-from camopt.smallest.multipliers import NOTHING, Bound, Rates, bounds_met, rates
+from camopt.smallest.multipliers import NO_RATES, ActiveBound, Rates, bounds_met, rates
 from camopt.smallest.optimise import SECONDS, Optimum, answers_of, end_of, least_of
 from camopt.smallest.turns import SegmentAngles
 from camopt.tables.columns import joined_laws
 from camopt.verdicts.judging import excesses, run_effects
 
-ROUNDING = 1e-9  # of a bound
+BOUND_ROUNDING = 1e-9  # of a bound
 
 
 @dataclass(frozen=True)
@@ -169,12 +169,12 @@ def _prices_at(cam: Freedom) -> list[Price]:
     ]
 
 
-def _binding(cam: Freedom) -> list[tuple[Bound, Rates]]:
+def _binding(cam: Freedom) -> list[tuple[ActiveBound, Rates]]:
     """What a smallest cam just meets and what it costs; not an end of a range that holds nothing."""
     bounds = bounds_met(cam)
     costs = rates(cam, bounds)
     met = [(bound, costs[bound.key]) for bound in bounds]
-    return [(bound, cost) for bound, cost in met if bound.limit is not None or cost != NOTHING]
+    return [(bound, cost) for bound, cost in met if bound.limit is not None or cost != NO_RATES]
 
 
 def _finite(value: float) -> float | None:
@@ -208,4 +208,4 @@ def _met_at(price: Price, limits: Sequence[Limit], cam: Freedom) -> float | None
     slopes = np.array([limit.by_bound(columns, design)[0] for limit in limits])
     met = price.bound - excesses(limits, columns, design)[:, 0] / slopes
     farthest = float(met[np.argmax(np.abs(met - price.bound))])
-    return _finite(farthest if abs(farthest) > ROUNDING * abs(price.bound) else 0.0)
+    return _finite(farthest if abs(farthest) > BOUND_ROUNDING * abs(price.bound) else 0.0)

@@ -17,7 +17,7 @@ from camopt.smallest.branch_and_bound import branch_and_bound
 from camopt.smallest.closed_form import NUDGES, closed_form, least_size, nudged
 from camopt.smallest.cutting_planes import Cut, by_cutting_planes
 from camopt.smallest.first_look import first_look, largest_size
-from camopt.smallest.grid_refinement import CLOSE, NEAR, smaller
+from camopt.smallest.grid_refinement import CLOSE, NEAR, shrink_on_grids
 from camopt.smallest.result import Smallest, feasible
 
 
@@ -46,12 +46,12 @@ def small(
         return Smallest(found.design, found.floor)
     bounds = {**bounds, "size": (found.floor, bounds["size"][1])}
     zooms = CLOSE if closely else NEAR
-    design = None if near is None else smaller(problem, bounds, near, zooms, until)
+    design = None if near is None else shrink_on_grids(problem, bounds, near, zooms, until)
     if design is None:
         look = first_look(problem, bounds, until=until)
         if look.design is None:
             return Smallest(None, inf if look.hopeless else found.floor, look.nearest)
-        design = smaller(problem, bounds, look.design, zooms, until)
+        design = shrink_on_grids(problem, bounds, look.design, zooms, until)
     return Smallest(design, found.floor)
 
 

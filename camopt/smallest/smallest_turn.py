@@ -11,7 +11,7 @@ from functools import reduce
 from camopt.mechanisms.design import SizeBounds
 from camopt.numerics.clock import now
 from camopt.smallest.convex_floor import floor_if_convex
-from camopt.smallest.nelder_mead import Descent
+from camopt.smallest.nelder_mead import NelderMead
 from camopt.smallest.result import Smallest
 from camopt.smallest.smallest import smallest
 from camopt.smallest.turn_boxes import TurnSearch
@@ -21,7 +21,7 @@ from camopt.smallest.turns import BestTurn, SegmentAngles, better
 def smallest_of_turns(turns: SegmentAngles, bounds: SizeBounds) -> BestTurn:
     """The design of least size over the angles as well, with its proven gap."""
     none = BestTurn(Smallest(None, 0.0), turns.scene_angles)
-    found = reduce(better, (Descent(each, bounds).few_turns() for each in turns.kinds), none)
+    found = reduce(better, (NelderMead(each, bounds).few_turns() for each in turns.kinds), none)
     floors = []
     for each in turns.kinds:
         found = _searched(each, bounds, found)
@@ -29,7 +29,7 @@ def smallest_of_turns(turns: SegmentAngles, bounds: SizeBounds) -> BestTurn:
     found = _with_floor(found, min(floors))
     if found.answer.proved:
         return found
-    descended = (Descent(each, bounds, found).run() for each in turns.kinds)
+    descended = (NelderMead(each, bounds, found).run() for each in turns.kinds)
     return _with_floor(_exactly(turns, bounds, reduce(better, descended, found)), min(floors))
 
 

@@ -26,7 +26,7 @@ from camopt.smallest.enclosure import excess_of, rounded
 from camopt.smallest.excesses import Excesses
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
-SHARES = 17  # of a stroke at which every box is looked at, even
+STROKE_SHARES = 17  # of a stroke at which every box is looked at, even
 ANGLE = "angle "  # before the number of a segment: what boxes call its angle
 ADDED = 64  # and so many more at most, where cams that were looked at exceed a limit the most
 
@@ -74,7 +74,7 @@ class StrokeLimit:
     @classmethod
     def of(cls, claim: Claim, stroke: Stroke, turn: Programme, name: str | None) -> "StrokeLimit":
         stroke = replace(stroke, start=0.0)
-        shares = np.linspace(0.0, 1.0, SHARES if stroke.law else 1)
+        shares = np.linspace(0.0, 1.0, STROKE_SHARES if stroke.law else 1)
         return cls(claim, stroke, turn, name, _beside(stroke, shares, claim.kinds), np.empty((4, 0)))
 
     def look_at(self, problem: Problem, design: Designs, angles: Mapping[str, FloatArray]) -> None:
@@ -122,7 +122,7 @@ class StrokeLimit:
 def _beside(stroke: Stroke, shares: FloatArray, kinds: int) -> FloatArray:
     """The motion by the share of a stroke on both sides of some shares, where it moves in ways of some kinds."""
     alone = _by_share(stroke)
-    return np.asarray(alone.at(alone.beside(shares, kinds).ravel()))
+    return np.asarray(alone.at(alone.one_sided(shares, kinds).ravel()))
 
 
 def _by_share(stroke: Stroke) -> Programme:

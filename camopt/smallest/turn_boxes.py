@@ -30,14 +30,14 @@ from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import least_size
 from camopt.smallest.combined import combined
 from camopt.smallest.enclosure import claims_on_size
-from camopt.smallest.excesses import ROUNDING, Excesses, chained_excesses, cut_off, kept, widest
+from camopt.smallest.excesses import SIDE_ROUNDING, Excesses, chained_excesses, cut_off, kept, widest
 from camopt.smallest.first_look import largest_size, scale_of
 from camopt.smallest.result import Smallest, first_feasible, gap_of, known_crossings
 from camopt.smallest.smallest import small
 from camopt.smallest.stroke_limits import ANGLE, SlopedBoxes, stroke_limits, without_angles
-from camopt.smallest.turns import SAME, AngleRanges, BestTurn, SegmentAngles, better
+from camopt.smallest.turns import SAME_POSITION, AngleRanges, BestTurn, SegmentAngles, better
 
-MANY = 256  # boxes examined together, at most, to stop in time
+TURN_BATCH = 256  # boxes examined together, at most, to stop in time
 LOOKED_INTO = 12  # boxes whose middle is searched: the best turn so far may be in another valley
 LADDERS, LADDER = 3, 16  # how often so many sizes of a box are looked at, closer and closer
 
@@ -82,7 +82,7 @@ class TurnSearch(Bisection):
         for i, stroke in zip(present, self.longest.strokes, strict=True):
             if stroke.kind != DWELL:
                 found[stroke] = f"{ANGLE}{i}" if i in self.turns.freed else None
-            elif least[i] > 0.0 or abs(stroke.low) <= SAME:  # at the lowest there is one in all of these turns
+            elif least[i] > 0.0 or abs(stroke.low) <= SAME_POSITION:  # one is at the lowest in all these turns
                 found[stroke] = None
         return found
 
@@ -91,7 +91,7 @@ class TurnSearch(Bisection):
         """The least and the most that the freed strokes have together, deg."""
         dwells = [k for k in range(len(self.turns.freed)) if k not in self.names.values()]
         total = float(self.turns.scene_angles.sum())
-        slack = ROUNDING * total
+        slack = SIDE_ROUNDING * total
         return total - self.box.high[dwells].sum() - slack, total - self.box.low[dwells].sum() + slack
 
     def run(self) -> BestTurn:
@@ -107,7 +107,7 @@ class TurnSearch(Bisection):
     def split(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
         """Those with the smallest cams, and the rest."""
         order = np.argsort(boxes.low["size"], kind="stable")
-        return boxes.take(order[:MANY]), boxes.take(order[MANY:])
+        return boxes.take(order[:TURN_BATCH]), boxes.take(order[TURN_BATCH:])
 
     def narrowed(self, boxes: Boxes) -> Boxes:
         """What of some boxes may be part of a turn and hold a smaller cam, which is looked for there."""
@@ -137,7 +137,7 @@ class TurnSearch(Bisection):
                 order = claim.curve.order
                 ends = span(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
                 share = max(-ends[0], ends[1]) / claim.allowed()
-                least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * ROUNDING))
+                least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * SIDE_ROUNDING))
         return float(least)
 
     def cut(self, boxes: Boxes) -> Boxes:
@@ -180,7 +180,7 @@ class TurnSearch(Bisection):
         low = np.maximum(low, self.room[0] - (high.sum(axis=0) - high))
         high = np.minimum(high, self.room[1] - (low.sum(axis=0) - low))
         ends = ({n: end for n, end in zip(names, each, strict=True) if n in boxes.free} for each in (low, high))
-        return boxes.narrowed(next(ends), next(ends), boxes.side).take(np.all(low <= high + SAME, axis=0))
+        return boxes.narrowed(next(ends), next(ends), boxes.side).take(np.all(low <= high + SAME_POSITION, axis=0))
 
     def look_into(self, boxes: Boxes, *, closely: bool) -> None:
         """Look at cams in the middle of the least box, and for where they exceed limits the most."""

@@ -13,7 +13,7 @@ from camopt.problem.choices import LawPair
 from camopt.problem.problem import Problem
 from camopt.smallest.result import Smallest
 
-SAME = 1e-9  # mm or deg of displacement
+SAME_POSITION = 1e-9  # mm or deg of displacement
 
 
 class AngleRanges(NamedTuple):
@@ -67,7 +67,9 @@ class SegmentAngles:
         """
         ends = positions_of(self.segments)
         lowest = min(ends)
-        rests = [i for i, s in enumerate(self.segments) if s.segment == "dwell" and ends[i] - lowest <= SAME]
+        rests = [
+            i for i, s in enumerate(self.segments) if s.segment == "dwell" and ends[i] - lowest <= SAME_POSITION
+        ]
         without = replace(self, without=tuple(i for i in rests if i in self.freed))
         least = dict(zip(self.freed, self.box.low, strict=True))
         gone = all(least.get(i, self.segments[i].angle) == 0.0 for i in rests)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from camopt.effects import EFFECTS, called
+from camopt.effects import EFFECTS, effects_needed
 from camopt.problem.problem import Problem
 from camopt.quantities import EVERYTHING, QUANTITIES
 
@@ -21,7 +21,7 @@ class Called:
 
 def what_runs(problem: Problem) -> list[Called]:
     """The effects that a scene calls for, in the order in which they run."""
-    asked = called(problem.wanted, problem.setup)
+    asked = effects_needed(problem.wanted, problem.setup)
     return [
         Called(
             name,

@@ -26,7 +26,7 @@ from camopt.problem.problem import resolve
 from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
 from camopt.scene.tables import OBJECTIVE_TERMS
-from camopt.shown import Drawn, Shown
+from camopt.shown import Drawn, HasHtml
 from camopt.synthesis import residual
 from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
 from camopt.synthesis.cams import OWN_MOVES, known_laws, known_row
@@ -48,7 +48,7 @@ NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
 @dataclass(frozen=True)
-class Frontier(Shown, Drawn):
+class Frontier(HasHtml, Drawn):
     """The trade-off between two or three axes; less of each is better.
 
     Attributes

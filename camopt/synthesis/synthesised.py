@@ -12,7 +12,7 @@ from camopt.motion.spline import SplineLaw
 from camopt.problem.problem import resolve
 from camopt.scene import tables
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn, Shown
+from camopt.shown import Drawn, HasHtml
 from camopt.smallest.prices import Price, prices
 from camopt.tables.columns import joined_laws, with_law
 from camopt.tables.design_tables import designs_table
@@ -23,7 +23,7 @@ FREE_KINDS = ("rise", "return", MOVE)
 
 
 @dataclass(frozen=True)
-class Synthesis(Shown, Drawn):
+class Synthesis(HasHtml, Drawn):
     """New ("free") motion laws, the smallest cam for them, and how good they are.
 
     Attributes

@@ -14,7 +14,7 @@ from camopt.motion import LAWS
 from camopt.problem.problem import resolve, size_keys
 from camopt.quantities import QUANTITIES, Flag, Word, number_quantity
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn, Shown
+from camopt.shown import Drawn, HasHtml
 from camopt.storage.files import write_text
 from camopt.tables.columns import columns_of, joined_laws, with_law
 from camopt.tables.design_tables import design_table
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-class Design(Shown, Drawn, dict[str, Any]):
+class Design(HasHtml, Drawn, dict[str, Any]):
     """One design of a result: a mapping from the name of a quantity to its value.
 
     Parameters

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def schema(names: tuple[str, ...], scene: str) -> pa.Schema:
+def arrow_schema(names: tuple[str, ...], scene: str) -> pa.Schema:
     """The schema of some quantities, with the scene (TOML text) and the version that made the table."""
     fields = []
     for name in names:

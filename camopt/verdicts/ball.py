@@ -140,6 +140,6 @@ def _within(value: Any) -> Any:
     return arb(value if isinstance(value, float) else float(np.asarray(value).item()))
 
 
-def between(low: arb, high: arb) -> arb:
+def ball_between(low: arb, high: arb) -> arb:
     """The ball from one number to another."""
     return arb((low + high) / 2, ((high - low) / 2).abs_upper())

@@ -13,7 +13,7 @@ from flint import arb
 
 from camopt.motion.table import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, ways_of
 from camopt.numerics.clock import now
-from camopt.verdicts.ball import Ball, as_arb, between, precisely
+from camopt.verdicts.ball import Ball, as_arb, ball_between, precisely
 from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_load import LoadLine
 from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, motion_at
@@ -97,7 +97,7 @@ def decide_part(
     while stack:
         parts += 1
         low, high = stack.pop()
-        whole, slope, (about, everywhere) = over(between(low, high))
+        whole, slope, (about, everywhere) = over(ball_between(low, high))
         if not about or whole <= 0:
             continue
         middle = (low + high) / 2

@@ -14,16 +14,16 @@ from camopt.motion.table import ALL_STROKES
 from camopt.problem.problem import Problem, exactly, resolve, resolve_design
 from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn, Shown
+from camopt.shown import Drawn, HasHtml
 from camopt.tables.columns import is_nothing
 from camopt.tables.design_tables import design_table
 from camopt.tables.layout import Table
-from camopt.verdicts.judging import judged, run_effects
+from camopt.verdicts.judging import evaluate_rows, run_effects
 from camopt.verdicts.warned import warnings_of
 
 
 @dataclass(frozen=True)
-class Evaluation(Shown, Drawn, Mapping[str, Any]):
+class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
     """The quantities of one design: a mapping from name to value.
 
     Attributes
@@ -131,7 +131,7 @@ def evaluate(scene: Scene) -> Evaluation:
 def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
     """As ``evaluate``, for a scene already resolved to a problem."""
     problem = exactly(problem)
-    (found,) = judged(problem, problem.design, problem.wanted).records()
+    (found,) = evaluate_rows(problem, problem.design, problem.wanted).records()
     values = {name: found[name] for name in QUANTITIES if name in found}
     unbounded = {n: _reason(n, problem) for n, v in values.items() if v in (inf, -inf)}
     return Evaluation(scene, values, unbounded, warnings_of(problem))

@@ -24,7 +24,7 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics.clock import now
 from camopt.problem.claims import MeanClaim
-from camopt.verdicts.ball import Ball, NoSeries, as_arb, between, precisely
+from camopt.verdicts.ball import Ball, NoSeries, as_arb, ball_between, precisely
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED, Statement
 from camopt.verdicts.exact_curve import BALL_NUMBERS, ExactCurve, of_curve
 from camopt.verdicts.exact_laws import Stretch
@@ -50,7 +50,7 @@ class TurnPart(NamedTuple):
 
     @property
     def whole(self) -> arb:
-        return between(self.low, self.high)
+        return ball_between(self.low, self.high)
 
     @property
     def angle(self) -> arb:

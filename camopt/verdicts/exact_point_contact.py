@@ -5,7 +5,7 @@ from typing import Any
 from flint import acb, arb
 
 from camopt.numerics.point_contact import ellipticity_of, pressure_factor
-from camopt.verdicts.ball import Ball, between
+from camopt.verdicts.ball import Ball, ball_between
 
 SHORT_CHORD = arb(2) ** -64  # relative: a chord this short stands for the slope
 CONVERGED = arb(2) ** -180
@@ -35,7 +35,7 @@ def _factor(t: arb) -> arb:
         one, before, other = other, here, (other - here * (other - one) / change).mid()
     if not (over(other - CONVERGED) > 0 and over(other + CONVERGED) < 0):
         return arb(0, float("inf"))
-    mu = between(other - CONVERGED, other + CONVERGED).exp()
+    mu = ball_between(other - CONVERGED, other + CONVERGED).exp()
     b, _ = _carlson(mu)
     return 3 * mu / (8 * arb.pi() * b * b)
 

@@ -23,7 +23,7 @@ from camopt.mechanisms import Designs
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES
-from camopt.verdicts.ball import as_arb, between, precisely
+from camopt.verdicts.ball import as_arb, ball_between, precisely
 from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
 from camopt.verdicts.judging import extended
@@ -103,7 +103,7 @@ def _over(contact: Any, stroke: ExactStroke, piece: Stretch | None, start: arb, 
     """The integrals over a part of a stroke, from one x to another."""
     middle, half = (low + high) / 2, (high - low) / 2 * stroke.angle
     near, whole = (
-        contact(_motion(stroke, piece, x), start + stroke.angle * x) for x in (middle, between(low, high))
+        contact(_motion(stroke, piece, x), start + stroke.angle * x) for x in (middle, ball_between(low, high))
     )
     return [
         sum((2 * f[k] * half ** (k + 1) / (k + 1) for k in range(0, SERIES_ORDER, 2)), arb(0))

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.effects import EFFECTS, Case, Effect, Setup, called
+from camopt.effects import EFFECTS, Case, Effect, Setup, effects_needed
 from camopt.effects.case import Bounded, nothing
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
@@ -43,7 +43,7 @@ def run_effects(case: Case, wanted: Iterable[str]) -> Rows:
 
 def planned(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, frozenset[str]]]:
     """The effects to run, each with the quantities to keep: those wanted, and those that another effect reads."""
-    asked = called(wanted, setup)
+    asked = effects_needed(wanted, setup)
     return [(EFFECTS[name], frozenset(names)) for name, names in asked.items()]
 
 
@@ -92,14 +92,16 @@ class Effort(NamedTuple):
         return Effort(*(a + b for a, b in zip(self, other, strict=True)))
 
 
-def judged(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> Rows:
+def evaluate_rows(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> Rows:
     """The wanted quantities of all designs, with their verdict; undecided if balls need longer than ``until``."""
-    return settled(problem, designs, wanted, until)[0]
+    return evaluate_with_effort(problem, designs, wanted, until)[0]
 
 
-def settled(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> tuple[Rows, Effort]:
-    """As ``judged``, and the effort that it took."""
-    rows, outer, inner = weighed(problem, designs, wanted)
+def evaluate_with_effort(
+    problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf
+) -> tuple[Rows, Effort]:
+    """As ``evaluate_rows``, and the effort that it took."""
+    rows, outer, inner = bound_excesses(problem, designs, wanted)
     rows = with_exact_numbers(problem, designs, rows)
     exists = problem.setup.mechanism.exists(designs, problem.programme)
     feasible = exists & np.all(outer <= 0.0, axis=0)
@@ -116,14 +118,14 @@ def settled(problem: Problem, designs: Designs, wanted: frozenset[str], until: f
     if not index.size:
         return rows, Effort()
     if problem.setup.tolerance > SINGLE_TOLERANCE:
-        closer, effort = settled(exactly(problem), designs.take(index), wanted, until)
+        closer, effort = evaluate_with_effort(exactly(problem), designs.take(index), wanted, until)
         return rows.with_rows(index, closer), effort._replace(again=index.size)
     closer = _by_balls(problem, designs.take(index), rows.take(index), until)
     left = int(np.count_nonzero(closer.column("status") == UNDECIDED))
     return rows.with_rows(index, closer), Effort(balls=index.size, undecided=left)
 
 
-class Weighed(NamedTuple):
+class ExcessBounds(NamedTuple):
     """Designs with their quantities, and the relative excess over each limit, (limits, designs).
 
     ``outer`` is that of the far sides of enclosures, ``inner`` that of the near sides. Both are −∞ for a limit that
@@ -135,7 +137,7 @@ class Weighed(NamedTuple):
     inner: FloatArray
 
 
-def weighed(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> Weighed:
+def bound_excesses(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> ExcessBounds:
     """The wanted quantities of all designs, and what all limits need, except those checked last, with all excesses.
 
     After ``until`` (``clock.now``) nothing more is found of limits that are checked last.
@@ -161,7 +163,7 @@ def weighed(problem: Problem, designs: Designs, wanted: frozenset[str], until: f
             found = extended(found, case, effect, names)
         outer[len(first) :, some] = excesses(last, found.shifted(1.0), case.designs)
         inner[len(first) :, some] = excesses(last, found.shifted(-1.0), case.designs)
-    return Weighed(rows, outer, inner)
+    return ExcessBounds(rows, outer, inner)
 
 
 def with_exact_numbers(problem: Problem, designs: Designs, rows: Rows) -> Rows:

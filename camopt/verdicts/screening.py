@@ -20,10 +20,10 @@ from camopt.problem.rows import Rows
 from camopt.verdicts.judging import (
     Effort,
     beyond_pitch,
+    evaluate_with_effort,
     excesses,
     planned,
     proved_status,
-    settled,
     with_exact_numbers,
     with_pitch_values,
 )
@@ -132,7 +132,7 @@ def _with_verdict(candidates: Candidates, wanted: frozenset[str]) -> Screened:
     rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():
         return Screened(Rows(rows.columns | verdict, rows.count), candidates.which, Effort())
-    near, effort = settled(exactly(problem), candidates.designs.take(~held), wanted)
+    near, effort = evaluate_with_effort(exactly(problem), candidates.designs.take(~held), wanted)
     rows, kept = rows.with_rows(np.flatnonzero(~held), near), held.copy()
     kept[~held] = near.column("feasible")
     rows = rows.take(kept)

@@ -28,12 +28,12 @@ from camopt.numerics.interval import Interval, as_interval
 from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.space import boxes_of
 from camopt.smallest.branch_and_bound import branch_and_bound
-from camopt.smallest.grid_refinement import smaller
+from camopt.smallest.grid_refinement import shrink_on_grids
 from camopt.smallest.optimise import _clear_above
 from camopt.smallest.result import Smallest, first_feasible, known_crossings
 from camopt.smallest.smallest import _smallest as least_of_others
 from camopt.smallest.smallest import smallest
-from camopt.verdicts.judging import run_effects, weighed
+from camopt.verdicts.judging import bound_excesses, run_effects
 
 DISC = [key for key in MECHANISMS if key[0] == "disc"]
 ROUND = [key for key in DISC if not key[2]]
@@ -556,7 +556,7 @@ def a_row_of_lobes(count: int = 60) -> tuple[Problem, Designs]:
 
 def test_when_the_time_is_over_nothing_more_is_asked_of_crossings():
     problem, designs = a_row_of_lobes()
-    whole, cut = (weighed(problem, designs, frozenset(), until) for until in (np.inf, now()))
+    whole, cut = (bound_excesses(problem, designs, frozenset(), until) for until in (np.inf, now()))
     crossing = np.array(
         [evaluate(lobe(designs.roller_radius[0], p))["self_crossing"] for p in designs.prime_radius]
     )
@@ -573,8 +573,8 @@ def test_when_the_time_is_over_a_feasible_design_is_kept():
     problem, designs = a_row_of_lobes()
     bounds = {**boxes_of(problem)[0], "size": (1.0, 100.0)}
     large = designs.take([-1])
-    assert smaller(problem, bounds, large).size < large.size
-    assert smaller(problem, bounds, large, until=now()).size == large.size
+    assert shrink_on_grids(problem, bounds, large).size < large.size
+    assert shrink_on_grids(problem, bounds, large, until=now()).size == large.size
     with_time, without = (_clear_above(problem, Smallest(large, 0.0), until) for until in (np.inf, now()))
     assert with_time == large.size
     assert without == pytest.approx(large.size + 10.0 * large.prime_radius)

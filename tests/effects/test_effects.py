@@ -9,7 +9,7 @@ from support.pages import ALL
 
 from camopt import BadInput, find_scene, optimise
 from camopt.cli.main import main
-from camopt.effects import EFFECTS, called
+from camopt.effects import EFFECTS, effects_needed
 from camopt.problem.problem import resolve
 from camopt.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
 from camopt.scene.tables import Dynamics, Materials, ShortLimits
@@ -66,7 +66,7 @@ def test_a_limit_calls_for_what_it_needs_and_what_that_reads():
     assert entries["crossing"].called_by == ("limits.self_crossing",)  # asked of every cam
     assert entries["pressure"].called_by == ("effect crossing",)
     problem = resolve(scene)
-    assert list(called(problem.wanted, problem.setup)) == list(entries)
+    assert list(effects_needed(problem.wanted, problem.setup)) == list(entries)
 
 
 def test_the_command_shows_the_tree_and_its_json(tmp_path, capsys):

@@ -26,7 +26,7 @@ from camopt.numerics.point_contact import (
     table_derivatives,
 )
 from camopt.problem.problem import resolve
-from camopt.verdicts.ball import Ball, between, precisely
+from camopt.verdicts.ball import Ball, ball_between, precisely
 from camopt.verdicts.certify import certify
 
 TABLE = pressure_table()
@@ -182,7 +182,7 @@ def test_jets_hold_the_pressure_over_a_stretch(low, width):
 def test_balls_and_intervals_hold_the_pressure(low, width):
     high = low * (1 + width)
     interval, slope = pressure_factor(Interval(np.array(low), np.array(high)), TABLE)
-    ball, ball_slope = pressure_factor(Ball(between(arb(low), arb(high))), TABLE)
+    ball, ball_slope = pressure_factor(Ball(ball_between(arb(low), arb(high))), TABLE)
     for share in (0.0, 0.4, 1.0):
         t = min(low + share * (high - low), np.exp(23))
         h, h1 = (float(v) for v in pressure_factor(t, TABLE))

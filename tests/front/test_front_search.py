@@ -33,7 +33,7 @@ from camopt.problem.rows import concatenate_rows
 from camopt.problem.space import space_of
 from camopt.quantities import QUANTITIES
 from camopt.verdicts import refuting
-from camopt.verdicts.judging import run_effects, settled
+from camopt.verdicts.judging import evaluate_with_effort, run_effects
 
 SPREAD = {"base_radius": 0.5, "mean_radius": 0.5, "roller_radius": 0.4, "face_radius": 0.4, "arm_length": 0.2}
 AROUND = {"offset": 12.0, "face_offset": 8.0}
@@ -163,7 +163,7 @@ def judged_alone(space, names):
     for problem, first, last in space.parts():
         designs = space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
-        found.append(settled(problem, designs, frozenset(names))[0].only(names))
+        found.append(evaluate_with_effort(problem, designs, frozenset(names))[0].only(names))
     rows = concatenate_rows(found)
     return rows.count, rows.take(rows.column("feasible").astype(bool))
 

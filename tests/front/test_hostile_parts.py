@@ -12,7 +12,7 @@ from support import hostile
 import camopt
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
-from camopt.front.asked import Question
+from camopt.front.asked import SweepKey
 from camopt.front.journal import BATCH_TABLES, _parted, _table_bytes
 from camopt.storage.records import END_RECORD, JOURNAL_MAGIC, record, records
 
@@ -150,8 +150,8 @@ def test_a_part_that_is_damaged_is_not_said_to_be_missing(parts, tmp_path, capsy
 
 
 def test_a_question_is_that_of_its_bytes_alone():
-    question = Question("name = 'x'", "all", 8, "1", 2, 3)
-    assert Question.decoded(question.encoded()) == question
+    question = SweepKey("name = 'x'", "all", 8, "1", 2, 3)
+    assert SweepKey.decoded(question.encoded()) == question
     for changes in ({"part": 4}, {"block": 0}, {"parts": True}, {"keep": 1}):
         with pytest.raises(ValueError, match="no "):
-            Question.decoded(replace(question, **changes).encoded())
+            SweepKey.decoded(replace(question, **changes).encoded())

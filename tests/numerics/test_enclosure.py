@@ -223,7 +223,7 @@ def may_hold(problem, designs, angles):
     """Those designs that hold all claims at some cam angles: what does not at one of them is not feasible."""
     designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
     for claim in problem.claims:
-        sides = problem.programme.beside(angles, claim.kinds).ravel()
+        sides = problem.programme.one_sided(angles, claim.kinds).ravel()
         each = designs.take(np.repeat(np.arange(len(designs)), sides.size))
         state = problem.programme.state(np.tile(sides, len(designs)))
         with np.errstate(all="ignore"):

@@ -25,7 +25,7 @@ from camopt.numerics.curves import Linear, curve
 from camopt.numerics.extremes import Precision, extremes
 from camopt.numerics.halving import CLIMBS, CONCAVE, SETTLED, UNSETTLED, looked_at
 from camopt.numerics.interval import Interval
-from camopt.numerics.jet import FIELDS, Jet
+from camopt.numerics.jet import JET_FIELDS, Jet
 from camopt.numerics.piecewise import part_jets, row_jets
 from camopt.numerics.state import State
 from camopt.verdicts.ball import PRECISION_BITS
@@ -320,7 +320,7 @@ def test_jets_hold_all_that_they_may_and_no_more(width, seed):
     """Each operation, in 200 bits at the corners of its operands: nothing outside its bounds, and they are met."""
     rng = np.random.default_rng(seed)
     a, b = random_jet(rng, width), random_jet(rng, min(width, 0.4))
-    found = np.empty((len(EXACT), len(FIELDS)))
+    found = np.empty((len(EXACT), len(JET_FIELDS)))
     with np.errstate(all="ignore"):
         operate(a, b, found)
     for (name, exact, other), bounds in zip(EXACT, found, strict=True):
@@ -360,7 +360,7 @@ def test_jets_hold_all_that_they_may_and_no_more(width, seed):
 @pytest.mark.parametrize("b", [(-1.0, 2.0), (0.0, 1.0), (-1.0, 0.0)])
 def test_a_quotient_by_what_may_be_zero_has_no_bounds(b):
     for a in ([1.0, 2.0, 1e-16, 1.0, 1.0, 1.0], [0.0] * 6):
-        found = np.empty((len(EXACT), len(FIELDS)))
+        found = np.empty((len(EXACT), len(JET_FIELDS)))
         with np.errstate(all="ignore"):
             operate(np.array(a), np.array([*b, 0.0, 0.0, 0.0, 0.0]), found)
         quotient = found[[name for name, *_ in EXACT].index("a / b")]
@@ -386,7 +386,7 @@ def test_jets_of_a_part_of_a_panel_hold_the_motion_there(law, reach):
     turn = programme(law, angular=False)
     table, rng = turn.table, np.random.default_rng(1)
     middle = rng.uniform(reach - 1, 1 - reach, table.centre.size) if reach < 1 else np.zeros(table.centre.size)
-    found = np.empty((middle.size, 4, len(FIELDS)))
+    found = np.empty((middle.size, 4, len(JET_FIELDS)))
     jets_of_parts(table, middle, np.full(middle.size, reach), found)
     points = middle[:, None] + reach * np.linspace(-1, 1, 33)
     derivatives = np.array([

@@ -20,7 +20,7 @@ from camopt.problem.space import boxes_of
 from camopt.smallest.branch_and_bound import BoxSearch, branch_and_bound
 from camopt.smallest.closed_form import least_size
 from camopt.smallest.cutting_planes import FORMS, by_cutting_planes
-from camopt.smallest.linear_forms import ARM, FACE
+from camopt.smallest.linear_forms import ARM_FORM, FACE_FORM
 from camopt.smallest.result import GAP, feasible, gap_of
 from camopt.smallest.smallest import smallest
 
@@ -183,7 +183,7 @@ def test_a_point_gives_its_sizes_back_and_lies_in_their_ranges(name, share):
 SPANS = st.tuples(st.floats(0.5, 2.0), st.sampled_from([0.0, 1e-6, 1e-3, 0.3, 1.5]))
 
 
-@pytest.mark.parametrize("form", [ARM, FACE], ids=["arm", "face"])
+@pytest.mark.parametrize("form", [ARM_FORM, FACE_FORM], ids=["arm", "face"])
 @settings(max_examples=times(20, deep=600))
 @given(
     spans=st.tuples(SPANS, SPANS),
@@ -195,11 +195,11 @@ def test_no_sampled_point_within_some_planes_is_smaller_than_the_least(form, spa
     """Random planes, rings from a circle to wide; where there is said to be no point, no sample is one."""
     rng = np.random.default_rng(seed)
     (length, width), (near, depth) = spans
-    length -= 1.0 if form is FACE else 0.0
+    length -= 1.0 if form is FACE_FORM else 0.0
     lengths, ring = (length, length + width), (near, near + depth)
     bounds = {"arm_length": lengths, "face_offset": lengths, "centre_distance": ring, "size": (least, inf)}
     planes = rng.standard_normal((count, 4))
-    planes[:, 3] *= 0.0 if form is ARM else rng.choice([0.0, 0.4])
+    planes[:, 3] *= 0.0 if form is ARM_FORM else rng.choice([0.0, 0.4])
     planes[: count // 3, 2] *= rng.choice([0.0, 1.0])
     planes /= np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
     planes = np.concatenate([form.ranges(SimpleNamespace(lift=float(rng.uniform(0.05, 1.0))), bounds), planes])
@@ -358,7 +358,7 @@ def test_angles_beside_a_jump_stay_in_strokes_of_their_kinds(kinds, rest):
     programme = Programme.from_segments([*segments, ("return", 180.0, 5.0, "uniform")], angular=True)
     allowed = [s for s in programme.strokes if s.kind & kinds]
     ends = [end for s in allowed for end in (s.start, s.end)] or [1.0]
-    beside = programme.beside(np.array([*ends, *np.linspace(0.1, 6.0, 9)]), kinds)
+    beside = programme.one_sided(np.array([*ends, *np.linspace(0.1, 6.0, 9)]), kinds)
     assert beside.shape == (2 if allowed else 0, len(ends) + 9)
     for angle in beside.ravel():
         assert any(s.start <= angle <= s.end for s in allowed)

@@ -19,7 +19,7 @@ from camopt.motion.programme import span
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.problem.problem import exactly, resolve
 from camopt.smallest.result import feasible
-from camopt.verdicts.judging import judged
+from camopt.verdicts.judging import evaluate_rows
 
 
 @pytest.mark.parametrize(("law", "radius"), [("cycloidal", 82.5472265), ("harmonic", 60.1387819)])
@@ -221,7 +221,7 @@ def test_default_scene_names_its_laws_best_first():
 
 def test_limits_are_judged_on_every_row_the_same_way():
     problem = exactly(resolve(CASES["pressure binds, offset free"]))
-    rows = judged(problem, problem.design, frozenset())
+    rows = evaluate_rows(problem, problem.design, frozenset())
     assert rows.records()[0]["feasible"] is False
 
 

@@ -19,7 +19,7 @@ from camopt.smallest.grid_refinement import nearest_miss
 from camopt.smallest.reasons import rounded_up
 from camopt.smallest.smallest import smallest
 from camopt.verdicts.certify import certify_limits
-from camopt.verdicts.judging import judged, weighed
+from camopt.verdicts.judging import bound_excesses, evaluate_rows
 
 STEEL = {"cam": "steel", "follower": "steel", "face_width": 10}
 TURN = [
@@ -47,7 +47,7 @@ def bucket(limits, **changes):
 def judged_at(problem, sizes):
     """The rows of a scene's design at other sizes of the cam."""
     designs = problem.design.take(np.zeros(len(sizes), dtype=int))
-    return judged(problem, replace(designs, size=np.asarray(sizes, dtype=float)), frozenset())
+    return evaluate_rows(problem, replace(designs, size=np.asarray(sizes, dtype=float)), frozenset())
 
 
 def test_a_window_that_no_coarse_grid_sees_is_found():
@@ -249,7 +249,7 @@ def test_one_proof_in_balls_stops_in_time():
     problem = at_its_limit()
     whole, cut = (certify_limits(problem, problem.design, until) for until in (inf, now()))
     assert (whole["pressure_angle"], cut["pressure_angle"]) == ("held", "undecided")
-    whole, cut = (judged(problem, problem.design, frozenset(), until) for until in (inf, now()))
+    whole, cut = (evaluate_rows(problem, problem.design, frozenset(), until) for until in (inf, now()))
     assert [rows.column("status")[0] for rows in (whole, cut)] == ["certified", "undecided"]
     assert [rows.column("feasible")[0] for rows in (whole, cut)] == [True, False]
 
@@ -266,7 +266,7 @@ def test_the_nearest_miss_is_looked_for_as_long_as_there_is_time():
     (bounds,) = boxes_of(problem)
     near, start = nearest_miss(problem, bounds, problem.design), problem.design
     assert nearest_miss(problem, bounds, start, now()) is start
-    worst = [weighed(problem, design, frozenset()).outer.max() for design in (near, start)]
+    worst = [bound_excesses(problem, design, frozenset()).outer.max() for design in (near, start)]
     assert worst[0] < worst[1]
 
 

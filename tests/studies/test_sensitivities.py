@@ -74,7 +74,7 @@ def test_peaks_change_as_their_curves_do_at_their_cam_angles(found):
             extreme = case.extremes(make, [(kinds, peak.goal)], located=True)
             designs, _ = sloped_boxes(box, design, free, 1)
             sides = []  # of a jump
-            for angle in problem.programme.beside(extreme.where, kinds).reshape(2, 1):
+            for angle in problem.programme.one_sided(extreme.where, kinds).reshape(2, 1):
                 state = rounded(problem.programme.state(angle), problem.programme)
                 sides.append(curve(make(designs, problem.programme), ..., state)[0])
             value = min(sides, key=lambda side: abs(abs(side.at.low[0]) - abs(extreme.value[0, 0])))

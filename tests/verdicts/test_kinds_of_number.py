@@ -193,7 +193,7 @@ def worst_angles(problem, claim):
     """Just before and after where each side of a claim is worst."""
     case = Case(problem.setup, problem.programme, problem.design)
     goals = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
-    return problem.programme.beside(case.extremes(claim.curve, goals).where, claim.kinds).ravel()
+    return problem.programme.one_sided(case.extremes(claim.curve, goals).where, claim.kinds).ravel()
 
 
 def sizes_of(demand):

@@ -33,13 +33,13 @@ from camopt.motion import LAWS
 from camopt.problem.limits import LOAD_LIMITS
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
-from camopt.verdicts.ball import MOST_TERMS, Ball, between, precisely
+from camopt.verdicts.ball import MOST_TERMS, Ball, ball_between, precisely
 from camopt.verdicts.certify import certify_design, certify_limits, statements_of, summary
 from camopt.verdicts.deciding import FIRST_PARTS, decide
 from camopt.verdicts.exact_curve import in_balls
 from camopt.verdicts.exact_laws import EXACT_BY_NAME, pieces_of
 from camopt.verdicts.exact_motion import exact_motion, motion_at
-from camopt.verdicts.judging import judged, settled
+from camopt.verdicts.judging import evaluate_rows, evaluate_with_effort
 
 DATA = json.loads((Path(__file__).parents[1] / "data" / "reference.json").read_text())
 REFERENCE = {cam["id"]: cam for cam in DATA}
@@ -288,14 +288,14 @@ def test_a_verdict_at_freed_angles_is_that_of_the_scene_with_them(rest):
         limits = {"limits.pressure_angle_return": float(bound)}
         here, there = resolve(scene.replace(**limits)), resolve(written.replace(**limits))
         names = frozenset({"feasible", "violated", "status"})
-        rows, effort = settled(here.with_programme(there.programme), here.design, names)
+        rows, effort = evaluate_with_effort(here.with_programme(there.programme), here.design, names)
         assert effort.balls == 1
-        assert rows.only(names).records() == judged(there, there.design, names).only(names).records()
+        assert rows.only(names).records() == evaluate_rows(there, there.design, names).only(names).records()
 
 
 @precisely()
 def test_balls_enclose():
-    x = Ball(between(arb(1), arb(2)))
+    x = Ball(ball_between(arb(1), arb(2)))
     for function in (np.sqrt, np.square, np.sin, np.cos, np.negative):
         found = function(x).arb
         for point in np.linspace(1, 2, 17):
@@ -307,7 +307,7 @@ def test_balls_enclose():
 @pytest.mark.parametrize("operator", ["add", "sub", "mul", "truediv"])
 def test_operators_of_balls_are_those_that_numpy_asks_for(operator, low, wide, number):
     """From either side, and with balls and numbers of every kind beside them."""
-    ball = Ball(between(arb(low), arb(low + wide)))
+    ball = Ball(ball_between(arb(low), arb(low + wide)))
     rule = {"add": np.add, "sub": np.subtract, "mul": np.multiply, "truediv": np.true_divide}[operator]
     of_python = getattr(operators, operator)
     for other in (Ball(number), arb(number), number, np.float64(number), 2):
@@ -336,7 +336,7 @@ def test_a_part_that_its_ball_decides_is_looked_at_once(monkeypatch):
 @precisely()
 @given(low=st.floats(-1.0, 0.0), high=st.floats(0.0, 1.0), share=st.floats(0.0, 1.0))
 def test_the_root_of_a_ball_that_reaches_below_zero_encloses_that_of_the_rest(low, high, share):
-    ball = between(arb(low), arb(high))
+    ball = ball_between(arb(low), arb(high))
     root = np.sqrt(Ball(ball)).arb
     assert root.contains((share * arb(high)).sqrt().mid())
     assert root.upper() <= ball.upper().sqrt() * 1.000001
@@ -344,7 +344,7 @@ def test_the_root_of_a_ball_that_reaches_below_zero_encloses_that_of_the_rest(lo
 
 @precisely()
 def test_a_number_below_zero_has_no_root():
-    assert np.sqrt(Ball(between(arb(-2), arb(-1)))).arb.is_nan()
+    assert np.sqrt(Ball(ball_between(arb(-2), arb(-1)))).arb.is_nan()
 
 
 def test_a_pitch_point_almost_at_rest_takes_no_longer_to_prove(monkeypatch):

@@ -20,7 +20,7 @@ from camopt import Scene
 from camopt.cli.main import camopt as command
 from camopt.problem.problem import resolve
 from camopt.quantities import BOUNDED, QUANTITIES
-from camopt.scene.tables import Limits, ShortLimits, Table
+from camopt.scene.tables import Limits, SceneTable, ShortLimits
 
 UNITS = {
     *(quantity.unit for quantity in QUANTITIES.values() if quantity.unit),
@@ -30,10 +30,10 @@ UNITS = {
 
 def tables():
     """Every table of a scene, with those that it holds."""
-    found = [Table]
+    found = [SceneTable]
     for model in found:
         found += [each for each in model.__subclasses__() if each not in found]
-    return [model for model in found if model.__module__.startswith("camopt.") and model is not Table]
+    return [model for model in found if model.__module__.startswith("camopt.") and model is not SceneTable]
 
 
 KEYS = [
@@ -46,7 +46,7 @@ KEYS = [
 
 def said_of(model, key):
     """What the docstring below a key says."""
-    homes = [each for each in model.__mro__ if issubclass(each, Table)]
+    homes = [each for each in model.__mro__ if issubclass(each, SceneTable)]
     found = [
         ModuleAnalyzer.for_module(home.__module__).find_attr_docs().get((home.__name__, key)) for home in homes
     ]

@@ -4,7 +4,7 @@ from itertools import groupby
 
 from camopt.cli.terminal import print_json, show
 from camopt.scene.keys import Key, found_keys
-from camopt.scene.places import TABLES, heading
+from camopt.scene.places import TABLES, table_heading
 from camopt.tables.layout import ABOUT, Cell, Table
 
 
@@ -15,7 +15,7 @@ def show_keys(name: str | None, as_json: bool) -> None:
         return print_json([key._asdict() for key in found])
     for table, keys in groupby(found, lambda key: key.table):
         what = (TABLES[table].__doc__ or "").split("\n")[0]
-        show(Table.of(f"{heading(table)}  {what}" if table else "At the top", HEADS, map(_row, keys)))
+        show(Table.of(f"{table_heading(table)}  {what}" if table else "At the top", HEADS, map(_row, keys)))
     return None
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from camopt.cli.exits import NOT_REACHED, NOTHING_FEASIBLE, code_of, reached
+from camopt.cli.exits import NOT_REACHED, NOTHING_FEASIBLE, exit_code, reached
 from camopt.cli.once import OnceCommand, Told, words_read
 from camopt.cli.options import (
     DEFAULT_SCENE,
@@ -100,7 +100,7 @@ def sweep(
         notes = terminal.unused_of(scene)
         if part:
             return Told(partial(show_part, made), 0, notes)
-        code = code_of(scene, made.reached) if made.pareto else NOTHING_FEASIBLE
+        code = exit_code(scene, made.reached) if made.pareto else NOTHING_FEASIBLE
         return Told(partial(show_sweep, made), code, notes)
 
     def beside(made: Any) -> dict[str, Any]:

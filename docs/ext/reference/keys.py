@@ -15,7 +15,7 @@ from camopt.problem.problem import resolve
 from camopt.problem.unused import READERS
 from camopt.scene.keys import Key, keys_of
 from camopt.scene.materials import MATERIALS
-from camopt.scene.places import TABLES, TOP, heading
+from camopt.scene.places import TABLES, TOP, table_heading
 from camopt.scene.starting import PAIRINGS, examples, plainest
 from camopt.scene.tables import ShortLimits
 
@@ -56,7 +56,7 @@ def of_scene() -> Iterator[str]:
     yield from entries(TOP)
     for place in ORDER:
         label = f"(table-{place.replace('.', '-').lower()})="
-        yield from ("", label, f"## {heading(place)}", "", prose(TABLES[place].__doc__))
+        yield from ("", label, f"## {table_heading(place)}", "", prose(TABLES[place].__doc__))
         yield from entries(place)
 
 
