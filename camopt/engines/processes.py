@@ -22,8 +22,8 @@ ALONE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NU
 PROGRAM = """
 import pickle, sys
 sys.path[:] = pickle.load(sys.stdin.buffer)
-from camopt.engines.process_worker import serve
-serve()
+from camopt.engines.process_worker import work
+work()
 """
 
 

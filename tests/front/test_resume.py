@@ -519,7 +519,7 @@ def test_a_killed_sweep_goes_on(tmp_path):
     (tmp_path / "own.toml").write_text(SCENE.to_toml())
     dying = (
         "import os, sys; from camopt.front import journal; from camopt.front.sweep import sweep; import camopt;"
-        "journal.SECONDS = 0.0; scene = camopt.find_scene('own.toml');"
+        "journal.RECORD_SECONDS = 0.0; scene = camopt.find_scene('own.toml');"
         "sweep(scene, 'out', block=100, progress=lambda done, total: done < 1500 or os.kill(os.getpid(), 9))"
     )
     died = subprocess.run([sys.executable, "-c", dying], cwd=tmp_path, check=False, capture_output=True)
