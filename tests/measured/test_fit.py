@@ -474,6 +474,18 @@ def test_a_narrower_band_is_no_gentler():
     assert fit(file.rows, CAM, band=usual.band).jerk_rms < jerks[0]  # a tolerance is filled
 
 
+def test_a_narrower_band_that_loses_a_dwell_may_be_gentler():
+    """Rest costs jerk. The file rests over 189 deg, whose errors are turns to 0.8 times the usual band."""
+    file = random_file(120)
+    usual = fit(file.rows, CAM)
+    narrow = fit(file.rows, CAM, band=0.8 * usual.band)
+    assert [part.law is None for part in file.parts] == [False, False, True]
+    assert [segment.segment for segment in usual.scene.motion] == ["rise", "return", "dwell"]
+    assert [segment.segment for segment in narrow.scene.motion] == ["rise", "return"] * 2
+    assert narrow.jerk_rms < usual.jerk_rms < 1.01 * narrow.jerk_rms
+    assert any("the motion may follow errors" in words for words in narrow.warnings)
+
+
 def by_the_spectrum(lifts):
     """The residuals of closed smoothing splines of equal steps: each wave is damped by itself (and its aliases)."""
     count, waves = lifts.size, np.fft.rfft(lifts - lifts.mean())
