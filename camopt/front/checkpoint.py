@@ -91,4 +91,4 @@ def set_state(search: FrontSearch, data: bytes) -> None:
     for name in STATE_NUMBERS:
         setattr(search, name, numbers[name])
     search.effort = Effort(*numbers["effort"])
-    search.archive.add(Rows(columns, counts["rows"]))
+    search.learn(Rows(columns, counts["rows"]))

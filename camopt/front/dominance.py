@@ -8,13 +8,15 @@ Source: H. T. Kung, F. Luccio, F. P. Preparata, On finding the maxima of a set o
 question; the tree is one of bounding boxes.
 """
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.numerics import FloatArray
 
 BRANCHES = 8
+GROWN = 0.25  # after which the large tree is made anew
 COMPARED_AT_ONCE = 8192  # points, so that what is compared fits the cache
 
 
@@ -46,6 +48,48 @@ class Dominators:
             open_ = np.all(least <= mine, axis=1) & ~found[point]
             point, branch = (np.repeat(each[open_], BRANCHES) for each in (point, branch))
             branch = BRANCHES * branch + np.arange(branch.size) % BRANCHES
+        return found
+
+
+class Known:
+    """Points that come in parts, and are asked in between which others they dominate.
+
+    Most are in one tree, which is made anew when they have grown by a share; the others in a small one.
+    """
+
+    def __init__(self, objectives: int) -> None:
+        self._most, self._recent, self._count = (
+            Dominators(np.empty((0, objectives))),
+            [np.empty((0, objectives))],
+            0,
+        )
+
+    def add(self, costs: FloatArray) -> Any:
+        """Take points (n, objectives); which of them others dominate that are in the large tree (n,)."""
+        dominated = self._most.dominate(costs)
+        self._recent.append(costs[~dominated])
+        return dominated
+
+    def dominators(self, every: Callable[[], FloatArray]) -> "Dominators | Both":
+        """What the points dominate so far; ``every`` gives all of them that none dominates, if they are needed."""
+        recent = np.concatenate(self._recent)
+        if len(recent) > max(GROWN * self._count, COMPARED_AT_ONCE):
+            costs = every()
+            self._most, self._count, recent = Dominators(costs), len(costs), recent[:0]
+        self._recent = [recent]
+        return Both(self._most, Dominators(recent)) if len(recent) else self._most
+
+
+class Both(NamedTuple):
+    """Two trees of known points."""
+
+    most: Dominators
+    recent: Dominators
+
+    def dominate(self, costs: FloatArray) -> Any:
+        """As of ``Dominators``."""
+        found = self.most.dominate(costs)
+        found[~found] = self.recent.dominate(costs[~found])
         return found
 
 

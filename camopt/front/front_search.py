@@ -18,11 +18,11 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from camopt.front.box_bounds import BoxBounds, is_hopeless
-from camopt.front.dominance import Dominators
+from camopt.front.dominance import Both, Dominators, Known
 from camopt.front.grid_boxes import Grid, GridBoxes, chained_boxes
 from camopt.front.pareto import Archive, non_dominated, row_costs
 from camopt.front.streaming import Seen
-from camopt.numerics import IntArray
+from camopt.numerics import FloatArray, IntArray
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
 from camopt.progress import Progress, report_progress
@@ -78,7 +78,7 @@ class FrontSearch:
 
     def __post_init__(self) -> None:
         self.grid, self.objectives = Grid(self.space), self.space.problem.objectives
-        self.archive = Archive(self.objectives, EVALUATED_AT_ONCE)
+        self.archive, self.known = Archive(self.objectives, EVALUATED_AT_ONCE), Known(len(self.objectives))
 
     def run(self, after_step: Callable[["FrontSearch"], None] | None = None) -> Seen:
         """The front, its rows in the order of the space. What is called after each step may keep the state."""
@@ -143,7 +143,7 @@ class FrontSearch:
         open_ = np.concatenate(left)
         return self.kept(chained_boxes(seen), open_).halved(np.concatenate(axis)[open_])
 
-    def bounded(self, dominators: Dominators, boxes: GridBoxes) -> tuple[GridBoxes, Any, IntArray]:
+    def bounded(self, dominators: Dominators | Both, boxes: GridBoxes) -> tuple[GridBoxes, Any, IntArray]:
         """Boxes of one motion with what they cost at least, which are open, and the axis to cut."""
         bounds = BoxBounds(self.space.problems[boxes.motion[0]], self.grid.free)
         designs = self.grid.designs(boxes)
@@ -185,7 +185,7 @@ class FrontSearch:
         order = np.argsort(motion, kind="stable")
         blocks = [(motion[part], number[part]) for part in _cut(order, motion[order], EVALUATED_AT_ONCE)]
         for found in self.each(self.block, blocks or [(np.zeros(1, dtype=np.int64), number)]):
-            self.archive.add(found.front)
+            self.learn(found.front)
             self.effort, self.reached = self.effort.plus(found.effort), max(self.reached, found.reached)
         self.evaluated += number.size
 
@@ -199,9 +199,17 @@ class FrontSearch:
         rows = non_dominated(replace(found.rows, columns=found.rows.columns | numbered), self.objectives)
         return Evaluated(rows, found.effort, float(np.max(found.rows.columns["relative_half_width"], initial=0.0)))
 
-    def dominators(self) -> Dominators:
-        """The front of what has been evaluated."""
-        return Dominators(np.nan_to_num(row_costs(self.archive.front(), self.objectives)))
+    def learn(self, rows: Rows) -> None:
+        """Take rows that may be on the front."""
+        self.archive.add(rows.take(~self.known.add(self.costs_of(rows))))
+
+    def dominators(self) -> Dominators | Both:
+        """What dominates boxes: the front of what has been evaluated, and perhaps some rows more."""
+        return self.known.dominators(lambda: self.costs_of(self.archive.front()))
+
+    def costs_of(self, rows: Rows) -> FloatArray:
+        """The costs of rows, infinite ones as the largest number."""
+        return np.nan_to_num(row_costs(rows, self.objectives))
 
     def each(self, work: Callable[[SearchItem], SearchResult], items: list[SearchItem]) -> Iterable[SearchResult]:
         """Results in order; of a single item in this thread, so that an interrupt ends it while it compiles."""

@@ -12,6 +12,7 @@ from camopt.problem.space import Space
 from camopt.progress import Progress, report_progress
 from camopt.verdicts.judging import Effort
 
+BEST_TOGETHER = 64  # batches whose best designs are compared together
 NO_ROWS = Rows({}, 0)  # where there are no blocks
 
 
@@ -47,7 +48,7 @@ def gathered(
     ``progress`` is called with (designs done, designs in all). Rows are the same however the space was cut.
     """
     designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
-    objectives, total, best = space.problem.objectives, len(space), NO_ROWS
+    objectives, total, best = space.problem.objectives, len(space), list[Rows]()
     archive = Archive(objectives, block)
     for batch in batches:
         designs += batch.designs
@@ -56,9 +57,14 @@ def gathered(
         effort = effort.plus(batch.effort)
         reached = max(reached, batch.reached)
         archive.add(batch.front)
-        best = batch.best if best is NO_ROWS else best_of_laws(concatenate_rows([best, batch.best]), objectives)
+        best.append(batch.best)
+        if len(best) > BEST_TOGETHER:
+            best = [best_of_laws(concatenate_rows(best), objectives)]
         write(batch.kept)
         report_progress(progress, designs, total)
-    front = NO_ROWS if best is NO_ROWS else archive.front()
+    if not best:
+        return Seen(NO_ROWS, NO_ROWS, effort, reached, designs, existing, feasible)
+    front = archive.front()
     reached = float(np.max(front.columns.get("relative_half_width", 0.0), initial=reached))
-    return Seen(front, best, effort, reached, designs, existing, feasible)
+    first = best_of_laws(concatenate_rows(best), objectives)
+    return Seen(front, first, effort, reached, designs, existing, feasible)

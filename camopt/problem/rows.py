@@ -60,7 +60,8 @@ class Rows:
 
     def column(self, name: str) -> NDArray[Any]:
         """One column, repeated if it is a single value."""
-        return np.broadcast_to(self.columns[name], (self.count,))
+        values = self.columns[name]
+        return values if np.ndim(values) else np.broadcast_to(values, (self.count,))
 
     def records(self) -> list[dict[str, Any]]:
         """The rows as mappings of plain Python values."""

@@ -25,32 +25,29 @@ CLEAR = 1e-6  # relative, of what is further beyond a bound than rounding
 @np.errstate(all="ignore")
 def refuted(case: Case, claims: Iterable[Claim]) -> BoolArray:
     """Which designs of a case break one of some claims for certain; of few designs none are asked."""
-    found = np.zeros(len(case.designs), dtype=bool)
+    found, table = np.zeros(len(case.designs), dtype=bool), case.programme.table
     asked = [each for each in claims if not isinstance(each.curve, Derivative)] if found.size > MANY else []
+    pieces = np.repeat(table.kind, np.diff(table.first_panel) + 1)
     for made in {each.curve: None for each in asked}:
-        record, table = made(case.designs, case.programme), case.programme.table
+        record = made(case.designs, case.programme)
+        few = case.designs.take(np.linspace(0, found.size - 1, FEW).astype(int))
+        values = curve(made(few, case.programme), ..., node_motion(of_all_rows(table), ...))[0]
         for claim in (each for each in asked if each.curve is made):
-            for node, side in _telling(case, claim):
-                found |= _beyond(claim, side, curve(record, ..., node_motion(table, node))[0], case.designs)
+            for side in claim.sides:
+                shown = _beyond(claim, side, values, few) & (pieces & claim.kinds != 0)[:, None]
+                for node in _telling(shown):
+                    found |= _beyond(claim, side, curve(record, ..., node_motion(table, node))[0], case.designs)
     return found
 
 
-def _telling(case: Case, claim: Claim) -> Iterator[tuple[int, float]]:
-    """Nodes that show of the most of a few designs that they break a side of a claim, each with that side."""
-    table, count = case.programme.table, len(case.designs)
-    few = case.designs.take(np.linspace(0, count - 1, FEW).astype(int))
-    pieces = np.repeat(table.kind, np.diff(table.first_panel) + 1)
-    nodes = np.flatnonzero(pieces & claim.kinds)
-    at = node_motion(of_all_rows(table), ...)
-    values = curve(claim.curve(few, case.programme), ..., at)[0][nodes]
-    for side in claim.sides:
-        shown = _beyond(claim, side, values, few)
-        for _ in range(NODES):
-            best = int(np.argmax(shown.sum(axis=1))) if nodes.size else 0
-            if not shown.any():
-                break
-            yield int(nodes[best]), side
-            shown = shown & ~shown[best]
+def _telling(shown: BoolArray) -> Iterator[int]:
+    """The nodes that show the most, one by one, of what (nodes, designs) show."""
+    for _ in range(NODES):
+        if not shown.any():
+            break
+        node = int(np.argmax(shown.sum(axis=1)))
+        yield node
+        shown = shown & ~shown[node]
 
 
 def _beyond(claim: Claim, side: float, values: FloatArray, designs: Designs) -> Any:

@@ -59,6 +59,11 @@ class Candidates:
         designs, rows = self.designs.take(index), self.rows.take(index)
         return replace(self, designs=designs, which=self.which[index], rows=rows, held=self.held[index])
 
+    @property
+    def claims(self) -> list[Claim]:
+        """What the limits that were not asked yet say of curves."""
+        return [claim for limit in self.pending for claim in limit.claims]
+
     def unrefuted(self, claims: Iterable[Claim]) -> "Candidates":
         """Those of which no single cam angle shows that they break a claim."""
         broken = refuted(self.case, claims)
@@ -100,7 +105,8 @@ class Screened(NamedTuple):
 
 def screened(problem: Problem, designs: Designs, wanted: frozenset[str]) -> Screened:
     """The wanted quantities of those designs that hold every limit, with their verdict."""
-    candidates = begun(problem, designs).unrefuted(problem.claims)
+    candidates = begun(problem, designs)
+    candidates = candidates.unrefuted(candidates.claims)
     for effect, names in candidates.plan(wanted):
         candidates = candidates.asked(with_pitch_values(candidates.rows, candidates.case, effect, names))
         candidates = candidates.asked(beyond_pitch(candidates.rows, candidates.case, effect, names))
@@ -119,6 +125,7 @@ def screened_by_pitch(candidates: Candidates, wanted: frozenset[str]) -> Candida
 
 def screened_beyond_pitch(candidates: Candidates, wanted: frozenset[str]) -> Screened:
     """As ``screened``, of designs of which everything is known that their pitch curves decide."""
+    candidates = candidates.unrefuted(candidates.claims)
     for effect, names in candidates.plan(wanted):
         candidates = candidates.asked(beyond_pitch(candidates.rows, candidates.case, effect, names))
     return _with_verdict(candidates, wanted)

@@ -17,11 +17,11 @@ from support.depth import times
 from camopt import Scene, evaluate, find_scene, load, sweep
 from camopt.effects import Case, offered
 from camopt.engines.threads import Threads
-from camopt.front import front_search, shared_curves
+from camopt.front import dominance, front_search, shared_curves
 from camopt.front.asked import column_names, with_objectives
 from camopt.front.blocks import Blocks
 from camopt.front.box_bounds import BoxBounds, all_bounded, is_bounded
-from camopt.front.dominance import Dominators
+from camopt.front.dominance import Dominators, Known
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
 from camopt.front.pareto import LARGEST_COST, non_dominated, row_costs
@@ -364,3 +364,19 @@ def test_dominators_are_those_of_the_definition(seed):
     known, asked = (rng.choice([0.0, 1.0, 2.0, 3.5, LARGEST_COST], (rng.integers(0, 150), many)) for _ in range(2))
     expected = [any(np.all(p <= c) and np.any(p < c) for p in known) for c in asked]
     assert Dominators(known).dominate(asked).tolist() == expected
+
+
+@given(st.integers(0, 10**6))
+def test_points_that_come_in_parts_dominate_as_all_of_them_do(seed):
+    rng = np.random.default_rng(seed)
+    values, many = [0.0, 1.0, 2.0, 3.5, LARGEST_COST], rng.integers(1, 5)
+    known, seen = Known(many), np.empty((0, many))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(dominance, "COMPARED_AT_ONCE", 4)
+        for _ in range(rng.integers(1, 8)):
+            part, asked = (rng.choice(values, (rng.integers(0, 30), many)) for _ in range(2))
+            told, seen = known.add(part), np.concatenate([seen, part])
+            expected = Dominators(seen).dominate(asked)
+            assert not np.any(told & ~Dominators(seen).dominate(part))
+            dominators = known.dominators(lambda: seen[~Dominators(seen).dominate(seen)])  # noqa: B023
+            assert np.array_equal(dominators.dominate(asked), expected)
