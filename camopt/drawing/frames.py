@@ -1,4 +1,4 @@
-"""Frames of an animation as GIF or MP4: fixed parts are drawn once, moving parts over them in each frame."""
+"""Frames of an animation as GIF or MP4: what stays is drawn once, and what moves is drawn over it."""
 
 import shutil
 import subprocess
@@ -14,7 +14,7 @@ from camopt.drawing.bodies import FRAMES, TURN_TIME, Stage, artists_of
 from camopt.mistakes import BadInput, Mistake
 
 FRAME_DPI = 100
-PALETTE, SHADE_BITS = 128, 5  # of a GIF; bits of red, green and blue by which it tells colours apart
+PALETTE, MEANS = 128, 2  # colours of a GIF, and how often their means are taken; the white of the page stays
 
 Image = NDArray[np.uint8]
 
@@ -49,45 +49,16 @@ def frames(stage: Stage) -> Iterator[Image]:
 
 
 def write_gif(stage: Stage, file: Path) -> None:
-    """An animated GIF that repeats for ever, in one palette: the most frequent colours of the first frame."""
+    """An animated GIF that repeats for ever, in one palette: that of the first frame."""
     from PIL import Image as Pillow
 
     images: list[Any] = []
     for frame in frames(stage):
-        if not images:
-            palette = _palette(frame)
-            nearest = _nearest(palette)
-        images.append(Pillow.fromarray(nearest.take(_shades(frame))))
-        images[-1].putpalette(palette.ravel().tolist())
+        image = Pillow.fromarray(frame)
+        palette = images[0] if images else image.quantize(PALETTE, Pillow.Quantize.MAXCOVERAGE, kmeans=MEANS)
+        images.append(image.quantize(palette=palette, dither=Pillow.Dither.NONE))
     duration = round(1000 * TURN_TIME / FRAMES)
     images[0].save(file, format="GIF", save_all=True, append_images=images[1:], duration=duration, loop=0)
-
-
-def _shades(colours: NDArray[Any]) -> NDArray[np.uint16]:
-    """A number of the upper bits of colours (…, 3), red first."""
-    red, green, blue = np.moveaxis((colours >> (8 - SHADE_BITS)).astype(np.uint16), -1, 0)
-    shades: NDArray[np.uint16] = (red << 2 * SHADE_BITS) | (green << SHADE_BITS) | blue
-    return shades
-
-
-def _palette(image: Image) -> Image:
-    """The most frequent colours of an image, one of each shade, (n, 3)."""
-    colours, counts = np.unique(image.astype(np.intp) @ np.array([1 << 16, 1 << 8, 1]), return_counts=True)
-    order: NDArray[np.intp] = colours[np.argsort(-counts, kind="stable")]
-    usual = np.column_stack([order >> 16, order >> 8 & 255, order & 255])
-    _, first = np.unique(_shades(usual), return_index=True)
-    palette: Image = usual[np.sort(first)[:PALETTE]].astype(np.uint8)
-    return palette
-
-
-def _nearest(palette: Image) -> Image:
-    """For each shade the place of its colour in a palette, or of the nearest."""
-    levels = (np.arange(1 << SHADE_BITS) + 0.5) * (1 << 8 - SHADE_BITS)
-    middles = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
-    nearest = np.argmin(np.square(middles[:, None] - palette.astype(float)).sum(axis=2), axis=1)
-    nearest[_shades(palette)] = np.arange(len(palette))
-    places: Image = nearest.astype(np.uint8)
-    return places
 
 
 def write_mp4(stage: Stage, file: Path) -> None:
@@ -115,7 +86,7 @@ def write_mp4(stage: Stage, file: Path) -> None:
 
 
 def ffmpeg() -> str:
-    """The path of ffmpeg: the machine's own, or that of the extra ``video``.
+    """The program that writes videos: that of the machine, or that of the extra ``video``.
 
     Raises
     ------
