@@ -1,4 +1,4 @@
-"""Frames of an animation as GIF or MP4: what stays is drawn once, and what moves is drawn over it."""
+"""Frames of an animation as GIF or MP4: fixed parts are drawn once, moving parts over them in each frame."""
 
 import shutil
 import subprocess

@@ -1,7 +1,6 @@
 """Motion laws (one module each, all with the same verbs) and the programme that joins them into a turn."""
 
 from camopt.motion import (
-    cubic,
     cycloidal,
     double_harmonic,
     half_cycloidal_1,
@@ -13,10 +12,9 @@ from camopt.motion import (
     poly345,
     poly4567,
     poly56789,
-    uniform,
 )
 from camopt.motion.law import Law
-from camopt.motion.polynomial import poly8
+from camopt.motion.polynomial import cubic, poly8, uniform
 from camopt.motion.scca import (
     cycloidal_constant_velocity,
     modified_constant_velocity,

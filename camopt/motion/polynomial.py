@@ -1,5 +1,14 @@
 """Polynomials by boundary conditions: displacement, velocity, acceleration … given at both ends of a stroke.
 
+    uniform      s = x
+    cubic        s = x²(3 − 2x)
+    poly8        s = 6.09755x³ − 20.7804x⁵ + 26.73155x⁶ − 13.60965x⁷ + 2.56095x⁸
+
+With uniform velocity the follower starts and stops at full speed: the velocity jumps at both ends, so the
+acceleration there is an impulse. A knife edge can follow the corner; a roller cannot (the convex corner undercuts).
+The cubic has no velocity at its ends; its peaks are 1.5 of velocity and 6 of acceleration (at the ends, where it
+jumps). The eighth-power polynomial is a rise that turns at once into a return.
+
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 3 (polynomial functions); the Bernstein form is that of
 Farin, Curves and Surfaces for CAGD, ch. 5.
 """
@@ -58,14 +67,16 @@ class PolynomialLaw(ByOrder):
         return np.asarray((terms * x**power * (1.0 - x) ** power[::-1]).sum(axis=-1))
 
 
+_ROTHBART = "Rothbart, Cam Design Handbook, ch. 3"
+uniform = PolynomialLaw("uniform", (0.0,), (1.0,), "uniform velocity", "Khurmi & Gupta, Theory of Machines, ch. 20")
+cubic = PolynomialLaw("cubic", (0.0, 0.0), (1.0, 0.0), "cubic (2-3 polynomial)", _ROTHBART)
 poly8 = PolynomialLaw(
     "poly8",
     (0.0, 0.0, 0.0, 36.5853, 0.0),
     (1.0, 0.0, -5.2683, 0.0),
     "eighth-power polynomial",
-    "Kloomok & Muffley, Product Engineering, Feb. 1955; Rothbart, Cam Design Handbook, ch. 3",
+    f"Kloomok & Muffley, Product Engineering, Feb. 1955; {_ROTHBART}",
 )
-"""s = 6.09755x³ − 20.7804x⁵ + 26.73155x⁶ − 13.60965x⁷ + 2.56095x⁸: a rise that turns at once into a return."""
 
 
 def _bernstein(derivatives: Iterable[float], degree: int) -> list[Fraction]:

@@ -136,13 +136,11 @@ def _wave(size: arb, speed: fmpq, phase: fmpq, *powers: int | fmpq) -> tuple[Pie
 
 
 EXACT_BY_NAME: dict[str, Callable[[], tuple[Piece, ...]]] = {
-    "uniform": lambda: _polynomial(0, 1),
     "parabolic": _parabolic,
     "harmonic": lambda: _wave(arb(-1) / 2, fmpq(1), fmpq(1, 2), fmpq(1, 2)),
     "cycloidal": lambda: _wave(-1 / (2 * arb.pi()), fmpq(2), fmpq(0), 0, 1),
     "poly345": lambda: _polynomial(0, 0, 0, 10, -15, 6),
     "poly4567": lambda: _polynomial(0, 0, 0, 0, 35, -84, 70, -20),
-    "cubic": lambda: _polynomial(0, 0, 3, -2),
     "double-harmonic": _double_harmonic,
     "poly56789": lambda: _polynomial(0, 0, 0, 0, 0, 126, -420, 540, -315, 70),
     "half-cycloidal-1": lambda: _wave(-1 / arb.pi(), fmpq(1), fmpq(0), 0, 1),
