@@ -83,7 +83,7 @@ def test_lines_come_now_and_then(steps, total):
 COMMAND = """
 import sys
 from camopt.cli import pace
-pace.QUIET = pace.STEP = 0.0
+pace.QUIET_SECONDS = pace.PACE_SHARE = 0.0
 from camopt.cli.main import main
 sys.exit(main(sys.argv[1:]))
 """
