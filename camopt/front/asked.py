@@ -1,4 +1,4 @@
-"""What a sweep is asked: a problem with objectives, its space of designs, and which of them to keep."""
+"""The plan of a sweep: a problem with objectives, its space of designs, and which of them to keep."""
 
 import json
 import tomllib
@@ -33,7 +33,7 @@ KEPT = ("pareto", *TABLED, FRONT_ONLY)
 
 @dataclass(frozen=True)
 class SweepKey:
-    """A sweep, or a part of one, in words that other machines and later runs understand.
+    """The key of a sweep, or of a part of one, which other machines and later runs understand.
 
     To equal questions blocks give equal rows.
     """
@@ -66,7 +66,7 @@ class SweepKey:
         return cls(**found)
 
     def other_than(self, other: "SweepKey") -> list[str]:
-        """What another question has other than this one: keys of the scene, and names of the rest."""
+        """The differences of another key from this one: keys of the scene, and names of other values."""
         ours, theirs = (_keys(tomllib.loads(question.scene)) for question in (self, other))
         keys = [key for key in {**ours, **theirs} if ours.get(key) != theirs.get(key)]
         rest = ("keep", "block", "version", "part", "parts")
@@ -122,15 +122,15 @@ class SweepPlan:
         return SweepKey(self.scene.to_toml(), self.keep, self.block, version_of_rows(), part, parts)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """To another process go the question and nothing else."""
+        """Only the key goes to another process."""
         return asked_again, (self.question(),)
 
     def evaluated(self, numbers: Sequence[int]) -> Batch:
-        """What blocks that follow each other give."""
+        """The results of consecutive blocks."""
         return merged([self.blocks.batch(number) for number in numbers], self.problem.objectives)
 
     def batches(self, numbers: range, engine: Engine) -> Iterator[Batch]:
-        """What blocks give on an engine, some at a time, in order."""
+        """The results of blocks on an engine, some at a time, in order."""
         sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE, dtype=int)).tolist()
         return engine.in_order(self.evaluated, numbers, sample)
 
@@ -140,7 +140,7 @@ class SweepPlan:
 
 
 def asked_of_result(folder: Path, command: str) -> SweepKey | None:
-    """The question of the sweep whose result is in a folder; None if there is none, or nothing tells."""
+    """The key of the sweep whose result is in a folder; None if there is none, or it is unknown."""
     found = question_in(folder, command)
     with suppress(ValueError, TypeError):
         return found and SweepKey.decoded(json.dumps(found).encode())
@@ -156,7 +156,7 @@ def _keys(data: Any, key: str = "") -> dict[str, Any]:
 
 
 def sweep_plan(scene: Scene, keep: str, block: int = BLOCK) -> SweepPlan:
-    """What a sweep of a scene is asked. Errors are those of ``sweep``."""
+    """The plan of a sweep of a scene. Errors are those of ``sweep``."""
     if keep not in KEPT:
         raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
     given = resolve(scene)
@@ -170,7 +170,7 @@ def sweep_plan(scene: Scene, keep: str, block: int = BLOCK) -> SweepPlan:
 
 
 def asked_again(question: SweepKey) -> SweepPlan:
-    """What a question asks, on another machine or in a later run."""
+    """The plan of a key, on another machine or in a later run."""
     return sweep_plan(Scene.embedded(question.scene, "sweep"), question.keep, question.block)
 
 

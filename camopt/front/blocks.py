@@ -22,7 +22,7 @@ BLOCK = 65536  # designs: Python's share is small, and memory stays bounded
 
 @dataclass(frozen=True)
 class Batch:
-    """What some blocks gave that follow each other."""
+    """The results of consecutive blocks."""
 
     first: int
     """The number of the first of the blocks."""
@@ -44,7 +44,7 @@ class Batch:
 
 
 def merged(batches: Sequence[Batch], objectives: Objectives) -> Batch:
-    """One batch for several that follow each other."""
+    """One batch from consecutive ones."""
     if len(batches) == 1:
         return batches[0]
     effort = Effort()
@@ -65,7 +65,7 @@ def merged(batches: Sequence[Batch], objectives: Objectives) -> Batch:
 
 
 class Block(NamedTuple):
-    """What is found of the designs of one block."""
+    """The results of the designs of one block."""
 
     existing: int
     feasible: int
@@ -116,7 +116,7 @@ class Blocks:
         return part, first, min(first + self.size, stop)
 
     def designs_before(self, number: int) -> int:
-        """How many designs the blocks before one have together."""
+        """The number of designs in all blocks before one."""
         if number >= len(self):
             return len(self.space)
         part, first, _ = self._designs(number)
@@ -168,7 +168,7 @@ class Blocks:
         return Block(existing, count, rows, effort)
 
     def _curves_of(self, part: int, problem: Problem) -> SharedCurves:
-        """The pitch curves of a motion, which live while a thread uses them or until those of another are made."""
+        """The pitch curves of a motion, kept while a thread uses them or until those of another are made."""
         assert self._numbers is not None
         with self._one_at_a_time:
             curves = self._curves.get(part)

@@ -1,4 +1,4 @@
-"""What designs of a box cost at least, and whether all of them break a limit.
+"""Lower bounds of the costs of boxes of designs, and whether all designs of a box break a limit.
 
 A size, or what the motion decides, is known over a box by arithmetic on ranges. The largest value of a curve over
 the turn is at least that at any one cam angle, and there the formula of the curve, on ranges with slopes, bounds it
@@ -73,7 +73,7 @@ def is_hopeless(problem: Problem) -> bool:
 
 
 class Looked(NamedTuple):
-    """What is known of n boxes of designs of one motion."""
+    """The bounds of n boxes of designs of one motion."""
 
     costs: FloatArray
     """What their designs cost at least (n, objectives)."""
@@ -97,7 +97,7 @@ class BoxBounds(NamedTuple):
 
     @property
     def claims(self) -> list[Claim]:
-        """What limits say of curves, but for those that the motion decides."""
+        """The claims of limits on curves, without those that the motion decides."""
         on_size = replace(self.problem, limits=tuple(limit for limit in self.problem.limits if not limit.of_motion))
         return present_claims(self.problem, strictest(on_size))
 
@@ -197,7 +197,7 @@ class BoxBounds(NamedTuple):
         return _lowered(low), _relative(made.slopes, _widths(box, self.free), made.at.largest_magnitude)
 
     def _room(self, value: Sloped, least: FloatArray, at: FloatArray) -> FloatArray:
-        """By how much kernels may find an extreme less than it is."""
+        """The largest error by which kernels may underestimate an extreme."""
         size = np.maximum(np.abs(least), np.where(np.isfinite(at), np.abs(at), 0.0))
         return TIMES * self.problem.setup.tolerance * size + TIMES**3 * (value.at.high - value.at.low)
 
@@ -267,7 +267,7 @@ def _by_arithmetic(problem: Problem, limits: list[Limit], designs: Designs) -> F
 
 
 def _side(goal: int, value: Sloped) -> tuple[FloatArray, FloatArray]:
-    """What curves are at least, or minus what they are at most, over each box and at its point."""
+    """The least value of curves, or minus the largest, over each box and at its point."""
     if goal == LARGEST:
         return value.value.low, value.at.low
     if goal == LEAST:
@@ -293,7 +293,7 @@ def _lowered(cost: FloatArray) -> FloatArray:
 
 
 def _known(least: FloatArray) -> FloatArray:
-    """What values are at least; of those that are not known, nothing."""
+    """The lower bounds of values; −∞ for unknown ones."""
     return np.where(np.isnan(least), -np.inf, least)
 
 

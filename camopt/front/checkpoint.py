@@ -61,7 +61,7 @@ def checkpoint_at(path: Path, asked: SweepPlan, tell: Tell | None = None) -> Ite
 
 
 def kept_of(search: FrontSearch) -> str:
-    """How far a search is, in words."""
+    """The progress of a search, in words."""
     return f"{search.boxes + search.finished:,} boxes of designs are decided and kept"
 
 

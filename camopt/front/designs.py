@@ -42,7 +42,7 @@ EXCESS = "excess_"  # before the name of a limit: the column of its excess
 
 
 def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") -> "pd.DataFrame":
-    """Compute the quantities of many designs, and by how much each is beyond every limit.
+    """Compute the quantities of many designs, and the excess of each over every limit.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
 
 
 def _given(problem: Problem, frame: "pd.DataFrame", size_keys: Iterable[str]) -> Designs:
-    """The designs of a table: its columns, and the scene's own sizes, which have keys there."""
+    """The designs of a table: its columns, and the scene's own values for all other sizes."""
     keys = {f"{key.partition('.')[2]}_mm": key for key in size_keys}
     numbers = _numbers(problem, frame)
     if odd := list(_odd_columns(frame, keys, _numbers(problem))):
@@ -140,7 +140,7 @@ def _searching(scene: Scene, problem: Problem, frame: "pd.DataFrame") -> Problem
 
 
 def _odd_columns(frame: "pd.DataFrame", keys: Mapping[str, str], numbers: Mapping[str, str]) -> Iterator[Mistake]:
-    """Columns that are no sizes or numbers of the mechanism and no laws, and what is given twice."""
+    """Mistakes for columns that are no sizes, numbers or laws of the mechanism, and for columns given twice."""
     for twice in frame.columns[frame.columns.duplicated()]:
         yield Mistake(FILE, str(twice), None, "stands there twice", bare=True)
     for name in frame:

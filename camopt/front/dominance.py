@@ -1,4 +1,4 @@
-"""Which points of a crowd some known points dominate.
+"""The points of a set that known points dominate.
 
 The known points are the leaves of a tree of neighbours. Of a branch, the least cost in each objective and the
 largest often tell enough: a point that costs no less than the largest is dominated by the whole branch, and one

@@ -1,4 +1,4 @@
-"""How long a sweep will take and how much room on the disk, from a few of its blocks."""
+"""An estimate of the time and disk space of a sweep, from a few of its blocks."""
 
 import os
 import shutil
@@ -21,7 +21,7 @@ TABLE_AND_JOURNAL = 2  # what is kept is in both until the end
 
 
 class Estimate(NamedTuple):
-    """What a sweep will take, about."""
+    """The estimated time and disk space of a sweep."""
 
     designs: int
     seconds: float
@@ -66,7 +66,7 @@ def estimated(asked: SweepPlan, numbers: range, own: Threads, workers: int, fold
 
 
 def check_room(estimate: Estimate, folder: Path) -> None:
-    """An OSError if what a sweep keeps finds no room, before hours of work."""
+    """Raise an OSError before hours of work if the disk has no room for the sweep."""
     if estimate.needed > estimate.free:
         room = f"{size_in_words(estimate.needed)} are needed and {size_in_words(estimate.free)} are free"
         why = f"{os.strerror(ENOSPC)}: about {room}; to keep the Pareto front alone takes next to nothing"
@@ -74,7 +74,7 @@ def check_room(estimate: Estimate, folder: Path) -> None:
 
 
 def size_in_words(size: float) -> str:
-    """Bytes as people say them."""
+    """A number of bytes in words."""
     power = min(max(len(f"{size:.0f}") - 1, 0) // 3, 4)
     return f"{size / 1000**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"
 

@@ -42,7 +42,7 @@ SearchResult = TypeVar("SearchResult")
 
 
 class Evaluated(NamedTuple):
-    """What one block of designs gave."""
+    """The results of one block of designs."""
 
     front: Rows
     effort: Effort
@@ -124,7 +124,7 @@ class FrontSearch:
         report_progress(self.progress, done, done + int(sum(halvings)) + sum(map(len, self.small)))
 
     def kept(self, boxes: GridBoxes, left: Any) -> GridBoxes:
-        """Those of some boxes that are not dropped."""
+        """The boxes that are not dropped."""
         self.decided += int(boxes.counts[~left].sum())
         return boxes.take(left)
 

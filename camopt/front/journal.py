@@ -1,4 +1,4 @@
-"""The journal of a sweep: what finished blocks gave, on disk, so that nothing that was evaluated is lost.
+"""The journal of a sweep: the results of finished blocks, on disk, so that no evaluation is lost.
 
 A journal starts with the question that was asked. Records follow, each some blocks that follow those of the record
 before, with its length and digest: what a death cut short, or a flipped bit changed, is known, and evaluated anew.
@@ -40,7 +40,7 @@ Found = TypeVar("Found")
 
 
 class Journal:
-    """A journal that is read up to where it is whole, and then written on.
+    """A journal that is read as far as it is intact, and then continued.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class Journal:
         self._since = now()
 
     def add(self, batch: Batch) -> None:
-        """Add what follows. It is written within a second or so, beside the work."""
+        """Add the next batch. It is written within about a second, beside the work."""
         if self.trouble:
             return
         self._pending.append(batch)
@@ -117,13 +117,13 @@ class Journal:
 
     @property
     def kept(self) -> str:
-        """What is kept, in words; empty if nothing is."""
+        """The finished work, in words; empty if there is none."""
         kept = self.done > self.numbers.start and self.path.exists()
         return f"{self.progress} are done and kept" if kept else ""
 
     @property
     def progress(self) -> str:
-        """How many designs are done, in words."""
+        """The number of finished designs, in words."""
         places = (self.numbers.start, self.done, self.numbers.stop)
         before, done, after = map(self.asked.blocks.designs_before, places)
         return f"{done - before:,} of {after - before:,} designs"
@@ -175,7 +175,7 @@ Tell = Callable[[str], None]
 
 
 class Lost(str):
-    """A sentence that tells of something that goes."""
+    """A sentence on data that will be removed."""
 
 
 @contextmanager
@@ -204,7 +204,7 @@ def say_of_another(path: Path, question: SweepKey, tell: Tell | None) -> None:
 
 @contextmanager
 def what_is_kept(kept: Callable[[], str]) -> Iterator[None]:
-    """Who stops a sweep is told what is kept of it; so is who reads the notes of another error."""
+    """Add to an error, or to the end of a stopped sweep, a note on the finished work that is kept."""
     try:
         yield
     except BaseException as end:
@@ -327,7 +327,7 @@ def batch_of(payload: bytes) -> Batch:
 
 
 def _sound(payload: bytes, asked: SweepPlan) -> Batch | None:
-    """A batch from its bytes; None if it is not what blocks of a sweep give, though its digest may be right."""
+    """A batch from its bytes; None if no sweep can have made it, though its digest may be right."""
     try:
         numbers, tables = _parted(payload)
         if any(why for table in tables.values() for why in table_oddities(table, asked.scene, asked.problem)):

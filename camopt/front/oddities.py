@@ -1,4 +1,4 @@
-"""What keeps rows of a table, or of a part of a sweep, from being those of a sweep of its scene."""
+"""Faults of rows of a table, or of a part of a sweep, that a sweep of its scene cannot have."""
 
 from collections.abc import Iterator
 
@@ -18,7 +18,7 @@ from camopt.tables.table import arrow_schema
 
 
 def table_oddities(table: pa.Table, scene: Scene, problem: Problem) -> Iterator[str]:
-    """What keeps a table from being one of a sweep of a scene, which poses a problem."""
+    """Faults of a table that a sweep of a scene cannot have."""
     names = column_names(problem)
     expected = arrow_schema((*names, "refined") if "refined" in table.column_names else names, "")
     if table.column_names != expected.names:

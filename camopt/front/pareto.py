@@ -62,7 +62,7 @@ def undominated(costs: FloatArray) -> BoolArray:
 
 
 class Archive:
-    """The exact front of rows that come in blocks; it holds a few times as many rows as remain, and no more."""
+    """The exact front of rows that come in blocks; it holds at most a few times as many rows as the front."""
 
     def __init__(self, objectives: Objectives, least: int) -> None:
         """Rows are sifted once there are ``least`` new ones, and as many as there were before."""
@@ -163,7 +163,7 @@ def thinned(rows: Rows, objectives: Objectives, epsilon: float) -> Rows:
 
 @dataclass(frozen=True)
 class Front:
-    """What is said of a front as a whole."""
+    """The summary of a front."""
 
     points: int
     hypervolume: float
@@ -187,7 +187,7 @@ class Front:
 
 
 def front_of(rows: Rows, objectives: Objectives, grid: Rows | None = None) -> Front | None:
-    """What is said of a front, and of the front of the grid that it refines; None if it is empty."""
+    """The summary of a front, and of the grid's front that it refines; None if it is empty."""
     if not rows.count:
         return None
     costs = row_costs(rows, objectives)

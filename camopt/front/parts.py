@@ -46,7 +46,7 @@ MOST_NAMED = 20  # parts that a message names
 
 @dataclass(frozen=True)
 class SweepPart(HasHtml):
-    """What one part of a sweep gave.
+    """The result of one part of a sweep.
 
     Attributes
     ----------
@@ -289,7 +289,7 @@ def _files(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
 
 
 def _questions(files: Iterable[Path]) -> tuple[dict[Path, SweepKey], list[Mistake]]:
-    """The questions of files, and what is said of those that are no parts, or damaged."""
+    """The keys of files, and messages for files that are no parts, or damaged."""
     questions: dict[Path, SweepKey] = {}
     mistakes: list[Mistake] = []
     scenes: dict[SweepKey, str] = {}
@@ -312,7 +312,7 @@ def _questions(files: Iterable[Path]) -> tuple[dict[Path, SweepKey], list[Mistak
 
 
 def _oddity(question: SweepKey) -> str:
-    """What is odd about the question of a part; empty if nothing is."""
+    """The fault of the key of a part; empty if there is none."""
     try:
         asked = asked_again(question)
     except BadInput as refused:
@@ -322,7 +322,7 @@ def _oddity(question: SweepKey) -> str:
 
 
 def _other_than_named(path: Path, question: SweepKey) -> str:
-    """What a part says of itself if that is not what its name says; empty if it is."""
+    """The part that a file really is, if its name says otherwise; empty if they agree."""
     named = _named(path)
     if named in (None, (question.part, question.parts)):
         return ""
@@ -330,7 +330,7 @@ def _other_than_named(path: Path, question: SweepKey) -> str:
 
 
 def _named(path: Path) -> tuple[int, int] | None:
-    """Which part, and of how many, the name of a file says it is."""
+    """The number of a part and of all parts, by the name of a file."""
     found = PART_NAME.fullmatch(path.name)
     return (int(found[1]), int(found[2])) if found else None
 
@@ -340,7 +340,7 @@ def _no_part(path: Path, why: str) -> Mistake:
 
 
 def _checked(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepPlan:
-    """What parts together ask; BadInput with all mistakes if they are not all the parts of one sweep."""
+    """The sweep of parts; BadInput with all mistakes if they are not all the parts of one sweep."""
     if not questions:
         raise BadInput(mistakes or [Mistake("camopt", "part", None, "missing", bare=True)])
     first = next(iter(questions))

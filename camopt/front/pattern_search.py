@@ -129,7 +129,7 @@ def _moved(designs: Designs, free: SizeBounds, names: list[str], shares: FloatAr
 
 
 def by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> tuple[Designs, Any]:
-    """The proved optimum of each design for which a closed form gives it, and for which it does.
+    """The proved optimum of each design that has a closed form, and a mask of these designs.
 
     No allowed design is smaller than the one that the linear limits give, the ceilings of the pressure angle among
     them; if that one is allowed, it is the smallest.

@@ -98,7 +98,7 @@ def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:
 
 
 def _ends(pattern: PatternSearch, designs: Designs, decided: list[str]) -> Iterator[Designs]:
-    """The best design of each objective, whatever it costs in the others, found from the best of some designs.
+    """The best design of each objective alone, sought from the best of given designs.
 
     The smallest cam needs no search.
     """

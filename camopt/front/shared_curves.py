@@ -1,4 +1,4 @@
-"""Pitch curves that designs of a space share: each is searched once, whatever roller then rolls along it.
+"""Pitch curves that designs of a space share: each is searched once, for all rollers.
 
 The pitch curve of a disc cam depends on base radius and roller radius by their sum alone, that of a cylindrical cam
 not on the roller at all. So a space that varies both has fewer pitch curves than designs. Those of one motion are
@@ -75,7 +75,7 @@ class CurveNumbers:
         return self._of_others[other] + self._of_sums[place]
 
     def _numbers(self, strides: IntArray, axes: list[int]) -> IntArray:
-        """What some axes give to the number of a design, all combinations."""
+        """The contributions of given axes to the number of a design, for all combinations."""
         steps = [np.arange(self.shape[i]) * strides[i] for i in axes]
         return np.asarray(sum(np.ix_(*steps), np.zeros((1,) * len(steps), dtype=np.intp)))
 
@@ -95,7 +95,7 @@ class Sharing(NamedTuple):
 
 
 class SharedCurves:
-    """What the pitch curves of one motion say of its designs."""
+    """Verdicts on the designs of one motion from their pitch curves."""
 
     def __init__(self, space: Space, problem: Problem, numbers: CurveNumbers, wanted: frozenset[str]) -> None:
         self._space, self._problem, self._numbers, self._wanted = space, problem, numbers, wanted

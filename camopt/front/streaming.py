@@ -1,4 +1,4 @@
-"""Every design of a space through the kernels, block by block: what is seen of them is gathered in their order."""
+"""All designs of a space through the kernels, block by block; results are gathered in order."""
 
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
@@ -17,7 +17,7 @@ NO_ROWS = Rows({}, 0)  # where there are no blocks
 
 
 class Seen(NamedTuple):
-    """What was seen of a space: counts, the front, and rows that hold the best one of each law."""
+    """The results of a space: counts, the front, and rows that include the best one of each law."""
 
     front: Rows
     best: Rows
@@ -43,7 +43,7 @@ def gathered(
     write: Callable[[Rows], None],
     progress: Progress | None = None,
 ) -> Seen:
-    """What batches give together that cover a space in its order. ``write`` takes the rows that they keep.
+    """The results of batches that cover a space in order. ``write`` takes the rows that they keep.
 
     ``progress`` is called with (designs done, designs in all). Rows are the same however the space was cut.
     """

@@ -256,7 +256,7 @@ Write = Callable[[Rows], None]
 
 
 class Keeps(Protocol):
-    """What keeps something of a sweep that is stopped, and says so in words."""
+    """An object that keeps finished work of a stopped sweep, and says so in words."""
 
     @property
     def kept(self) -> str: ...
@@ -338,7 +338,7 @@ def _nowhere(rows: Rows) -> None:
 
 
 class Compared(NamedTuple):
-    """What people compare, with the digits that ``evaluate`` gives."""
+    """The rows that people compare, with the digits of ``evaluate``."""
 
     front: Rows
     """As the scene asks for it, refined and thinned."""
@@ -431,7 +431,7 @@ def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> R
 
 
 def next_smaller_cams(space: Space, rows: Rows) -> tuple[NDArray[np.intp], Rows]:
-    """Which rows are not at the edge of the space, and these with the next smaller size of the cam.
+    """The rows that are not at the edge of the space, and their designs with the next smaller size of the cam.
 
     Of a sample, with one that is one per cent smaller.
     """
@@ -443,7 +443,7 @@ def next_smaller_cams(space: Space, rows: Rows) -> tuple[NDArray[np.intp], Rows]
 
 
 def binding_limits(count: int, index: NDArray[np.intp], smaller: Rows) -> list[str]:
-    """What holds so many rows: what smaller cams exceed of those at an index; "edge of the space" where none is."""
+    """The limits that bind rows: those that the next smaller cam exceeds; "edge of the space" if there is none."""
     held = ["edge of the space"] * count
     for row, names in zip(index, smaller.column("violated"), strict=True):
         held[row] = str(names).replace(",", ", ")

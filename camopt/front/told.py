@@ -1,4 +1,4 @@
-"""What a sweep says of its result, as its manifest keeps it for whoever asks again: counts, and some designs."""
+"""The summary of a sweep in its manifest, for repeated questions: counts, and some designs."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, replace
@@ -21,7 +21,7 @@ KEPT_FIELDS: dict[str, Any] = {
 
 
 def told_of(result: Any) -> dict[str, Any]:
-    """What is kept of a ``Sweep``, in what JSON takes."""
+    """The summary of a ``Sweep`` as plain values for JSON."""
     front, miss = result.front, result.nearest_miss
     return {
         **{name: getattr(result, name) for name in KEPT_FIELDS},
@@ -47,7 +47,7 @@ def numbers_of(told: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row with texts for what is infinite, which JSON has no numbers for."""
+    """A row with texts for infinite values, for which JSON has no numbers."""
     return {name: str(value) if isinstance(value, float) and isinf(value) else value for name, value in row.items()}
 
 

@@ -16,7 +16,7 @@ LEAST_BATCH = 32  # boxes examined together, at least: fewer take no less time
 
 
 class Bisection(ABC):
-    """A search in progress for the least size over boxes of whatever is free."""
+    """A search in progress for the least size over boxes of the free variables."""
 
     most_boxes: int
     """After which the search is given up."""
@@ -43,6 +43,6 @@ class Bisection(ABC):
         return float(np.min(boxes.low["size"], initial=self.floor))
 
     def left(self, boxes: Boxes, done: Any) -> Boxes:
-        """Some boxes without those that are done with, though they may hold a feasible cam."""
+        """The boxes without those that need no further search, though they may hold a feasible cam."""
         self.floor = float(np.min(boxes.low["size"][done], initial=self.floor))
         return boxes.take(~done)

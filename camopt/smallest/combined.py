@@ -1,4 +1,4 @@
-"""Excesses of limits combined: what two limits say together of a size is more than what each says alone.
+"""Combined excesses of limits: two limits together bound a size more closely than each alone.
 
 With e_j ≤ 0 the claims of a feasible cam, and weights w_j ≥ 0, Σ w_j·e_j ≤ 0 holds too. Where a cam is held by
 several limits at once, the right weights cancel the slopes by all angles and sizes but the cam's own, and the sum

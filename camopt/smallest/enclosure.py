@@ -53,12 +53,12 @@ def _level(designs: Designs, programme: Programme, order: int, strokes: int) -> 
 
 
 def means_on_size(problem: Problem) -> list[MeanClaim]:
-    """What limits that depend on the size of the cam say of means."""
+    """The claims on means of the limits that depend on the size of the cam."""
     return [limit.mean for limit in problem.limits if limit.mean is not None and not limit.of_motion]
 
 
 def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs) -> Any:
-    """What is above 0 where a side of a claim does not hold, relative to the terms of the claim."""
+    """The excess over a side of a claim, relative to the terms of the claim: above 0 it does not hold."""
     bound = claim.allowed()
     value, allowed = side * found.above * claim.factor(designs), bound * found.below
     scale = sum(at_point(x).least_magnitude for x in (value, allowed))  # the largest may be infinite
@@ -73,7 +73,7 @@ def designs_at(problem: Problem, low: dict[str, FloatArray], high: dict[str, Flo
 
 
 class Examined(NamedTuple):
-    """What is known of n boxes."""
+    """The results of n boxes."""
 
     empty: Any
     """Which hold no feasible design (n,)."""
@@ -89,7 +89,7 @@ class Examined(NamedTuple):
 
 
 def examined(problem: Problem, claims: Sequence[AnyClaim], box: Designs, free: list[str]) -> Examined:
-    """What the limits say of boxes, each at the cam angles where they are worst for one design of the box.
+    """The limits over boxes, each at the cam angles where it is worst for one design of the box.
 
     The side to cut is the one across which the excess over the worst limit changes the most; the longest, where no
     assembled design of the box is at hand.

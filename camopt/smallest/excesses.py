@@ -35,7 +35,7 @@ class Excesses(NamedTuple):
 
     @classmethod
     def of(cls, excess: Sloped, rows: int = 1) -> "Excesses":
-        """That of one limit at so many cam angles, one after the other, for each box."""
+        """The excess over one limit at ``rows`` cam angles, one after the other, for each box."""
         known = excess.value.low, excess.value.high, excess.at.low, excess.at.high - excess.at.low
         least, most, at, rounding = (x.reshape(rows, -1) for x in known)
         return cls(least, most, at, excess.slopes.reshaped(-1, rows, at.shape[1]), rounding)
@@ -90,6 +90,6 @@ def cut_off(over: Excesses, span: Interval) -> Interval:
 def kept(
     low: FloatArray, high: FloatArray, point: FloatArray, span: Interval, left: Interval
 ) -> tuple[FloatArray, FloatArray]:
-    """The ends of sides without what is cut off them (``cut_off``), outwards of all rounding."""
+    """The ends of sides after cutting (``cut_off``), rounded outwards."""
     rounding = SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
     return np.maximum(low, point + left.low - rounding), np.minimum(high, point + left.high + rounding)

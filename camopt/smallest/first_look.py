@@ -35,7 +35,7 @@ class Look:
 
 
 def first_look(problem: Problem, bounds: SizeBounds, values: int = VALUES, until: float = inf) -> Look:
-    """What a coarse grid shows, with so many values of each free size but the cam's; it ends after ``until``."""
+    """The best designs of a coarse grid, with ``values`` of each free size but the cam's; ends after ``until``."""
     points = coarse_grid(problem, bounds, problem.programme.lift, values)
     points = points.take(problem.setup.mechanism.exists(points, problem.programme))
     points = points.take(np.argsort(points.size, kind="stable"))
@@ -62,7 +62,7 @@ def spread(low: Any, high: Any, scale: float, count: int) -> FloatArray:
 
 
 def scale_of(problem: Problem, bounds: SizeBounds, lift: float | None = None) -> float:
-    """A length that the sizes of interest are no larger than by orders of magnitude, mm.
+    """A length of the order of the largest sizes of interest, mm.
 
     Of a motion with another lift than that of the problem if one is given.
     """

@@ -1,4 +1,4 @@
-"""What a search may change of one cam: free sizes and free angles, and the excesses of limits around it."""
+"""The free variables of one cam, sizes and angles, and the excesses over limits around it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

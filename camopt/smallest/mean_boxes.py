@@ -79,7 +79,7 @@ def _weighted(weights: FloatArray, ranges: Interval, count: int) -> Interval:
 
 
 def mean_excess(problem: Problem, claim: MeanClaim, box: Designs, inside: Designs, free: list[str]) -> Sloped:
-    """What is above 0 where a limit on a mean does not hold, relative to its terms."""
+    """The excess over a limit on a mean, relative to its terms: above 0 it does not hold."""
     designs, _ = sloped_boxes(box, inside, free, 1)
     found, allowed = powers_over(problem, claim.mean, box, inside, free) * claim.factor(designs), claim.allowed()
     scale = at_point(found).least_magnitude + abs(allowed)

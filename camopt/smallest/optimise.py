@@ -184,7 +184,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
 
 
 def end_of(seconds: float) -> float:
-    """When a search is to stop that may take so many seconds (``clock.now``).
+    """The time (``clock.now``) at which a search of given seconds must stop.
 
     Raises
     ------
@@ -260,7 +260,7 @@ def _why(problem: Problem, each: Answered, until: float) -> str:
 
 
 def _missed(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
-    """How badly a design misses its limits, and its quantities."""
+    """The excess of a design over its limits, and its quantities."""
     rows = evaluate_rows(problem, design, problem.wanted | problem.sizes)
     worst = by_excess(excesses(problem.limits, rows.columns, design)[:, 0])
     values = rows.records()[0]

@@ -28,7 +28,7 @@ BOUND_ROUNDING = 1e-9  # of a bound
 
 @dataclass(frozen=True)
 class Price:
-    """What a bound costs that a smallest cam just meets.
+    """The price of a bound that a smallest cam just meets.
 
     ``price`` and ``tightened`` are derivatives: how the size (base radius, or mean radius of a cylindrical cam)
     changes per unit of the bound, for small changes. Those of free laws are of what these
@@ -170,7 +170,7 @@ def _prices_at(cam: Freedom) -> list[Price]:
 
 
 def _binding(cam: Freedom) -> list[tuple[ActiveBound, Rates]]:
-    """What a smallest cam just meets and what it costs; not an end of a range that holds nothing."""
+    """The bounds that a smallest cam just meets, with prices; without ends of ranges that do not matter."""
     bounds = bounds_met(cam)
     costs = rates(cam, bounds)
     met = [(bound, costs[bound.key]) for bound in bounds]

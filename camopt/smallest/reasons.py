@@ -1,4 +1,4 @@
-"""Why no design within bounds is feasible: what is in the way, in words.
+"""The reason why no design within bounds is feasible, in words.
 
 These are, in this order: parts that cannot be put together; each limit that no design holds; limits that can each
 be held, but not together. And the range of the cam's size, if a cam of another size is feasible.
@@ -21,7 +21,7 @@ DIGITS = 6  # of a size that a reason tells
 
 
 def reason(problem: Problem, bounds: SizeBounds, until: float = inf) -> str:
-    """What stops every design within bounds, of which none is feasible.
+    """The limits that no design within bounds meets, in words.
 
     After ``until`` (``clock.now``) more limits may be named together than it takes to stop them.
     """

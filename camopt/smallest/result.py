@@ -1,4 +1,4 @@
-"""What the search for the smallest cam is asked and answers."""
+"""The answer of the search for the smallest cam, and the tests that it uses."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -92,12 +92,12 @@ def first_feasible(
 
 
 def known_crossings(problem: Problem) -> KnownCrossings | None:
-    """What is known of cams that cross themselves, nothing so far; None if they may."""
+    """A memory for cams that cross themselves, still empty; None if crossing is allowed."""
     return KnownCrossings(problem.setup, problem.programme) if problem.has_last else None
 
 
 def first_that(designs: Designs, holds: Callable[[Designs], bool]) -> Designs | None:
-    """The first of some designs that holds what costs much to ask, by bisection, as if all after it held it too."""
+    """The first design that meets a costly condition, by bisection, assuming that all after it meet it too."""
     found, low, high = None, 0, len(designs) - 1
     middle = 0
     while low <= high:
