@@ -127,7 +127,7 @@ def _code_of(end: BaseException) -> int:
 
 
 def _line_of(end: BaseException) -> str:
-    """What an exception says, or the first line of it."""
+    """The message of an exception, or its first line."""
     return (str(end) or type(end).__name__).splitlines()[0]
 
 

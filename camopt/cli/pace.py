@@ -1,4 +1,4 @@
-"""How far the work of a command is: how much is done, at what rate, and how long the rest takes."""
+"""Progress of a command: the share done, the rate, and the time for the rest."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What ``--resume`` goes on with."""
+"""The interrupted work that ``--resume`` continues."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""How far a motion is from measured points, in balls: at each point, and from the straight lines between them.
+"""Deviation of a motion from measured points, in balls: at each point, and from straight lines between them.
 
 The motion is that of the scene as it is written: its angles, lifts and coefficients are exact numbers, and so are
 the angles and lifts of the points. On each stretch between points and knots the distance from the line is a
@@ -50,7 +50,7 @@ class _Span(NamedTuple):
 
 @precisely()
 def prove_band(programme: Programme, points: MeasuredPoints, start: float, zero: float, band: float) -> Deviation:
-    """How far a motion is from points, whose angle ``start`` (deg) and lift ``zero`` are its 0 and 0."""
+    """The deviation of a motion from points; their angle ``start`` (deg) and lift ``zero`` are its 0 and 0."""
     once = list(_spans(programme))  # and again: lines between points may go beyond the end of the turn
     spans = once + [each._replace(start=once[-1].end + each.start, end=once[-1].end + each.end) for each in once]
     first, turn = _exact(start), fmpq(int(FULL_TURN))

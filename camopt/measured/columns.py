@@ -29,7 +29,7 @@ SPELLED = {
 
 
 class TableKind(NamedTuple):
-    """What two columns are, and the words above them that say so."""
+    """A kind of table: the meaning of its two columns, and words in headings that tell it."""
 
     first: str
     second: str
@@ -55,7 +55,7 @@ PROFILES = {"polar": POLAR_TABLE, "xy": XY}
 
 @dataclass(frozen=True)
 class TableColumns:
-    """What the columns of a table are: their names or numbers (from 1), units, and the angle of a whole turn.
+    """The columns of a table: their names or numbers (from 1), units, and the angle of a whole turn.
 
     None stands for what the table itself says. ``turn`` is in the unit of the angles: 720 deg of a crankshaft.
     """

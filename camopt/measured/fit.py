@@ -277,7 +277,7 @@ def _shaped(points: MeasuredPoints, room: Room, noisy: float, scene_with: Callab
 
 
 def _margins(band: float) -> Iterator[float]:
-    """What is kept of a band (of the range of the lifts), as shares of it, until a motion holds all of it."""
+    """Margins of a band, as shares of it, tried until a motion lies within the whole band."""
     margin, most = max(BAND_MARGINS[0], SOLVER_SHARE / band), BAND_MARGINS[1]
     while margin <= most:
         yield margin

@@ -112,7 +112,7 @@ class Fit(HasHtml, Drawn):
         return radians(1.0) if self._problem.setup.angular else 1.0
 
     def table(self) -> Table:
-        """How the motion lies in the points, and its peaks."""
+        """The deviations of the motion from the points, and its peaks."""
         jerk = QUANTITIES[self.quantity("jerk")].unit
         lengths = {
             "noise": self.noise,
@@ -140,7 +140,7 @@ class Fit(HasHtml, Drawn):
 
     @cached_property
     def distances(self) -> FloatArray:
-        """How far the points of a profile, in their order, are outside that of the scene, mm; none of lifts.
+        """Distances of the points of a profile outside that of the scene, mm; empty for measured lifts.
 
         Along its normal, from an outline of the scene's profile: what the fit itself does not use.
         """
@@ -163,14 +163,14 @@ class Fit(HasHtml, Drawn):
 
     @property
     def least_jerk_rms(self) -> float:
-        """What no motion as near to the points has less of: the optimum without dwells and turns."""
+        """The least root mean square of the jerk of any motion as near to the points, without dwells and turns."""
         return float(
             sqrt(self.least_square / radians(FULL_TURN)) * self._per * scale(self._problem.setup, JERK_ORDER)
         )
 
     @property
     def price(self) -> float:
-        """How many times the least root mean square of the jerk it has."""
+        """Its root mean square of the jerk over the least one."""
         return self.jerk_rms / self.least_jerk_rms if self.least_jerk_rms else inf
 
     @property

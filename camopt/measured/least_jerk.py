@@ -52,7 +52,7 @@ USUAL_JERKS = tuple(60.0 * each**3 for each in (6.0, 3.0, 12.0))
 
 
 class Room(NamedTuple):
-    """How far a motion may be from its points: from each, and in the root mean square if that is limited."""
+    """The allowed deviation of a motion from its points: from each, and in the root mean square if limited."""
 
     band: float
     rms: float | None = None
@@ -63,7 +63,7 @@ class Room(NamedTuple):
         return Room(kept * self.band, None if self.rms is None else kept * self.rms)
 
     def limits(self, off: Any, unit: float) -> list[Any]:
-        """What deviations in some unit have to hold."""
+        """The limits on deviations in a unit."""
         band = cp.abs(off) <= self.band / unit
         return [band] if self.rms is None else [band, cp.norm(off) <= sqrt(off.size) * self.rms / unit]
 

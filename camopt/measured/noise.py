@@ -72,18 +72,18 @@ def noise_of(points: MeasuredPoints) -> float:
 
 
 def _off(points: MeasuredPoints) -> FloatArray:
-    """What points are off the curve through their neighbours by: 0 among equal ones."""
+    """The deviations of points from the curve through their neighbours; 0 among equal ones."""
     off = deviations(points.angles, points.lifts, FULL_TURN)
     return np.where(np.abs(off) > EQUAL_LIFTS * np.ptp(points.lifts), off, 0.0)
 
 
 def band_factor(count: int) -> float:
-    """How many standard deviations of the noise hold all normal errors of a file, but in one file of twenty."""
+    """The standard deviations of noise within which all normal errors of a file lie in 19 of 20 files."""
     return NormalDist().inv_cdf(1.0 - 1.0 / (2.0 * ONE_IN * count))
 
 
 def rms_factor(count: float) -> float:
-    """How many standard deviations the root mean square of normal errors is at most, but in one file of twenty.
+    """The standard deviations that the root mean square of normal errors does not exceed in 19 of 20 files.
 
     By the cube root of χ², which is nearly normal (Wilson and Hilferty, The distribution of chi-square, 1931).
     """

@@ -72,7 +72,7 @@ def bad(file: str, key: str, value: object, what: str) -> BadInput:
 
 
 def _fault(row: NumberedRow, width: int) -> tuple[object, str] | None:
-    """What is wrong with a row among the numbers: the value, and the words."""
+    """The fault of a row among the numbers: the value, and the words."""
     other = next((cell for cell in row.cells if isinstance(cell, str)), None)
     if other == "":
         return None, "has an empty cell; each row needs all its numbers"

@@ -145,7 +145,7 @@ def _stretches(lifts: FloatArray, free: NDArray[np.bool_], room: float) -> Itera
 
 
 def _leaving(points: MeasuredPoints, place: int, way: int, level: float, band: float) -> tuple[float, float]:
-    """How far after a place the motion is one band from a level, and how long it then was on its way, deg."""
+    """The angle from a place to where the motion is one band from a level, and the length of that change, deg."""
     places = (place + way * np.arange(points.lifts.size)) % points.lifts.size
     away = np.mod(way * (points.angles[places] - points.angles[place]), FULL_TURN)
     off = np.abs(points.lifts[places] - level) / band

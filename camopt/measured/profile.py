@@ -113,7 +113,7 @@ class Touched(NamedTuple):
         return np.asarray(turn * self.centres[np.isin(self.rows, rows)])
 
     def distances(self, problem: Problem, start: float, rows: NDArray[np.int64]) -> FloatArray:
-        """How far points are outside the profile of that cam, along its normal, mm; inside, it is below 0."""
+        """Distances of points outside the profile of that cam, along its normal, mm; negative inside."""
         import shapely
 
         centres = self.centres_at(problem, start, rows)
@@ -201,7 +201,7 @@ def _between(points: MeasuredPoints, band: float) -> FloatArray:
 
 
 def _depth(problem: Problem, profile: ComplexArray, normals: ComplexArray, around: ComplexArray) -> FloatArray:
-    """How deep a follower that touches points of a profile is in the rest of it, mm."""
+    """The depth by which a follower that touches points of a profile cuts into the rest of it, mm."""
     if problem.setup.mechanism.curvature is not None:
         radius = problem.design.roller_radius[0]
         centres = profile + radius * normals

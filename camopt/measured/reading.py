@@ -51,7 +51,7 @@ class MeasuredPoints:
 
 
 def angle_from(start: float, end: FloatArray | float) -> FloatArray:
-    """How far it is from one cam angle on to another, from 0 to less than a turn, deg."""
+    """The angle from one cam angle forward to another, from 0 to less than a turn, deg."""
     return np.mod(
         np.mod(np.asarray(end) - start, FULL_TURN), FULL_TURN
     )  # a little less than 0 is a turn, by rounding
@@ -168,7 +168,7 @@ def _round_the_axis(name: str, table: NumberTable, points: ComplexArray) -> tupl
 
 
 def _step(lifts: FloatArray) -> float:
-    """What lifts are rounded to: the largest power of ten that all are multiples of; 0 if it is less than 1e-6."""
+    """The rounding of lifts: the largest power of ten that divides all; 0 if it is less than 1e-6."""
     for digits in range(7):
         if np.abs(lifts - np.round(lifts, digits)).max() <= 1e-12 * np.abs(lifts).max():
             return float(10.0**-digits)

@@ -1,4 +1,4 @@
-"""How large a workbook is, found before its reader lays out its sheets: memory for every cell up to the last one.
+"""The size of a workbook, found before its reader allocates memory for every cell up to the last one.
 
 A workbook is an archive whose directory says how large each part is. What it says holds: a part that is longer is
 cut there, and its checksum is then wrong. In the parts of a sheet only the places of cells are looked at: .xlsx has

@@ -71,7 +71,7 @@ class AxisMinimiser:
 
     @cached_property
     def relaxed(self) -> Convex:
-        """What bounds it for any motion, whatever the quantities."""
+        """The relaxation that bounds it for any motion."""
         wider = tightened(self.demand, -SOLVER_ERROR)
         return convex(wider, partial(RelaxedMotion, PANEL_COUNTS[0]), self.held)
 

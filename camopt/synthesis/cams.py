@@ -74,7 +74,7 @@ def known_row(demand: Demand, row: Design) -> Design:
 
 
 def smallest_cams(scene: Scene) -> Optimum:
-    """What ``optimise`` finds; of the scene's own size where neither limits nor the objective bear on it."""
+    """The result of ``optimise``; with the scene's own size if neither limits nor objective depend on it."""
     problem = resolve(scene)
     if has_own_size(problem, objective_in(scene.synthesis)):
         scene = scene.with_values({f"search.{_size_key(problem)}": (float(problem.design.size[0]),)})

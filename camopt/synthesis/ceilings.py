@@ -63,7 +63,7 @@ class TangentPlanes:
 
 
 def samples(demand: Demand, stroke: Stroke) -> FloatArray:
-    """Where a stroke is looked at: x of the unit stroke, between the ends of pieces."""
+    """The samples of a stroke: x of the unit stroke, between the ends of pieces."""
     count = OF_DWELL if stroke.kind == DWELL else max(demand.splines.pieces * PIECE_SAMPLES, STROKE_SAMPLES)
     return (np.arange(count) + 0.5) / count
 

@@ -1,4 +1,4 @@
-"""What a scene asks of its motion at cam angles, as conditions on free laws, and where displacements are 0.
+"""The scene's conditions at cam angles as conditions on new laws, and the zero of displacements.
 
 Moves may go anywhere between what they join. The lowest of them makes the size of the cam, so it has to be known:
 where the lowest position that the scene gives may be a rest, no move goes below it. Else some move has to (one that
@@ -87,7 +87,7 @@ def _may_rest(asked: Sequence[Condition], angle: float) -> bool:
 
 
 def conditions_of(ground: Ground) -> Iterator[Condition]:
-    """What is asked at the ends of moves and on their way, and that none goes below the lowest."""
+    """The conditions at the ends of moves and on their way; none goes below the lowest position."""
     for stroke in ground.strokes:
         if not (stroke.is_move and stroke.is_free):
             continue

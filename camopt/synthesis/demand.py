@@ -1,4 +1,4 @@
-"""What free motion laws are to hold and to minimise: linear limits on the motion and on two sizes.
+"""The demand on new motion laws: linear limits on the motion and two sizes, and the objective.
 
 The sizes are the lead e and the height s₀ of the trace point (a flat face and a cylindrical cam have a height
 alone, their radius), so that the size of the cam is √(s₀² + e²) less the roller. Lengths in mm, angles in rad,
@@ -90,7 +90,7 @@ class Demand:
 
     @property
     def roller(self) -> float:
-        """What the prime radius has over the size."""
+        """The prime radius minus the size."""
         return roller_of(self.problem, self.body)
 
     @property
@@ -130,7 +130,7 @@ class Demand:
 
     @property
     def names(self) -> list[str]:
-        """What can be left out of it: its limits and conditions."""
+        """The names of its limits and conditions, each of which can be left out."""
         orders = [name for name, order in TERM_ORDERS.items() if any(order in row for row in self.ranges)]
         limits = [*orders, *(floor.name for floor in self.floors)]
         limits += [SIZE_WORDS] if self.prime[1] < inf else []
@@ -184,7 +184,7 @@ class Demand:
         return number, min(max((angle - stroke.start) / stroke.angle, 0.0), 1.0)
 
     def continuity_at(self, angle: float) -> int:
-        """How many derivatives go on where two moving strokes meet: the jerk too, where it is asked for."""
+        """The number of continuous derivatives where two moving strokes meet; with the jerk, if it is limited."""
         asked = (each.order for each in self.conditions if each.start == each.end == angle)
         return max(self.rest, *asked, 0)
 
@@ -203,5 +203,5 @@ class Demand:
 
 
 def roller_of(problem: Problem, body: float) -> float:
-    """What the prime radius of a follower with a trace point on a disc cam has over the size."""
+    """The prime radius minus the size, for a follower with a trace point on a disc cam."""
     return body if problem.setup.mechanism in (translating.MECHANISM, oscillating.MECHANISM) else 0.0

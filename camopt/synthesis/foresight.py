@@ -1,4 +1,4 @@
-"""How long a frontier will take, told as soon as its first searches have been timed."""
+"""An estimate of the time of a frontier, given as soon as its first searches have been timed."""
 
 from collections.abc import Callable, Sequence
 from math import ceil
@@ -11,7 +11,7 @@ FAR_MORE = 2.0  # times what was told, which is told again
 
 
 class Foresight:
-    """What searches take that run one kind after the other, each kind on all workers.
+    """The time of searches that run one kind after the other, each kind on all workers.
 
     Those to come are taken to be as long as those of the last kind: where a load is an axis, the first kind that
     has it tells more than the kinds before.
@@ -36,5 +36,5 @@ class Foresight:
             self._tell(f"{more}, about {duration(whole)} in all; fewer points take less")
 
     def _rounds(self, count: int) -> int:
-        """How many searches a worker has one after the other."""
+        """The number of searches of a worker, one after the other."""
         return ceil(count / self._workers)

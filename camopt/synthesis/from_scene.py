@@ -1,4 +1,4 @@
-"""What a scene asks of free motion laws: its limits, its ``[synthesis]`` and its ranges of sizes, as a demand."""
+"""The demand of a scene on new motion laws, from its limits, ``[synthesis]`` and ranges of sizes."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace

@@ -36,7 +36,7 @@ LEAST_PANEL = 0.25  # of a panel: the least length of one beside a condition
 
 
 class RelaxedMotion:
-    """What a stroke with any law has at the nodes of so many panels: y, v and a. Only jerks tie a to v.
+    """A stroke with any law, by y, v and a at the nodes of its panels. Only jerks tie a to v.
 
     Derivatives are by x of the unit stroke, so that a stroke of a small angle has no huge numbers.
     """

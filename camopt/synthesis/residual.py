@@ -47,7 +47,7 @@ class LeftOver(NamedTuple):
 def left_over(
     strokes: tuple[Stroke, ...], splines: tuple[Splines, ...], scale: float, ratio: float, damping: float
 ) -> LeftOver:
-    """What free strokes leave, each with its splines; ``scale`` is the unit of the displacements of moves.
+    """The vibration left by free strokes, each with its splines; ``scale`` is the unit of displacements of moves.
 
     A rise or return goes from 0 to 1, which is part of the constant. Where two free moves meet, the last
     coefficient of the first has what both add: the other is the same displacement.

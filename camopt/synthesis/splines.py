@@ -50,7 +50,7 @@ class Splines:
 
     @cached_property
     def _continuous(self) -> NDArray[np.intp]:
-        """How many derivatives are continuous where each piece but the last ends."""
+        """The number of continuous derivatives at the end of each piece but the last."""
         return np.where(np.isin(self.ends[1:-1], self.cuts), min(self.at_cuts, self.continuity), self.continuity)
 
     @property
@@ -61,7 +61,7 @@ class Splines:
 
     @property
     def count(self) -> int:
-        """How many coefficients a spline has."""
+        """The number of coefficients of a spline."""
         return self.knots.size - self.degree - 1
 
     def at(self, x: FloatArray, order: int) -> sparse.csr_array:

@@ -1,4 +1,4 @@
-"""What a convex programme asks of the motion of a stroke, whatever that is made of."""
+"""The interface of a stroke's motion for convex programmes, whatever the motion is made of."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

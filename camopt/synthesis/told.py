@@ -1,4 +1,4 @@
-"""What a synthesis reached, in a sentence."""
+"""The result of a synthesis in a sentence."""
 
 from camopt.problem.problem import resolve
 from camopt.synthesis.conditions import ground_of
@@ -8,7 +8,7 @@ from camopt.tables.cells import number
 
 
 def bound_in_words(result: Synthesis) -> str:
-    """What was minimised, what no motion can have less of, and the gap between these."""
+    """The minimised value, the lower bound for any motion, and the gap between them."""
     unit = objective_unit(result.asked)
     what = f"Minimised: {number(result.objective)}{unit}."
     if result.bound:

@@ -1,4 +1,4 @@
-"""What ``camopt accuracy`` prints."""
+"""The output of ``camopt accuracy``."""
 
 from typing import TYPE_CHECKING, Any
 

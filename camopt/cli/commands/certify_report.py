@@ -1,4 +1,4 @@
-"""What ``camopt certify`` prints."""
+"""The output of ``camopt certify``."""
 
 from camopt.cli.terminal import print_json, show
 from camopt.tables.layout import table_of
@@ -13,7 +13,7 @@ def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:
 
 
 def show_counts(counts: dict[str, int], as_json: bool) -> None:
-    """How many rows of a table are held, broken and undecided."""
+    """The numbers of rows of a table that are held, broken and undecided."""
     every = {verdict: counts.get(verdict, 0) for verdict in ("held", "broken", "undecided")}
     if as_json:
         return print_json(every)

@@ -1,4 +1,4 @@
-"""What ``camopt check`` prints."""
+"""The output of ``camopt check``."""
 
 from collections.abc import Iterable
 from dataclasses import asdict
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def show_checked(found: "Iterable[FileCheck]", as_json: bool) -> None:
-    """What is known of each file, one a line."""
+    """The state of each file, one a line."""
     if as_json:
         files = [{**asdict(each), "file": str(each.file)} for each in found]
         return print_json({"whole": all(each.is_whole for each in found), "files": files})

@@ -1,4 +1,4 @@
-"""What `camopt compare` prints: settings, designs and fronts of two results."""
+"""The output of ``camopt compare``: settings, designs and fronts of two results."""
 
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,7 @@ NOT_SET = "—"
 
 
 def show_compared(result: "Comparison", as_json: bool) -> None:
-    """What differs, or that nothing does."""
+    """The differences, or a line that there are none."""
     if as_json:
         return print_json(result.to_dict())
     show(f"A: {result.a}", f"B: {result.b}")
@@ -46,7 +46,7 @@ def _short(value: Any) -> str:
 
 
 def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
-    """How many designs came, went and changed; the quantities that did; the best of those that came and went."""
+    """The numbers of new, lost and changed designs; the changed quantities; the best new and lost designs."""
     of_a, of_b = table.designs
     yield f"{name}: {of_a:,} designs in A, {of_b:,} in B"
     if table.same:
@@ -81,7 +81,7 @@ def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
 
 
 def _fronts(table: "TableComparison") -> Iterator[Any]:
-    """How the fronts differ, or why that cannot be said."""
+    """The differences of the fronts, or the reason why they cannot be compared."""
     a, b = table.objectives
     if table.fronts and table.fronts.same:
         yield table.fronts.told

@@ -1,4 +1,4 @@
-"""What ``camopt effects`` prints."""
+"""The output of ``camopt effects``."""
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any

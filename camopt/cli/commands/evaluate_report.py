@@ -1,4 +1,4 @@
-"""What ``camopt evaluate`` prints."""
+"""The output of ``camopt evaluate``."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -1,4 +1,4 @@
-"""What ``camopt export`` prints."""
+"""The output of ``camopt export``."""
 
 from typing import TYPE_CHECKING
 

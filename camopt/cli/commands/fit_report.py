@@ -1,4 +1,4 @@
-"""What ``camopt fit`` prints of a measured motion."""
+"""The output of ``camopt fit``."""
 
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def show_fit(result: "Fit", as_json: bool) -> None:
-    """How the motion lies in the points, its segments, and its peaks beside those of plain differences."""
+    """Deviations of the motion from the points, its segments, and its peaks beside those of plain differences."""
     if as_json:
         found = result.to_dict()
         return print_json(found | {name: finite(found[name]) for name in ("before", "after")})

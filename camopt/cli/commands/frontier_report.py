@@ -1,4 +1,4 @@
-"""What ``camopt frontier`` prints."""
+"""The output of ``camopt frontier``."""
 
 from typing import TYPE_CHECKING
 

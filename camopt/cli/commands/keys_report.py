@@ -1,4 +1,4 @@
-"""What ``camopt keys`` prints."""
+"""The output of ``camopt keys``."""
 
 from itertools import groupby
 

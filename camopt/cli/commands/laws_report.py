@@ -1,4 +1,4 @@
-"""What ``camopt laws`` prints."""
+"""The output of ``camopt laws``."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What ``camopt new`` prints or writes."""
+"""The output of ``camopt new``."""
 
 import sys
 from pathlib import Path

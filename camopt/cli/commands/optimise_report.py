@@ -1,4 +1,4 @@
-"""What ``camopt optimise`` prints."""
+"""The output of ``camopt optimise``."""
 
 from collections.abc import Mapping
 from math import isfinite
@@ -50,7 +50,7 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
 
 
 def _show_prices(prices: "Mapping[str, list[Price]]") -> None:
-    """What each bound costs, the size of the cam without it, and what holds that cam."""
+    """The price of each bound, the size of the cam without it, and the limits that bind that cam."""
     rows = [{"law": law, **price_in_words(price)} for law, each in prices.items() for price in each]
     names = ["law"] if len(prices) > 1 else []
     names += ["bound", "as set", "price", *(["tightened"] if any(row["tightened"] for row in rows) else [])]

@@ -1,4 +1,4 @@
-"""What ``camopt scenes`` prints."""
+"""The output of ``camopt scenes``."""
 
 import sys
 import tomllib

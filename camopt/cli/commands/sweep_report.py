@@ -1,4 +1,4 @@
-"""What ``camopt sweep`` prints."""
+"""The output of ``camopt sweep``."""
 
 from typing import TYPE_CHECKING
 
@@ -76,7 +76,7 @@ def show_part(result: "SweepPart", as_json: bool) -> None:
 
 
 def _counts(result: "Sweep") -> str:
-    """How many designs are impossible and feasible; or, where nobody counted them, how the front was found."""
+    """The numbers of impossible and feasible designs; or, if not counted, how the front was found."""
     if result.feasible is None:
         return f"{result.decided_by_boxes:,} decided by boxes, {result.evaluated:,} evaluated, "
     return f"{result.impossible:,} impossible, {result.feasible:,} feasible, "

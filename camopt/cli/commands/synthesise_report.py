@@ -1,4 +1,4 @@
-"""What ``camopt synthesise`` prints."""
+"""The output of ``camopt synthesise``."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
