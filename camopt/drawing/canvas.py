@@ -4,6 +4,7 @@ import os
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,5 +46,7 @@ def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **o
             figure.draw_without_rendering()  # makes the ticks, in this style, wherever the figure is shown later
         else:
             suffix = Path(path).suffix.lower()
+            drawn = BytesIO()  # a file that cannot be finished gives matplotlib other trouble than the disk's
+            figure.savefig(drawn, format=suffix[1:], metadata=DATES.get(suffix))
             with whole_file(path) as partial:
-                figure.savefig(partial, format=suffix[1:], metadata=DATES.get(suffix))
+                partial.write_bytes(drawn.getvalue())

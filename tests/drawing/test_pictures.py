@@ -8,14 +8,16 @@ from functools import cache
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
 from support.cams import cam_with
 from support.depth import covering
+from support.faults import calls_of, ended
 from support.pictures import crossed, drawn, faults_of
 from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded, made
 
 import camopt
 from camopt import BadInput, Scene, find_scene, plot, shipped_scenes
-from camopt.drawing.canvas import canvas
+from camopt.drawing.canvas import STILL_KINDS, canvas
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
@@ -270,3 +272,22 @@ def test_the_thin_line_is_the_curvature_of_the_left_flank(contact):
             turned = np.angle(step[1:] / step[:-1]) / (0.5 * (np.abs(step[1:]) + np.abs(step[:-1])))
             middle = slice(len(line) // 5, -len(line) // 5)
             np.testing.assert_allclose(line[1:-1][middle], turned[middle], rtol=2e-2, atol=2e-4)
+
+
+@pytest.mark.parametrize("kind", STILL_KINDS)
+@pytest.mark.parametrize("fault", ["EIO", "ENOSPC"])
+def test_a_disk_that_fails_is_told_as_such(kind, fault, tmp_path):
+    """Whatever library draws: it may have its own trouble with a file that it cannot finish."""
+    path = tmp_path / f"picture{kind}"
+
+    def draw():
+        with canvas(path, (1.0, 1.0)) as figure:
+            figure.add_artist(Line2D(*np.random.default_rng(0).random((2, 5000))))  # more than a buffer holds
+
+    calls = calls_of(tmp_path, draw)
+    assert "write" in calls
+    path.unlink()
+    for number, call in enumerate(calls):
+        if call in ("open for writing", "write"):
+            assert ended(tmp_path, draw, number, fault).how == "failed"
+            assert [*tmp_path.iterdir()] == []
