@@ -75,12 +75,15 @@ def _command(name: str, first: bool) -> Task:
     return Task(partial(_camopt, COMMANDS[name], first), partial(_run, IMPORT_NUMPY), runs=1)
 
 
-COUNTED: dict[str, Callable[[], Task]] = {
+SWEEPS: dict[str, Callable[[], Task]] = {
     name.replace("_", " "): lambda name=name: _sweep(jobs(STEPS)[name], 1) for name in MECHANISMS
 }
-"""Sweeps of each mechanism on one thread: tasks whose instructions can be counted."""
+"""Sweeps of each mechanism on one thread."""
 
-QUICK: dict[str, Callable[[], Task]] = {**COUNTED, "smallest radius": _smallest}
+COUNTED = {**SWEEPS, "default sweep": lambda: _sweep(default_job(), 1, runs=2)}
+"""Tasks whose instructions can be counted: on one thread."""
+
+QUICK: dict[str, Callable[[], Task]] = {**SWEEPS, "smallest radius": _smallest}
 
 TASKS: dict[str, Callable[[], Task]] = {
     **QUICK,

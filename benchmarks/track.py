@@ -2,7 +2,7 @@
 
 Without an option: measure HEAD, add it to the record, and draw the record. ``--commit`` does so with another
 commit, ``--compare`` measures a base and HEAD in turns and fails if HEAD costs more, ``--check`` fails if the
-working tree is much slower than the newest record, ``--draw`` draws. ``--quick`` takes the first part of the list
+working tree costs 30 % more than the newest record, ``--draw`` draws. ``--quick`` takes the first part of the list
 alone: sweeps in process, and the smallest radius.
 
 Kernels are compiled before anything is measured, for each commit in a folder of its own; ``--kernels`` keeps them.
@@ -18,6 +18,8 @@ from contextlib import ExitStack
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
+from statistics import median
+from typing import Any
 
 import callgrind
 from history_picture import drawn
@@ -40,7 +42,9 @@ from tasks import CORES, COUNTED, QUICK, TASKS
 
 ROUNDS, CHECK_ROUNDS, MOST_ROUNDS = 5, 1, 15  # a check repeats what is too slow
 SLOWER, MORE = 0.10, 0.03  # allowed of one commit against another: time, instructions
-MUCH_SLOWER = 2.0  # allowed against the record, which may come from another machine
+BESIDE_RECORD = 0.30  # allowed of instructions against the record, and of time on a machine like the record's
+MUCH_SLOWER = 2.0  # allowed of time where the machine is another one
+PACE = 1.3  # by which the rival may be faster or slower than in the record on a machine like the record's
 
 
 def commit_of(revision: str) -> str:
@@ -91,11 +95,16 @@ def record_of(commit: str, tasks: list[str], to_count: list[str], kernels: Path 
         "commit": commit,
         "date": datetime.fromtimestamp(int(second), UTC).isoformat(),
         "subject": subject,
-        "machine": {"processor": processor(), "cores": CORES, "load": round(load, 2)},
+        "machine": {**machine(), "load": round(load, 2)},
         "versions": {"python": platform.python_version(), **made_with},
         "rival": rival("float").name,
         "tasks": with_counts(times, counts),
     }
+
+
+def machine() -> dict[str, Any]:
+    """What a time depends on beside the code."""
+    return {"processor": processor(), "cores": CORES}
 
 
 def processor() -> str:
@@ -137,22 +146,36 @@ def seen(rounds: list[list[Measures]], counts: Sequence[Measures] = ({}, {})) ->
     return cautious(*both)
 
 
-def checked(tasks: list[str]) -> list[Change]:
+def unlike(record: Record, times: Measures) -> str:
+    """How this machine differs from that of a record; empty if it does not."""
+    here, there = {**machine(), "rival": rival("float").name}, {**record["machine"], "rival": record["rival"]}
+    differing = [f"{what} {there[what]}, here {here[what]}" for what in here if there[what] != here[what]]
+    both = [(times[task], record["tasks"][task]) for task in times if task in record["tasks"]]
+    pace = median(now["rival_cpu_seconds"] / then["rival_cpu_seconds"] for now, then in both)
+    if not differing and not 1.0 / PACE < pace < PACE:
+        differing = [f"the rival takes {pace:.2f} times as long here"]
+    return "; ".join(differing)
+
+
+def checked(tasks: list[str], to_count: list[str]) -> list[Change]:
     """Measure the working tree against the newest record."""
     *_, newest = records() or [None]
     if newest is None:
         raise SystemExit("there is no record to check against: python benchmarks/track.py makes one of HEAD")
     side, found = Side("working tree", HERE.parent), [Measures()]
-    say(f"against {newest['commit'][:9]}, whose rival was {newest['rival']}; now it is {rival('float').name}")
+    say(f"against {newest['commit'][:9]}")
 
-    def against() -> list[Change]:
-        return changes(newest["tasks"], found[0], MUCH_SLOWER, MORE)
+    def against(counts: Measures | None = None) -> list[Change]:
+        slower = MUCH_SLOWER if unlike(newest, found[0]) else BESIDE_RECORD
+        return changes(newest["tasks"], with_counts(found[0], counts or {}), slower, BESIDE_RECORD)
 
     def measure(turn: int, names: list[str]) -> None:
         found[0] = least([found[0], side.timed(names)])
 
     repeated(tasks, CHECK_ROUNDS, measure, lambda: failing(against()))
-    return against()
+    if why := unlike(newest, found[0]):
+        say(f"the record is of another machine ({why}): only what takes three times as long fails")
+    return against(side.counted(to_count))
 
 
 def named(found: Iterable[Change]) -> list[str]:
@@ -189,12 +212,12 @@ def arguments() -> argparse.Namespace:
 def main() -> int:
     asked = arguments()
     tasks = list(QUICK if asked.quick else TASKS)
-    if asked.check:
-        return verdict(checked(list(QUICK)))
     if asked.draw:
         say(f"drawn: {drawn(records())}")
         return 0
     to_count = [] if asked.no_counts else countable()
+    if asked.check:
+        return verdict(checked(list(QUICK), to_count))
     head = commit_of("HEAD" if asked.compare else asked.commit)
     if asked.compare:
         return verdict(compared(commit_of(asked.compare), head, tasks, to_count, asked.kernels))

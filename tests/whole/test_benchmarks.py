@@ -249,15 +249,37 @@ def test_a_package_in_the_place_of_another_is_refused(tmp_path):
 def test_without_a_record_there_is_nothing_to_check(monkeypatch):
     monkeypatch.setattr(track, "records", list)
     with pytest.raises(SystemExit, match="there is no record"):
-        track.checked(["disc translating"])
+        track.checked(["disc translating"], [])
 
 
-@pytest.mark.parametrize(("slower", "code"), [(1.0, 0), (2.9, 0), (3.1, 1)])
-def test_the_working_tree_is_held_against_the_newest_record(slower, code, monkeypatch, capsys):
-    monkeypatch.setattr(track, "records", lambda: [{"commit": "a" * 40, "rival": "C", "tasks": measures()}])
-    monkeypatch.setattr(sides.Side, "timed", lambda self, names: measures(cpu_seconds=0.2 * slower))
-    assert track.verdict(track.checked(["sweep", "smallest"])) == code
-    assert ("costs too much: sweep" in capsys.readouterr().out) == bool(code)
+LIKE, OTHER = {}, {"processor": "another one"}
+
+
+@pytest.mark.parametrize(
+    ("machine", "pace", "slower", "code"),
+    [(LIKE, 1.0, 1.25, 0), (LIKE, 1.0, 1.35, 1), (LIKE, 1.25, 1.35, 1)]
+    + [(each, pace, slower, slower > 3.0) for each, pace in ((OTHER, 1.0), (LIKE, 1.4)) for slower in (2.9, 3.1)],
+)
+def test_the_working_tree_is_held_against_the_newest_record(machine, pace, slower, code, monkeypatch, capsys):
+    newest = {"commit": "a" * 40, "rival": track.rival("float").name, "tasks": measures()}
+    monkeypatch.setattr(track, "records", lambda: [{**newest, "machine": {**track.machine(), **machine}}])
+    times = {name: value * pace for name, value in TIMES.items()}
+    own = {"cpu_seconds": times["cpu_seconds"] * slower}
+    monkeypatch.setattr(sides.Side, "timed", lambda *_: {"sweep": times | own, "smallest": times})
+    assert track.verdict(track.checked(["sweep", "smallest"], [])) == code
+    printed = capsys.readouterr()
+    assert ("costs too much: sweep" in printed.out) == bool(code)
+    assert ("the record is of another machine" in printed.err) == (machine is OTHER or pace > track.PACE)
+
+
+@pytest.mark.parametrize(("more", "code"), [(1.25, 0), (1.35, 1)])
+def test_instructions_are_held_against_the_record_on_any_machine(more, code, monkeypatch):
+    newest = {"commit": "a" * 40, "rival": "C", "machine": {"processor": "another one", "cores": 1}}
+    monkeypatch.setattr(track, "records", lambda: [{**newest, "tasks": measures()}])
+    monkeypatch.setattr(sides.Side, "timed", lambda *_: {"sweep": TIMES})
+    counted = {"sweep": {"instructions": more * measures()["sweep"]["instructions"]}}
+    monkeypatch.setattr(sides.Side, "counted", lambda self, names: counted if names else {})
+    assert track.verdict(track.checked(["sweep"], ["sweep"])) == code
 
 
 def test_a_slower_commit_fails_when_it_is_measured_in_turns_with_its_base(monkeypatch):
@@ -289,5 +311,5 @@ def test_every_task_of_the_record_is_measured(monkeypatch, capsys):
 
 def test_quick_tasks_are_the_first_of_all():
     assert list(tasks.TASKS)[: len(tasks.QUICK)] == list(tasks.QUICK)
-    assert {*tasks.COUNTED} < {*tasks.QUICK}
+    assert {*tasks.COUNTED} < {*tasks.TASKS} > {*tasks.QUICK} > {*tasks.SWEEPS}
     assert {*tasks.COLD} < {*tasks.TASKS}
