@@ -58,8 +58,9 @@ def allowed(schema: dict[str, Any]) -> str:
     """What a JSON schema allows, in words."""
     match schema:
         case {"anyOf": kinds}:
-            named = [kind for kind in kinds if "enum" not in kind]  # of texts that are free, some are only proposed
-            return " or ".join(allowed(kind) for kind in (named if {"type": "string"} in kinds else kinds))
+            free = {"type": "string"} in kinds  # then names are only proposed; a number with a unit is a number
+            told = [kind for kind in kinds if "pattern" not in kind and not (free and "enum" in kind)]
+            return " or ".join(map(allowed, told))
         case {"enum": [_, *_] as values}:
             return names_of(values)
         case {"$ref": target} | {"allOf": [{"$ref": target}]}:

@@ -41,7 +41,7 @@ from camopt.scene.tables import (
     SynthesisSettings,
     one_line,
 )
-from camopt.scene.text import parsed, plain
+from camopt.scene.text import is_typed, parsed, plain
 from camopt.shown import Drawn, HasHtml
 from camopt.storage.files import read_bytes
 from camopt.storage.manifest import settled_path
@@ -171,15 +171,19 @@ class Scene(HasHtml, Drawn, SceneTable):
         self._fill(values, str(values.get("name", "scene")))
 
     def _fill(self, values: dict[str, Any], file: str, folder: Path | None = Path()) -> None:
-        given = plain(values, file)
+        given, found = plain(values, file), list[Mistake]()
+        if is_typed({key: value for key, value in given.items() if key != "name"}):
+            from camopt.scene.units import with_units
+
+            given, found = with_units(given, file)
         tables = with_named_laws(given, own_law_tables(given))
         unread = [*read_files(tables, folder), *read_load(tables, folder)]
         read_profile(tables)
-        found: list[Mistake] = []
         try:
             BaseModel.__init__(self, **tables)
         except ValidationError as error:
-            found = mistakes_of(error, Scene, "", file)
+            told = {mistake.key for mistake in found}
+            found += [each for each in mistakes_of(error, Scene, "", file) if each.key not in told]
         keys = {mistake.key for mistake in found}
         faults = (*unread, *faults_of(without(tables, keys) if keys else tables))
         found += [Mistake(file, *fault, bare=True) for fault in faults if fault[0] not in keys]

@@ -13,6 +13,8 @@ from camopt.version import SITE
 DIALECT = "http://json-schema.org/draft-07/schema#"
 """What every linter reads; nothing here needs a later one."""
 BOUNDS = {"ge": "minimum", "le": "maximum", "lt": "exclusiveMaximum", "gt": "exclusiveMinimum"}
+WITH_UNIT = {"type": "string", "pattern": r"^\s*[-+]?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?\s*(1/)?[a-zA-Zµ°%]"}
+"""What a text is where a number is expected."""
 MODELS = {model.__name__: (place, model) for place, model in TABLES.items()}
 
 
@@ -52,6 +54,9 @@ def _shaped(schema: Any) -> Any:
         del found["default"]
     if rows := found.pop("prefixItems", None):
         found["items"] = rows[0]
+    if found.get("type") == "number":
+        bounds = {key: found.pop(key) for key in ("type", *BOUNDS.values()) if key in found}
+        return {"anyOf": [bounds, WITH_UNIT], **found}
     kinds = [kind for kind in found.pop("anyOf", found.pop("oneOf", [])) if kind != {"type": "null"}]
     if len(kinds) == 1:
         return kinds[0] | found

@@ -11,11 +11,13 @@ from camopt.storage.files import text_of
 
 DEEPEST = 16  # tables within tables; a scene has five
 PLACE = re.compile(r" \(at line (\d+), column \d+\)$")
+TYPED = re.compile(r"\s*[-+]?\d+(\.\d+)?(e[-+]?\d+)?\s*(1/)?[a-zA-Zµ°%].*", re.DOTALL)
+"""A number with a unit, which a text may be where a number is expected."""
 HINTS = {
     r"[\u2018-\u201f\u00ab\u00bb]": "a text has straight quotes, \" or '",
     r"[=\[,]\s*[-+]?\d+,\d+\s*(#|$)": "a number has a decimal point, not a comma",
     r"[=\[,]\s*[-+]?(\.\d|\d+\.(?!\d))": "a number has digits on both sides of its decimal point",
-    r"[=\[,]\s*[-+]?\d[\d.]*(e[-+]?\d+)?\s*([^\W\d_]|[°µ%])": "a number has no unit after it",
+    r"[=\[,]\s*[-+]?\d[\d.]*(e[-+]?\d+)?\s*([^\W\d_]|[°µ%])": "a number with a unit is a text: in quotes",
     r"^\s*[\w.-]+\s*[:;]": "a key and its value have = between them",
     r"=\s*[^\W\d]": "a text is in quotes, and a switch is true or false",
 }
@@ -65,3 +67,14 @@ def plain(value: Any, file: str, depth: int = 0) -> Any:
     if isinstance(value, dict):
         return {str(key): plain(each, file, depth + 1) for key, each in value.items()}
     return [plain(each, file, depth + 1) for each in value] if isinstance(value, (list, tuple)) else value
+
+
+def is_typed(value: Any) -> bool:
+    """Whether any text within a value looks like a number with a unit."""
+    if isinstance(value, dict):
+        return any(map(is_typed, value.values()))
+    return (
+        any(map(is_typed, value))
+        if isinstance(value, list)
+        else isinstance(value, str) and bool(TYPED.fullmatch(value))
+    )

@@ -45,9 +45,9 @@ def told(text, tmp_path, name="mine.toml"):
     ("before", "after", "line"),
     [
         ("rpm = 1000.0", "rpm = 1000,5", "'rpm = 1000,5': a number has a decimal point, not a comma"),
-        ("rpm = 1000.0", "rpm = 1000 rpm", "'rpm = 1000 rpm': a number has no unit after it"),
-        ("rpm = 1000.0", "rpm = 1e3rpm", "a number has no unit after it"),
-        ("rpm = 1000.0", "rpm = 30°", "a number has no unit after it"),
+        ("rpm = 1000.0", "rpm = 1000 rpm", "'rpm = 1000 rpm': a number with a unit is a text: in quotes"),
+        ("rpm = 1000.0", "rpm = 1e3rpm", "a number with a unit is a text: in quotes"),
+        ("rpm = 1000.0", "rpm = 30°", "a number with a unit is a text: in quotes"),
         ("rpm = 1000.0", "rpm = .5", "a number has digits on both sides of its decimal point"),
         ("rpm = 1000.0", "rpm = 5. # slow", "a number has digits on both sides of its decimal point"),
         ("rpm = 1000.0", "rpm: 1000", "'rpm: 1000': a key and its value have = between them"),

@@ -90,6 +90,7 @@ A new arrow is a decision: it stands here, or the code finds another way. None r
 DOORS = {"__init__", "__main__"}
 """They open the package, and import from anywhere."""
 HEAVY = {
+    "pint",
     "python_calamine",
     "matplotlib",
     "pandas",
@@ -120,6 +121,7 @@ LATE = {
     ("tables.designs", "tables.table"): "it imports pyarrow",
     ("storage.ownership", "storage.damage"): "it imports pyarrow",
     ("points.points", "storage.sealed"): "it imports pyarrow",
+    ("scene.scene", "scene.units"): "it reads the docstrings of keys, for which most scenes have no use",
     ("points.points", "tables.workbook"): "it imports XlsxWriter",
     ("studies.spectrum", "storage.sealed"): "it imports pyarrow",
     ("studies.spectrum", "tables.table"): "it imports pyarrow",

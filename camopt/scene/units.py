@@ -1,0 +1,96 @@
+"""Numbers that are texts with a unit, such as ``"0.8 in"``, as numbers in the unit of their key.
+
+Pint knows the units. To it an angle is a number; here a speed of 600 rev/min is none of 62.8 Hz, nor a moment one
+per angle: an angle is in both units or in neither.
+"""
+
+import re
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from camopt.mistakes import Mistake
+from camopt.scene.places import TABLES, said_of, unit_for
+from camopt.scene.sizes import mechanism_in
+from camopt.scene.tables import SceneTable
+from camopt.scene.text import TYPED
+
+ANGLE = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
+EXACT = 15
+"""Digits to which a converted number is rounded: those that a rounding error cannot reach."""
+
+
+def with_units(tables: dict[str, Any], file: str) -> tuple[dict[str, Any], list[Mistake]]:
+    """The tables of a scene with numbers in place of texts with units, and a mistake for each that is none."""
+    found = mechanism_in(tables)
+    reader = _Reader(file, bool(found and found[0].motion.angular))
+    return reader.table(tables, TABLES[""], "", ""), reader.mistakes
+
+
+class _Reader:
+    """Goes through the tables of a scene."""
+
+    def __init__(self, file: str, angular: bool) -> None:
+        self.file, self.angular = file, angular
+        self.mistakes: list[Mistake] = []
+
+    def table(self, given: Mapping[str, Any], model: type[SceneTable], place: str, known: str) -> dict[str, Any]:
+        """The values of a table; ``known`` is where tables of its kind stand."""
+        found = {}
+        for key, value in given.items():
+            where = f"{place}.{key}".lstrip(".")
+            stands = "laws.NAME" if known == "laws" else f"{known}.{key}".removeprefix("search.").lstrip(".")
+            if known == "" and key == "laws" and isinstance(value, Mapping):
+                found[key] = self.table(value, model, where, "laws")
+            elif stands in TABLES:
+                found[key] = self.tables(value, TABLES[stands], where, stands)
+            else:
+                unit = said_of(model, key)[1] if key in model.model_fields else ""
+                found[key] = self.value(value, unit_for(unit, self.angular), where) if unit else value
+        return found
+
+    def tables(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:
+        if isinstance(value, list):
+            return [self.tables(each, model, f"{place}.{row}", known) for row, each in enumerate(value, start=1)]
+        return self.table(value, model, place, known) if isinstance(value, Mapping) else value
+
+    def value(self, value: Any, unit: str, where: str) -> Any:
+        """A number, a list of such or a range."""
+        if isinstance(value, list):
+            return [self.value(each, unit, f"{where}.{row}") for row, each in enumerate(value, start=1)]
+        if isinstance(value, Mapping):
+            return {key: self.value(each, unit, f"{where}.{key}") for key, each in value.items()}
+        if not (isinstance(value, str) and TYPED.fullmatch(value)):
+            return value
+        try:
+            return converted(value, unit)
+        except ValueError as trouble:
+            self.mistakes.append(Mistake(self.file, where, value, str(trouble)))
+            return value
+
+
+def converted(text: str, unit: str) -> float:
+    """A text with a unit as a number in another unit; a ValueError says what is allowed."""
+    from pint import PintError
+
+    target = "" if unit == "no unit" else unit.replace("·", "*").replace("rev", "turn")
+    allowed = (
+        f"a number in {unit}, or with a unit of that kind, such as '1 {unit}'"
+        if target
+        else "a number without a unit"
+    )
+    try:
+        if bool(ANGLE.search(text)) != bool(ANGLE.search(target)):
+            raise ValueError(allowed)
+        quantity = _registry().Quantity(re.sub(r"\brev\b", "turn", text.replace("·", "*")))
+        return float(f"{quantity.to(_registry().parse_units(target)).magnitude:.{EXACT}g}")
+    except (PintError, TypeError, AttributeError, SyntaxError, ArithmeticError) as error:
+        why = f"; {error}" if type(error).__name__ == "UndefinedUnitError" else ""
+        raise ValueError(f"{allowed}{why}") from None
+
+
+@cache
+def _registry() -> Any:
+    from pint import UnitRegistry
+
+    return UnitRegistry()
