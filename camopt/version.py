@@ -1,5 +1,5 @@
 """The version, in one place; pyproject.toml reads it from here."""
 
-VERSION = "0.1.0"
+VERSION = "0.2.0"
 SITE = ""
 """The address of the documentation, to which the schema of scenes has its links lead; none yet."""

@@ -36,6 +36,7 @@ exclude_patterns = [
     "_build",
     "ext",
     "templates",
+    "paper",
     "gallery",
     "examples/**/*.ipynb",
     "examples/**/*.py",

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
 from camopt.mechanisms.geometry import distances
-from camopt.motion.programme import Programme
+from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import Stroke
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
 from camopt.numerics.taylor import Taylor
@@ -171,6 +172,14 @@ def curves_of(problem: Problem, cutter_radius: float | None = None) -> dict[str,
 def curve_of(problem: Problem, distance: float) -> CamCurve:
     """The curve at a distance (mm) along the normal of the pitch curve, or face, of a problem's own design."""
     return CamCurve(problem.setup.mechanism, problem.design, problem.programme, distance, tuple(_spans(problem)))
+
+
+def groove_heights(problem: Problem) -> tuple[float, float]:
+    """From where to where the middle of a groove runs along the cam's axis, mm: at the ends of the motion."""
+    contact, lift = problem.setup.mechanism.contact, problem.programme.lift
+    heights = (contact(problem.design, lift, 0.0, y, 0.0).y for y in span(problem.programme, (1,), ALL_STROKES))
+    ends = [float(np.mean(each)) for each in heights]
+    return min(ends), max(ends)
 
 
 @precisely()

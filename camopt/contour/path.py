@@ -4,10 +4,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 
+STRAIGHT_ARC = 1e-12  # rad: an arc that turns by less is a line
 SAME_VELOCITY = 1e-9  # relative difference of velocities that are the same
 
 
@@ -67,17 +69,21 @@ class ArcPath:
         """The path from its end to its start."""
         return ArcPath(self.vertices[::-1], -self.bulges[::-1], self.angles[::-1], self.spans[::-1])
 
-    def halved(self, k: int) -> "ArcPath":
-        """The path with one arc cut into two halves, each with half of its cam angles."""
-        middle = self.vertices[k] + self.chords[k] * (0.5 - 0.5j * self.bulges[k])
-        half = np.tan(np.arctan(self.bulges[k]) / 2)
-        low, high = self.angles[k]
-        between = (low + high) / 2
+    def divided(self, counts: NDArray[np.intp]) -> "ArcPath":
+        """The path with each arc in so many equal ones, each beside an equal part of its cam angles.
+
+        With t from 0 to 1 an arc of the chord c that turns by φ is at c·(e^{iφt} − 1)/(e^{iφ} − 1).
+        """
+        each, t = np.repeat(np.arange(counts.size), counts), np.concatenate([np.arange(n) / n for n in counts])
+        turn = np.where(np.abs(self.sweeps) > STRAIGHT_ARC, self.sweeps, STRAIGHT_ARC)[each]
+        inside = self.vertices[each] + self.chords[each] * np.expm1(1j * turn * t) / np.expm1(1j * turn)
+        low, high = self.angles[each].T
+        begin, end = (low + (high - low) * share for share in (t, t + 1.0 / counts[each]))
         return ArcPath(
-            np.insert(self.vertices, k + 1, middle),
-            np.concatenate([self.bulges[:k], [half, half], self.bulges[k + 1 :]]),
-            np.concatenate([self.angles[:k], [[low, between], [between, high]], self.angles[k + 1 :]]),
-            (*self.spans[: k + 1], *self.spans[k:]),
+            np.append(inside, self.vertices[-1]),
+            np.tan(np.arctan(self.bulges) / counts)[each],
+            np.column_stack([begin, end]),
+            tuple(self.spans[k] for k in each),
         )
 
     def starting(self, k: int) -> "ArcPath":

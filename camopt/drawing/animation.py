@@ -90,7 +90,7 @@ def animate(scene: Scene, path: Target = None) -> Animation:
 
 
 def _write_svg(animation: Animation, stage: Stage, file: Path) -> None:
-    file.write_text(animation.svg, encoding="utf-8")
+    file.write_text(animation.svg, encoding="utf-8", newline="\n")
 
 
 _WRITERS: dict[str, Callable[[Animation, Stage, Path], None]] = {

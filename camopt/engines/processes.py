@@ -6,6 +6,7 @@ gone, however that came to pass: none outlives the process that started it.
 
 import os
 import pickle
+import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -19,6 +20,12 @@ from camopt.engines import Item, Result
 ITEM_TRIES = 2  # for an item, each of which ends with a dead process
 ALONE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """What tells libraries how many threads they may have: those of a process share its part of the machine."""
+APART: dict[str, Any] = (
+    {"start_new_session": True}
+    if os.name == "posix"
+    else {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
+)
+"""Of a process: an interrupt from a terminal is for the one that started it."""
 PROGRAM = """
 import pickle, sys
 sys.path[:] = pickle.load(sys.stdin.buffer)
@@ -85,7 +92,7 @@ class Processes:
                     stdin=PIPE,
                     stdout=PIPE,
                     env=environment,
-                    start_new_session=True,  # an interrupt from a terminal is for the process that started it
+                    **APART,
                 )
                 self._started.append(self._own.process)
             send(self._own.process.stdin, sys.path)

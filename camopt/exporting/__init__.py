@@ -1,9 +1,5 @@
 """The cam for other programs, machines and people: files of drawings, solids, points and tables."""
 
-import os
-from pathlib import Path
+from camopt.storage.home import settle_home
 
-try:
-    Path.home()
-except RuntimeError:  # a user whom the system does not know; ezdxf looks for settings and fonts there
-    os.environ["HOME"] = os.devnull
+settle_home()

@@ -13,15 +13,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from camopt.contour.curve import groove_heights
 from camopt.exporting import shapes
 from camopt.exporting.groove import WALL_SIDES, Groove, Skin, carved, sectioned, skin, spline_of, undercut_at
 from camopt.exporting.shapes import Shape
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
-from camopt.motion.programme import span
-from camopt.motion.table import ALL_STROKES
 from camopt.numerics import FloatArray
-from camopt.problem.problem import Problem
 
 LOWER, UPPER = 0, 1  # of walls, and of what is below or above the groove
 INNER_EDGE, OUTER_EDGE = 0, -1  # of the edges of a wall
@@ -40,7 +38,7 @@ def grooved_body(work: Workpiece, chord: float) -> tuple[Shape, float]:
     height = work.part.thickness
     assert height
     groove = sectioned(_possible_groove(work), WALL_SHARE * chord)
-    lift = height / 2 - _middle(work.problem)
+    lift = (height - sum(groove_heights(work.problem))) / 2
     walls = [
         [skin(groove, sector, side, WALL_SHARE * chord).lifted(lift) for side in WALL_SIDES]
         for sector in groove.sectors()
@@ -59,13 +57,6 @@ def _possible_groove(work: Workpiece) -> Groove:
         why = f"smaller: at the radius {lost:.6g} the roller would cut away a part of a wall"
         raise BadInput([Mistake(work.scene.file, "part.groove_depth", part.groove_depth, why)])
     return groove
-
-
-def _middle(problem: Problem) -> float:
-    """The height of the middle of the groove, where ``Groove`` has its walls, mm."""
-    contact, lift = problem.setup.mechanism.contact, problem.programme.lift
-    ends = [contact(problem.design, lift, 0.0, y, 0.0).y for y in span(problem.programme, (1,), ALL_STROKES)]
-    return float(np.mean(ends))
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,10 @@ def write(
             _draw(document.modelspace(), layer)
         for kind in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would add them in the order of a set
             document.classes.add_class(kind)
-        with whole_file(path) as partial, partial.open("w", encoding=document.output_encoding) as file:
+        with (
+            whole_file(path) as partial,
+            partial.open("w", encoding=document.output_encoding, newline="\n") as file,
+        ):
             document.write(file)
     return Export(path, told(plan.followed))
 

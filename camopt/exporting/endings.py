@@ -25,6 +25,8 @@ ENDINGS = {
     ".parquet": Ending("points"),
     ".xlsx": Ending("points"),
     ".nc": Ending("gcode"),
+    ".mpf": Ending("gcode"),
+    ".h": Ending("gcode"),
     ".p": Ending("grinding"),
     ".txt": Ending("electronic", of_cam=False),
     ".toml": Ending("scene", of_cam=False),

@@ -1,14 +1,15 @@
-"""G-code (ISO 6983) for a mill, wire or laser: the path of a cutter's centre round a disc cam, in arcs.
+"""Programs for a mill, wire or laser: the path of a cutter's centre round a disc cam, in arcs.
 
-The cutter comes in on a quarter of a circle, tangent to its path, and leaves on another: in the middle of the
-longest dwell, where a mark does least harm. Climb milling with a cutter that turns clockwise has the part on its
-right.
+The cutter goes down outside of the blank, comes in on a quarter of a circle, tangent to its path, and leaves on
+another: in the middle of the longest dwell, where a mark does least harm. Climb milling with a cutter that turns
+clockwise has the part on its right. The words of each control are in ``dialects``.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from math import isfinite
+from math import ceil, isfinite
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,19 +17,24 @@ from camopt.contour.curve import CamCurve, curves_of
 from camopt.contour.deviation import deviation_bound
 from camopt.contour.follow import CHORD, Followed, follow
 from camopt.contour.path import ArcPath
+from camopt.exporting.dialects import BY_ENDING, DIALECTS
 from camopt.exporting.exported import Export, told
+from camopt.exporting.program import Program
 from camopt.exporting.workpiece import Workpiece
+from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.points.points import check_cutter
 from camopt.scene.part import Part
 from camopt.storage.files import write_text
 from camopt.version import VERSION
 
-AXIS_DIGITS, CENTRE_DIGITS = 4, 5  # decimals of mm
-LEAST_CHORD = 0.0005  # mm: digits and all
-DIGIT_SHARE = 3.0 * 10.0**-AXIS_DIGITS  # mm of the chord that are left to digits
+DIGIT_SHARE, LEAST_CHORD = 3.0, 5.0  # last digits: what of the chord is left to them, and the least chord
+ALLOWED_DECIMALS = range(3, 7)
 MILLINGS = ("climb", "conventional")
-CLEARANCE, OVERRUN = 5.0, 1.0  # mm above and below the plate
+CLEARANCE, OVERRUN, ASIDE = 5.0, 1.0, 2.0  # mm above and below the plate, and between cutter and blank
+LARGEST_RADIUS = 10_000.0  # mm
+MOST_STEPS = 1000  # of the depth
+ARC_POINTS = 32  # points of an arc where it is looked at
 
 
 def write(
@@ -39,40 +45,68 @@ def write(
     depth: float | None = None,
     roughing: float = 0.0,
     direction: str = "climb",
-    chord: float = CHORD,
+    chord: float | None = None,
+    control: str | None = None,
+    decimals: int | None = None,
+    tool: int | None = None,
+    spindle: float | None = None,
+    coolant: bool = False,
+    roughing_feed: float | None = None,
+    depth_step: float | None = None,
+    blank_diameter: float | None = None,
+    largest_radius: float = LARGEST_RADIUS,
 ) -> Export:
     """Write a program that cuts the profile; the path in it, digits and all, is proved to be within the chord.
 
     ``cutter_radius`` in mm and ``feed`` in mm/min are needed. ``depth`` is how far below its top face the plate is
     cut, its thickness and 1 mm more if not given, or no more where a hub is below; with neither, the program has no
-    Z, as for wires and lasers. ``roughing`` is what a first cut leaves (mm). Quarter circles have the radius of the
-    cutter.
+    Z, as for wires and lasers. ``roughing`` is what first cuts leave (mm), with ``roughing_feed`` if it is given.
+    First cuts, or the last if there are none, go down by ``depth_step`` (mm) at most each time. The blank is a disc
+    of ``blank_diameter``, or as wide as the cam. ``control`` is one of ``DIALECTS``, by default that of the ending;
+    ``decimals`` are those of its coordinates; arcs of more than ``largest_radius`` (mm) are lines. ``tool`` is a
+    number, ``spindle`` its speed (rev/min). The chord is 0.001 mm by default, or five of the last decimal.
     """
     depth = _through(work.part) if depth is None else depth
-    _check(work, cutter_radius, feed, depth, roughing, direction, chord)
+    control = BY_ENDING[path.suffix.lower()] if control is None else control
+    if decimals is None:
+        decimals = DIALECTS[control].decimals if control in DIALECTS else ALLOWED_DECIMALS[0]
+    least = LEAST_CHORD * 10.0**-decimals if decimals in ALLOWED_DECIMALS else CHORD
+    chord = max(CHORD, least) if chord is None else chord
+    _check(work, least, {name: value for name, value in locals().items() if name not in ("work", "path", "least")})
     assert cutter_radius is not None
     assert feed is not None
     check_cutter(work.problem, cutter_radius)
-    finished = curves_of(work.problem, cutter_radius)["cutter"]
-    cuts = {"roughing": finished.distance + roughing} if roughing else {}
-    cuts |= {"cutter": finished.distance}
-    followed = {name: _rounded(replace(finished, distance=each), chord) for name, each in cuts.items()}
-    lines = [
-        f"({_plain(work.part.name or 'cam')})",
-        f"(camopt {VERSION}; cutter radius {cutter_radius:g} mm, {direction} milling)",
-        *(f"({name}: {len(each.path)} arcs, within {each.deviation:.6f} mm)" for name, each in followed.items()),
-        "(zero: centre of the cam, top face of the plate, a hub below it; X and Y as in the cam's drawing)",
-        "G21 G17 G90 G94 G40",
-    ]
+    cuts = _cuts(work, cutter_radius, roughing, chord, decimals, largest_radius)
+    outside = _outside(cuts, cutter_radius, blank_diameter)
+    program = Program(DIALECTS[control], decimals)
+    _begin(program, work, cuts, f"cutter radius {cutter_radius:g} mm, {direction} milling")
+    _start(program, tool, spindle, coolant)
     if depth is not None:
-        lines.append(f"G0 Z{CLEARANCE:g}")
-    for each in followed.values():
+        program.up(CLEARANCE)
+    feeds = {"roughing": roughing_feed or feed}
+    levels = _levels(depth, depth_step)
+    for name, each in cuts.items():
         assert isinstance(each.path, ArcPath)
         wanted = (direction == "climb") == (work.problem.design.sense > 0)  # the path of a ccw cam runs clockwise
-        lines += _cut(each.path if wanted else each.path.backwards, cutter_radius, depth, feed)
-    write_text(path, "\n".join([*lines, "M30"]) + "\n")
+        way = _Way(each.path if wanted else each.path.backwards, cutter_radius, outside, feeds.get(name, feed))
+        _check_free(way, each)
+        for level in levels:
+            way.cut(program, level)
+        levels = levels[-1:]
+    program.say(*program.words.end)
+    write_text(path, program.text())
     notes = () if depth is not None else ("neither a depth nor part.thickness is given: the program has no Z",)
-    return Export(path, told(followed), notes=notes)
+    return Export(path, told(cuts), notes=notes)
+
+
+def _start(program: Program, tool: int | None, spindle: float | None, coolant: bool) -> None:
+    """Take the cutter, and switch on what turns and flows."""
+    if tool is not None:
+        program.say(*program.words.tool, tool=tool, speed=f"{spindle or 0:g}")
+    if spindle is not None:
+        program.say(program.words.spindle, speed=f"{spindle:g}")
+    if coolant:
+        program.say(program.words.coolant)
 
 
 def _through(part: Part) -> float | None:
@@ -80,57 +114,110 @@ def _through(part: Part) -> float | None:
     return part.thickness if part.thickness is None or part.stands_on_hub else part.thickness + OVERRUN
 
 
-def _check(
-    work: Workpiece,
-    cutter_radius: float | None,
-    feed: float | None,
-    depth: float | None,
-    roughing: float,
-    direction: str,
-    chord: float,
-) -> None:
+def _levels(depth: float | None, step: float | None) -> list[float | None]:
+    """The depths of the cuts, in even steps."""
+    if depth is None:
+        return [None]
+    count = ceil(depth / step * (1.0 - 1e-12)) if step else 1
+    return [depth * (k + 1) / count for k in range(count)]
+
+
+# ----------------------------------------------------------------------------------------------------- settings
+
+
+def _check(work: Workpiece, least: float, given: Mapping[str, Any]) -> None:
     """BadInput for settings that are missing or out of range."""
-    mistakes = []
-    if work.problem.setup.mechanism.body.developed:
-        why = "written for disc cams; a groove is cut from its .dxf, .csv or .step"
-        mistakes.append(Mistake("camopt", "file", "….nc", why))
-    for name, value in (("cutter_radius", cutter_radius), ("feed", feed)):
-        if value is None:
-            mistakes.append(Mistake("camopt", name, None, "missing: a .nc file needs it", bare=True))
-    for name, value in (("feed", feed), ("depth", depth)):
-        if value is not None and not (isfinite(value) and value > 0.0):
-            mistakes.append(Mistake("camopt", name, value, "above 0"))
-    part = work.part
+    mistakes = [*_missing(work, given), *_out_of_range(given)]
+    part, depth = work.part, given["depth"]
     if depth is not None and part.thickness is not None and part.stands_on_hub and depth > part.thickness:
         mistakes.append(
             Mistake("camopt", "depth", depth, f"at most part.thickness ({part.thickness:g} mm): a hub is below")
         )
-    if not 0.0 <= roughing <= 1e3:
-        mistakes.append(Mistake("camopt", "roughing", roughing, "from 0 to 1000 mm"))
-    if direction not in MILLINGS:
-        mistakes.append(Mistake("camopt", "direction", direction, f"one of {', '.join(MILLINGS)}"))
-    if not chord >= LEAST_CHORD:
-        why = f"at least {LEAST_CHORD:g} mm: a program has {AXIS_DIGITS} decimals"
-        mistakes.append(Mistake("camopt", "chord", chord, why))
+    if not given["chord"] >= least:
+        why = f"at least {least:g} mm: a program has {given['decimals']} decimals"
+        mistakes.append(Mistake("camopt", "chord", given["chord"], why))
     if mistakes:
         raise BadInput(mistakes)
 
 
-def _plain(text: str) -> str:
-    """A comment that any control takes."""
-    return text.encode("ascii", "replace").decode().replace("(", "[").replace(")", "]")
+def _missing(work: Workpiece, given: Mapping[str, Any]) -> Iterator[Mistake]:
+    """What there is no program without, and settings that mean nothing without another."""
+    if work.problem.setup.mechanism.body.developed:
+        yield Mistake(
+            "camopt", "file", "….nc", "written for disc cams; a groove is cut from its .dxf, .csv or .step"
+        )
+    for name in ("cutter_radius", "feed"):
+        if given[name] is None:
+            yield Mistake("camopt", name, None, "missing: a program needs it", bare=True)
+    for name, other in (("spindle", "tool"), ("roughing_feed", "roughing"), ("depth_step", "depth")):
+        if given[name] is not None and not given[other]:
+            yield Mistake(
+                "camopt", name, given[name], f"belongs to {other.replace('_', ' ')}, which is not given", bare=True
+            )
 
 
-def _rounded(curve: CamCurve, chord: float) -> Followed:
-    """The path rounded to the digits of the program, and its deviation with the rounding of centres included."""
-    found = follow(curve, "arcs", chord - DIGIT_SHARE).path
+ABOVE_ZERO = ("feed", "roughing_feed", "depth", "depth_step", "spindle", "blank_diameter", "largest_radius")
+ALLOWED = {"direction": MILLINGS, "control": tuple(DIALECTS), "decimals": ALLOWED_DECIMALS}
+
+
+def _out_of_range(given: Mapping[str, Any]) -> Iterator[Mistake]:
+    for name in ABOVE_ZERO:
+        value = given[name]
+        if value is not None and not (isfinite(value) and value > 0.0):
+            yield Mistake("camopt", name, value, "above 0")
+    for name, known in ALLOWED.items():
+        if given[name] not in known:
+            yield Mistake("camopt", name, given[name], f"one of {', '.join(map(str, known))}")
+    if not 0.0 <= given["roughing"] <= 1e3:
+        yield Mistake("camopt", "roughing", given["roughing"], "from 0 to 1000 mm")
+    if given["tool"] is not None and not 1 <= given["tool"] <= 99_999:
+        yield Mistake("camopt", "tool", given["tool"], "from 1 to 99999")
+    step, depth = given["depth_step"], given["depth"]
+    if step and depth and step < depth / MOST_STEPS:
+        yield Mistake(
+            "camopt", "depth_step", step, f"at least {depth / MOST_STEPS:g} mm: {MOST_STEPS} steps at most"
+        )
+
+
+# --------------------------------------------------------------------------------------------------------- path
+
+
+def _cuts(
+    work: Workpiece, cutter_radius: float, roughing: float, chord: float, decimals: int, largest: float
+) -> dict[str, Followed]:
+    """The paths of the cutter's centre by name, the last one on the profile."""
+    curve = curves_of(work.problem, cutter_radius)["cutter"]
+    distances = {"roughing": curve.distance + roughing} if roughing else {}
+    distances |= {"cutter": curve.distance}
+    return {
+        name: _rounded(replace(curve, distance=each), chord, 10.0**-decimals, largest)
+        for name, each in distances.items()
+    }
+
+
+def _rounded(curve: CamCurve, chord: float, digit: float, largest: float) -> Followed:
+    """The path with the digits of the program, and its deviation, what the centres' digits add included."""
+    found = follow(curve, "arcs", chord - DIGIT_SHARE * digit).path
     assert isinstance(found, ArcPath)
-    path = _from_dwell(found, curve)
-    vertices = np.round(path.vertices.real, AXIS_DIGITS) + 1j * np.round(path.vertices.imag, AXIS_DIGITS)
-    flat = np.abs(path.bulges * path.chords) / 2 < 10.0**-AXIS_DIGITS / 2
+    path = _straightened(curve, _from_dwell(found, curve), digit, largest)
+    vertices = np.round(path.vertices.real / digit) * digit + 1j * np.round(path.vertices.imag / digit) * digit
+    flat = np.abs(path.bulges * path.chords) / 2 < digit / 2
     path = replace(path, vertices=vertices, bulges=np.where(flat, 0.0, path.bulges))
-    digits = 10.0**-CENTRE_DIGITS
-    return Followed(path, deviation_bound(curve, path, chord - digits) + digits)
+    return Followed(path, deviation_bound(curve, path, chord - digit) + digit)
+
+
+def _straightened(curve: CamCurve, path: ArcPath, digit: float, largest: float) -> ArcPath:
+    """The path with arcs of more than the largest radius as lines between points of the curve, a digit off it."""
+    with np.errstate(divide="ignore"):
+        radii = 1.0 / np.abs(path.curvatures)
+    wide = radii > largest
+    counts = np.where(wide, np.ceil(np.sqrt(np.abs(path.chords * path.bulges) / (2.0 * digit))), 1.0)
+    counts = np.maximum(counts, 1.0).astype(int)
+    fine, straight = path.divided(counts), np.repeat(wide, counts)
+    inside = straight & (fine.angles[:, 0] != np.repeat(path.angles[:, 0], counts))
+    vertices = fine.vertices.copy()
+    vertices[:-1][inside] = curve.at(fine.angles[inside, 0], curve.points) if inside.any() else ()
+    return replace(fine, vertices=vertices, bulges=np.where(straight, 0.0, fine.bulges))
 
 
 def _from_dwell(path: ArcPath, curve: CamCurve) -> ArcPath:
@@ -139,41 +226,84 @@ def _from_dwell(path: ArcPath, curve: CamCurve) -> ArcPath:
     if not dwells:
         return path
     longest = max(dwells, key=lambda k: float(np.abs(path.chords[k])))
-    return path.halved(longest).starting(longest + 1)
+    halves = np.where(np.arange(len(path)) == longest, 2, 1)
+    return path.divided(halves).starting(longest + 1)
 
 
-def _cut(path: ArcPath, lead: float, depth: float | None, feed: float) -> Iterator[str]:
-    """Down beside the part, round it, and up again."""
-    around = np.sign((path.vertices[:-1].conjugate() * path.vertices[1:]).imag.sum())  # 1 anticlockwise
-    start, tangent = path.vertices[0], path.tangents[0][0]
-    outwards = -1j * around * tangent
-    middle = start + lead * outwards
-    before, after = middle - lead * tangent, middle + lead * tangent
-    turn = 1.0 if around < 0 else -1.0  # the quarter circles bend away from the part
-    quarter = turn * np.tan(np.pi / 8)
-    yield f"G0 {_xy(before)}"
-    if depth is not None:
-        yield f"G1 Z{-depth:g} F{feed:g}"
-    yield f"{_arc(before, start, quarter)} F{feed:g}"
-    for one, other, bulge in zip(path.vertices, path.vertices[1:], path.bulges, strict=False):
-        yield _arc(one, other, bulge)
-    yield _arc(start, after, quarter)
-    if depth is not None:
-        yield f"G0 Z{CLEARANCE:g}"
+def _outside(cuts: Mapping[str, Followed], cutter_radius: float, blank_diameter: float | None) -> float:
+    """The distance from the axis at which the cutter's centre is outside of the blank, mm."""
+    reaches = [float(np.abs(_outline(each)).max()) for each in cuts.values()]
+    cam = 2.0 * (reaches[-1] - cutter_radius)
+    if blank_diameter is not None and blank_diameter < cam:
+        raise BadInput(
+            [Mistake("camopt", "blank_diameter", blank_diameter, f"at least {cam:.6g} mm: the cam is as wide")]
+        )
+    return max(*reaches, (blank_diameter or 0.0) / 2 + cutter_radius) + ASIDE
 
 
-def _arc(start: complex, end: complex, bulge: float) -> str:
-    """One move of the machine; the centre of an arc is relative to its start."""
-    if not bulge:
-        return f"G1 {_xy(end)}"
-    centre = (end - start) * (0.5 + 0.25j * (1.0 / bulge - bulge))
-    i, j = (_number(part, CENTRE_DIGITS) for part in (centre.real, centre.imag))
-    return f"G{3 if bulge > 0 else 2} {_xy(end)} I{i} J{j}"
+def _outline(followed: Followed) -> ComplexArray:
+    """Dense points of a path."""
+    path = followed.path
+    assert isinstance(path, ArcPath)
+    return path.divided(np.full(len(path), ARC_POINTS)).vertices
 
 
-def _xy(point: complex) -> str:
-    return f"X{_number(point.real, AXIS_DIGITS)} Y{_number(point.imag, AXIS_DIGITS)}"
+def _check_free(way: "_Way", followed: Followed) -> None:
+    """BadInput if the cutter cannot come in straight from outside, or go out, without meeting the part."""
+    from shapely import LineString, Polygon
+
+    part = Polygon(np.column_stack([(points := _outline(followed)).real, points.imag]))
+    for inner in way.ends[:2]:
+        outer = way.out(inner)
+        if part.intersects(LineString([(inner.real, inner.imag), (outer.real, outer.imag)])):
+            why = "smaller: a cutter that comes in straight from outside of the blank would meet the part"
+            raise BadInput([Mistake("camopt", "cutter_radius", way.lead, why)])
 
 
-def _number(value: float, digits: int) -> str:
-    return f"{value + 0.0:.{digits}f}".replace("-0." + "0" * digits, "0." + "0" * digits)
+class _Way(NamedTuple):
+    """A way round the part, from outside of the blank and back."""
+
+    path: ArcPath
+    lead: float
+    """Radius of the quarter circles, mm."""
+    outside: float
+    feed: float
+
+    @property
+    def ends(self) -> tuple[complex, complex, float]:
+        """Where the quarter circles begin and end, and their bulge: they bend away from the part."""
+        path, start, tangent = self.path, self.path.vertices[0], self.path.tangents[0][0]
+        around = np.sign((path.vertices[:-1].conjugate() * path.vertices[1:]).imag.sum())  # 1 anticlockwise
+        middle = start - 1j * around * tangent * self.lead
+        return middle - self.lead * tangent, middle + self.lead * tangent, -around * np.tan(np.pi / 8)
+
+    def out(self, point: complex) -> complex:
+        """The point outside of the blank in the same direction from the axis."""
+        return point / abs(point) * max(self.outside, abs(point))
+
+    def cut(self, program: Program, depth: float | None) -> None:
+        """Down outside of the blank, round the part, and up again."""
+        start, (before, after, quarter) = self.path.vertices[0], self.ends
+        program.rapid(self.out(before))
+        if depth is not None:
+            program.down(-depth, self.feed)
+        program.line(before, self.feed)
+        program.arc(before, start, quarter, self.feed)
+        program.along(self.path, self.feed)
+        program.arc(start, after, quarter, self.feed)
+        program.line(self.out(after), self.feed)
+        if depth is not None:
+            program.up(CLEARANCE)
+
+
+def _begin(program: Program, work: Workpiece, cuts: Mapping[str, Followed], how: str) -> None:
+    """The head of the program, with what it is of."""
+    program.say(*program.words.start)
+    program.comment(work.part.name or "cam")
+    program.comment(f"camopt {VERSION}; {how}")
+    for name, each in cuts.items():
+        program.comment(f"{name}: {len(each.path)} {each.path.what}, within {each.deviation:.6f} mm")
+    program.comment(
+        "zero: centre of the cam, top face of the plate, a hub below it; X and Y as in the cam's drawing"
+    )
+    program.say(*program.words.modes)

@@ -4,20 +4,41 @@ A disc cam is a plate with a bore, a keyway and a hub on one side; a cylindrical
 the mean radius is in the middle of its depth.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from math import hypot, radians, sin
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
 from camopt.mechanisms import Mechanism
 from camopt.mechanisms.body import BODIES, DISC
+from camopt.scene.fits import FIT
 from camopt.scene.law_forms import LawFault
 from camopt.scene.mapping import at, length
 from camopt.scene.materials import MATERIALS
-from camopt.scene.tables import Cam, Length, Materials, Positive, SceneNumber, SceneTable, one_line
+from camopt.scene.tables import (
+    Anywhere,
+    Cam,
+    Length,
+    Materials,
+    Positive,
+    SceneNumber,
+    SceneTable,
+    is_pair,
+    one_line,
+    or_text,
+)
+
+
+def _is_fit(value: Any) -> Any:
+    if not isinstance(value, str) or not re.fullmatch(FIT, value):
+        raise ValueError("a fit of ISO 286, such as H7")
+    return value
+
 
 OneLine = Annotated[str, BeforeValidator(one_line)]
+Fit = Annotated[str, BeforeValidator(_is_fit)]
 TOWARDS_FOLLOWER = 90.0
 HUB, KEYWAY = DISC.part, ("keyway_width", "keyway_depth")
 
@@ -31,14 +52,20 @@ class Part(SceneTable):
 
     thickness: Length | None = None
     """Thickness of the plate of a disc cam, or length of a cylindrical cam along its axis; mm."""
-    bore: Length | None = None
-    """Diameter of the bore; that of the shaft if not given; mm."""
+    bore: Annotated[Length | None, Field(json_schema_extra=or_text)] = None
+    """Diameter of the bore, or a text of it and its fit, such as 30 H7; that of the shaft if not given; mm."""
+    bore_fit: Fit | None = None
+    """Fit of the bore (ISO 286), such as H7."""
     hub_diameter: Length | None = None
     """Diameter of the hub, at most that of the base circle; mm."""
     hub_length: Length | None = None
     """Length of the whole hub, the plate included; mm."""
+    keyway: Literal["DIN 6885"] | None = None
+    """Keyway of the standard for the bore, in place of its width and depth."""
     keyway_width: Length | None = None
     """Width of the keyway; mm."""
+    keyway_fit: Fit | None = None
+    """Fit of that width, such as JS9."""
     keyway_depth: Length | None = None
     """Depth of the keyway in the hub (t₂ of DIN 6885), from the bore's surface at its middle; mm."""
     keyway_angle: Annotated[SceneNumber, Field(ge=-360, le=360)] | None = None
@@ -51,16 +78,26 @@ class Part(SceneTable):
     """Material in the title block, ``materials.cam`` if not given."""
     hardness: OneLine | None = None
     """Hardness in the title block, such as 58 + 4 HRC."""
+    case_depth: OneLine | None = None
+    """Case hardening depth beside it, such as 0.8 + 0.4."""
     profile_tolerance: Length | None = None
     """Tolerance of the profile, ±; mm."""
     roughness: Positive | None = None
     """Roughness Ra of the profile; µm."""
+    other_roughness: Positive | None = None
+    """Roughness Ra of all other surfaces; µm."""
+    general_tolerances: OneLine | None = None
+    """General tolerances of the drawing, such as ISO 2768-mK."""
+    edges: Annotated[tuple[Anywhere, Anywhere], BeforeValidator(is_pair)] | None = None
+    """Edges by ISO 13715, outer and inner, below 0 where steel is taken off; mm."""
     name: OneLine | None = None
     """Name in the title block, that of the scene if not given."""
     number: OneLine | None = None
     """Number of the drawing."""
     designer: OneLine | None = None
     """Who drew it."""
+    language: Literal["en", "de"] = "en"
+    """Language of the drawing."""
 
     @property
     def stands_on_hub(self) -> bool:

@@ -18,6 +18,8 @@ from camopt.mechanisms.follower import TIPS, Tip
 from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
+from camopt.scene.drawn_profile import read_drawing
+from camopt.scene.fits import read_part
 from camopt.scene.load import read_load
 from camopt.scene.mapping import without
 from camopt.scene.own_laws import own_law_tables, read_files, with_named_laws
@@ -40,6 +42,7 @@ from camopt.scene.tables import (
     Segment,
     SynthesisSettings,
     one_line,
+    or_text,
 )
 from camopt.scene.text import is_typed, parsed, plain
 from camopt.shown import Drawn, HasHtml
@@ -62,8 +65,9 @@ class Scene(HasHtml, Drawn, SceneTable):
         How it moves, what touches the cam, its sizes, and what presses it on the cam.
     motion : tuple of Segment
         Rises, dwells, returns and moves, one turn in all.
-    profile : tuple of Element
-        In place of a motion: the arcs and lines of a disc cam.
+    profile : tuple of ProfileElement
+        In place of a motion: the arcs and lines of a disc cam, or the name of a DXF file (a path relative to the
+        scene file) that is read when the scene is made.
     laws : dict
         Motion laws of the scene's own, by name.
     limits : Limits
@@ -104,8 +108,10 @@ class Scene(HasHtml, Drawn, SceneTable):
     """The follower."""
     motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
     """The turn, segment by segment."""
-    profile: Annotated[tuple[ProfileElement, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
-    """The cam's profile, in place of the motion."""
+    profile: Annotated[
+        tuple[ProfileElement, ...], Field(min_length=1, max_length=MOST_SEGMENTS, json_schema_extra=or_text)
+    ] = ()
+    """The cam's profile, in place of the motion: arcs and lines, or the name of a DXF file of them."""
     laws: dict[str, OwnLaw] = Field(default_factory=dict)
     """Motion laws of the scene's own, by name."""
     limits: Limits = Limits()
@@ -172,17 +178,18 @@ class Scene(HasHtml, Drawn, SceneTable):
 
     def _fill(self, values: dict[str, Any], file: str, folder: Path | None = Path()) -> None:
         given, found = plain(values, file), list[Mistake]()
+        unread = [*read_part(given)]  # before units: a fit is none
         if is_typed({key: value for key, value in given.items() if key != "name"}):
             from camopt.scene.units import with_units
 
             given, found = with_units(given, file)
         tables = with_named_laws(given, own_law_tables(given))
-        unread = [*read_files(tables, folder), *read_load(tables, folder)]
+        unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
         read_profile(tables)
         try:
             BaseModel.__init__(self, **tables)
         except ValidationError as error:
-            told = {mistake.key for mistake in found}
+            told = {*(mistake.key for mistake in found), *(fault[0] for fault in unread)}
             found += [each for each in mistakes_of(error, Scene, "", file) if each.key not in told]
         keys = {mistake.key for mistake in found}
         faults = (*unread, *faults_of(without(tables, keys) if keys else tables))
@@ -195,7 +202,7 @@ class Scene(HasHtml, Drawn, SceneTable):
     def from_dict(cls, data: dict[str, Any], file: str = "scene") -> "Scene":
         """A scene from nested mappings with the keys of a scene file; ``file`` is named in messages.
 
-        Files of laws and loads are looked for in the current folder.
+        Files of laws, loads and profiles are looked for in the current folder.
         """
         if not isinstance(data, dict):
             raise BadInput([Mistake(file, "scene", data, "a mapping of tables")])
@@ -222,7 +229,7 @@ class Scene(HasHtml, Drawn, SceneTable):
 
     @classmethod
     def embedded(cls, text: str, file: str) -> "Scene":
-        """The scene (TOML) in a table. Its laws and loads are part of it: a scene that names files is refused."""
+        """The scene (TOML) in a table. All of it is there: a scene that names files is refused."""
         scene = cls.__new__(cls)
         scene._fill(parsed(text, file), file, None)
         return scene

@@ -76,6 +76,13 @@ def _is_switch(value: Any) -> Any:
     return value
 
 
+def or_text(schema: dict[str, Any]) -> None:
+    """In the schema of scenes, a key that takes a text too, which is read before keys are checked."""
+    own = {name: schema.pop(name) for name in tuple(schema) if name not in ("default", "title", "description")}
+    kinds = own.pop("anyOf", [own])
+    schema["anyOf"] = [{"type": "string"}, *kinds]
+
+
 Switch = Annotated[bool, BeforeValidator(_is_switch)]
 LawName = Annotated[str, BeforeValidator(_is_name, json_schema_input_type=Literal[*LAWS] | str)]
 MaterialName = Annotated[str, _known(MATERIALS, "a material")]
@@ -317,7 +324,7 @@ class ProfileElement(SceneTable):
     """Centre of an arc in the cam's own frame, with ``x``; mm."""
 
 
-def _is_pair(value: Any) -> Any:
+def is_pair(value: Any) -> Any:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
         raise ValueError("two numbers")
     return tuple(_is_number(v) for v in value)
@@ -377,7 +384,7 @@ class OwnLaw(SceneTable):
     """At which ends the law of a table starts from rest, both if not given."""
     crossing: SceneNumber | None = None
     """Where the acceleration of a symmetric law crosses zero, in place of ½; no unit."""
-    peaks: Annotated[tuple[Positive, Positive], BeforeValidator(_is_pair)] | None = None
+    peaks: Annotated[tuple[Positive, Positive], BeforeValidator(is_pair)] | None = None
     """Largest acceleration to largest deceleration, [a, d], in place of ``crossing``; no unit."""
     mirror: Switch = False
     """Take 1 − s(1 − x) in place of s(x)."""
@@ -493,7 +500,7 @@ def _is_peak(value: Any) -> Any:
     if isinstance(value, str):
         return value
     if isinstance(value, (list, tuple)):
-        pair = _is_pair(value)
+        pair = is_pair(value)
         if not -LARGEST_VALUE <= pair[0] <= 0.0 < pair[1] <= LARGEST_VALUE:
             raise ValueError("a range with 0 in it")
         return pair
@@ -506,7 +513,7 @@ def _is_peak(value: Any) -> Any:
 OBJECTIVE_TERMS = ("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms", "residual_vibration")
 PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
 ObjectiveTerm = Annotated[str, _known(OBJECTIVE_TERMS, "a term of the objective")]
-PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(_is_pair)], ...]
+PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(is_pair)], ...]
 
 
 class SynthesisSettings(SceneTable):

@@ -10,6 +10,7 @@ from camopt.numerics import FloatArray
 from camopt.sheet import symbols
 from camopt.sheet.dimensions import CELL, OVER_LINE, arrow, distance
 from camopt.sheet.front_view import EVERY_DEGREE, FrontView, angle_between, is_upright
+from camopt.sheet.hole import bore_said, keyway_width_said
 from camopt.sheet.marks import (
     LARGE,
     MEDIUM,
@@ -77,7 +78,7 @@ def _keyway(view: FrontView, taken: Marks) -> Marks:
     _, first, last, _ = keyway_corners(part, turn) * view.scale
     bottom = ((part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)) * view.scale
     level = view.radius_at(turn, abs(first - last) / bottom) + 5.0 - bottom
-    across, width = -1j * np.exp(1j * turn), decimal(part.keyway_width)
+    across, width = -1j * np.exp(1j * turn), keyway_width_said(part)
     _, datum = symbols.datums_of(part, bool(part.thickness))
     return first_free(
         (
@@ -92,7 +93,7 @@ def _keyway(view: FrontView, taken: Marks) -> Marks:
 def _zero(view: FrontView, taken: Marks) -> Marks:
     """The timing mark, and the start of the ring."""
     ray = np.exp(1j * view.start)
-    text = f"{TIMING} 0°" if _begins_at_mark(view) else "0°"
+    text = f"{view.cam.say(TIMING)} 0°" if _begins_at_mark(view) else "0°"
     place = 0.5 - 0.5 * float(np.clip(4.0 * ray.real, -1.0, 1.0))
     down = 0.5j * MEDIUM * (1.0 - ray.imag)
     outside: list[Marks] = [
@@ -122,7 +123,7 @@ def _timing(view: FrontView, turn: float) -> Marks:
         return []
     tip, knee = 1j * (view.nearest(UP) - MARK_LENGTH / 2), (view.ring + OUTSIDE + 2.0) * np.exp(1j * turn)
     side = 1.0 if cos(turn) >= 0.0 else -1.0
-    words = Words(knee + side * 3.0 - 0.5j * MEDIUM, TIMING, MEDIUM, 0.5 - 0.5 * side)
+    words = Words(knee + side * 3.0 - 0.5j * MEDIUM, view.cam.say(TIMING), MEDIUM, 0.5 - 0.5 * side)
     return [line(knee + side * 2.0, knee, tip), arrow(tip, (tip - knee) / abs(tip - knee)), words]
 
 
@@ -148,7 +149,7 @@ def _plane_end(foot: complex, seen: complex) -> Marks:
 def _rotation(view: FrontView, turn: float) -> Marks:
     rpm = view.cam.scene.cam.rpm
     radius = view.ring + OUTSIDE + 4.0
-    words = "rotation" if rpm is None else f"{decimal(rpm)} rpm"
+    words = view.cam.say("rotation" if rpm is None else "{} rpm").format(decimal(rpm or 0.0))
     at = (radius + 2.0) * np.exp(1j * turn) - (1j * LARGE if sin(turn) < 0.0 else 0.0)
     place = 1.0 if cos(turn) < 0.0 else 0.0
     return [*symbols.rotation(radius, turn, view.cam.sense), Words(at, words, LARGE, place)]
@@ -175,7 +176,7 @@ def _bore(view: FrontView, turn: float) -> Marks:
         return []
     ray, side = np.exp(1j * turn), 1.0 if cos(turn) >= 0.0 else -1.0
     tip, knee = part.bore / 2 * view.scale * ray, (view.ring + OUTSIDE + 2.0) * ray
-    text = f"Ø{decimal(part.bore)}"
+    text = bore_said(part)
     wide = width_of(text, LARGE)
     words = Words(knee + side * (1.0 + wide / 2) + 1j * OVER_LINE, text, LARGE, 0.5)
     return [line(knee + side * (wide + 2.0), knee, tip), arrow(tip, -ray), words]

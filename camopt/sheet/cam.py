@@ -1,6 +1,6 @@
 """The subject of a sheet: a problem's own design, its part, and its curves as polylines of proved deviation."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from math import degrees
@@ -19,10 +19,10 @@ from camopt.problem.problem import Problem
 from camopt.scene.part import Part
 from camopt.scene.scene import Scene
 from camopt.sheet.marks import decimal
+from camopt.sheet.words import LANGUAGES
 from camopt.verdicts.judging import run_effects
 
 FINENESS = 2e-5  # of the cam's size: how far lines may be off its curves
-STRAIGHT_ARC = 1e-12  # rad: an arc that turns by less is a line
 POINT_STEP = 0.005  # of the cam's size: from one point that is drawn to the next
 
 
@@ -34,21 +34,14 @@ class Polyline(NamedTuple):
 
 
 def flattened(found: Followed, step: float) -> Polyline:
-    """The arcs of a path as chords of at most a length, mm.
-
-    With t from 0 to 1 an arc of the chord c that turns by φ is at c·(e^{iφt} − 1)/(e^{iφ} − 1), and leaves chords
-    that turn by δ by ½·tan(δ/4) of their length.
-    """
+    """The arcs of a path as chords of at most a length, mm."""
     path = found.path
     assert isinstance(path, ArcPath)
     chords, sweeps = path.chords, path.sweeps
     counts = np.maximum(np.ceil(np.abs(chords) / np.cos(sweeps / 4) / step), 1.0).astype(int)
-    each, t = np.repeat(np.arange(counts.size), counts), np.concatenate([np.arange(n) / n for n in counts])
-    turn = np.where(np.abs(sweeps) > STRAIGHT_ARC, sweeps, STRAIGHT_ARC)[each]
-    inside = path.vertices[each] + chords[each] * np.expm1(1j * turn * t) / np.expm1(1j * turn)
-    points = np.append(inside, path.vertices[-1])
-    sagitta = np.abs(np.diff(points) * np.tan(sweeps[each] / counts[each] / 4)).max() / 2
-    return Polyline(points, found.deviation + float(sagitta))
+    fine = path.divided(counts)
+    sagitta = np.abs(fine.chords * fine.bulges).max() / 2
+    return Polyline(fine.vertices, found.deviation + float(sagitta))
 
 
 def _named(stroke: Stroke, stretches: Iterable[tuple[str, float, float]]) -> str:
@@ -76,6 +69,11 @@ class TrueCam:
     @cached_property
     def part(self) -> Part:
         return self.scene.whole_part
+
+    @property
+    def say(self) -> Callable[[str], str]:
+        """What a text is in the language of the drawing."""
+        return LANGUAGES[self.part.language]
 
     @property
     def size(self) -> float:
@@ -119,7 +117,7 @@ class TrueCam:
         found = [(STROKE_NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
         if self.problem.segments:
             found = [(_named(each, found), each.start, each.end) for each in self.problem.programme.strokes]
-        return [(f"{name} {decimal(degrees(end - begin), 2)}°", begin, end) for name, begin, end in found]
+        return [(f"{self.say(name)} {decimal(degrees(end - begin), 2)}°", begin, end) for name, begin, end in found]
 
     def quantity(self, name: str) -> float | None:
         """One quantity; None if the scene lacks a value that it needs."""

@@ -12,14 +12,26 @@ from typing import Any
 
 import numpy as np
 
+from camopt.contour.curve import groove_heights
 from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import cam_curves
 from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.cam import POINT_STEP, TrueCam
-from camopt.sheet.dimensions import CELL, FIRST_LEVEL, OVER_LINE, STEM, arrow, datum_at, distance
-from camopt.sheet.hole import hole_outline
+from camopt.sheet.dimensions import (
+    CELL,
+    DATUM_REACH,
+    FIRST_LEVEL,
+    LEVEL_STEP,
+    OVER_LINE,
+    ROOM,
+    STEM,
+    arrow,
+    datum_at,
+    distance,
+)
+from camopt.sheet.hole import bore_said, hole_outline, keyway_depth_said, keyway_width_said
 from camopt.sheet.marks import (
     CHAIN,
     DOUBLE_CHAIN,
@@ -82,8 +94,8 @@ class DevelopedView:
 
     @cached_property
     def ends(self) -> tuple[float, float]:
-        """The ends of the cylinder along its axis."""
-        low, high = float(self.pitch.imag.min()), float(self.pitch.imag.max())
+        """From where to where the cylinder is, along its axis."""
+        low, high = (end * self.scale for end in groove_heights(self.cam.problem))
         half = (high - low) / 2 + self.radius
         length = (self.part.thickness or 0.0) * self.scale / 2 or (1.0 + 2 * BESIDE_GROOVE) * half
         return (low + high) / 2 - length, (low + high) / 2 + length
@@ -139,17 +151,21 @@ class DevelopedView:
         return [*marks, *self._width()]
 
     def _width(self) -> Marks:
-        """The width of the groove, at cam angle 0."""
-        start = 1j * float(self.pitch[0].imag)
+        """The width of the groove at cam angle 0, and how far its middle is from the lower face."""
+        start, bottom = 1j * float(self.pitch[0].imag), 1j * self.ends[0]
         text = decimal(2 * self.radius / self.scale)
-        return distance(start - 1j * self.radius, start + 1j * self.radius, 1j, FIRST_LEVEL, text)
+        marks = distance(start - 1j * self.radius, start + 1j * self.radius, 1j, FIRST_LEVEL, text)
+        if self.part.thickness:
+            far = decimal(abs(start - bottom) / self.scale)
+            marks += distance(bottom, start, 1j, FIRST_LEVEL + LEVEL_STEP, far)
+        return marks
 
     def _sense(self) -> Marks:
         """The direction of motion of the surface and other texts, below it."""
         bottom, _ = self.ends
         y = bottom - FIRST_LEVEL - 8.0
         tip = complex(self.around * 0.02, y)
-        words = "the surface moves"
+        words = self.cam.say("the surface moves")
         marks = symbols.translation(tip, -1.0, 15.0)
         marks.append(Words(tip + complex(17.0, -MEDIUM / 2), words, MEDIUM))
         return [*marks, *self._surface(complex(self.around, bottom - FIRST_LEVEL - 2.0))]
@@ -197,9 +213,7 @@ class DevelopedView:
         marks += distance(ends[0], ends[0] + length, 1.0, -FIRST_LEVEL, decimal(self.part.thickness or 0.0))
         marks += distance(*ends, 1j, FIRST_LEVEL, f"Ø{decimal(2 * self.outer / self.scale)}")
         if radius:
-            marks += distance(
-                length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, f"Ø{decimal(self.part.bore or 0.0)}"
-            )
+            marks += distance(length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, bore_said(self.part))
         depth = (self.part.groove_depth or 0.0) * self.scale
         x = self._crossings()[0]
         top = complex(x + self.radius, self.outer)
@@ -207,7 +221,7 @@ class DevelopedView:
             top - 1j * depth,
             complex(length, self.outer),
             1j,
-            -(length - x - self.radius) - FIRST_LEVEL,
+            -(length - x - self.radius) - FIRST_LEVEL - (LEVEL_STEP if radius else 0.0),
             decimal(self.part.groove_depth or 0.0),
         )
         if datum := symbols.datums_of(self.part, self.is_cut).bore:
@@ -246,12 +260,11 @@ class DevelopedView:
         over = radius + 4.0
         marks += [line(-over * along, over * along, pen=CHAIN) for along in (1.0, 1j)]
         if not self.is_cut:
-            marks += distance(1j * radius, -1j * radius, -1j, radius + FIRST_LEVEL, f"Ø{decimal(part.bore or 0.0)}")
+            marks += distance(1j * radius, -1j * radius, -1j, radius + FIRST_LEVEL, bore_said(part))
         if part.keyway_width and part.keyway_depth:
             half, top = part.keyway_width / 2 * self.scale, radius + part.keyway_depth * self.scale
-            width, (_, datum) = decimal(part.keyway_width), symbols.datums_of(part, self.is_cut)
+            width, (_, datum) = keyway_width_said(part), symbols.datums_of(part, self.is_cut)
             marks += distance(complex(-half, top), complex(half, top), 1.0, FIRST_LEVEL, width, datum)
-            marks += distance(
-                -1j * radius, 1j * top, 1j, radius + FIRST_LEVEL, decimal((part.bore or 0.0) + part.keyway_depth)
-            )
+            aside = max(radius + FIRST_LEVEL, half + DATUM_REACH + ROOM) if datum else radius + FIRST_LEVEL
+            marks += distance(-1j * radius, 1j * top, 1j, aside, keyway_depth_said(part))
         return marks

@@ -10,6 +10,7 @@ FROM_PART, PAST_ARROW = 1.0, 2.0  # mm: where extension lines begin and end
 FIRST_LEVEL, LEVEL_STEP = 8.0, 8.0  # mm: of the first dimension from the part, and from one to the next
 OVER_LINE = 1.25  # mm: from a dimension line to its value
 CELL, STEM = 2 * LARGE, 2.0  # mm: the height of a tolerance frame; from a datum's triangle to its letter
+DATUM_REACH = ARROW + STEM + CELL  # mm: from an arrow to the far side of the letter
 ROOM = 2.0  # mm: between a value and the arrows beside it
 
 

@@ -8,6 +8,7 @@ from camopt.effects.curvature import CUTTER
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE
 from camopt.sheet.cam import TrueCam
+from camopt.sheet.hole import keyway_depth_said
 from camopt.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal, wrapped
 
 FLANK_RADIUS = 100.0  # of the cam's size: the radius of a hollow that is a straight flank to any cutter
@@ -32,9 +33,9 @@ def notes(texts: Iterable[str], width: float) -> Marks:
 
 
 def texts_of(cam: TrueCam) -> Iterator[str]:
-    """The texts of the notes on a cam."""
-    yield "Dimensions in mm. Projection method 1."
-    yield f"For {_follower(cam)}."
+    """What is noted of a cam."""
+    yield " ".join(_general(cam))
+    yield cam.say("For {}.").format(_follower(cam))
     yield from _turning(cam)
     yield from _keyway(cam)
     yield from _motion(cam)
@@ -42,36 +43,50 @@ def texts_of(cam: TrueCam) -> Iterator[str]:
     yield from _computed(cam)
 
 
+def _general(cam: TrueCam) -> Iterator[str]:
+    """What holds wherever the drawing says nothing else."""
+    part = cam.part
+    yield cam.say("Dimensions in mm. Projection method 1.")
+    if part.general_tolerances:
+        yield cam.say("General tolerances {}.").format(part.general_tolerances)
+    if part.edges:
+        yield cam.say("Edges ISO 13715: outer {}, inner {}.").format(*(f"{value:+g}" for value in part.edges))
+    if part.other_roughness is not None:
+        yield cam.say("Other surfaces Ra {}.").format(f"{part.other_roughness:g}")
+
+
 def _follower(cam: TrueCam) -> str:
     scene, design = cam.scene, cam.problem.design
-    words = f"{scene.mechanism.motion.words} follower"
-    radius = cam.roller
     contact = {
-        "roller": f"with a roller Ø{decimal(2 * radius)}",
-        "spherical": f"with a spherical face R{decimal(radius)}",
+        "roller": "with a roller Ø{}",
+        "spherical": "with a spherical face R{}",
         "flat": "with a flat face",
         "knife": "with a knife edge",
     }[scene.tip.name]
+    radius = 2 * cam.roller if scene.tip.name == "roller" else cam.roller
+    kind = cam.say(f"{scene.mechanism.motion.words} follower {{}}")
     sizes = {
-        "arm": float(design.arm_length[0]),
-        "distance of the pivot from the cam's axis": float(design.centre_distance[0]),
-        "distance of the face from the pivot": float(design.face_offset[0]),
+        "arm {}": float(design.arm_length[0]),
+        "distance of the pivot from the cam's axis {}": float(design.centre_distance[0]),
+        "distance of the face from the pivot {}": float(design.face_offset[0]),
     }
-    more = [f"{name} {decimal(value)}" for name, value in sizes.items() if value]
+    more = [cam.say(text).format(decimal(value)) for text, value in sizes.items() if value]
     offset = float(design.offset[0])
     if offset:
-        more.append(f"its axis offset by {decimal(abs(offset))} to the {'right' if offset > 0 else 'left'}")
-    return ", ".join([f"{words} {contact}", *more])
+        side = "right" if offset > 0 else "left"
+        more.append(cam.say(f"its axis offset by {{}} to the {side}").format(decimal(abs(offset))))
+    return ", ".join([kind.format(cam.say(contact).format(decimal(radius))), *more])
 
 
 def _turning(cam: TrueCam) -> Iterator[str]:
     scene = cam.scene
-    speed = "" if scene.cam.rpm is None else f" at {decimal(scene.cam.rpm)} rpm"
+    speed = "" if scene.cam.rpm is None else cam.say(" at {} rpm").format(decimal(scene.cam.rpm))
     if cam.problem.setup.mechanism.body.developed:
-        yield f"The surface moves as the arrow shows{speed}." if speed else "The surface moves as the arrow shows."
+        yield cam.say("The surface moves as the arrow shows{}.").format(speed)
         return
-    yield f"Turns {SENSES[scene.cam.rotation]}{speed}, as seen in the front view, which is at cam angle 0."
-    yield f"Angles round the cam: from 0°, the direction of the {_trace_point(cam)} at cam angle 0."
+    turns = f"Turns {SENSES[scene.cam.rotation]}{{}}, as seen in the front view, which is at cam angle 0."
+    yield cam.say(turns).format(speed)
+    yield cam.say(f"Angles round the cam: from 0°, the direction of the {_trace_point(cam)} at cam angle 0.")
 
 
 def _trace_point(cam: TrueCam) -> str:
@@ -89,12 +104,12 @@ def _keyway(cam: TrueCam) -> Iterator[str]:
     angle = round(degrees(cam.sense * (pi / 2 - keyway_turn(part))) % 360.0, 3) % 360.0
     if cam.problem.setup.mechanism.body.developed:
         where = ", where the section is" if part.groove_depth else ""
-        yield f"The keyway is at cam angle {decimal(angle)}°{where}."
+        yield cam.say(f"The keyway is at cam angle {{}}°{where}.").format(decimal(angle))
         return
     if angle:
-        yield f"Middle of the keyway at φ {decimal(angle)}°."
+        yield cam.say("Middle of the keyway at φ {}°.").format(decimal(angle))
     if not part.thickness:
-        yield f"Bore and keyway: {decimal((part.bore or 0.0) + (part.keyway_depth or 0.0))}."
+        yield cam.say("Bore and keyway: {}.").format(keyway_depth_said(part))
 
 
 def _motion(cam: TrueCam) -> Iterator[str]:
@@ -102,48 +117,48 @@ def _motion(cam: TrueCam) -> Iterator[str]:
     laws = {name: problem.programme.law_names(kind) for name, kind in (("rise", RISE), ("return", RETURN))}
     lift = problem.programme.lift
     shown = f"{decimal(degrees(lift))}°" if problem.setup.angular else decimal(lift)
-    named = [f"{name} {law}" for name, law in laws.items() if law]
-    named += [_steady(stroke) for stroke in problem.programme.strokes if stroke.is_move and not stroke.is_free]
-    yield "; ".join([f"Lift {shown}", *named]) + "."
+    named = [f"{cam.say(name)} {law}" for name, law in laws.items() if law]
+    strokes = problem.programme.strokes
+    named += [_steady(stroke, cam) for stroke in strokes if stroke.is_move and not stroke.is_free]
+    yield "; ".join([cam.say("Lift {}").format(shown), *named]) + "."
 
 
-def _steady(stroke: Stroke) -> str:
+def _steady(stroke: Stroke, cam: TrueCam) -> str:
     """A stretch at constant velocity, which is often what a cam is for."""
     assert stroke.given
     velocity = stroke.given.change / stroke.given.angle
     unit = "°/°" if stroke.given.angular else " mm/°"
     ends = (decimal(degrees(angle)) for angle in (stroke.start, stroke.end))
-    return f"θ {'° to '.join(ends)}° at constant velocity {decimal(velocity, 5)}{unit}"
+    return cam.say("θ {}° to {}° at constant velocity {}{}").format(*ends, decimal(velocity, 5), unit)
 
 
 def _columns(cam: TrueCam) -> Iterator[str]:
     setup = cam.problem.setup
     if setup.mechanism.body.developed:
-        point = " ".join(cam.scene.tip.trace)
-        yield f"Table: cam angle θ, lift s; {point} x round the mean radius, y along the axis."
+        point = " ".join(map(cam.say, cam.scene.tip.trace))
+        yield cam.say("Table: cam angle θ, lift s; {} x round the mean radius, y along the axis.").format(point)
         return
     radius = float(cam.problem.design.roller_radius[0])
-    centre = "" if not radius else f" centre: of the roller, or of a cutter R{decimal(radius)}."
+    text = cam.say("Table: cam angle θ, lift s; polar angle φ from the timing mark against the rotation, radius r.")
     if setup.spherical:
-        centre = f" centre: of the spherical face R{decimal(radius)}."
-    yield (
-        "Table: cam angle θ, lift s; polar angle φ from the timing mark against the rotation, radius r."
-        + (f" Profile: contact;{centre}" if centre else "")
-    )
+        text += cam.say(" Profile: contact; centre: of the spherical face R{}.").format(decimal(radius))
+    elif radius:
+        text += cam.say(" Profile: contact; centre: of the roller, or of a cutter R{}.").format(decimal(radius))
+    yield text
 
 
 def _computed(cam: TrueCam) -> Iterator[str]:
     said = []
-    for name, words, unit in (
-        ("pressure_angle_max_deg", "largest pressure angle", "°"),
-        ("profile_radius_min_mm", "least convex radius of the profile", ""),
-        (CUTTER, "cutter or wheel in hollow flanks at most R", ""),
-        ("cam_mass_kg", "mass", " kg"),
+    for name, words in (
+        ("pressure_angle_max_deg", "largest pressure angle {}°"),
+        ("profile_radius_min_mm", "least convex radius of the profile {}"),
+        (CUTTER, "cutter or wheel in hollow flanks at most R{}"),
+        ("cam_mass_kg", "mass {} kg"),
     ):
         value = cam.quantity(name)
         straight = name == CUTTER and value is not None and value > FLANK_RADIUS * cam.size
         if value is not None and isfinite(value) and value > 0.0 and not straight:
-            said.append(f"{words} {decimal(value)}{unit}".replace("R ", "R"))
+            said.append(cam.say(words).format(decimal(value)))
     if said:
         text = "; ".join(said)
         yield f"{text[0].upper()}{text[1:]}."

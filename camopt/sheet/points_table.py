@@ -47,11 +47,16 @@ def printed(cam: TrueCam, step: float) -> list[Printed]:
         Printed(("", "s", "°" if unit == "deg" else unit), _written(np.asarray(shown))),
     ]
     if problem.setup.mechanism.body.developed:
-        places = zip(cam.scene.tip.trace, ("x", "y"), (curves.pitch.real, curves.pitch.imag), strict=True)
-        return [*columns, *(Printed((word, axis, "mm"), _written(values)) for word, axis, values in places)]
+        places = zip(
+            map(cam.say, cam.scene.tip.trace), ("x", "y"), (curves.pitch.real, curves.pitch.imag), strict=True
+        )
+        return [
+            *columns,
+            *(Printed((word, axis, "mm"), _written(values)) for word, axis, values in places),
+        ]
     centred = not (problem.setup.pointed or problem.setup.mechanism.curvature is None)
-    columns += _polar("profile", curves.profile[0], cam.sense)
-    return [*columns, *(_polar("centre", curves.pitch, cam.sense) if centred else ())]
+    columns += _polar(cam.say("profile"), curves.profile[0], cam.sense)
+    return [*columns, *(_polar(cam.say("centre"), curves.pitch, cam.sense) if centred else ())]
 
 
 def _polar(name: str, points: ComplexArray, sense: float) -> Iterator[Printed]:

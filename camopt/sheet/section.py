@@ -14,7 +14,7 @@ from camopt.mechanisms.design import ComplexArray
 from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.dimensions import FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance
-from camopt.sheet.hole import hole_outline
+from camopt.sheet.hole import bore_said, hole_outline, keyway_depth_said
 from camopt.sheet.marks import CHAIN, THICK, THIN, Line, Marks, decimal, line
 
 HATCH = 2.5  # mm between lines at 45°
@@ -108,10 +108,10 @@ def _dimensions(part: Part, scale: float, ends: Gap) -> Marks:
         )
     if part.bore:
         radius = part.bore / 2 * scale
-        marks += distance(whole - 1j * radius, whole + 1j * radius, 1j, -FIRST_LEVEL, f"Ø{decimal(part.bore)}")
+        marks += distance(whole - 1j * radius, whole + 1j * radius, 1j, -FIRST_LEVEL, bore_said(part))
         if part.keyway_depth:
             top = radius + part.keyway_depth * scale
-            marks += distance(-1j * radius, 1j * top, 1j, FIRST_LEVEL, decimal(part.bore + part.keyway_depth))
+            marks += distance(-1j * radius, 1j * top, 1j, FIRST_LEVEL, keyway_depth_said(part))
         if datum := symbols.datums_of(part, bool(part.thickness)).bore:
             foot, hub = complex(whole + FIRST_LEVEL, -radius), (part.hub_diameter or 0.0) / 2 * scale
             marks += datum_at(foot, -1j, max(STEM, hub - radius), datum)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.marks import BORDER, LARGE, MEDIUM, SMALL, THIN, Marks, Words, fitted_words, rectangle
+from camopt.sheet.words import LANGUAGES
 from camopt.version import VERSION
 
 BLOCK_WIDTH, BLOCK_HEIGHT, ROW = 180.0, 36.0, 9.0  # mm
@@ -26,15 +27,16 @@ class Field(NamedTuple):
 
 
 def fields(part: Part, scale: str, paper: str) -> list[Field]:
-    """The fields of the title block with their values."""
+    """What is written where."""
+    hardness = ", ".join(filter(None, (part.hardness, part.case_depth and f"CHD {part.case_depth}")))
     return [
         Field(0, 27, 75, ROW, "Material", part.material or ""),
-        Field(75, 27, 55, ROW, "Hardness", part.hardness or ""),
+        Field(75, 27, 55, ROW, "Hardness", hardness),
         Field(130, 27, 22, ROW, "Scale", scale),
         Field(152, 27, 28, ROW, FIGURE),
         Field(0, 18, 45, ROW, "Created by", part.designer or ""),
         Field(45, 18, 45, ROW, "Approved by"),
-        Field(90, 18, 40, ROW, "Document type", "Part drawing"),
+        Field(90, 18, 40, ROW, "Document type", LANGUAGES[part.language]("Part drawing")),
         Field(130, 18, 32, ROW, "Source", f"camopt {VERSION}"),
         Field(162, 18, 18, ROW, "Format", paper),
         Field(0, 0, 45, 2 * ROW, "Legal owner"),
@@ -42,13 +44,14 @@ def fields(part: Part, scale: str, paper: str) -> list[Field]:
         Field(130, 9, 50, ROW, "Identification number", part.number or ""),
         Field(130, 0, 10, ROW, "Rev."),
         Field(140, 0, 20, ROW, "Date of issue"),
-        Field(160, 0, 8, ROW, "Lang.", "en"),
+        Field(160, 0, 8, ROW, "Lang.", part.language),
         Field(168, 0, 12, ROW, "Sheet", "1/1"),
     ]
 
 
 def title_block(part: Part, scale: str, paper: str) -> Marks:
     """The title block from its lower left corner."""
+    say = LANGUAGES[part.language]
     marks: Marks = [rectangle(0j, complex(BLOCK_WIDTH, BLOCK_HEIGHT), BORDER)]
     for field in fields(part, scale, paper):
         marks.append(
@@ -58,7 +61,7 @@ def title_block(part: Part, scale: str, paper: str) -> Marks:
             marks += symbols.projection(complex(field.x + field.width / 2, field.y + field.height / 2))
             continue
         top = field.y + field.height - FIELD_PAD - SMALL
-        marks.append(Words(complex(field.x + FIELD_PAD, top), field.name, SMALL))
+        marks.append(Words(complex(field.x + FIELD_PAD, top), say(field.name), SMALL))
         marks += _value(field, top - FIELD_PAD)
     return marks
 

@@ -282,4 +282,4 @@ def _remove(partial: Path) -> None:
 def write_text(path: Path, text: str) -> None:
     """Write a small file."""
     with whole_file(path) as partial:
-        partial.write_text(text, encoding="utf-8")
+        partial.write_text(text, encoding="utf-8", newline="\n")  # the same bytes on every system

@@ -81,7 +81,8 @@ def test_the_plan_has_the_part(tmp_path):
     assert np.abs(corners[np.argsort(corners.imag)[:2]]) == pytest.approx(10.0)
 
 
-NEEDED = {".nc": {"cutter_radius": 5.0, "feed": 300.0}, ".p": {"cutter_radius": 5.0}, ".stl": {"chord": 0.1}}
+MILLED = {"cutter_radius": 5.0, "feed": 300.0}
+NEEDED = {".nc": MILLED, ".mpf": MILLED, ".h": MILLED, ".p": {"cutter_radius": 5.0}, ".stl": {"chord": 0.1}}
 
 
 @pytest.mark.parametrize("suffix", ENDINGS)

@@ -7,69 +7,88 @@ import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 from support.cams import CONTACTS, cam_with
+from support.controls import CONTROLS, run_heidenhain, run_iso, run_siemens
 from support.curves import furthest, true_points
 
 import camopt
 from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene
 from camopt.contour.curve import curves_of
+from camopt.exporting.dialects import DIALECTS
 from camopt.problem.problem import resolve_design
 
-
-def moves_of(program):
-    """The XY path of a program by its words alone: for each cut, dense points from plunge to retract."""
-    here, cuts = 0j, []
-    for line in program.splitlines():
-        words = dict(re.findall(r"([GXYZIJF])(-?[\d.]+)", re.sub(r"\(.*?\)", "", line)))
-        code = words.get("G")
-        if "X" not in words:
-            continue
-        there = complex(float(words["X"]), float(words["Y"]))
-        if code == "0":
-            cuts.append([])
-        elif code == "1":
-            cuts[-1].append(here + (there - here) * np.linspace(0.0, 1.0, 400))
-        else:
-            centre = here + complex(float(words["I"]), float(words["J"]))
-            turn = np.angle((there - centre) / (here - centre))
-            turn = turn % (2 * np.pi) if code == "3" else -(-turn % (2 * np.pi))
-            assert abs(abs(there - centre) - abs(here - centre)) < 1e-4  # or the machine stops
-            cuts[-1].append(centre + (here - centre) * np.exp(1j * turn * np.linspace(0.0, 1.0, 600)))
-        here = there
-    return [cut for cut in cuts if cut]
+CAMS = [
+    ("valve-rod-radial", "climb"),
+    ("roller", "conventional"),
+    ("flat-reciprocating", "climb"),
+    ("tangent-cam", "climb"),
+]
 
 
-@pytest.mark.parametrize(
-    ("name", "direction"),
-    [
-        ("valve-rod-radial", "climb"),
-        ("roller", "conventional"),
-        ("flat-reciprocating", "climb"),
-        ("tangent-cam", "climb"),
-    ],
-)
-def test_a_program_cuts_the_profile(tmp_path, name, direction):
+def test_each_control_has_an_interpreter():
+    assert set(CONTROLS) == set(DIALECTS)
+
+
+@pytest.mark.parametrize("control", DIALECTS)
+@pytest.mark.parametrize(("name", "direction"), CAMS)
+def test_a_program_cuts_the_profile(tmp_path, control, name, direction):
     scene = Scene.from_dict(cam_with(name)) if name in CONTACTS else find_scene(name)
     settings = {"cutter_radius": 5.0, "feed": 300.0, "depth": 10.0, "direction": direction, "roughing": 0.25}
-    found = export(scene, tmp_path / "cam.nc", **settings)
-    program = (tmp_path / "cam.nc").read_text()
-    roughing, finishing = moves_of(program)
+    machining = {"tool": 7, "spindle": 4000.0, "coolant": True, "roughing_feed": 500.0, "depth_step": 4.0}
+    found = export(scene, tmp_path / "cam.nc", control=control, **settings, **machining)
+    machine = CONTROLS[control]((tmp_path / "cam.nc").read_text())
+    assert (machine.tool, machine.speed, machine.turning, machine.coolant) == (7, 4000.0, True, True)
+    *roughing, finishing = machine.cuts
+    step = 10.0**-machine.decimals
+    assert [cut.depth for cut in roughing] == pytest.approx([-10 / 3, -20 / 3, -10], abs=step)
+    assert (finishing.depth, {*finishing.feeds}) == (-10.0, {300.0})
+    assert {feed for cut in roughing for feed in cut.feeds} == {500.0}
     problem = resolve_design(scene)
     curves = curves_of(problem, 5.0)
-    closed = np.concatenate(finishing[1:-1])
+    closed = np.concatenate(finishing.moves[2:-2])
     closed[-1] = closed[0]  # to what the centres' digits leave
     true = true_points(problem, curves["cutter"].distance)
     off = max(furthest(closed, true), furthest(true, closed))
     assert off <= found.curves["cutter"].deviation_mm + 2e-5
-    assert found.curves["cutter"].deviation_mm <= 0.001
+    assert found.curves["cutter"].deviation_mm <= max(0.001, 5.0 * step)
     profile = true_points(problem, curves["profile"].distance)
     steel = cKDTree(np.column_stack([profile.real, profile.imag]))
-    for cut, stock in ((roughing, 0.25), (finishing, 0.0)):
-        path = np.concatenate(cut)  # the lead-in, too
+    for cut, stock in (*((each, 0.25) for each in roughing), (finishing, 0.0)):
+        path = cut.points  # the way in and out, too
         least = steel.query(np.column_stack([path.real, path.imag]))[0].min()
-        assert least == pytest.approx(5.0 + stock, abs=0.002)
+        assert least == pytest.approx(5.0 + stock, abs=6.0 * step + 0.002)
+        for end in (path[0], path[-1]):  # down and up outside of the blank
+            assert abs(end) >= np.abs(profile).max() + 5.0 + 1.0
     around = (closed[:-1].conjugate() * closed[1:]).imag.sum()
     assert (around < 0) == (direction == "climb")
-    assert (program.count("G1 Z-10 F300"), program.count("M30")) == (2, 1)
+
+
+@pytest.mark.parametrize("control", DIALECTS)
+def test_arcs_of_a_large_radius_are_lines_within_the_chord(tmp_path, control):
+    scene, file = find_scene("valve-rod-radial"), tmp_path / "cam.nc"
+    export(scene, file, control=control, **NC)
+    most = CONTROLS[control](file.read_text()).arcs
+    found = export(scene, file, control=control, largest_radius=20.0, **NC)
+    machine = CONTROLS[control](file.read_text())
+    assert 0 < machine.arcs < most
+    closed = np.concatenate(machine.cuts[0].moves[2:-2])
+    problem = resolve_design(scene)
+    true = true_points(problem, curves_of(problem, 5.0)["cutter"].distance)
+    off = max(furthest(closed, true), furthest(true, closed))
+    assert off <= found.curves["cutter"].deviation_mm + 2e-5
+    assert found.curves["cutter"].deviation_mm <= max(0.001, 5.0 * 10.0**-machine.decimals)
+
+
+def test_the_cutter_goes_down_outside_of_a_blank_that_is_given(tmp_path):
+    export(find_scene("valve-rod-radial"), tmp_path / "cam.h", blank_diameter=150.0, **NC)
+    (cut,) = run_heidenhain((tmp_path / "cam.h").read_text()).cuts
+    assert min(abs(cut.points[0]), abs(cut.points[-1])) >= 75.0 + 5.0
+
+
+@pytest.mark.parametrize(("ending", "run"), [(".nc", run_iso), (".mpf", run_siemens), (".h", run_heidenhain)])
+def test_the_ending_says_the_control(tmp_path, ending, run):
+    file = tmp_path / f"cam{ending}"
+    export(find_scene("valve-rod-radial").replace(**{"part.name": "nocken (ö)"}), file, decimals=5, **NC)
+    assert run(file.read_text(encoding="ascii"), decimals=5).comments[0] == "nocken [?]"
 
 
 NC = {"cutter_radius": 5.0, "feed": 300.0}
@@ -77,6 +96,14 @@ NC = {"cutter_radius": 5.0, "feed": 300.0}
 
 @pytest.mark.parametrize(("settings", "message"), [
     ({}, r"cutter_radius: missing.*\n.*feed: missing"),
+    ({**NC, "control": "mazatrol"}, "control = 'mazatrol': must be one of iso, fanuc, siemens, heidenhain"),
+    ({**NC, "spindle": 100.0}, "spindle = 100.0: belongs to tool, which is not given"),
+    ({**NC, "roughing_feed": 100.0}, "roughing_feed = 100.0: belongs to roughing, which is not given"),
+    ({**NC, "tool": 0}, "tool = 0: must be from 1 to 99999"),
+    ({**NC, "decimals": 2}, "decimals = 2: must be one of 3, 4, 5, 6"),
+    ({**NC, "depth_step": 1e-5}, "depth_step = 1e-05: must be at least 0.016 mm: 1000 steps at most"),
+    ({**NC, "blank_diameter": 100.0}, r"blank_diameter = 100.0: must be at least 150 mm: the cam is as wide"),
+    ({**NC, "control": "fanuc", "chord": 0.001}, "chord = 0.001: must be at least 0.005 mm: a program has 3 dec"),
     ({**NC, "feed": 0.0}, "feed = 0.0: must be above 0"),
     ({**NC, "direction": "up"}, "direction = 'up': must be one of climb, conventional"),
     ({**NC, "chord": 1e-4}, "chord = 0.0001: must be at least 0.0005 mm"),

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from camopt import BadInput, Scene, find_scene, shipped_scenes
+from camopt.scene.fits import KEYWAYS
 from camopt.scene.materials import MATERIALS
 from camopt.scene.oddities import oddities
 from camopt.scene.part import Part
@@ -51,6 +52,57 @@ ONE_MISTAKE = [
     ("cylinder", {"part.groove_depth": 200}, "part.groove_depth = 200.0: must be below twice the mean radius (200"),
     ("cylinder", {"part.thickness": 83}, "part.thickness = 83.0: must be above 83.2433, the length over which the"),
 ]  # fmt: skip
+
+
+KEYS = {
+    2: (2, 1.2), 3: (3, 1.8), 4: (4, 2.5), 5: (5, 3.0), 6: (6, 3.5), 8: (7, 4.0), 10: (8, 5.0), 12: (8, 5.0),
+    14: (9, 5.5), 16: (10, 6.0), 18: (11, 7.0), 20: (12, 7.5), 22: (14, 9.0), 25: (14, 9.0), 28: (16, 10.0),
+    32: (18, 11.0), 36: (20, 12.0), 40: (22, 13.0), 45: (25, 15.0), 50: (28, 17.0), 56: (32, 20.0), 63: (32, 20.0),
+    70: (36, 22.0), 80: (40, 25.0), 90: (45, 28.0), 100: (50, 31.0),
+}  # fmt: skip
+"""By the width of a parallel key: its height, and the depth of its keyway in the shaft (t₁), mm; DIN 6885-1."""
+
+
+def test_a_standard_keyway_leaves_some_tenths_above_its_key():
+    assert [width for width, _ in KEYWAYS.values()] == [*KEYS]
+    for width, depth in KEYWAYS.values():
+        height, in_shaft = KEYS[width]
+        assert round(in_shaft + depth - height, 9) in (0.2, 0.3, 0.4)
+        assert 3.0 <= max(bore for bore, (each, _) in KEYWAYS.items() if each == width) / width <= 5.0
+
+
+@pytest.mark.parametrize(
+    ("bore", "keyway"), [(20, (6, 2.8)), (22, (6, 2.8)), (22.1, (8, 3.3)), ("30 H7", (8, 3.3))]
+)
+def test_short_forms_of_the_hole(bore, keyway):
+    scene = BASES["disc"].replace(part={"thickness": 16, "bore": bore, "keyway": "DIN 6885"})
+    part = scene.part
+    assert (part.keyway_width, part.keyway_depth, part.keyway_fit) == (*keyway, "JS9")
+    assert (part.bore, part.bore_fit) == ((30.0, "H7") if isinstance(bore, str) else (bore, None))
+    assert Scene.from_dict(scene.to_dict()) == scene
+    assert scene.replace(**{"part.bore": 25}).part.keyway_width == keyway[0]
+
+
+SHORT_MISTAKES = [
+    ({"bore": "30 h"}, "part.bore = '30 h': must be a number"),
+    ({"bore": 20, "bore_fit": "h"}, "part.bore_fit = 'h': must be a fit of ISO 286, such as H7"),
+    ({"bore": 20, "keyway": "DIN 6886"}, "part.keyway = 'DIN 6886': must be one of 'DIN 6885'"),
+    (
+        {"bore": 20, "keyway": "DIN 6885", "keyway_width": 5},
+        "part.keyway_width = 5: follows from part.keyway = 'DIN",
+    ),
+    ({"bore": 5, "keyway": "DIN 6885"}, "part.keyway = 'DIN 6885': needs a bore above 6 mm, at most 500 mm"),
+    ({"edges": [0.1]}, "part.edges = [0.1]: must be two numbers"),
+    ({"language": "fr"}, "part.language = 'fr': must be "),
+]
+
+
+@pytest.mark.parametrize(("part", "line"), SHORT_MISTAKES)
+def test_a_short_form_that_is_none_is_told(part, line):
+    with pytest.raises(BadInput) as error:
+        BASES["disc"].replace(part=part)
+    (found,) = str(error.value).splitlines()
+    assert line in found
 
 
 @pytest.mark.parametrize(("base", "changes", "line"), ONE_MISTAKE)

@@ -27,6 +27,7 @@ from camopt.sheet.ring import ring, spread_apart, unrolled
 from camopt.sheet.section import section
 from camopt.sheet.sheet import sheet_of
 from camopt.sheet.title_block import fields, title_block
+from camopt.sheet.words import GERMAN
 
 PLATE = find_scene("valve-rod-radial")
 CYLINDER = find_scene("feeder-with-stop")
@@ -196,6 +197,43 @@ def test_what_the_follower_does_adds_up_to_a_turn(name):
     assert sum(angles) == pytest.approx(360.0, abs=0.005 * len(angles) + 1e-9)
 
 
+GERMANS = {name: SCENES[name].replace(**{"part.language": "de"}) for name in CHECKED}
+
+
+@pytest.mark.parametrize("name", GERMANS)
+def test_a_german_drawing_has_no_english_and_room_for_its_words(name):
+    found = sheet_of(GERMANS[name], resolve_design(GERMANS[name]))
+    assert faults_of(found) == []
+    own = {*vars(GERMANS[name].whole_part).values(), GERMANS[name].name}
+    said = [mark.text for mark in found.marks if isinstance(mark, Words) and mark.text not in own]
+    assert "Werkstoff" in said
+    english = [text for text in GERMAN if GERMAN[text] != text and len(text) > 3 and "{" not in text]
+    words = [re.sub(r" [\d.,]+°?$", "", text) for text in said]
+    assert {*words} & {*english} == set()
+
+
+def test_each_german_text_has_the_places_of_the_english_one():
+    assert [text for text, german in GERMAN.items() if text.count("{}") != german.count("{}")] == []
+
+
+def test_what_holds_elsewhere_is_noted():
+    scene = PLATE.replace(
+        part={**PART, "general_tolerances": "ISO 2768-mK", "edges": [-0.3, 0.2], "other_roughness": 6.3}
+    )
+    first = next(iter(texts_of(TrueCam(scene, resolve_design(scene)))))
+    for words in ("General tolerances ISO 2768-mK.", "ISO 13715: outer -0.3, inner +0.2.", "surfaces Ra 6.3."):
+        assert words in first
+    block = fields(scene.replace(**{"part.hardness": "60 HRC", "part.case_depth": "0.8"}).whole_part, "1:1", "A4")
+    assert "60 HRC, CHD 0.8" in [each.value for each in block]
+
+
+def test_a_groove_is_located_from_the_lower_face():
+    """Its middle at cam angle 0, from the cylinder's end that is lower in the developed view."""
+    points = cam_points(CYLINDER, np.arange(0.0, 360.0, 0.05))["pitch_y_mm"]
+    middle = (points.min() + points.max()) / 2
+    assert decimal(points[0] - middle + CYLINDER.part.thickness / 2) in texts("feeder-with-stop")
+
+
 def test_names_that_have_no_room_round_the_ring_are_left_out():
     ends = np.linspace(0.0, 2 * pi, 121)
     segments = [("rise 3°", float(a), float(b)) for a, b in pairwise(ends)]
@@ -214,11 +252,15 @@ def expected(scene):
         yield f"{decimal(2 * pi * cam.mean_radius)} (2π · R{decimal(cam.mean_radius)})"
         yield decimal(2 * scene.follower.roller_radius)
         yield from (f"Ø{decimal(2 * cam.mean_radius + depth)}" for depth in (part.groove_depth,) if depth)
-    shown = ("thickness", "hub_length", "keyway_width", "groove_depth")
+    shown = ("thickness", "hub_length", "groove_depth")
     yield from (decimal(value) for key in shown if (value := getattr(part, key)))
+    yield from (
+        f"{decimal(part.keyway_width)} {part.keyway_fit or ''}".strip() for _ in range(1) if part.keyway_width
+    )
     if part.bore:
-        yield f"Ø{decimal(part.bore)}"
-        over = [decimal(part.bore + depth) for depth in (part.keyway_depth,) if depth]
+        yield f"Ø{decimal(part.bore)} {part.bore_fit or ''}".strip()
+        more = " +0.2" if part.keyway_fit else ""  # of widths from 8 to 32 mm
+        over = [f"{decimal(part.bore + depth)}{more}" for depth in (part.keyway_depth,) if depth]
         yield from over if cam.form == "cylindrical" or part.thickness else (f"Bore and keyway: {o}." for o in over)
     yield from (f"Ø{decimal(part.hub_diameter)}" for _ in range(1) if part.hub_diameter)
     yield from (decimal(2 * part.profile_tolerance, 4) for _ in range(1) if part.profile_tolerance)
@@ -233,7 +275,7 @@ def test_dimensions_are_those_of_the_cam(name):
 
 @pytest.mark.parametrize("name", CHECKED)
 def test_the_table_has_the_points_of_the_cam(name):
-    rows = [text for text in texts(name) if re.fullmatch(r"−?\d+\.\d{3}", text)]
+    rows = [mark.text for mark in table_marks(sheet(name))]
     angles = [float(text) for text in texts(name) if re.fullmatch(r"\d+", text)]
     step = 5.0 if 355.0 in angles else 10.0
     points = cam_points(SCENES[name], np.arange(0.0, 360.0, step))
@@ -258,9 +300,15 @@ def test_the_table_has_the_points_of_the_cam(name):
         assert np.minimum(off, np.abs(off - 360.0)).max() <= 0.5005e-3
 
 
+def table_marks(found):
+    """The numbers of the table, which are smaller than dimensions."""
+    words = (mark for mark in found.marks if isinstance(mark, Words) and mark.height == MEDIUM)
+    return [mark for mark in words if re.fullmatch(r"−?\d+\.\d{3}", mark.text)]
+
+
 def sorted_columns(found, rows, width):
     """The numbers of a table by rows and columns, from where they stand."""
-    marks = [m for m in found.marks if isinstance(m, Words) and re.fullmatch(r"−?\d+\.\d{3}", m.text)]
+    marks = table_marks(found)
     edges = sorted({round(m.at.real, 6) for m in marks})
     blocks = len(edges) // width
     values = {(round(m.at.real, 6), -m.at.imag): float(m.text.replace("−", "-")) for m in marks}

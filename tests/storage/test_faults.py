@@ -36,7 +36,8 @@ OLDER = SCENE.replace(search={"base_radius": [60, 65], "offset": [0], "law": ["h
 TABLES = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", "scene.toml")
 TEXTS = ("a.txt", "b.txt", "c.txt", "d.txt")
 OPTIMA = tuple(f"optimum-{law}.toml" for law in ("harmonic", "cycloidal", "poly345"))
-MACHINE = {".nc": {"cutter_radius": 5.0, "feed": 300.0}, ".p": {"cutter_radius": 5.0}}
+MILLED = {"cutter_radius": 5.0, "feed": 300.0}
+MACHINE = {".nc": MILLED, ".mpf": MILLED, ".h": MILLED, ".p": {"cutter_radius": 5.0}}
 """What the files of some machines need."""
 INTERRUPTED = 130
 

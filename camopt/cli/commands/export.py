@@ -25,6 +25,15 @@ from camopt.exporting.endings import ENDINGS
 )
 @click.option("--roughing", type=float, help="A first cut that leaves so much, mm.")
 @click.option("--direction", help="climb (the default) or conventional milling.")
+@click.option("--control", help="Whose words a program has: iso, fanuc, siemens or heidenhain; by the ending.")
+@click.option("--decimals", type=int, help="Decimals of its coordinates; those of the control by default.")
+@click.option("--tool", type=int, help="Number of the cutter, for a tool call.")
+@click.option("--spindle", type=float, help="Speed of the cutter, rev/min.")
+@click.option("--coolant", is_flag=True, default=None, help="Switch the coolant on.")
+@click.option("--roughing-feed", type=float, help="Feed of first cuts, mm/min; that of --feed by default.")
+@click.option("--depth-step", type=float, help="Largest depth of one cut, mm.")
+@click.option("--blank-diameter", type=float, help="Diameter of the blank, mm; as wide as the cam by default.")
+@click.option("--largest-radius", type=float, help="Arcs of a larger radius are lines, mm; 10000 by default.")
 def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) -> int:
     """Write the cam of one design to FILE for a machine, a person or another program, as its ending says.
 

@@ -22,6 +22,7 @@ class Grid {
     box.style.height = `${ROW * SEEN + 90}px`;
     box.addEventListener("scroll", () => this.draw());
     this.body.addEventListener("keydown", (event) => this.key(event));
+    head.addEventListener("keydown", (event) => this.enter(event));
     rows.listen((what) => { if (what === "filter") { this.showFilters(); this.arrange(); } else this.draw(); });
     this.paper = htmlElement(box.parentNode, "div", { class: "onlyprint" });
     box.after(this.paper);
@@ -41,6 +42,14 @@ class Grid {
       const heads = columns.map((column) => [column.title, kindOf(column)]);
       drawTable(this.paper, { title, heads, rows: order.map((row) => columns.map((column) => [rows.text(column, row).replaceAll(",", ", "), kindOf(column)])) });
     }
+  }
+
+  /** The rows that pass, in the order of the page: names of columns, numbers with a point, words in quotes. */
+  csv() {
+    const quoted = (word) => (/[",\n]/.test(word) ? `"${word.replaceAll('"', '""')}"` : word);
+    const said = ({ values, words }, row) => (words ? quoted(words[values[row]]) : Number.isNaN(values[row]) ? "" : Number(values[row].toPrecision(8)));
+    const lines = [this.rows.columns.map(({ name }) => quoted(name)), ...Array.from(this.order, (row) => this.rows.columns.map((column) => said(column, row)))];
+    return lines.map((cells) => `${cells.join(",")}\n`).join("");
   }
 
   filterOf(column, cell) {
@@ -112,6 +121,13 @@ class Grid {
     const line = htmlElement(this.body, "tr", { tabindex: k === this.focused ? 0 : -1, "aria-rowindex": k + 3, "aria-selected": chosen >= 0, class: chosen < 0 ? "" : chosen === rows.chosen.length - 1 ? "last" : "before" });
     for (const column of rows.columns) htmlElement(line, "td", { class: column.words ? "" : "number" }, rows.text(column, row));
     line.addEventListener("click", () => { this.focused = k; rows.choose(row); });
+  }
+
+  /** From the heads and bounds down into the rows: there is one stop of Tab for each. */
+  enter(event) {
+    if (event.key !== "ArrowDown" || event.target.matches("select")) return;
+    this.body.querySelector("[tabindex='0']")?.focus();
+    event.preventDefault();
   }
 
   key(event) {

@@ -20,6 +20,7 @@ async function showResultsPage(data) {
   new Parallel(find("parallel"), find("passing"), rows, data.parallel);
   const grid = new Grid(find("table"), rows);
   find("clear").addEventListener("click", () => rows.clear());
+  find("save").addEventListener("click", () => saveText(`${document.title.replace(/[^\w-]+/g, "-")}.csv`, "text/csv", grid.csv()));
   const show = () => showChosen(rows, player, find);
   rows.listen((what) => what === "choice" && show());
   for (const row of data.first) rows.choose(row);

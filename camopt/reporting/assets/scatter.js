@@ -41,11 +41,11 @@ class Scatter {
 
   toX(value) { const [low, high] = this.span(this.x); return 58 + ((value - low) / (high - low)) * (this.width - 70); }
 
-  toY(value) { const [low, high] = this.span(this.y); return this.height - 36 - ((value - low) / (high - low)) * (this.height - 46); }
+  toY(value) { const [low, high] = this.span(this.y); return this.height - 36 - ((value - low) / (high - low)) * (this.height - 58); }
 
   fromX(px) { const [low, high] = this.span(this.x); return low + ((px - 58) / (this.width - 70)) * (high - low); }
 
-  fromY(px) { const [low, high] = this.span(this.y); return low + ((this.height - 36 - px) / (this.height - 46)) * (high - low); }
+  fromY(px) { const [low, high] = this.span(this.y); return low + ((this.height - 36 - px) / (this.height - 58)) * (high - low); }
 
   draw() {
     const pen = this.place(this.canvas), colours = palette(), { rows } = this;
@@ -56,7 +56,7 @@ class Scatter {
     const small = rows.count > 5000 ? 1.5 : 4;
     pen.fillStyle = colours.faint;
     if (rows.passing.length < rows.count) for (let row = 0; row < rows.count; row++) if (!rows.mask[row]) dot(row, small);
-    const layers = [[(row) => !rows.feasible[row], small, true], [(row) => rows.feasible[row], small], [(row) => front?.values[row], 5]];
+    const layers = [[(row) => !rows.feasible[row], small, true], [(row) => rows.feasible[row], small], [(row) => front?.values[row], 7]];
     for (const [among, size, grey] of layers) {
       pen.globalAlpha = size === small && rows.count > 5000 ? 0.35 : 0.9;
       for (let group = 0; group < (series ? series.words.length : 1); group++) {
@@ -76,7 +76,7 @@ class Scatter {
     pen.beginPath();
     for (const value of roundNumbers(...this.span(this.x), 6)) {
       const at = this.toX(value);
-      pen.moveTo(at, 10); pen.lineTo(at, this.height - 36);
+      pen.moveTo(at, 22); pen.lineTo(at, this.height - 36);
       pen.textAlign = "center";
       pen.fillText(fourDigits(value), at, this.height - 22);
     }

@@ -32,3 +32,11 @@ function drawLines(header, lines) {
   header.querySelectorAll("p").forEach((each) => each.remove());
   for (const [text, kind] of lines) htmlElement(header, "p", kind ? { class: kind } : {}, text);
 }
+
+/** Give the reader a text as a file. */
+function saveText(name, kind, text) {
+  const link = htmlElement(document.body, "a", { href: URL.createObjectURL(new Blob([text], { type: kind })), download: name });
+  link.click();
+  link.remove();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}

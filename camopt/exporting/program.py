@@ -1,0 +1,73 @@
+"""A program for a machine, line by line, in the words of its control."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from camopt.contour.path import ArcPath
+from camopt.exporting.dialects import Dialect
+
+
+@dataclass
+class Program:
+    """Lines so far; coordinates in mm with some decimals, centres too."""
+
+    words: Dialect
+    decimals: int
+    lines: list[str] = field(default_factory=list)
+    feed: str = ""
+    """The last feed, mm/min, which holds until another is said."""
+
+    def say(self, *templates: str, **values: object) -> None:
+        """Add lines of the dialect."""
+        for each in templates:
+            self.lines += each.format(**values).split("\n")
+
+    def comment(self, text: str) -> None:
+        """Add a comment that any control takes."""
+        plain = text.encode("ascii", "replace").decode().replace("(", "[").replace(")", "]")
+        self.lines.append(self.words.comment.format(plain))
+
+    def rapid(self, to: complex) -> None:
+        """Go to a point as fast as the machine can, above the part or outside of it."""
+        self.say(self.words.rapid, x=self.number(to.real), y=self.number(to.imag))
+
+    def up(self, height: float) -> None:
+        self.say(self.words.up, z=self.number(height))
+
+    def down(self, height: float, feed: float) -> None:
+        self.say(self.words.down + self._fed(feed), z=self.number(height))
+
+    def line(self, to: complex, feed: float) -> None:
+        self.say(self.words.line + self._fed(feed), x=self.number(to.real), y=self.number(to.imag))
+
+    def arc(self, start: complex, end: complex, bulge: float, feed: float) -> None:
+        """Move from where the machine stands, by an arc or, without a bulge, by a line."""
+        if not bulge:
+            self.line(end, feed)
+            return
+        way = (end - start) * (0.5 + 0.25j * (1.0 / bulge - bulge))
+        numbers = {"x": end.real, "y": end.imag, "i": way.real, "j": way.imag}
+        numbers |= {"cx": (start + way).real, "cy": (start + way).imag}
+        texts = {name: self.number(value) for name, value in numbers.items()}
+        self.say(self.words.arc + self._fed(feed), way=self.words.ways[int(bulge > 0.0)], **texts)
+
+    def along(self, path: ArcPath, feed: float) -> None:
+        """Move along a path from its first vertex, where the machine stands."""
+        for one, other, bulge in zip(path.vertices, path.vertices[1:], path.bulges, strict=False):
+            self.arc(one, other, bulge, feed)
+
+    def number(self, value: float) -> str:
+        """A coordinate; zero has no minus."""
+        return f"{np.round(value, self.decimals) + 0.0:{self.words.sign}.{self.decimals}f}"
+
+    def text(self) -> str:
+        """The whole program."""
+        numbered = (f"{k} {line}" for k, line in enumerate(self.lines))
+        return "\n".join([*(numbered if self.words.numbered else self.lines)]) + "\n"
+
+    def _fed(self, feed: float) -> str:
+        """The words of a feed that is not the one that holds."""
+        text = f"{feed:g}"
+        said, self.feed = self.feed, text
+        return "" if said == text else self.words.feed.format(feed=text)

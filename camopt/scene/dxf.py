@@ -1,0 +1,135 @@
+"""The profile of a cam in a DXF file: its closed outlines of arcs, lines and polylines, read by ezdxf."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms.design import ComplexArray
+from camopt.mistakes import BadInput
+from camopt.numerics import FloatArray
+from camopt.storage.files import read_bytes
+from camopt.storage.home import settle_home
+
+PROFILE_LAYER = "PROFILE"
+JOINED_WITHIN = 1e-3  # mm: ends so near to each other are one
+
+
+class Outline(NamedTuple):
+    """A closed line from vertex to vertex, x + iy in mm, the last joined to the first.
+
+    ``bulges`` are the tangents of a quarter of what each arc turns, anticlockwise positive; 0 of a line.
+    """
+
+    vertices: ComplexArray
+    bulges: FloatArray
+
+    @property
+    def chords(self) -> ComplexArray:
+        return np.roll(self.vertices, -1) - self.vertices
+
+    @property
+    def middles(self) -> ComplexArray:
+        """Half way along each arc."""
+        return self.vertices + self.chords * (0.5 - 0.5j * self.bulges)
+
+    @property
+    def corners(self) -> FloatArray:
+        """By how much the direction jumps at each vertex, rad."""
+        half = np.exp(2j * np.arctan(self.bulges))
+        leaving, arriving = self.chords / half, np.roll(self.chords * half, 1)
+        return np.abs(np.angle(leaving / arriving))
+
+    @property
+    def area(self) -> float:
+        """Positive if it runs anticlockwise; that of the polygon through its vertices and middles."""
+        points = np.column_stack([self.vertices, self.middles]).ravel()
+        return float((points.conjugate() * np.roll(points, -1)).imag.sum() / 2)
+
+    @property
+    def backwards(self) -> "Outline":
+        """The same from the same vertex, the other way round."""
+        return Outline(np.roll(self.vertices[::-1], 1), -self.bulges[::-1])
+
+
+def profile_in(path: Path) -> Outline:
+    """The profile in a file: the outline on the layer PROFILE, or if there is none the one that reaches furthest.
+
+    Raises
+    ------
+    ValueError
+        That says what is wrong with the file.
+    OSError
+        If it cannot be read.
+    """
+    try:
+        read_bytes(path)  # a file with an end, of a size that a drawing has
+    except BadInput as trouble:
+        raise ValueError(f"it must be {trouble.mistakes[0].allowed}") from None
+    settle_home()
+    from ezdxf import disassemble, upright
+    from ezdxf.filemanagement import readfile
+    from ezdxf.lldxf.const import DXFError
+
+    try:
+        document = readfile(path)
+        entities: list[Any] = [*disassemble.recursive_decompose(document.modelspace())]
+        upright.upright_all(entities)
+        drawn = [each for each in entities if each.dxf.layer.upper() == PROFILE_LAYER] or entities
+        found = [each for each in _outlines(drawn) if each.bulges.any() or each.vertices.size > 2]
+    except (DXFError, UnicodeError, LookupError, TypeError, ArithmeticError) as trouble:
+        raise ValueError(f"it is damaged, or no DXF ({trouble})") from None
+    if not found:
+        kinds = ", ".join(sorted({each.dxftype() for each in drawn})) or "nothing"
+        raise ValueError(f"no closed outline of arcs, lines or polylines is in it, but {kinds}")
+    largest = max(found, key=lambda each: float(np.abs([each.vertices, each.middles]).max()))
+    return largest._replace(vertices=largest.vertices * _millimetres(document.units))
+
+
+def _millimetres(unit: int) -> float:
+    """The length of a drawing's unit, mm; without one it is a millimetre."""
+    from ezdxf import units
+    from ezdxf.enums import InsertUnits
+
+    named = InsertUnits(unit), InsertUnits(units.MM)
+    return float(f"{units.conversion_factor(*named):.9g}") if unit else 1.0
+
+
+def _outlines(entities: Iterable[Any]) -> Iterator[Outline]:
+    """The closed ones: circles, closed polylines, and what loose arcs and lines make end to end."""
+    from ezdxf import edgeminer, edgesmith
+
+    loose = []
+    for each in entities:
+        if each.dxftype() == "CIRCLE":
+            centre, radius = complex(*each.dxf.center.vec2), each.dxf.radius
+            yield Outline(np.array([centre + radius, centre - radius]), np.ones(2))
+        elif each.dxftype() in ("LWPOLYLINE", "POLYLINE"):
+            corners = _corners(each)
+            if each.is_closed or abs(corners[0, 0] - corners[-1, 0]) <= JOINED_WITHIN:
+                yield _outline(corners)
+            else:
+                loose.append(each)
+        elif each.dxftype() in ("LINE", "ARC"):
+            loose.append(each)
+    edges = list(edgesmith.edges_from_entities_2d(loose, gap_tol=JOINED_WITHIN))
+    chains = edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=JOINED_WITHIN)) if edges else ()
+    for chain in chains:
+        if edgeminer.is_loop(chain, gap_tol=JOINED_WITHIN):
+            yield _outline(_corners(edgesmith.lwpolyline_from_chain(chain)))
+
+
+def _corners(polyline: Any) -> ComplexArray:
+    """Vertices of a polyline with the bulges after them, (n, 2)."""
+    if polyline.dxftype() == "LWPOLYLINE":
+        rows = [(complex(x, y), bulge) for x, y, bulge in polyline.get_points("xyb")]
+    else:
+        rows = [(complex(*each.dxf.location.vec2), each.dxf.bulge) for each in polyline.vertices]
+    return np.array(rows, dtype=complex).reshape(-1, 2)
+
+
+def _outline(corners: ComplexArray) -> Outline:
+    """The outline through corners, those at one place taken for the last of them."""
+    apart = np.abs(np.roll(corners[:, 0], -1) - corners[:, 0]) > JOINED_WITHIN
+    return Outline(corners[apart, 0], corners[apart, 1].real)

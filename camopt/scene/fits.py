@@ -1,0 +1,64 @@
+"""What ``[part]`` may say in short of the hole: a bore with its fit, and a keyway by DIN 6885.
+
+``bore = "30 H7"`` stands for a diameter and a fit (ISO 286), ``keyway = "DIN 6885"`` for the width, its fit JS9 and
+the depth in the hub that the standard gives a bore of this diameter.
+
+Source: DIN 6885-1 (parallel keys, deep pattern).
+"""
+
+import re
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from camopt.scene.law_forms import LawFault
+from camopt.scene.mapping import at, length
+
+FIT = r"[A-Z]{1,2}\d{1,2}"
+SHORT_BORE = re.compile(rf"\s*(\d+(?:\.\d+)?)\s*({FIT})\s*")
+STANDARD_KEYWAY, STANDARD_FIT = "DIN 6885", "JS9"
+SMALLEST_BORE = 6.0
+KEYWAYS = {
+    8.0: (2.0, 1.0), 10.0: (3.0, 1.4), 12.0: (4.0, 1.8), 17.0: (5.0, 2.3), 22.0: (6.0, 2.8), 30.0: (8.0, 3.3),
+    38.0: (10.0, 3.3), 44.0: (12.0, 3.3), 50.0: (14.0, 3.8), 58.0: (16.0, 4.3), 65.0: (18.0, 4.4),
+    75.0: (20.0, 4.9), 85.0: (22.0, 5.4), 95.0: (25.0, 5.4), 110.0: (28.0, 6.4), 130.0: (32.0, 7.4),
+    150.0: (36.0, 8.4),
+    170.0: (40.0, 9.4), 200.0: (45.0, 10.4), 230.0: (50.0, 11.4), 260.0: (56.0, 12.4), 290.0: (63.0, 12.4),
+    330.0: (70.0, 14.4), 380.0: (80.0, 15.4), 440.0: (90.0, 17.4), 500.0: (100.0, 19.4),
+}  # fmt: skip
+"""By the largest bore of a range (mm): the width of the keyway and its depth in the hub (t₂), mm."""
+DEPTH_TOLERANCES = {6.0: 0.1, 32.0: 0.2, 100.0: 0.3}
+"""By the largest width of a range (mm): how much deeper a keyway may be, mm."""
+
+
+def depth_tolerance(width: float) -> float:
+    """By how much a keyway of a width may be deeper, mm."""
+    return next((allowed for most, allowed in DEPTH_TOLERANCES.items() if width <= most), 0.3)
+
+
+def read_part(data: dict[str, Any]) -> Iterator[LawFault]:
+    """Put what short forms stand for in their place, in ``data`` itself."""
+    part = data.get("part")
+    if not isinstance(part, dict):
+        return
+    if isinstance(part.get("bore"), str) and (found := SHORT_BORE.fullmatch(part["bore"])):
+        part["bore"] = float(found[1])
+        part.setdefault("bore_fit", found[2])
+    if part.get("keyway") == STANDARD_KEYWAY:
+        yield from _standard_keyway(data, part)
+
+
+def _standard_keyway(data: Mapping[str, Any], part: dict[str, Any]) -> Iterator[LawFault]:
+    for key in ("keyway_width", "keyway_depth"):
+        if part.get(key) is not None:
+            yield f"part.{key}", part[key], f"follows from part.keyway = {STANDARD_KEYWAY!r}: leave one of them out"
+    bore = length(data, "part.bore" if at(data, "part.bore") is not None else "cam.shaft_diameter")
+    if bore is None or not SMALLEST_BORE < bore <= max(KEYWAYS):
+        why = f"needs a bore above {SMALLEST_BORE:g} mm, at most {max(KEYWAYS):g} mm"
+        yield "part.keyway", part["keyway"], f"{why} (part.bore, or cam.shaft_diameter)"
+        return
+    most = [*KEYWAYS]
+    width, depth = KEYWAYS[most[bisect_left(most, bore)]]
+    del part["keyway"]
+    part |= {"keyway_width": width, "keyway_depth": depth}
+    part.setdefault("keyway_fit", STANDARD_FIT)

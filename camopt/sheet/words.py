@@ -1,0 +1,99 @@
+"""The texts of a drawing in the languages that it may have: English, as the code has them, and German."""
+
+from collections.abc import Callable
+
+GERMAN = {
+    # title block
+    "Material": "Werkstoff",
+    "Hardness": "Härte",
+    "Scale": "Maßstab",
+    "Created by": "Erstellt durch",
+    "Approved by": "Genehmigt von",
+    "Document type": "Dokumentenart",
+    "Part drawing": "Teilezeichnung",
+    "Source": "Quelle",
+    "Format": "Format",
+    "Legal owner": "Eigentümer",
+    "Title": "Titel",
+    "Identification number": "Sachnummer",
+    "Rev.": "Änd.",
+    "Date of issue": "Ausgabedatum",
+    "Lang.": "Spr.",
+    "Sheet": "Blatt",
+    # what the follower does
+    "rise": "Anstieg",
+    "dwell": "Rast",
+    "return": "Rückgang",
+    "move": "Bewegung",
+    "constant velocity": "gleichförmig",
+    # views
+    "timing mark": "Einstellmarke",
+    "rotation": "Drehsinn",
+    "{} rpm": "{} min⁻¹",
+    "the surface moves": "die Oberfläche bewegt sich",
+    # table
+    "profile": "Kontur",
+    "centre": "Mitte",
+    "knife": "Schneide",
+    "edge": "",
+    "roller": "Rolle",
+    "face": "Fläche",
+    # notes
+    "Dimensions in mm. Projection method 1.": "Maße in mm. Projektionsmethode 1.",
+    "General tolerances {}.": "Allgemeintoleranzen {}.",
+    "Edges ISO 13715: outer {}, inner {}.": "Kanten ISO 13715: außen {}, innen {}.",
+    "Other surfaces Ra {}.": "Übrige Oberflächen Ra {}.",
+    "For {}.": "Für {}.",
+    "a translating follower {}": "einen geradgeführten Stößel {}",
+    "an oscillating follower {}": "einen Schwinghebel {}",
+    "with a roller Ø{}": "mit Rolle Ø{}",
+    "with a spherical face R{}": "mit Kugelfläche R{}",
+    "with a flat face": "mit ebener Fläche",
+    "with a knife edge": "mit Schneide",
+    "arm {}": "Arm {}",
+    "distance of the pivot from the cam's axis {}": "Abstand des Drehpunkts von der Kurvenachse {}",
+    "distance of the face from the pivot {}": "Abstand der Fläche vom Drehpunkt {}",
+    "its axis offset by {} to the right": "Achse um {} nach rechts versetzt",
+    "its axis offset by {} to the left": "Achse um {} nach links versetzt",
+    " at {} rpm": " mit {} min⁻¹",
+    "The surface moves as the arrow shows{}.": "Die Oberfläche bewegt sich in Pfeilrichtung{}.",
+    "Turns clockwise{}, as seen in the front view, which is at cam angle 0.": (
+        "Dreht im Uhrzeigersinn{}, gesehen in der Vorderansicht, die bei Drehwinkel 0 steht."
+    ),
+    "Turns counter-clockwise{}, as seen in the front view, which is at cam angle 0.": (
+        "Dreht gegen den Uhrzeigersinn{}, gesehen in der Vorderansicht, die bei Drehwinkel 0 steht."
+    ),
+    "Angles round the cam: from 0°, the direction of the centre of the face at cam angle 0.": (
+        "Winkel um die Kurve: ab 0°, der Richtung zur Mitte der Fläche bei Drehwinkel 0."
+    ),
+    "Angles round the cam: from 0°, the direction of the roller's centre at cam angle 0.": (
+        "Winkel um die Kurve: ab 0°, der Richtung zur Rollenmitte bei Drehwinkel 0."
+    ),
+    "Angles round the cam: from 0°, the direction of the point of contact at cam angle 0.": (
+        "Winkel um die Kurve: ab 0°, der Richtung zum Berührpunkt bei Drehwinkel 0."
+    ),
+    "The keyway is at cam angle {}°.": "Die Nut liegt bei Drehwinkel {}°.",
+    "The keyway is at cam angle {}°, where the section is.": "Die Nut liegt bei Drehwinkel {}°, im Schnitt.",
+    "Middle of the keyway at φ {}°.": "Mitte der Nut bei φ {}°.",
+    "Bore and keyway: {}.": "Bohrung mit Nut: {}.",
+    "Lift {}": "Hub {}",
+    "θ {}° to {}° at constant velocity {}{}": "θ {}° bis {}° gleichförmig {}{}",
+    "Table: cam angle θ, lift s; {} x round the mean radius, y along the axis.": (
+        "Tabelle: Drehwinkel θ, Hub s; {} x um den mittleren Radius, y längs der Achse."
+    ),
+    "Table: cam angle θ, lift s; polar angle φ from the timing mark against the rotation, radius r.": (
+        "Tabelle: Drehwinkel θ, Hub s; Polarwinkel φ ab der Einstellmarke gegen den Drehsinn, Radius r."
+    ),
+    " Profile: contact; centre: of the roller, or of a cutter R{}.": (
+        " Kontur: Berührpunkt; Mitte: der Rolle oder eines Fräsers R{}."
+    ),
+    " Profile: contact; centre: of the spherical face R{}.": " Kontur: Berührpunkt; Mitte: der Kugelfläche R{}.",
+    "largest pressure angle {}°": "größter Pressungswinkel {}°",
+    "least convex radius of the profile {}": "kleinster erhabener Radius {}",
+    "cutter or wheel in hollow flanks at most R{}": "Fräser in hohlen Flanken bis R{}",
+    "mass {} kg": "Masse {} kg",
+}
+"""English texts in German; {} is where a value stands. Laws, names and materials are the user's own."""
+
+LANGUAGES: dict[str, Callable[[str], str]] = {"en": str, "de": GERMAN.__getitem__}
+"""What a text is in a language."""

@@ -1,0 +1,155 @@
+"""Profiles from drawings: camopt's own DXF files come back, those of others too, and bad ones are told."""
+
+import re
+
+import ezdxf
+import numpy as np
+import pytest
+from support.cams import CONTACTS, cam_with
+from support.curves import furthest, true_points
+
+from camopt import BadInput, Scene, cam_points, export, find_scene, shipped_scenes
+from camopt.contour.curve import curves_of
+from camopt.motion.profile import GivenElement, parts_of
+from camopt.problem.problem import resolve_design
+from camopt.scene.drawn_profile import elements_of
+from camopt.scene.dxf import profile_in
+
+CORNERED = ("uniform-knife-offset", "uniform-knife-radial")  # their profiles have corners
+SHIPPED = [name for name in shipped_scenes() if find_scene(name).cam.form == "disc" and name not in CORNERED]
+SMALL = [contact for contact in CONTACTS if cam_with(contact)["cam"]["form"] == "disc"]
+TURNED = [(name, rotation) for name in [*SHIPPED, *SMALL] for rotation in ("ccw", "cw")]
+
+
+def scene_of(name):
+    return find_scene(name) if name in SHIPPED else Scene.from_dict(cam_with(name))
+
+
+def from_drawing(scene, file):
+    """The cam of a drawing with the follower of a scene."""
+    follower = scene.to_dict()["follower"]
+    cam = {"form": "disc", "rotation": scene.cam.rotation}
+    return Scene.from_dict({"name": "back", "cam": cam, "follower": follower, "profile": str(file)})
+
+
+def profile_points(scene):
+    problem = resolve_design(scene)
+    return true_points(problem, curves_of(problem)["profile"].distance, 16_001)
+
+
+def points_of(elements, rotation):
+    """Dense points on arcs and lines that are tangent to 1e-9, by ``parts_of``, in the plane of the drawing."""
+    mirror = np.conjugate if rotation == "ccw" else np.asarray
+    given = [
+        GivenElement(each.get("radius"), mirror(complex(each["x"], each["y"])).item() if "x" in each else None)
+        for each in elements
+    ]
+    found = []
+    for part in parts_of(given):
+        share = np.linspace(0.0, 1.0, 200 + int(6000 * abs(part.sweep)))
+        if part.radius is None:
+            found.append(part.start.point + (part.end.point - part.start.point) * share)
+        else:
+            found.append(part.centre + part.radius * part.start.normal * np.exp(1j * part.sweep * share))
+    return mirror(np.concatenate(found))
+
+
+@pytest.mark.parametrize(("name", "rotation"), TURNED)
+def test_a_profile_comes_back_from_its_drawing(tmp_path, name, rotation):
+    scene = scene_of(name).replace(**{"cam.rotation": rotation})
+    found = export(scene, tmp_path / "cam.dxf")
+    elements = elements_of(profile_in(tmp_path / "cam.dxf"), rotation == "cw")
+    there, here = profile_points(scene), points_of(elements, rotation)
+    allowed = found.curves["profile"].deviation_mm + 2e-5
+    assert max(furthest(here, there), furthest(there, here)) <= allowed
+    if scene.profile:
+        assert len(elements) == len(scene.profile)
+
+
+def test_a_cam_from_its_drawing_moves_its_follower_so(tmp_path):
+    scene = find_scene("flat-reciprocating")
+    export(scene, tmp_path / "cam.dxf", chord=1e-3)
+    back = from_drawing(scene, tmp_path / "cam.dxf")
+    angles = np.arange(0.0, 360.0, 0.5)
+    here, there = (cam_points(each, angles)["displacement_mm"] for each in (back, scene))
+    assert np.abs(here - there).max() <= 1e-3
+    assert Scene.from_dict(back.to_dict()) == back
+
+
+def test_there_are_forty_profiles():
+    assert len(TURNED) >= 40
+
+
+THREE_ARC = find_scene("three-arc-valve")
+
+
+def drawn_otherwise(file, make, unit=4):
+    document = ezdxf.new("R2010", units=unit)
+    make(document.modelspace())
+    document.saveas(file)
+
+
+def loose(file, digits):
+    """The profile of the three-arc cam as arcs in any order, either way, in some digits, beside other lines."""
+    export(THREE_ARC.replace(part={"thickness": 5, "bore": 10}), file)
+    (profile,) = ezdxf.readfile(file).modelspace().query('LWPOLYLINE[layer=="PROFILE"]')
+    arcs = [(each.dxf.center, each.dxf.radius, each.dxf.start_angle, each.dxf.end_angle)
+            for each in profile.virtual_entities()]  # fmt: skip
+
+    def make(space):
+        for centre, radius, start, end in arcs[::-1]:
+            space.add_arc((round(centre.x, digits), round(centre.y, digits)), round(radius, digits), start, end)
+        space.add_circle((0, 0), 5)
+        space.add_line((-80, 0), (80, 0))
+        space.add_text("cam")
+
+    return make
+
+
+@pytest.mark.parametrize(("digits", "near"), [(12, 1e-9), (6, 2e-6), (4, 2e-4)])
+def test_loose_arcs_are_joined_and_made_tangent(tmp_path, digits, near):
+    file = tmp_path / "loose.dxf"
+    drawn_otherwise(file, loose(tmp_path / "own.dxf", digits))
+    elements = elements_of(profile_in(file), clockwise=False)
+    assert len(elements) == 4
+    there, here = profile_points(THREE_ARC), points_of(elements, "ccw")
+    assert max(furthest(here, there), furthest(there, here)) <= near + 3e-5
+
+
+def test_a_drawing_in_inches_is_as_large(tmp_path):
+    drawn_otherwise(tmp_path / "inch.dxf", lambda space: space.add_circle((0.25, 0), 1.0), unit=1)
+    (only,) = from_drawing(find_scene("eccentric-rocker"), tmp_path / "inch.dxf").profile
+    assert (only.radius, only.x, only.y) == pytest.approx((25.4, 6.35, 0.0))
+
+
+BAD = {
+    "corner": (lambda space: space.add_lwpolyline([(-9, -9), (9, -9), (9, 9)], close=True), "a corner of 135° at"),
+    "open": (lambda space: space.add_arc((0, 0), 5, 0, 350), "no closed outline of arcs, lines or polylines is in"),
+    "spline": (lambda space: space.add_spline([(1, 0), (0, 1), (-1, 0)]), "is in it, but SPLINE"),
+    "concentric": (lambda space: space.add_circle((0, 0), 5), "a circle about the cam's axis moves nothing"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_drawing_without_a_profile_is_told(tmp_path, name):
+    make, message = BAD[name]
+    drawn_otherwise(tmp_path / "bad.dxf", make)
+    with pytest.raises(BadInput, match=re.escape(message)) as error:
+        from_drawing(THREE_ARC, tmp_path / "bad.dxf")
+    assert len(error.value.mistakes) == 1
+
+
+def test_no_drawing_and_none_that_is_there(tmp_path):
+    (tmp_path / "text.dxf").write_text("no drawing")
+    (tmp_path / "folder.dxf").mkdir()
+    known = {"text.dxf": "not a DXF file", "none.dxf": "No such file", "folder.dxf": "it must be a regular file"}
+    for name, message in known.items():
+        with pytest.raises(BadInput, match=message):
+            from_drawing(THREE_ARC, tmp_path / name)
+
+
+def test_a_scene_file_names_its_drawing_beside_it(tmp_path):
+    export(THREE_ARC, tmp_path / "cam.dxf")
+    tables = '[cam]\nform = "disc"\n[follower]\nmotion = "translating"\ncontact = "flat"\n'
+    (tmp_path / "own.toml").write_text(f'profile = "cam.dxf"\n{tables}')
+    assert len(Scene.from_toml(tmp_path / "own.toml").profile) == 4
