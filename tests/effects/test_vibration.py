@@ -12,7 +12,7 @@ from support import own
 from support.depth import times
 
 import camopt
-from camopt.effects.case import Dynamics
+from camopt.effects.given import GivenDynamics
 from camopt.effects.vibration import contact as least_contact
 from camopt.effects.vibration import corners, dynamic_factor, mass_acceleration, response, vibration
 from camopt.motion.programme import Programme, peak
@@ -141,7 +141,7 @@ def test_a_harmonic_motion_over_the_whole_turn_in_closed_form(ratio, damping):
     assert found.overshoot == pytest.approx(float(abs(z)), rel=1e-12)
     assert found.acceleration == pytest.approx(float(abs(x)), rel=1e-12)
     assert found.residual == 0.0  # no dwell
-    train = Dynamics(mass=2e-3, damping=0.04, stiffness=3.0, preload=10.0, load=4.0, damping_ratio=damping)
+    train = GivenDynamics(mass=2e-3, damping=0.04, stiffness=3.0, preload=10.0, load=4.0, damping_ratio=damping)
     swing = abs(-train.mass * omega**2 * x + (3.0 + 0.04j * omega) * (-h / 2))
     expected = 3.0 * h / 2 + 14.0 - swing
     assert least_contact(turn, train, omega, ratio)[0] == pytest.approx(float(expected), abs=1e-12 * float(swing))
@@ -254,7 +254,7 @@ def test_resonance_is_infinite_and_damping_bounds_it():
     found = vibration(turn, 7.0, 0.0)
     assert found.overshoot == found.overshoot_bound == found.acceleration == found.acceleration_bound == inf
     assert found.residual == inf
-    assert least_contact(turn, Dynamics(mass=1.0), 1.0, 7.0) == (-inf, -inf)
+    assert least_contact(turn, GivenDynamics(mass=1.0), 1.0, 7.0) == (-inf, -inf)
     # near it the response grows as 1/ζ and as 1/(r − n)
     sizes = [vibration(turn, 7.0, damping).overshoot for damping in (1e-5, 1e-6)]
     assert sizes[1] / sizes[0] == pytest.approx(10.0, rel=1e-3)

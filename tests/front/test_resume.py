@@ -330,7 +330,7 @@ def test_parts_may_lie_anywhere(tmp_path, whole):
 
 def test_an_interrupted_part_goes_on(tmp_path, at_once, monkeypatch):
     monkeypatch.setattr("camopt.front.asked.BLOCK", BLOCK)
-    monkeypatch.setattr("camopt.front.parts.asked_of", lambda scene, keep: sweep_plan(scene, keep, BLOCK))
+    monkeypatch.setattr("camopt.front.parts.sweep_plan", lambda scene, keep: sweep_plan(scene, keep, BLOCK))
     told = []
     with pytest.raises(Stopped, match=r"[67]00 of 1,200 designs are done"):
         camopt.sweep_part(SCENE, (2, 2), tmp_path, progress=stopped(600))

@@ -72,7 +72,7 @@ def test_a_limit_by_the_name_of_a_quantity_says_so_in_the_schema():
 
 
 def test_every_table_of_a_scene_is_found():
-    assert {"Cam", "Dynamics", "Limits", "Search", "Part", "Scene", "Range"} <= {
+    assert {"Cam", "Dynamics", "Limits", "Search", "Part", "Scene", "StepRange"} <= {
         model.__name__ for model in tables()
     }
 
