@@ -34,7 +34,6 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows
 from camopt.problem.settings import problems_of
-from camopt.problem.space import axis_values
 from camopt.verdicts.judging import excesses, run_effects
 
 MANY = 10_000
@@ -47,7 +46,8 @@ class Cams(Problem):  # type: ignore[misc]
 
     def __init__(self, scene: Scene) -> None:
         self.problem, search = resolve(scene), scene.search
-        self.motions, self.rollers = problems_of(self.problem), axis_values(search.roller_radius)
+        self.motions = problems_of(self.problem)
+        self.rollers = self.problem.choices.variables["roller_radius"].values
         low = [0.0, 0.0, search.offset.start, search.base_radius.start]
         high = [len(self.motions), len(self.rollers), search.offset.stop, search.base_radius.stop]
         limits = len(self.problem.limits)

@@ -211,9 +211,11 @@ NUMBER_COLUMNS = tuple(dict.fromkeys(key for key, *_ in _NUMBERS))
 """Their keys."""
 
 
-def number_quantity(key: str, *, angular: bool) -> str:
-    """The quantity that a number of the scene is in tables."""
-    return [name for number, name, *_ in _NUMBERS if number == key][-1 if angular else 0]
+def number_quantities(*, angular: bool) -> dict[str, str]:
+    """The quantity that each number of the scene is in tables, by key."""
+    rows = _NUMBERS if angular else _NUMBERS[::-1]  # the last row of a key counts
+    found = {key: name for key, name, *_ in rows}
+    return {key: found[key] for key in NUMBER_COLUMNS}
 
 
 _ALL = [

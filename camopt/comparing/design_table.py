@@ -9,12 +9,11 @@ import pyarrow as pa
 from camopt.front.pareto import undominated
 from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray
-from camopt.problem.problem import size_keys
-from camopt.quantities import NUMBER_COLUMNS, QUANTITIES
+from camopt.problem.variables import variables_of
+from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.storage.sealed import SCENE_KEY, TYPES, table_facts
 from camopt.tables.columns import DERIVED, axes_of
-from camopt.tables.designs import column_of
 
 LAW_COLUMN, OWN_SCENE, FREE_COLUMN = "law_rise", "scene", "free"
 """Columns: one that every table of designs has; two that a frontier has."""
@@ -63,8 +62,7 @@ class DesignTable:
 
     def fixed(self, name: str) -> float | None:
         """What all designs have of a number that is no column: that of the scene."""
-        known = (*size_keys(self.scene), *NUMBER_COLUMNS)
-        keys = [key for key in known if column_of(self.scene, key) == name]
+        keys = [each.key for each in variables_of(self.scene) if each.quantity == name]
         return next(iter(self.scene.numbers(keys).values()), None)
 
     @property

@@ -12,7 +12,7 @@ from camopt.motion.table import RETURN, RISE
 
 def offers(setup: Setup) -> tuple[str, ...]:
     mechanism = setup.mechanism
-    names = ["law_rise", "law_return", mechanism.body.size_quantity, *_of_follower(setup)]
+    names = ["law_rise", "law_return", *mechanism.size_quantities.values()]
     if mechanism.body.closed and mechanism.curvature is not None:
         names += ["prime_radius_mm"]
     if setup.shaft_radius is not None:
@@ -20,18 +20,12 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return (*names, *setup.varied.values())
 
 
-def _of_follower(setup: Setup) -> dict[str, str]:
-    """The sizes of the follower: the quantity of each with its field of ``Designs``."""
-    return {f"{field}_mm": field for field in setup.mechanism.sizes}
-
-
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     designs = case.designs
     return {
         "law_rise": case.programme.law_names(RISE),
         "law_return": case.programme.law_names(RETURN),
-        case.setup.mechanism.body.size_quantity: designs.size,
-        **{name: designs.sizes[field] for name, field in _of_follower(case.setup).items()},
+        **{name: designs.sizes[field] for field, name in case.setup.mechanism.size_quantities.items()},
         "prime_radius_mm": designs.prime_radius,
         "shaft_clearance_mm": designs.size - (case.setup.shaft_radius or 0.0),
         **{name: case.each.given[key] for key, name in case.setup.varied.items()},

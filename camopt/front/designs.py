@@ -3,7 +3,7 @@
 A sweep evaluates a grid; here the designs are those of another program, a row each.
 """
 
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING, Any, get_type_hints
@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from camopt.effects import Case
-from camopt.mechanisms import FIELDS, Designs
+from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.problem.problem import VERDICT, Problem, missing_numbers, missing_sizes, resolve, size_keys
-from camopt.problem.settings import OF_PROBLEM, freed_of, given_profile, set_up
-from camopt.quantities import NUMBER_COLUMNS, QUANTITIES, number_quantity
+from camopt.problem.problem import VERDICT, Problem, missing, resolve
+from camopt.problem.settings import freed_of, given_profile, set_up
+from camopt.problem.variables import Variable
+from camopt.quantities import QUANTITIES
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.scene import Scene
 from camopt.scene.tables import Cam, Dynamics, Follower, Materials, SceneTable
@@ -84,8 +85,9 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
         frame = pd.DataFrame(designs)
     except (ValueError, TypeError) as trouble:  # columns of several lengths, or no columns at all
         raise BadInput([Mistake("camopt", FILE, None, f"columns of one length: {trouble}")]) from None
-    given = _given(problem, frame, size_keys(scene))
-    problem = freed_of(_searching(scene, problem, frame))
+    varied = _varied(problem, frame)
+    given = _given(problem, frame, varied)
+    problem = freed_of(problem if frame.empty else _searching(scene, varied, frame))
     names = problem.wanted | problem.sizes | frozenset(VERDICT)
     parts = [_evaluated(each, given.take(rows), names).set_axis(rows) for each, rows in _by_motion(problem, frame)]
     found = pd.concat(parts).sort_index().set_axis(frame.index)
@@ -95,58 +97,57 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
     return found
 
 
-def _given(problem: Problem, frame: "pd.DataFrame", size_keys: Iterable[str]) -> Designs:
-    """The designs of a table: its columns, and the scene's own values for all other sizes."""
-    keys = {f"{key.partition('.')[2]}_mm": key for key in size_keys}
-    numbers = _numbers(problem, frame)
-    if odd := list(_odd_columns(frame, keys, _numbers(problem))):
+def _columns(problem: Problem) -> dict[str, Variable]:
+    """The variables of a problem by the columns that give them; a size also by its key in the scene."""
+    sizes = {f"{each.name}_mm": each for each in problem.variables if each.is_size}
+    return sizes | {each.quantity: each for each in problem.variables}
+
+
+def _varied(problem: Problem, frame: "pd.DataFrame") -> dict[str, Variable]:
+    """The variables that a table has columns of."""
+    columns = _columns(problem)
+    if odd := list(_odd_columns(frame, columns)):
         raise BadInput(odd)
-    sizes = {name: keys[name] for name in frame if name in keys}
-    if sizes and (given := given_profile(problem, "sizes")):
+    return {name: columns[name] for name in frame if name in columns}
+
+
+def _given(problem: Problem, frame: "pd.DataFrame", varied: Mapping[str, Variable]) -> Designs:
+    """The designs of a table: its columns, and the scene's own sizes and searched numbers."""
+    if any(each.is_size for each in varied.values()) and (given := given_profile(problem, "sizes")):
         raise BadInput(given)
-    searched = [key.partition(".")[2] for key in sizes.values()]
     mistakes = [
-        *(mistake for name, key in (sizes | numbers).items() for mistake in _out_of_range(key, frame[name])),
+        *(mistake for name, each in varied.items() for mistake in _out_of_range(each.key, frame[name])),
         *(mistake for name in frame if name in LAW_KEYS for mistake in _unknown_laws(problem, frame[name])),
-        *missing_sizes(problem, searched),
-        *missing_numbers(problem, numbers.values()),
+        *missing(problem, {each.key for each in varied.values()}),
     ]
     if mistakes:
         raise BadInput(mistakes)
-    columns = {name: np.full(len(frame), value[0]) for name, value in problem.design.sizes.items()}
-    columns |= {FIELDS[key]: frame[name].to_numpy(float) for key, name in zip(searched, sizes, strict=True)}
-    brought = {key: frame[name].to_numpy(float) for name, key in numbers.items() if key not in OF_PROBLEM}
-    brought = {} if frame.empty else brought
-    return problem.design.with_values(columns | brought)
+    own = {each.field: problem.setup.given[each.key] for each in problem.choices.numbers if each.is_ranged}
+    own |= {name: value[0] for name, value in problem.design.sizes.items()}
+    columns = {name: np.full(len(frame), value) for name, value in own.items()}
+    brought = {name: each for name, each in varied.items() if each.is_size or (each.is_ranged and not frame.empty)}
+    return problem.design.with_values(columns | {v.field: frame[n].to_numpy(float) for n, v in brought.items()})
 
 
-def _numbers(problem: Problem, names: Container[str] | None = None) -> dict[str, str]:
-    """The keys of numbers of a scene that are no sizes, by quantity: all, or those of some names."""
-    keys = {number_quantity(key, angular=problem.setup.angular): key for key in NUMBER_COLUMNS}
-    return {name: key for name, key in keys.items() if names is None or name in names}
-
-
-def _searching(scene: Scene, problem: Problem, frame: "pd.DataFrame") -> Problem:
+def _searching(scene: Scene, varied: Mapping[str, Variable], frame: "pd.DataFrame") -> Problem:
     """The problem of a scene whose search varies the numbers of which a faultless table has columns."""
-    numbers = {} if frame.empty else _numbers(problem, frame)
-    ends = {f"search.{key}": [float(frame[name].min()), float(frame[name].max())] for name, key in numbers.items()}
-    columns = {f"search.{key}": name for name, key in numbers.items()}
+    columns = {each.searched: name for name, each in varied.items() if each.is_number}
+    ends = {key: [float(frame[name].min()), float(frame[name].max())] for key, name in columns.items()}
     try:
-        return resolve(scene.replace(**ends)) if ends else problem
+        return resolve(scene.replace(**ends))
     except BadInput as error:
         raise BadInput(
             replace(each, file=FILE, key=columns.get(each.key, each.key)) for each in error.mistakes
         ) from None
 
 
-def _odd_columns(frame: "pd.DataFrame", keys: Mapping[str, str], numbers: Mapping[str, str]) -> Iterator[Mistake]:
-    """Mistakes for columns that are no sizes, numbers or laws of the mechanism, and for columns given twice."""
+def _odd_columns(frame: "pd.DataFrame", columns: Mapping[str, Variable]) -> Iterator[Mistake]:
+    """Columns that are no sizes or numbers of the mechanism and no laws, and what is given twice."""
     for twice in frame.columns[frame.columns.duplicated()]:
         yield Mistake(FILE, str(twice), None, "stands there twice", bare=True)
     for name in frame:
-        if name not in keys and name not in numbers and name not in LAW_KEYS:
-            known = nearest(str(name), (*keys, *LAW_KEYS, *numbers))
-            what = f"no size or number of this mechanism and no law; {known}"
+        if name not in columns and name not in LAW_KEYS:
+            what = f"no size or number of this mechanism and no law; {nearest(str(name), (*columns, *LAW_KEYS))}"
             yield Mistake(FILE, str(name), None, what, bare=True)
     if "law" in frame and ("law_rise" in frame or "law_return" in frame):
         yield Mistake(FILE, "law", None, "must stand alone, without law_rise and law_return", bare=True)
@@ -177,15 +178,15 @@ def _unknown_laws(problem: Problem, column: "pd.Series[Any]") -> Iterator[Mistak
 def _by_motion(problem: Problem, frame: "pd.DataFrame") -> Iterator[tuple[Problem, NDArray[np.intp]]]:
     """The problem of each pair of laws, in each setting that is one of problems, and the rows that have it."""
     rise, fall = (next((name for name in names if name in frame), None) for names in LAWS_OF_STROKES)
-    numbers = {key: name for key, name in problem.numbers.items() if name in frame and key in OF_PROBLEM}
-    named = [name for name in dict.fromkeys((rise, fall, *numbers.values())) if name]
+    shared = [each for each in problem.choices.numbers if each.quantity in frame and not each.is_ranged]
+    named = [name for name in dict.fromkeys((rise, fall, *(each.quantity for each in shared))) if name]
     if not named or frame.empty:
         yield problem, np.arange(len(frame))
         return
     for rows in frame.reset_index(drop=True).groupby(named, sort=False).indices.values():
         first = frame.iloc[rows[0]]
         laws = (None if name is None else first[name] for name in (rise, fall))
-        (set_,) = set_up(problem, [{key: float(first[name]) for key, name in numbers.items()}])
+        (set_,) = set_up(problem, [{each.key: float(first[each.quantity]) for each in shared}])
         yield set_.with_programme(problem.with_laws(*laws)), np.asarray(rows)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from camopt.front.pareto import LARGEST_COST
-from camopt.mechanisms import FIELDS, Designs
+from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.interval import Interval
 from camopt.problem.space import Space
@@ -28,7 +28,7 @@ class Grid:
     def axes(self) -> dict[str, FloatArray]:
         """The rising values of each axis, by field of ``Designs``."""
         ordered = zip(self.space.axes.items(), self.order, strict=True)
-        return {FIELDS[key]: values[order] for (key, values), order in ordered}
+        return {field: values[order] for (field, values), order in ordered}
 
     @cached_property
     def free(self) -> list[str]:

@@ -6,7 +6,6 @@ import numpy as np
 import pyarrow as pa
 
 from camopt.front.asked import column_names
-from camopt.mechanisms import SIZE_FIELDS
 from camopt.mistakes import BadInput, listed_words
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import Problem
@@ -34,17 +33,17 @@ def table_oddities(table: pa.Table, scene: Scene, problem: Problem) -> Iterator[
         if column.type == pa.float64() and odd(table[column.name].to_numpy()).any():
             yield f"its column {column.name} has values that are no numbers, or no sizes"
             return
-    for key, name in problem.numbers.items():
+    for each in problem.choices.numbers:
         try:
-            scene.replace(**{f"search.{key}": table[name].unique().to_pylist() or None})
+            scene.replace(**{each.searched: table[each.quantity].unique().to_pylist() or None})
         except BadInput as error:
-            yield f"its column {name} has values that {key} cannot have: {error.mistakes[0]}"
+            yield f"its column {each.quantity} has values that {each.key} cannot have: {error.mistakes[0]}"
             return
-    for name in (problem.size_name, *(f"{size}_mm" for size in SIZE_FIELDS)):
-        least = -LARGEST_VALUE if "offset" in name else SMALLEST_VALUE
-        values = table[name].to_numpy() if name in names else np.zeros(0)
+    for each in problem.variables:
+        least = max(each.least, -LARGEST_VALUE) or SMALLEST_VALUE
+        values = table[each.quantity].to_numpy() if each.is_size else np.zeros(0)
         if not np.all((least <= values) & (values <= LARGEST_VALUE)):
-            yield f"its column {name} has values that are no sizes"
+            yield f"its column {each.quantity} has values that are no sizes"
             return
     laws = table.select(["law_rise", "law_return"]).group_by(["law_rise", "law_return"]).aggregate([]).to_pylist()
     known = {(each.programme.law_names(RISE), each.programme.law_names(RETURN)) for each in problems_of(problem)}

@@ -74,7 +74,7 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
 def free_sizes(problem: Problem) -> SizeBounds:
     """The sizes that a front moves in: those that ``[search]`` gives a range, and the cam's own if it varies."""
     free = {name: ends for name, ends in boxes_of(problem)[0].items() if ends[1] > ends[0]}
-    if problem.size_name.removesuffix("_mm") not in problem.choices.sizes:
+    if "size" not in problem.choices.variables:
         free.pop("size", None)
     return free
 

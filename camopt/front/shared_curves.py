@@ -22,7 +22,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit, OnCurves
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Columns, Rows
-from camopt.problem.space import Space, field_of
+from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES
 from camopt.verdicts.screening import Candidates, Screened, begun, screened_beyond_pitch, screened_by_pitch
 
@@ -41,7 +41,7 @@ class CurveNumbers:
     def __init__(self, space: Space) -> None:
         self.shape = (1, *(values.size for values in space.axes.values()))
         strides = np.cumprod((1, *self.shape[:0:-1]))[::-1]
-        merged = [i for i, key in enumerate(space.axes, start=1) if field_of(key) in MERGED]
+        merged = [i for i, field in enumerate(space.axes, start=1) if field in MERGED]
         self._merged, self._others = merged, [i for i in range(len(self.shape)) if i not in merged]
         numbers = self._numbers(strides, merged)
         designs = space.designs(numbers.ravel())
@@ -198,11 +198,12 @@ class SharedCurves:
 
 def curve_numbers(space: Space) -> CurveNumbers | None:
     """The numbers of the pitch curves of a space; None where they are not worth keeping, or too many to keep."""
-    varied = [values.size > 1 for key, values in space.axes.items() if field_of(key) in MERGED]
-    if not space.axes or (sum(varied) < 2 and space.problem.setup.mechanism.pitch is not without_roller):
+    merged = [values.size for field, values in space.axes.items() if field in MERGED]
+    if not space.axes or (
+        sum(count > 1 for count in merged) < 2 and space.problem.setup.mechanism.pitch is not without_roller
+    ):
         return None
-    merged = prod(values.size for key, values in space.axes.items() if field_of(key) in MERGED)
-    if max(merged, space.designs_each // merged) > MOST_CURVES:
+    if max(prod(merged), space.designs_each // prod(merged)) > MOST_CURVES:
         return None
     numbers = CurveNumbers(space)
     return numbers if len(numbers) <= min(MOST_CURVES, space.designs_each / WORTH) else None

@@ -1,6 +1,6 @@
 """Designs as a structure of arrays, and the record of a mechanism."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -52,7 +52,10 @@ class Designs:
     face_offset: FloatArray
     sense: float
     numbers: Mapping[str, FloatArray] = field(default_factory=dict)
-    """Other numbers of the scene that designs differ in, by key, in its units, each (n,)."""
+    """Other numbers of the scene that designs differ in, by key, in its units, each (n,).
+
+    In searches of turns the angles of strokes too, deg: formulas of curves do not read them.
+    """
 
     def __len__(self) -> int:
         return int(self.size.size)
@@ -73,6 +76,10 @@ class Designs:
         sizes = {name: value for name, value in values.items() if name in SIZE_FIELDS}
         numbers = {name: value for name, value in values.items() if name not in SIZE_FIELDS}
         return replace(self, **sizes, numbers={**self.numbers, **numbers})
+
+    def without(self, names: Container[str]) -> "Designs":
+        """The designs without some of the numbers that they bring."""
+        return replace(self, numbers={name: each for name, each in self.numbers.items() if name not in names})
 
     @property
     def brought(self) -> dict[str, float]:
@@ -206,6 +213,11 @@ class Mechanism:
     def of_pitch(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
         """Its curves that designs with the same pitch curve share."""
         return self.pressure, self.curvature, self.sliding, self.path
+
+    @property
+    def size_quantities(self) -> dict[str, str]:
+        """The quantity that each of its sizes is in tables, by field of ``Designs``."""
+        return {"size": self.body.size_quantity, **{field: f"{field}_mm" for field in self.sizes}}
 
     @property
     def pulls(self) -> bool:

@@ -1,11 +1,12 @@
 """What ``[search]`` leaves open of a scene, as searches take it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 from camopt.mechanisms import FIELDS
-from camopt.scene.choices import Chosen, StepRange
+from camopt.motion.segments import GivenSegment
+from camopt.problem.variables import Variable, angles_of
 from camopt.scene.search import Search
 
 LawPair = tuple[str | None, str | None]
@@ -16,13 +17,9 @@ LawPair = tuple[str | None, str | None]
 class Choices:
     """What a search may choose, and how many designs it is to draw."""
 
-    sizes: Mapping[str, Chosen]
-    """Sizes by key of ``[search]``, the slowest of a sweep first; mm."""
-    numbers: Mapping[str, Chosen]
-    """Other numbers by their key in the scene, as ``cam.rpm``."""
+    variables: Mapping[str, Variable]
+    """What it varies, by field of boxes: sizes, the slowest of a sweep first, other numbers, angles of segments."""
     laws: tuple[LawPair, ...]
-    angles: Mapping[str, StepRange]
-    """The angle of each rise, return and dwell, by kind of segment; deg."""
     samples: int | None
     """How many designs are drawn; None for a grid."""
     sampler: str
@@ -30,15 +27,28 @@ class Choices:
     seed: int
     """Which of all such draws."""
 
+    @property
+    def sizes(self) -> list[Variable]:
+        return [each for each in self.variables.values() if each.is_size]
 
-def choices_of(search: Search) -> Choices:
-    """The choices that ``[search]`` gives."""
+    @property
+    def numbers(self) -> list[Variable]:
+        """Other numbers of the scene."""
+        return [each for each in self.variables.values() if each.is_number]
+
+    @property
+    def angles(self) -> list[Variable]:
+        return [each for each in self.variables.values() if each.enters == "angle"]
+
+
+def choices_of(search: Search, variables: Sequence[Variable], segments: Sequence[GivenSegment]) -> Choices:
+    """The choices that ``[search]`` gives of the variables of a scene, and of the angles of its segments."""
     pairs: list[LawPair] = [(law, law) for law in search.law]
+    order = {name: place for place, name in enumerate((*FIELDS, *search.numbers))}
+    varied = sorted((each for each in variables if each.is_searched), key=lambda each: order[each.name])
     return Choices(
-        sizes={key: search.sizes[key] for key in FIELDS if key in search.sizes},
-        numbers=search.numbers,
+        variables={each.field: each for each in (*varied, *angles_of(search, segments))},
         laws=tuple(pairs or product(search.law_rise or (None,), search.law_return or (None,))),
-        angles=search.angles,
         samples=search.samples,
         sampler=search.sampler,
         seed=search.seed,

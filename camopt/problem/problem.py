@@ -9,7 +9,7 @@ import numpy as np
 
 from camopt.effects import Setup, lacking, offered
 from camopt.effects.peak import unweighted
-from camopt.mechanisms import FIELDS, SIZE_FIELDS, Designs
+from camopt.mechanisms import SIZE_FIELDS, Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.motion.law import Law
@@ -21,8 +21,8 @@ from camopt.problem.limit import Limit
 from camopt.problem.limits import OF_QUANTITIES, limited_quantity, limits_of
 from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
-from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES, number_quantity
-from camopt.scene.choices import StepRange
+from camopt.problem.variables import Variable, variables_of
+from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
 from camopt.scene.profile import programme_of
@@ -30,6 +30,10 @@ from camopt.scene.scene import Scene
 from camopt.scene.segments import given_segments
 
 VERDICT = ("feasible", "violated", "status", "relative_half_width")
+WITHOUT_SIZE = (
+    "missing; only what finds sizes can do without it: optimise, serve, effects, a sweep whose [search] has it"
+)
+WITHOUT_NUMBER = "missing; only sweep and optimise can do without it, if [search] has it"
 SINGLE_TOLERANCE = 1e-13  # tolerance for single designs, whose digits people compare: it costs nothing there
 
 
@@ -54,8 +58,10 @@ class Problem:
     outputs: tuple[str, ...]
     """Quantities and effects to report besides, by name."""
     choices: Choices
-    missing: tuple[str, ...]
-    """The keys of sizes and other numbers that the scene leaves to its search."""
+    variables: tuple[Variable, ...]
+    """What may differ between designs, whether searched or not; no angles."""
+    missing: tuple[Variable, ...]
+    """Those that the scene leaves to its search."""
     accuracy: float
     """The largest relative error of reported values that is asked; the setup's tolerance may be smaller."""
     values: "SceneValues"
@@ -93,11 +99,6 @@ class Problem:
     def with_laws(self, rise: str | None, fall: str | None) -> Programme:
         """The scene's programme with other laws, by name, on its rises and returns (None keeps them)."""
         return self.programme.with_laws(*(None if name is None else self.laws[name] for name in (rise, fall)))
-
-    @property
-    def numbers(self) -> dict[str, str]:
-        """The quantities of the numbers, apart from sizes, that ``[search]`` varies, by key of the scene."""
-        return {key: number_quantity(key, angular=self.setup.angular) for key in self.choices.numbers}
 
     @property
     def size_name(self) -> str:
@@ -172,8 +173,11 @@ def resolve(scene: Scene) -> Problem:
     """Turn a validated scene into inside units: mm, s, rad."""
     if not isinstance(scene, Scene):
         raise BadInput([Mistake("camopt", "scene", scene, "a Scene, such as find_scene or Scene.from_toml give")])
-    setup = setup_of(scene.with_values(_first_values(scene)))
-    sizes = {FIELDS[key.partition(".")[2]]: np.array([_given(scene, key)]) for key in size_keys(scene)}
+    variables = variables_of(scene)
+    given = scene.numbers(each.key for each in variables)
+    missing = [v for v in variables if given[v.key] is None and (v.is_size or v.is_searched)]
+    setup = setup_of(scene.with_values({each.key: each.first for each in missing if not each.is_size}))
+    sizes = {v.field: np.array([nan if v in missing else given[v.key]]) for v in variables if v.is_size}
     absent = {name: np.zeros(1) for name in SIZE_FIELDS if name not in sizes}
     arrays: dict[str, Any] = {**sizes, **absent}
     design = Designs(**arrays, sense=1.0 if scene.cam.rotation == "ccw" else -1.0)
@@ -187,7 +191,6 @@ def resolve(scene: Scene) -> Problem:
         programme = programme_of(scene.profile, scene.cam, scene.follower, load)
     else:
         programme = Programme.from_segments(turn, angular=setup.angular, laws=laws, load=load)
-    given = scene.numbers([*size_keys(scene), *scene.search.numbers])
     return Problem(
         file=scene.file,
         setup=setup,
@@ -199,21 +202,12 @@ def resolve(scene: Scene) -> Problem:
         limits=limits_of(scene, setup),
         objectives=scene.search.objectives,
         outputs=scene.outputs,
-        choices=choices_of(scene.search),
-        missing=tuple(key for key, value in given.items() if value is None),
+        choices=choices_of(scene.search, variables, turn),
+        variables=variables,
+        missing=tuple(missing),
         accuracy=scene.accuracy.tolerance,
         values=SceneValues(scene),
     )
-
-
-def _first_values(scene: Scene) -> dict[str, float]:
-    """The numbers that the scene leaves to its search, by key, each at its first value.
-
-    They tell what quantities there are; no design has them but those that the search gives them.
-    """
-    given, choices = scene.numbers(scene.search.numbers), scene.search.numbers
-    firsts = {key: c.start if isinstance(c, StepRange) else c[0] for key, c in choices.items()}
-    return {key: firsts[key] for key, value in given.items() if value is None}
 
 
 def resolve_design(scene: Scene) -> Problem:
@@ -225,44 +219,18 @@ def resolve_design(scene: Scene) -> Problem:
         For each size, or other number, that it leaves to a search.
     """
     problem = resolve(scene)
-    mistakes = [*missing_sizes(problem), *missing_numbers(problem)]
-    if mistakes:
+    if mistakes := missing(problem):
         raise BadInput(mistakes)
     return problem
 
 
-def missing_sizes(problem: Problem, searched: Collection[str] = ()) -> list[Mistake]:
-    """A mistake for each size that the scene does not give, but for those searched (keys of ``[search]``)."""
-    why = (
-        "missing; only what finds sizes can do without it: optimise, serve, effects, a sweep whose [search] has it"
-    )
+def missing(problem: Problem, searched: Collection[str] = ()) -> list[Mistake]:
+    """A mistake for each size or number that the scene does not give, but for those searched, by key."""
     return [
-        Mistake(problem.file, key, None, why, bare=True)
-        for key in problem.missing
-        if key not in problem.choices.numbers and key.partition(".")[2] not in searched
+        Mistake(problem.file, each.key, None, WITHOUT_SIZE if each.is_size else WITHOUT_NUMBER, bare=True)
+        for each in problem.missing
+        if each.key not in searched
     ]
-
-
-def missing_numbers(problem: Problem, searched: Collection[str] = ()) -> list[Mistake]:
-    """As ``missing_sizes``, for the other numbers that ``[search]`` varies; ``searched`` are keys of the scene."""
-    why = "missing; only sweep and optimise can do without it, if [search] has it"
-    return [
-        Mistake(problem.file, key, None, why, bare=True)
-        for key in problem.missing
-        if key in problem.choices.numbers and key not in searched
-    ]
-
-
-def size_keys(scene: Scene) -> list[str]:
-    """The keys of the sizes that the scene's mechanism has, as ``cam.base_radius``."""
-    return [*scene.mechanism.keys(scene.tip)]
-
-
-def _given(scene: Scene, key: str) -> float:
-    """A size in mm; NaN if the scene does not give it."""
-    table, name = key.split(".")
-    value: float | None = getattr(getattr(scene, table), name)
-    return nan if value is None else value
 
 
 def claims_on(problem: Problem, made: Callable[[Designs, Programme], Any] | None) -> list[Claim]:

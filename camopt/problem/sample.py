@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
-from camopt.problem.problem import Problem, missing_sizes
-from camopt.problem.settings import OF_PROBLEM, freed_angles, freed_of, problems_of, too_many_settings
-from camopt.problem.space import Block, Space, field_of, space_of
-from camopt.scene.choices import Chosen, StepRange
+from camopt.problem.problem import Problem
+from camopt.problem.settings import freed_of, problems_of, too_many_settings
+from camopt.problem.space import Block, Space, space_of, unswept
 
 NEARBY = 0.01  # of a cam's size: how much smaller the next one is said to be
 
@@ -31,7 +30,7 @@ class Sample(Space):
     """
 
     drawn: dict[str, FloatArray]
-    """The sizes of the designs by key of ``[search]``, other numbers by key of the scene, each (designs,)."""
+    """The sizes and other numbers of the designs, by field of ``Designs``, each (designs,)."""
     ends: NDArray[np.int64]
     """The number of the design after the last one of each setting of problems, (settings,)."""
 
@@ -45,7 +44,7 @@ class Sample(Space):
             yield problem, first, last
 
     def values(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
-        return {field_of(key): values[index] for key, values in self.drawn.items()}
+        return {field: values[index] for field, values in self.drawn.items()}
 
     def next_smaller(self, size: float) -> float | None:
         return size * (1.0 - NEARBY)
@@ -62,20 +61,20 @@ def searched_space(problem: Problem) -> Space:
     choices, file = problem.choices, problem.file
     if choices.samples is None:
         return space_of(problem)
-    mistakes = [*missing_sizes(problem, choices.sizes), *freed_angles(problem, "a sweep takes")]
-    if not (chosen := {**choices.sizes, **choices.numbers}):
+    mistakes, varied = unswept(problem), (*choices.sizes, *choices.numbers)
+    if not varied:
         why = "needs a range or a list of some size or other number in [search]"
         mistakes.append(Mistake(file, "search.samples", choices.samples, why, bare=True))
     if mistakes:
         raise BadInput(mistakes)
-    points = SAMPLERS[choices.sampler](len(chosen), choices.samples, choices.seed)
-    drawn = {key: values_at(choice, column) for (key, choice), column in zip(chosen.items(), points.T, strict=True)}
-    of_problem = [key for key in choices.numbers if key in OF_PROBLEM]
-    settings, which = _settings([drawn.pop(key) for key in of_problem], choices.samples)
+    points = SAMPLERS[choices.sampler](len(varied), choices.samples, choices.seed)
+    drawn = {each.field: each.values_at(column) for each, column in zip(varied, points.T, strict=True)}
+    shared = [each.key for each in varied if not each.is_ranged]
+    settings, which = _settings([drawn.pop(key) for key in shared], choices.samples)
     if mistakes := too_many_settings(problem, len(settings)):
         raise BadInput(mistakes)
     free = freed_of(problem)
-    problems = problems_of(free, [dict(zip(of_problem, each, strict=True)) for each in settings])
+    problems = problems_of(free, [dict(zip(shared, each, strict=True)) for each in settings])
     order = np.argsort(which, kind="stable")
     return Sample(free, problems, {}, {k: v[order] for k, v in drawn.items()}, np.cumsum(np.bincount(which)))
 
@@ -86,14 +85,6 @@ def _settings(columns: list[FloatArray], count: int) -> tuple[list[tuple[float, 
         return [()], np.zeros(count, dtype=np.int64)
     settings, which = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
     return [*map(tuple, settings.tolist())], which.reshape(-1)
-
-
-def values_at(choice: Chosen, shares: FloatArray) -> FloatArray:
-    """Values of a range, or of a list, at shares of it from 0 to 1."""
-    if isinstance(choice, StepRange):
-        return np.asarray(np.clip(choice.start + shares * (choice.stop - choice.start), choice.start, choice.stop))
-    values = np.array(list(dict.fromkeys(choice)), dtype=float)
-    return np.asarray(values[np.minimum((shares * values.size).astype(int), values.size - 1)])
 
 
 def _sobol(axes: int, count: int, seed: int) -> FloatArray:

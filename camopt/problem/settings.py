@@ -11,11 +11,8 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.problem.choices import LawPair
 from camopt.problem.problem import Problem
-from camopt.scene.choices import Chosen, StepRange
 
 MOST_SETTINGS = 10_000  # of which each has problems of its own, one for each motion
-OF_PROBLEM = frozenset(("cam.shaft_diameter",))
-"""Numbers that decide which limits there are, so that all designs of a problem have the same."""
 
 Setting = Mapping[str, float]
 """Values of numbers of the scene that are no sizes, by key."""
@@ -46,19 +43,11 @@ def freed_of(problem: Problem) -> Problem:
     BadInput
         If a quantity that the problem calls for cannot be computed with the least of one of the numbers.
     """
-    choices = {key: choice for key, choice in problem.choices.numbers.items() if key not in OF_PROBLEM}
-    if not choices:
+    ends = {each.key: each.ends for each in problem.choices.numbers if each.is_ranged}
+    if not ends:
         return problem
-    ends = {key: ends_of(choice) for key, choice in choices.items()}
     set_up(problem, [{key: least for key, (least, _) in ends.items()}])
     return problem.freed({key: largest for key, (_, largest) in ends.items()})
-
-
-def ends_of(choice: Chosen) -> tuple[float, float]:
-    """The least and the largest value of a range or list."""
-    return (
-        (choice.start, choice.stop) if isinstance(choice, StepRange) else (float(min(choice)), float(max(choice)))
-    )
 
 
 def set_up(problem: Problem, settings: Iterable[Setting]) -> list[Problem]:
@@ -86,26 +75,6 @@ def too_many_settings(problem: Problem, count: int) -> list[Mistake]:
     allowed = f"ranges and lists of at most {MOST_SETTINGS:,} combinations of numbers that are taken one by one"
     why = f"{allowed}; these have {count:,}"
     return [Mistake(problem.file, "search", None, why)] if count > MOST_SETTINGS else []
-
-
-def numbers_of_problem(problem: Problem, who: str) -> list[Mistake]:
-    """A mistake for each number that all designs of a problem share and ``[search]`` varies."""
-    what = f"{who} this number from the scene; only sweep can vary it"
-    varied = OF_PROBLEM & problem.numbers.keys()
-    return [Mistake(problem.file, f"search.{key}", None, what, bare=True) for key in sorted(varied)]
-
-
-def freed_numbers(problem: Problem, who: str) -> list[Mistake]:
-    """A mistake for each number, no size, that ``[search]`` varies, for those that take the scene's own."""
-    what = f"{who} this number from the scene; only sweep and optimise can vary it"
-    return [Mistake(problem.file, f"search.{key}", None, what, bare=True) for key in problem.numbers]
-
-
-def freed_angles(problem: Problem, who: str) -> list[Mistake]:
-    """A mistake for each kind of segment that ``[search]`` frees, for those that take angles as they are."""
-    what = f"{who} the angles of the scene; only optimise can vary them"
-    freed = problem.choices.angles
-    return [Mistake(problem.file, f"search.angle_{kind}", None, what, bare=True) for kind in freed]
 
 
 def given_profile(problem: Problem, what: str) -> list[Mistake]:

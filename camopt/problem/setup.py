@@ -4,7 +4,8 @@ from math import radians
 from typing import Any
 
 from camopt.effects import GivenNumbers, Setup, SolidGiven
-from camopt.quantities import NUMBER_COLUMNS, number_quantity
+from camopt.problem.variables import variables_of
+from camopt.quantities import NUMBER_COLUMNS
 from camopt.scene.load import constant_and_changing
 from camopt.scene.materials import MATERIALS
 from camopt.scene.scene import Scene
@@ -19,7 +20,7 @@ def setup_of(scene: Scene) -> Setup:
         tolerance=scene.accuracy.tolerance,
         given=GivenNumbers(_numbers(scene), angular),
         solid=_solid(scene),
-        varied={key: number_quantity(key, angular=angular) for key in scene.search.numbers},
+        varied={each.key: each.quantity for each in variables_of(scene) if each.is_number and each.is_searched},
     )
 
 

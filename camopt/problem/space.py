@@ -6,20 +6,21 @@ Axes are sizes, and other numbers of the scene: designs bring both.
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
-from math import floor, inf, prod
+from math import inf, prod
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.mechanisms import FIELDS, SIZE_FIELDS, Designs
+from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
-from camopt.problem.problem import Problem, missing_sizes
+from camopt.problem.problem import Problem, missing
 from camopt.problem.rows import Rows
-from camopt.problem.settings import OF_PROBLEM, freed_angles, freed_of, laws_of, problems_of, too_many_settings
-from camopt.scene.choices import Chosen, StepRange
+from camopt.problem.settings import freed_of, laws_of, problems_of, too_many_settings
+from camopt.problem.variables import Variable, not_varied
+from camopt.scene.choices import StepRange
 
 MOST_DESIGNS = 2**63 - 1  # what their numbers can count
 MOST_VALUES = 10_000_000  # of one axis; a space may have far more designs, it is never materialised
@@ -39,7 +40,7 @@ class Space:
     problems: tuple[Problem, ...]
     """One for each motion, in the order of the laws, and for each setting that is one of problems, these faster."""
     axes: dict[str, FloatArray]
-    """The values of other numbers by key of the scene, and of sizes by key of ``[search]``."""
+    """The values of other numbers and of sizes, by field of ``Designs``."""
 
     @property
     def designs_each(self) -> int:
@@ -64,26 +65,27 @@ class Space:
         """The sizes and numbers that vary, of the designs of a problem by number; as ``Designs`` have them."""
         shape = tuple(values.size for values in self.axes.values())
         where = np.unravel_index(index, shape) if shape else ()
-        return {field_of(key): values[i] for (key, values), i in zip(self.axes.items(), where, strict=True)}
+        return {field: values[i] for (field, values), i in zip(self.axes.items(), where, strict=True)}
 
     def check_apart(self) -> None:
         """Whether settings can be taken one by one: a BadInput if there are too many."""
-        counts = (values.size for key, values in self.axes.items() if key not in FIELDS)
+        counts = (values.size for field, values in self.axes.items() if field not in self.problem.design.sizes)
         if mistakes := too_many_settings(self.problem, prod(counts)):
             raise BadInput(mistakes)
 
     def apart(self) -> "Space":
         """The same space with a problem for each setting, for searches that take them one by one."""
-        numbers = {key: values.tolist() for key, values in self.axes.items() if key not in FIELDS}
+        sizes = self.problem.design.sizes
+        numbers = {key: values.tolist() for key, values in self.axes.items() if key not in sizes}
         if not numbers:
             return self
         settings = [dict(zip(numbers, each, strict=True)) for each in product(*numbers.values())]
         problems = tuple(problem.with_numbers(setting) for problem in self.problems for setting in settings)
-        return replace(self, problems=problems, axes={k: v for k, v in self.axes.items() if k in FIELDS})
+        return replace(self, problems=problems, axes={k: v for k, v in self.axes.items() if k in sizes})
 
     def next_smaller(self, size: float) -> float | None:
         """The next smaller size of the cam; None at the edge of the space."""
-        smaller = self.axes.get(self.problem.setup.mechanism.body.size, np.array([]))
+        smaller = self.axes.get("size", np.array([]))
         smaller = smaller[smaller < size]
         return float(smaller.max()) if smaller.size else None
 
@@ -95,14 +97,11 @@ class Space:
 
     def designs_of(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.int64], Designs]]:
         """The designs of some rows of a sweep by motion and setting: (problem, numbers of rows, their designs)."""
-        fixed = self.problem.design
-        named = {name: rows.column(f"{name}_mm") for name in SIZE_FIELDS if f"{name}_mm" in rows.columns}
-        named["size"] = rows.column(self.problem.size_name)
-        columns = {
-            name: np.asarray(named.get(name, value + np.zeros(rows.count))) for name, value in fixed.sizes.items()
-        }
-        rise, fall, numbers = rows.column("law_rise"), rows.column("law_return"), self.problem.numbers
-        settings = np.column_stack([rows.column(name) for name in numbers.values()] or [np.zeros(rows.count)])
+        fixed, numbers = self.problem.design, self.problem.choices.numbers
+        columns = {name: value + np.zeros(rows.count) for name, value in fixed.sizes.items()}
+        columns |= {v.field: rows.column(v.quantity) for v in self.problem.variables if v.is_size}
+        rise, fall = rows.column("law_rise"), rows.column("law_return")
+        settings = np.column_stack([rows.column(v.quantity) for v in numbers] or [np.zeros(rows.count)])
         kinds, which = np.unique(settings, axis=0, return_inverse=True)
         for motion in problems_of(self.problem):
             programme = motion.programme
@@ -111,90 +110,62 @@ class Space:
             order = np.argsort(kind, kind="stable")
             for some in np.split(index[order], np.flatnonzero(np.diff(kind[order])) + 1) if index.size else ():
                 values = kinds[which.reshape(-1)[some[0]]].tolist()
-                problem = motion.with_numbers(dict(zip(numbers, values, strict=False)))
+                problem = motion.with_numbers({v.key: x for v, x in zip(numbers, values, strict=False)})
                 yield problem, some, fixed.with_values(columns).take(some)
 
 
 def space_of(problem: Problem) -> Space:
     """The space that a scene's ``[search]`` spans; a range without a step is a mistake here."""
-    file, sizes, numbers = problem.file, problem.choices.sizes, problem.choices.numbers
-    mistakes = [m for key, choice in {**sizes, **numbers}.items() for m in _ungridded(file, key, choice)]
-    mistakes += [*missing_sizes(problem, sizes), *freed_angles(problem, "a sweep takes")]
-    choices = {**numbers, **sizes}
-    of_problem = {key: choices.pop(key) for key in numbers if key in OF_PROBLEM}
-    settings = prod(map(value_count, of_problem.values()))
+    file, choices = problem.file, problem.choices
+    varied = (*choices.numbers, *choices.sizes)
+    mistakes = [m for each in (*choices.sizes, *choices.numbers) for m in _ungridded(file, each)]
+    mistakes += unswept(problem)
+    shared = [each for each in varied if not each.is_ranged]
+    settings = prod(each.count for each in shared)
     mistakes += too_many_settings(problem, settings)
-    if (count := len(laws_of(problem)) * settings * prod(map(value_count, choices.values()))) > MOST_DESIGNS:
+    if (count := len(laws_of(problem)) * prod(each.count for each in varied)) > MOST_DESIGNS:
         allowed = f"a space of at most {MOST_DESIGNS:.2g} designs; this one has {count:.2g}"
         mistakes.append(Mistake(file, "search", None, allowed))
     if mistakes:
         raise BadInput(mistakes)
-    values = [number_values(choice) for choice in of_problem.values()]
-    combined = [dict(zip(of_problem, each, strict=True)) for each in product(*values)]
-    axes = {k: axis_values(c) if k in FIELDS else np.array(number_values(c)) for k, c in choices.items()}
+    values = product(*(each.values.tolist() for each in shared))
+    combined = [{v.key: x for v, x in zip(shared, each, strict=True)} for each in values]
     free = freed_of(problem)
-    return Space(free, problems_of(free, combined), axes)
+    return Space(free, problems_of(free, combined), {v.field: v.values for v in varied if v.is_ranged})
 
 
-def field_of(key: str) -> str:
-    """How ``Designs`` name a size or another number, by its key of ``[search]``."""
-    return FIELDS.get(key, key)
+def unswept(problem: Problem) -> list[Mistake]:
+    """What keeps any space of a problem from being swept: sizes that it does not give, and angles that are free."""
+    sized = [each.key for each in problem.variables if each.is_number or each.is_searched]
+    return [*missing(problem, sized), *not_varied(problem.file, problem.choices.angles, "a sweep takes")]
 
 
-def _ungridded(file: str, key: str, choice: Chosen) -> Iterator[Mistake]:
+def _ungridded(file: str, variable: Variable) -> Iterator[Mistake]:
     """What keeps a range from being an axis of a grid."""
-    if isinstance(choice, StepRange) and choice.step is None and choice.start != choice.stop:
-        allowed = "a step above 0, for a sweep of a grid, or search.samples"
-        yield Mistake(file, f"search.{key}.step", None, allowed)
-    elif isinstance(choice, StepRange) and value_count(choice) > MOST_VALUES:
-        allowed = f"a range of at most {MOST_VALUES:,} values; this one has {value_count(choice):,}"
-        yield Mistake(file, f"search.{key}.step", choice.step, allowed)
-
-
-def number_values(choice: Chosen) -> list[float]:
-    """The values of a list or range of a number; rounding takes none beyond the end of the range."""
-    values = axis_values(choice)
-    return [*map(float, np.minimum(values, choice.stop) if isinstance(choice, StepRange) else values)]
+    key, choice = f"{variable.searched}.step", variable.choice
+    if not isinstance(choice, StepRange):
+        return
+    if choice.step is None and choice.start != choice.stop:
+        yield Mistake(file, key, None, "a step above 0, for a sweep of a grid, or search.samples")
+    elif variable.count > MOST_VALUES:
+        allowed = f"a range of at most {MOST_VALUES:,} values; this one has {variable.count:,}"
+        yield Mistake(file, key, choice.step, allowed)
 
 
 def boxes_of(problem: Problem) -> list[SizeBounds]:
     """The boxes to search: every combination of what is listed, with an interval for every range."""
     options = {name: [(float(value[0]), float(value[0]))] for name, value in problem.design.sizes.items()}
     options["size"] = [(0.0, inf)]
-    numbers = {key: choice for key, choice in problem.choices.numbers.items() if key in problem.setup.free}
-    for key, choice in {**problem.choices.sizes, **numbers}.items():
-        field = field_of(key)
-        if isinstance(choice, StepRange):
-            options[field] = [(choice.start, choice.stop)]
-        elif key == problem.setup.mechanism.body.size:
-            options[field] = [(float(min(choice)), float(max(choice)))]
-        else:
-            options[field] = [(float(v), float(v)) for v in axis_values(choice)]
+    varied = problem.choices.variables.values()
+    options |= {v.field: v.intervals for v in varied if v.is_size or v.key in problem.setup.free}
     return [dict(zip(options, pick, strict=True)) for pick in product(*options.values())]
 
 
 def choices(problem: Problem, bounds: SizeBounds) -> str:
-    """What a box has of the sizes of which ``[search]`` lists several, as a user writes them."""
-    chosen = {**problem.choices.sizes, **problem.choices.numbers}
+    """What a box has of the variables of which ``[search]`` lists several values, as a user writes them."""
     listed = {
-        key: bounds[field_of(key)][0]
-        for key, choice in chosen.items()
-        if field_of(key) in bounds and field_of(key) != "size" and isinstance(choice, tuple)
+        each.name: bounds[each.field][0]
+        for each in problem.choices.variables.values()
+        if each.field in bounds and each.field != "size" and isinstance(each.choice, tuple)
     }
-    return " and ".join(f"{key} = {value:.6g}" for key, value in listed.items())
-
-
-def axis_values(choice: Chosen) -> FloatArray:
-    """The values of a list, or of a range with both its ends (the last step may fall short)."""
-    if not isinstance(choice, StepRange):
-        return np.array(list(dict.fromkeys(choice)), dtype=float)
-    if choice.step is None:
-        return np.array([choice.start])
-    return np.asarray(choice.start + choice.step * np.arange(value_count(choice)), dtype=float)
-
-
-def value_count(choice: Chosen) -> int:
-    """How many values a list or range has."""
-    if not isinstance(choice, StepRange):
-        return len(set(choice))
-    return 1 + (floor((choice.stop - choice.start) / choice.step + 1e-9) if choice.step else 0)
+    return " and ".join(f"{name} = {value:.6g}" for name, value in listed.items())

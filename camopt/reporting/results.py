@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.drawing.picture import Picture
-from camopt.mechanisms import FIELDS
 from camopt.mechanisms.design import BoolArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
-from camopt.problem.problem import resolve_design, size_keys
+from camopt.problem.problem import resolve_design
+from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES
 from camopt.reporting.cam import motion_pieces, page_number, stroke_kind
 from camopt.reporting.cams import Chapter
@@ -203,9 +203,8 @@ def _kind(result: ResultRows, frame: "pd.DataFrame") -> dict[str, Any]:
 
 def _size_columns(result: ResultRows, frame: "pd.DataFrame") -> dict[str, str]:
     """The columns that sizes of a design are in, by field of Designs."""
-    fields = {FIELDS[key.partition(".")[2]]: key.partition(".")[2] for key in size_keys(result.scene)}
-    names = {field: f"{name if field == 'size' else field}_mm" for field, name in fields.items()}
-    return {field: name for field, name in names.items() if name in frame}
+    sizes = [each for each in variables_of(result.scene) if each.is_size]
+    return {each.field: each.quantity for each in sizes if each.quantity in frame}
 
 
 def _known(row: Mapping[Any, Any]) -> dict[str, Any]:

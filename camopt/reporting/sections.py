@@ -6,7 +6,7 @@ from typing import Any
 
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
-from camopt.quantities import NUMBER_COLUMNS, QUANTITIES, number_quantity
+from camopt.quantities import QUANTITIES, number_quantities
 from camopt.scene.scene import Scene
 from camopt.studies.called import what_runs
 from camopt.tables.cells import number, quantity
@@ -173,7 +173,7 @@ def motion_sheet(scene: Scene) -> Table:
 def given_sheet(scene: Scene) -> Table:
     """Sizes, speed, materials and loads that the scene gives, by key."""
     angular = scene.mechanism.motion.angular
-    units = {key: QUANTITIES[number_quantity(key, angular=angular)] for key in NUMBER_COLUMNS}
+    units = {key: QUANTITIES[name] for key, name in number_quantities(angular=angular).items()}
     given = [pair for name, table in scene.to_dict().items() if name in GIVEN_TABLES for pair in _flat(name, table)]
     rows: list[list[Cell | str]] = [
         [

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from camopt.quantities import NUMBER_COLUMNS, QUANTITIES, number_quantity
+from camopt.quantities import NUMBER_COLUMNS, QUANTITIES, number_quantities
 from camopt.scene.scene import Scene
 
 
@@ -16,7 +16,6 @@ class Read(NamedTuple):
 
 def numbers_read(scene: Scene) -> list[Read]:
     """The speed, and numbers of follower, spring, load and materials; for oscillating followers moments by rad."""
-    angular = scene.mechanism.motion.angular
+    names = number_quantities(angular=scene.mechanism.motion.angular)
     given = {key: value for key, value in scene.numbers(NUMBER_COLUMNS).items() if value is not None}
-    units = {key: QUANTITIES[number_quantity(key, angular=angular)].unit for key in given}
-    return [Read(key, value, units[key]) for key, value in given.items()]
+    return [Read(key, value, QUANTITIES[names[key]].unit) for key, value in given.items()]

@@ -7,7 +7,8 @@ from typing import Any
 
 from camopt.drawing.picture import round_length
 from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.problem.problem import Problem, resolve, size_keys
+from camopt.problem.problem import Problem, resolve
+from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES
 from camopt.scene.choices import StepRange
 from camopt.scene.read import numbers_read
@@ -106,14 +107,14 @@ def _of_motion(key: str) -> bool:
 
 def _numbers(scene: Scene) -> Iterator[Control]:
     """The sizes, and the speed."""
-    found = scene.numbers([*size_keys(scene), "cam.rpm"])
-    for key, value in found.items():
-        if value is None or (scene.profile and key == "cam.base_radius"):  # which follows from the profile
+    for each in variables_of(scene):
+        (value,) = scene.numbers([each.key]).values()
+        if value is None or (scene.profile and each.key == "cam.base_radius"):  # which follows from the profile
             continue
-        unit = "rev/min" if key == "cam.rpm" else "mm"
-        name = key.partition(".")[2]
-        chosen = getattr(scene.search, name, None) or scene.search.numbers.get(key)
-        yield _number(scene, key, "Speed" if key == "cam.rpm" else "Sizes", unit, value, chosen)
+        if each.is_size:
+            yield _number(scene, each.key, "Sizes", each.unit, value, each.choice)
+        elif each.key == "cam.rpm":
+            yield _number(scene, each.key, "Speed", "rev/min", value, each.choice)
 
 
 def _loads(scene: Scene) -> Iterator[Control]:

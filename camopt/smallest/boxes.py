@@ -1,6 +1,6 @@
 """Boxes of designs as arrays, and how they are cut."""
 
-from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,6 +10,7 @@ from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
+from camopt.problem.variables import Variable
 from camopt.smallest.first_look import spread
 from camopt.smallest.result import GAP
 
@@ -18,25 +19,26 @@ NARROW_SIDE = 1e-3 * GAP  # of a size, or of the scale where that is larger
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes of designs: the least and largest of each size, arrays (boxes,), and which side is to be cut next."""
+    """Boxes of designs: the least and largest of each variable, arrays (boxes,), and the side to be cut next."""
 
     low: dict[str, FloatArray]
     high: dict[str, FloatArray]
     side: Any
     """Index into ``free``."""
     free: tuple[str, ...]
-    """The sizes of which boxes have a range."""
+    """What boxes have a range of, by field."""
     scale: float
     """Up to this size boxes are cut in the middle, mm; beyond, where one spans multiples, at the geometric mean."""
     units: dict[str, float]
-    """What the free sizes, angles and numbers are of the order of."""
+    """What each of them is of the order of."""
 
     @classmethod
-    def one(cls, ends: SizeBounds, scale: float, numbers: Collection[str] = ()) -> "Boxes":
-        """The box between the given ends; ``numbers`` are neither lengths nor angles."""
+    def one(cls, ends: SizeBounds, scale: float, variables: Mapping[str, Variable] | None = None) -> "Boxes":
+        """The box between the given ends; what is none of the variables is a length."""
         low, high = ({n: np.array([end[k]]) for n, end in ends.items()} for k in (0, 1))
         free = tuple(n for n, (a, b) in ends.items() if b > a)
-        units = {n: max(map(abs, ends[n])) if n in numbers else scale for n in free}
+        known = variables or {}
+        units = {n: known[n].order(scale) if n in known else scale for n in free}
         return cls(low, high, np.array([free.index("size")]), free, scale, units)
 
     def __len__(self) -> int:
@@ -78,6 +80,10 @@ class Boxes:
     def designs(self, like: Designs) -> Designs:
         """The boxes as designs of Intervals, of cams that turn as another one."""
         return like.with_values({n: Interval(self.low[n], self.high[n]) for n in self.low})
+
+    def middles(self, like: Designs) -> Designs:
+        """The design in the middle of each, likewise."""
+        return like.with_values({n: (low + self.high[n]) / 2.0 for n, low in self.low.items()})
 
     def halved(self) -> "Boxes":
         """Each box cut in two across its side."""

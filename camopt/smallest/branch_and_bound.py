@@ -54,7 +54,7 @@ def branch_and_bound(problem: Problem, bounds: SizeBounds, floor: float = 0.0, u
         most = _last_assembled(problem, bounds, most)
     if look.hopeless or most <= least:
         return Smallest(look.design, inf, look.nearest)
-    boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(problem, bounds), problem.setup.free)
+    boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(problem, bounds), problem.choices.variables)
     crossings = known_crossings(problem)
     claims: list[AnyClaim] = [*claims_on_size(problem), *means_on_size(problem)]
     search = BoxSearch(problem, claims, crossings, look.design, until)

@@ -3,23 +3,19 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
 from camopt.effects import Case
-from camopt.mechanisms import FIELDS
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
-from camopt.quantities import QUANTITIES
-from camopt.scene.choices import StepRange
+from camopt.problem.variables import Variable
 from camopt.smallest.turns import SegmentAngles
 from camopt.verdicts.judging import excesses, run_effects
 
 DELTA = 1e-6  # of a scale: differences are taken over it
-MAY_BE_NEGATIVE = ("offset", "face_offset")
 
 
 class End(NamedTuple):
@@ -57,35 +53,33 @@ class Freedom:
         return cls(problem, turns, turns.scene_angles)
 
     @cached_property
-    def keys(self) -> dict[str, str]:
-        """The keys of free sizes and numbers in ``[search]``, as Designs name them; the size is always free."""
-        sizes = self.problem.choices.sizes
-        ranges = {FIELDS[key]: key for key, choice in sizes.items() if isinstance(choice, StepRange)}
-        return {"size": self.problem.size_name.removesuffix("_mm"), **ranges, **{key: key for key in self.numbers}}
+    def variables(self) -> tuple[Variable, ...]:
+        """What is free: the size always, others where ``[search]`` gives them a range."""
+        own, varied = self.problem.variables[0], self.problem.choices.variables
+        free = [v for v in varied.values() if v.is_free and v.field != "size"]
+        designs = [v for v in free if v.is_size or v.key in self.problem.setup.free]
+        return (varied.get("size", own), *designs, *self.turns.variables)
 
     @property
-    def numbers(self) -> dict[str, StepRange]:
-        """The ranges of free numbers by key."""
-        chosen = self.problem.choices.numbers
-        return {k: c for k, c in chosen.items() if k in self.problem.setup.free and isinstance(c, StepRange)}
+    def of_designs(self) -> tuple[Variable, ...]:
+        """Those that are no angles."""
+        return self.variables[: len(self.variables) - len(self.turns.freed)]
 
     @cached_property
     def at(self) -> FloatArray:
         """The variables of the cam."""
-        values = [float(self.problem.design.values[field][0]) for field in self.keys]
+        values = [float(self.problem.design.values[each.field][0]) for each in self.of_designs]
         return np.array([*values, *self.angles])
 
     @cached_property
     def scales(self) -> FloatArray:
-        """Their orders: the prime radius, the degrees that free segments share, an end of the range of a number."""
-        prime, total = float(self.problem.design.prime_radius[0]), self.angles.sum()
-        ends = {key: max(abs(choice.start), abs(choice.stop)) for key, choice in self.numbers.items()}
-        return np.array([*(ends.get(field, prime) for field in self.keys), *[total] * len(self.turns.freed)])
+        """Their orders, for the prime radius of the cam."""
+        return np.array([each.order(float(self.problem.design.prime_radius[0])) for each in self.variables])
 
     @cached_property
     def directions(self) -> FloatArray:
         """Along which the variables may change, scaled, (variables, directions): angles keep their sum."""
-        steps, sizes = np.diag(self.scales), len(self.keys)
+        steps, sizes = np.diag(self.scales), len(self.of_designs)
         if not self.turns.freed:
             return steps
         longest = sizes + int(np.argmax(self.at[sizes:]))
@@ -95,39 +89,28 @@ class Freedom:
     @property
     def ends(self) -> Iterator[End]:
         """The ends of the ranges that ``[search]`` gives to the variables."""
-        choices, segments = self.problem.choices, self.turns.segments
-        for number, key in enumerate(self.keys.values()):
-            name = self.problem.numbers.get(key)
-            choice, unit = (self.numbers[key], QUANTITIES[name].unit) if name else (choices.sizes.get(key), "mm")
-            yield from _ends(f"search.{key}", choice, unit, number)
-        for number, segment in enumerate(self.turns.freed, start=len(self.keys)):
-            kind = segments[segment].segment
-            yield from _ends(f"search.angle_{kind}", choices.angles[kind], "deg", number)
+        for number, each in enumerate(self.variables):
+            if each.is_free:
+                yield End(f"{each.searched}.start", each.ends[0], each.unit, number, -1.0)
+                yield End(f"{each.searched}.stop", each.ends[1], each.unit, number, 1.0)
+            elif each.is_searched:  # of the cam's own sizes a list, which stands for all between them
+                yield End(each.searched, each.ends[0], each.unit, number, -1.0)
 
     def excesses(self, limits: Sequence[Limit], steps: FloatArray) -> FloatArray:
         """The relative excesses over limits, (limits, points), at steps along the directions (points, directions).
 
-        Lengths and angles that would be below 0 within two steps are moved up before.
+        What would be below the least that it may be within two steps is moved up before.
         """
-        least = np.where([f in MAY_BE_NEGATIVE for f in self.keys] + [False] * len(self.turns.freed), -inf, 4.0)
-        values = np.maximum(self.at, least * DELTA * self.scales) + steps @ self.directions.T
+        least = np.array([each.least for each in self.variables])
+        values = np.maximum(self.at, least + 4.0 * DELTA * self.scales) + steps @ self.directions.T
         found = np.empty((len(limits), len(values)))
-        angles = values[:, len(self.keys) :]
+        angles = values[:, len(self.of_designs) :]
         for freed in dict.fromkeys(map(tuple, angles)):
             some = np.flatnonzero((angles == freed).all(axis=1))
             problem = self.turns.problem_of(np.array(freed)) if freed else self.problem
-            varied = {field: values[some, number] for number, field in enumerate(self.keys)}
+            varied = {each.field: values[some, number] for number, each in enumerate(self.of_designs)}
             designs = problem.design.take(np.zeros(some.size, dtype=int)).with_values(varied)
             needs = [name for limit in limits for name in limit.needs]
             columns = run_effects(Case(problem.setup, problem.programme, designs), needs).columns
             found[:, some] = excesses(limits, columns, designs)
         return found
-
-
-def _ends(key: str, choice: StepRange | tuple[float, ...] | None, unit: str, variable: int) -> Iterator[End]:
-    """The ends of one choice; a list of the cam's own sizes stands for all between them."""
-    if isinstance(choice, StepRange):
-        yield End(f"{key}.start", choice.start, unit, variable, -1.0)
-        yield End(f"{key}.stop", choice.stop, unit, variable, 1.0)
-    elif choice is not None:
-        yield End(key, min(choice), unit, variable, -1.0)

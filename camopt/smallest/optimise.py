@@ -14,8 +14,9 @@ from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly, resolve
-from camopt.problem.settings import freed_of, given_profile, laws_of, numbers_of_problem
+from camopt.problem.settings import freed_of, given_profile, laws_of
 from camopt.problem.space import boxes_of, choices
+from camopt.problem.variables import not_varied
 from camopt.progress import Progress, report_progress
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
@@ -151,7 +152,9 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     (54.5395, True)
     """
     problem, end = exactly(resolve(scene)), end_of(seconds)
-    if fixed := [*given_profile(problem, "the base radius"), *numbers_of_problem(problem, "optimise takes")]:
+    shared = [each for each in problem.choices.numbers if not each.is_ranged]
+    fixed = not_varied(problem.file, shared, "optimise takes")
+    if fixed := [*given_profile(problem, "the base radius"), *fixed]:
         raise BadInput(fixed)
     problem = freed_of(problem)
     found: dict[str, dict[str, Any]] = {}

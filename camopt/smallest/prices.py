@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Case
-from camopt.mechanisms import SIZE_FIELDS
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics.clock import now, share
@@ -152,9 +151,8 @@ def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
         if row is None:
             continue
         turns = SegmentAngles(problem, pair)
-        columns = {name: problem.size_name if name == "size" else f"{name}_mm" for name in SIZE_FIELDS}
-        columns |= {key: problem.numbers[key] for key in problem.setup.free}
-        values = {name: np.array([row[column]]) for name, column in columns.items() if column in row}
+        varied = [each for each in problem.variables if each.is_size or each.key in problem.setup.free]
+        values = {each.field: np.array([row[each.quantity]]) for each in varied}
         freed = np.array([row["angles_deg"][segment] for segment in turns.freed])
         turned = turns.problem_of(freed) if turns.freed else problem.with_programme(programme)
         yield laws, Freedom(replace(turned, design=problem.design.with_values(values)), turns, freed)

@@ -44,7 +44,7 @@ def _beyond(problem: Problem, bounds: SizeBounds, until: float) -> str:
     answer = smallest(problem, {**bounds, "size": (0.0, inf)}, until) if high < inf else None
     if answer is None or answer.design is None:
         return ""
-    key, size = problem.size_name.removesuffix("_mm"), rounded_up(answer.size)
+    key, size = problem.setup.mechanism.body.size, rounded_up(answer.size)
     ends = f"{low:.{DIGITS}g} mm" if low == high else f"{low:.{DIGITS}g} to {high:.{DIGITS}g} mm"
     which = "the smallest feasible cam has" if answer.proved else "feasible is one of"
     return f", within the range of {key} ({ends}); {which} {size:.{DIGITS}g} mm"

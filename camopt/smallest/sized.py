@@ -1,7 +1,7 @@
 """A scene with every size and number: its own, or those of its smallest cam where it leaves some to be found."""
 
 from camopt.mistakes import Unmet
-from camopt.problem.problem import missing_numbers, missing_sizes, resolve
+from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.smallest.optimise import optimise
 
@@ -17,7 +17,7 @@ def sized(scene: Scene) -> Scene:
         If no cam can be put together.
     """
     problem = resolve(scene)
-    if not (missing_sizes(problem) or missing_numbers(problem)):
+    if not problem.missing:
         return scene
     found = optimise(scene)
     design = found.best or found.nearest_miss

@@ -7,7 +7,7 @@ all cams of the box, in all turns that have the stroke.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import curve
-from camopt.numerics.interval import Interval
-from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, variables
+from camopt.numerics.sloped import Sloped, as_quotient, as_sloped
 from camopt.numerics.state import State
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem
@@ -27,32 +26,7 @@ from camopt.smallest.excesses import Excesses
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
 STROKE_SHARES = 17  # of a stroke at which every box is looked at, even
-ANGLE = "angle "  # before the number of a segment: what boxes call its angle
 ADDED = 64  # and so many more at most, where cams that were looked at exceed a limit the most
-
-
-def without_angles(cam: Designs, values: Mapping[str, Any]) -> Designs:
-    """Designs of some sizes and numbers, that turn as another cam; what names angles is left out."""
-    return cam.with_values({name: value for name, value in values.items() if not name.startswith(ANGLE)})
-
-
-class SlopedBoxes(NamedTuple):
-    """n boxes with a point in each: the sizes and angles (deg) by name, as ranges with slopes and at the point."""
-
-    sloped: Mapping[str, Any]
-    point: Mapping[str, FloatArray]
-    like: Sloped
-    cam: Designs
-    """Any one, which tells how they turn."""
-
-    @classmethod
-    def of(cls, ends: Mapping[str, Interval], point: Mapping[str, FloatArray], cam: Designs) -> "SlopedBoxes":
-        """From the ends of what is free."""
-        sides = dict(zip(ends, variables(list(ends.values()), [point[name] for name in ends]), strict=True))
-        return cls({**point, **sides}, point, next(iter(sides.values())), cam)
-
-    def designs(self, values: Mapping[str, Any]) -> Designs:
-        return without_angles(self.cam, values)
 
 
 @dataclass
@@ -65,7 +39,7 @@ class StrokeLimit:
     turn: Programme
     """A turn that has the stroke."""
     name: str | None
-    """Under which a box has the angle; None where it is the stroke's own."""
+    """Under which designs bring its angle (deg); None where it is the stroke's own."""
     even: FloatArray
     """y, y', y'' and y''' by the share of the stroke, at places (4, places)."""
     added: FloatArray
@@ -77,9 +51,9 @@ class StrokeLimit:
         shares = np.linspace(0.0, 1.0, STROKE_SHARES if stroke.law else 1)
         return cls(claim, stroke, turn, name, _beside(stroke, shares, claim.kinds), np.empty((4, 0)))
 
-    def look_at(self, problem: Problem, design: Designs, angles: Mapping[str, FloatArray]) -> None:
-        """Add the place at which one design exceeds the limit the most, with an angle (deg) by its name."""
-        angle = self.stroke.angle if self.name is None else float(np.radians(angles[self.name][0]))
+    def look_at(self, problem: Problem, design: Designs) -> None:
+        """Add the place at which one design exceeds the limit the most."""
+        angle = self.stroke.angle if self.name is None else float(np.radians(design.numbers[self.name][0]))
         stroke, kinds = replace(self.stroke, angle=angle), self.claim.kinds
         goals = [(kinds, LARGEST if side > 0.0 else LEAST) for side in self.claim.sides]
         where = Case(problem.setup, Programme((stroke,)), design).extremes(self._curve, goals).where[:, 0]
@@ -89,29 +63,26 @@ class StrokeLimit:
     def _curve(self, designs: Designs, alone: Programme) -> Any:
         return self.claim.curve(designs, self.turn)
 
-    def excesses(self, boxes: SlopedBoxes) -> Iterator[Excesses]:
-        """The excess at the place where the point of each box exceeds the limit the most, if a limit is near."""
-        places, count = np.concatenate([self.even, self.added], axis=1), boxes.like.size
-        every = np.tile(np.arange(count), places.shape[1])
-        points = boxes.designs(boxes.point).take(every)
-        angle = self._angle(boxes.point)
+    def excesses(self, box: Designs, inside: Designs, like: Sloped) -> Iterator[Excesses]:
+        """The excess at the place where one design of each box exceeds the limit the most, if a limit is near.
+
+        Boxes are designs of ranges with slopes, as ``like`` is.
+        """
+        places, count = np.concatenate([self.even, self.added], axis=1), like.size
+        points = inside.take(np.tile(np.arange(count), places.shape[1]))
         for side in self.claim.sides:
             state = np.repeat(places, count, axis=1)
-            excess = self._excess(side, state, angle if np.ndim(angle) == 0 else angle[every], points)
-            excess = np.nan_to_num(excess + np.zeros(every.size), nan=-np.inf).reshape(-1, count)
+            excess = self._excess(side, state, points)
+            excess = np.nan_to_num(excess + np.zeros(len(points)), nan=-np.inf).reshape(-1, count)
             if np.max(excess) < IDLE:
                 continue
             worst = rounded(State(*places[:, np.argmax(excess, axis=0)]), _by_share(self.stroke))
-            found = self._excess(side, worst, self._angle(boxes.sloped), boxes.designs(boxes.sloped))
-            yield Excesses.of(as_sloped(found, boxes.like))
+            yield Excesses.of(as_sloped(self._excess(side, worst, box), like))
 
-    def _angle(self, values: Mapping[str, Any]) -> Any:
-        """The angle of the stroke, rad."""
-        return self.stroke.angle if self.name is None else values[self.name] * (np.pi / 180.0)
-
-    def _excess(self, side: float, state: Any, angle: Any, designs: Designs) -> Any:
-        """What is above 0 where the limit is exceeded, of designs with a stroke of an angle."""
+    def _excess(self, side: float, state: Any, designs: Designs) -> Any:
+        """What is above 0 where designs exceed the limit."""
         y, y1, y2, y3 = state[:4]
+        angle: Any = self.stroke.angle if self.name is None else designs.numbers[self.name] * (np.pi / 180.0)
         fast = 1.0 / angle
         square = np.square(fast)
         made = self.claim.curve(designs, self.turn)

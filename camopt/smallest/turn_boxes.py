@@ -15,13 +15,13 @@ from functools import cached_property
 import numpy as np
 
 from camopt.effects.peak import Derivative
+from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import WITH_LOAD
-from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
@@ -33,8 +33,9 @@ from camopt.smallest.enclosure import claims_on_size
 from camopt.smallest.excesses import SIDE_ROUNDING, Excesses, chained_excesses, cut_off, kept, widest
 from camopt.smallest.first_look import largest_size, scale_of
 from camopt.smallest.result import Smallest, first_feasible, gap_of, known_crossings
+from camopt.smallest.sloped_designs import sloped_boxes
 from camopt.smallest.smallest import small
-from camopt.smallest.stroke_limits import ANGLE, SlopedBoxes, stroke_limits, without_angles
+from camopt.smallest.stroke_limits import stroke_limits
 from camopt.smallest.turns import SAME_POSITION, AngleRanges, BestTurn, SegmentAngles, better
 
 TURN_BATCH = 256  # boxes examined together, at most, to stop in time
@@ -70,18 +71,19 @@ class TurnSearch(Bisection):
     @cached_property
     def names(self) -> dict[str, int]:
         """The place among the freed segments of each that moves, by the name that its angle has in boxes."""
-        segments = self.turns.segments
-        return {f"{ANGLE}{i}": k for k, i in enumerate(self.turns.freed) if segments[i].segment != "dwell"}
+        angles = enumerate(self.turns.variables)
+        return {each.field: k for k, each in angles if self.turns.segments[each.segment].segment != "dwell"}
 
     @cached_property
     def strokes(self) -> dict[Stroke, str | None]:
         """What all of these turns have: strokes with the names of their angles, and rests, which have none."""
         least, longest = self.turns.angles(self.box.low), self.turns.angles(self.box.high)
+        fields = {each.segment: each.field for each in self.turns.variables}
         found: dict[Stroke, str | None] = {}
         present = [i for i in range(len(longest)) if longest[i] > 0.0]
         for i, stroke in zip(present, self.longest.strokes, strict=True):
             if stroke.kind != DWELL:
-                found[stroke] = f"{ANGLE}{i}" if i in self.turns.freed else None
+                found[stroke] = fields.get(i)
             elif least[i] > 0.0 or abs(stroke.low) <= SAME_POSITION:  # one is at the lowest in all these turns
                 found[stroke] = None
         return found
@@ -100,7 +102,8 @@ class TurnSearch(Bisection):
         least, most = ends["size"]
         if most <= least:  # as small as any cam may be
             return self.found._replace(answer=replace(self.found.answer, floor=least))
-        boxes = Boxes.one(ends, scale_of(self.problem, self.bounds, self.longest.lift), self.problem.setup.free)
+        scale = scale_of(self.problem, self.bounds, self.longest.lift)
+        boxes = Boxes.one(ends, scale, self.problem.choices.variables)
         floor = self.bisect(boxes, self.turns.until)
         return self.found._replace(answer=replace(self.found.answer, floor=floor))
 
@@ -147,18 +150,17 @@ class TurnSearch(Bisection):
             boxes = self.left(boxes, boxes.low["size"] >= best.size - gap_of(best.design)).below(best.size)
         if not len(boxes):
             return boxes
-        point = {name: (low + boxes.high[name]) / 2.0 for name, low in boxes.low.items()}
-        ends = {name: Interval(boxes.low[name], boxes.high[name]) for name in boxes.free}
-        looked = SlopedBoxes.of(ends, point, self.problem.design)
+        inside = boxes.middles(self.problem.design)
+        looked, like = sloped_boxes(boxes.designs(self.problem.design), inside, list(boxes.free), 1)
         with np.errstate(all="ignore"):
-            reach = looked.like.span
-            alone = [each for limit in self.limits for each in limit.excesses(looked)]
+            reach = like.span
+            alone = [each for limit in self.limits for each in limit.excesses(looked, inside, like)]
             if not alone:
                 return boxes.narrowed({}, {}, np.argmax(reach.high, axis=0))
             over = chained_excesses([*alone, *self.sums(looked)])
             left = cut_off(combined(over, reach, boxes.free.index("size")), reach)
             side = widest(chained_excesses(alone), reach)
-        middle = np.array([point[name] for name in boxes.free])
+        middle = np.array([inside.values[name] for name in boxes.free])
         low, high = (np.array([ends[name] for name in boxes.free]) for ends in (boxes.low, boxes.high))
         low, high = kept(low, high, middle, reach, left)
         held = np.all(low <= high, axis=0) & ~over.surely
@@ -166,9 +168,9 @@ class TurnSearch(Bisection):
         boxes = boxes.narrowed(next(named), next(named), side).take(held)
         return self.left(boxes, boxes.narrow)
 
-    def sums(self, boxes: SlopedBoxes) -> Iterator[Excesses]:
+    def sums(self, boxes: Designs) -> Iterator[Excesses]:
         """That strokes leave the dwells what these can take."""
-        together = sum(boxes.sloped[name] for name in self.names)
+        together = sum(boxes.numbers[name] for name in self.names)
         if isinstance(together, Sloped):
             for excess in (together - self.room[1], self.room[0] - together):
                 yield Excesses.of(excess / 360.0)
@@ -184,11 +186,11 @@ class TurnSearch(Bisection):
 
     def look_into(self, boxes: Boxes, *, closely: bool) -> None:
         """Look at cams in the middle of the least box, and for where they exceed limits the most."""
-        middle = {name: (low[:1] + boxes.high[name][:1]) / 2.0 for name, low in boxes.low.items()}
-        design = without_angles(self.problem.design, middle)
+        design = boxes.take(slice(1)).middles(self.problem.design)
         if self.problem.setup.mechanism.exists(design, self.longest)[0]:
             for limit in self.limits:
-                limit.look_at(self.problem, design, middle)
+                limit.look_at(self.problem, design)
+        design = design.without(self.names)
         freed = self.turn(boxes)
         problem = self.problem.with_programme(self.turns.programme(freed))
         if closely:

@@ -11,6 +11,7 @@ from camopt.motion.segments import GivenSegment, positions_of
 from camopt.numerics import FloatArray
 from camopt.problem.choices import LawPair
 from camopt.problem.problem import Problem
+from camopt.problem.variables import Variable
 from camopt.smallest.result import Smallest
 
 SAME_POSITION = 1e-9  # mm or deg of displacement
@@ -40,10 +41,14 @@ class SegmentAngles:
         return self.problem.segments
 
     @property
+    def variables(self) -> list[Variable]:
+        """The angles that ``[search]`` frees."""
+        return self.problem.choices.angles
+
+    @property
     def freed(self) -> tuple[int, ...]:
-        """The segments whose angles ``[search]`` frees."""
-        ranges = self.problem.choices.angles
-        return tuple(i for i, s in enumerate(self.segments) if s.segment in ranges)
+        """The segments that have them."""
+        return tuple(each.segment for each in self.variables)
 
     @property
     def scene_angles(self) -> FloatArray:
@@ -53,9 +58,7 @@ class SegmentAngles:
     @property
     def box(self) -> AngleRanges:
         """All angles."""
-        ranges = [self.problem.choices.angles[self.segments[i].segment] for i in self.freed]
-        ends = [(each.start, each.stop) for each in ranges]
-        low, high = np.array(ends, dtype=float).reshape(-1, 2).T
+        low, high = np.array([each.ends for each in self.variables], dtype=float).reshape(-1, 2).T
         high[[i in self.without for i in self.freed]] = 0.0
         return self.tightened(AngleRanges(low, high))
 

@@ -18,12 +18,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import Case
-from camopt.mechanisms import FIELDS, Designs
+from camopt.mechanisms import Designs
 from camopt.mistakes import UnknownName, nearest
 from camopt.numerics import FloatArray
-from camopt.problem.problem import Problem, exactly, resolve_design, size_keys
-from camopt.problem.settings import OF_PROBLEM
-from camopt.quantities import NUMBER_COLUMNS, QUANTITIES
+from camopt.problem.problem import Problem, exactly, resolve_design
+from camopt.problem.variables import Variable
+from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.verdicts.judging import run_effects
 
@@ -129,8 +129,8 @@ def sensitivities(scene: Scene) -> Sensitivities:
     1.7778
     """
     problem = exactly(resolve_design(scene))
-    variables = _variables(problem, scene)
-    numbers = {key: value for key, (value, _) in variables.items() if key in NUMBER_COLUMNS}
+    variables = _variables(problem)
+    numbers = {each.key: value for each, (value, _) in variables.items() if each.is_number}
     freed, names = problem.freed(numbers), [n for n in problem.wanted if QUANTITIES[n].kind is float]
     around = _around(problem.design, variables)
     columns = run_effects(Case(freed.setup, freed.programme, around), names).columns
@@ -139,29 +139,30 @@ def sensitivities(scene: Scene) -> Sensitivities:
     for name in (n for n in QUANTITIES if n in columns):
         column = np.where(exists, np.broadcast_to(columns[name], len(around)), np.nan).astype(float)
         values[name] = float(column[0])
-        for number, (key, (_, order)) in enumerate(variables.items()):
+        for number, (each, (_, order)) in enumerate(variables.items()):
             beside = column[1 + len(STENCIL) * number : 1 + len(STENCIL) * (number + 1)]
-            found[name, key] = _slope(column[0], beside, STEP_SHARE * order)
+            found[name, each.key] = _slope(column[0], beside, STEP_SHARE * order)
     return Sensitivities(scene, values, found)
 
 
-def _variables(problem: Problem, scene: Scene) -> dict[str, tuple[float, float]]:
-    """The value of each variable by key, and what it is of the order of."""
-    design, prime = problem.design, float(problem.design.prime_radius[0])
-    sizes = {key: float(design.sizes[FIELDS[key.partition(".")[2]]][0]) for key in size_keys(scene)}
-    found = {key: (value, max(abs(value), 0.1 * prime)) for key, value in sizes.items()}
-    numbers = {key: value for key, value in problem.setup.given.values.items() if value and key not in OF_PROBLEM}
-    return found | {key: (float(value), abs(float(value))) for key, value in numbers.items()}
+def _variables(problem: Problem) -> dict[Variable, tuple[float, float]]:
+    """The value of each variable, and what it is of the order of."""
+    found, prime = {}, float(problem.design.prime_radius[0])
+    for each in problem.variables:
+        given = problem.design.sizes[each.field][0] if each.is_size else problem.setup.given[each.key]
+        if each.is_size or (each.is_ranged and given):
+            found[each] = float(given), max(abs(float(given)), 0.1 * prime * each.is_size)
+    return found
 
 
-def _around(design: Designs, variables: Mapping[str, tuple[float, float]]) -> Designs:
+def _around(design: Designs, variables: Mapping[Variable, tuple[float, float]]) -> Designs:
     """The cam, and for each variable those with a little less and a little more of it."""
     values: dict[str, Any] = {}
     count = 1 + len(STENCIL) * len(variables)
-    for number, (key, (value, order)) in enumerate(variables.items()):
+    for number, (each, (value, order)) in enumerate(variables.items()):
         column = np.full(count, value)
         column[1 + len(STENCIL) * number : 1 + len(STENCIL) * (number + 1)] += STENCIL * STEP_SHARE * order
-        values[FIELDS.get(key.partition(".")[2], key) if key not in NUMBER_COLUMNS else key] = column
+        values[each.field] = column
     return design.take(np.zeros(count, dtype=int)).with_values(values)
 
 

@@ -196,7 +196,7 @@ class AxisMinimiser:
         lead, height = (demand.length * each for each in laws[:2])
         prime = max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])
         offset = demand.problem.design.sense * lead
-        sizes = {"offset_mm": offset, "roller_radius_mm": demand.body, "face_radius_mm": demand.body}
+        sizes = {"offset_mm": offset, "roller_radius_mm": demand.body}
         for larger in LARGER:
             cam = scene_with_row(scene, {**sizes, name: prime * (1.0 + larger) - demand.roller})
             found = evaluate(cam)

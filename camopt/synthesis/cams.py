@@ -9,6 +9,7 @@ import numpy as np
 
 from camopt.effects.vibration import vibration
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import SizeBounds
 from camopt.motion import LAWS
 from camopt.motion.conditions import Condition
 from camopt.motion.law import is_still
@@ -77,7 +78,7 @@ def smallest_cams(scene: Scene) -> Optimum:
     """The result of ``optimise``; with the scene's own size if neither limits nor objective depend on it."""
     problem = resolve(scene)
     if has_own_size(problem, objective_in(scene.synthesis)):
-        scene = scene.with_values({f"search.{_size_key(problem)}": (float(problem.design.size[0]),)})
+        scene = scene.with_values({problem.variables[0].searched: (float(problem.design.size[0]),)})
     return optimise(scene)
 
 
@@ -86,12 +87,10 @@ def smallest_design(problem: Problem, objective: Collection[str]) -> Designs | N
 
     Of the scene's own size where neither limits nor the terms of the objective bear on it.
     """
-    sought = problem
-    if has_own_size(problem, objective):
-        sizes = {**problem.choices.sizes, _size_key(problem): (float(problem.design.size[0]),)}
-        sought = replace(problem, choices=replace(problem.choices, sizes=sizes))
-    until = now() + SECONDS
-    answers = sorted((smallest(sought, bounds, until) for bounds in boxes_of(sought)), key=lambda each: each.size)
+    until, own = now() + SECONDS, float(problem.design.size[0])
+    kept: SizeBounds = {"size": (own, own)} if has_own_size(problem, objective) else {}
+    boxes = [{**bounds, **kept} for bounds in boxes_of(problem)]
+    answers = sorted((smallest(problem, bounds, until) for bounds in boxes), key=lambda each: each.size)
     found = (*(each.design for each in answers), *(each.nearest for each in answers))
     return next((design for design in found if design is not None), None)
 
@@ -99,13 +98,8 @@ def smallest_design(problem: Problem, objective: Collection[str]) -> Designs | N
 def has_own_size(problem: Problem, objective: Collection[str]) -> bool:
     """Whether the size is the scene's own: neither its search, nor limits, nor the objective bear on it."""
     limited = any(limit.asked and not limit.of_motion for limit in problem.limits)
-    sought = _size_key(problem) in problem.choices.sizes or "size" in objective
+    sought = "size" in problem.choices.variables or "size" in objective
     return not (limited or sought or isnan(problem.design.size[0]))
-
-
-def _size_key(problem: Problem) -> str:
-    """The key of the size of the cam, in ``[search]`` as in ``[cam]``."""
-    return problem.setup.mechanism.body.size
 
 
 def scene_with_laws(scene: Scene, demand: Demand, found: Iterate) -> Scene:

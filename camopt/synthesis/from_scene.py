@@ -14,8 +14,8 @@ from camopt.motion.programme import PEAKS, Programme, law_peaks, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.problem.problem import Problem, resolve
-from camopt.problem.settings import freed_angles, freed_numbers, given_profile
-from camopt.scene.choices import StepRange
+from camopt.problem.settings import given_profile
+from camopt.problem.variables import not_varied
 from camopt.scene.scene import Scene
 from camopt.scene.tables import SynthesisSettings
 from camopt.smallest.closed_form import least_size
@@ -51,7 +51,8 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
     _check_train(problem, objective)
     if given := given_profile(problem, "the motion"):
         raise BadInput(given)
-    if freed := [*freed_angles(problem, "free laws take"), *freed_numbers(problem, "free laws take")]:
+    choices = problem.choices
+    if freed := not_varied(problem.file, [*choices.angles, *choices.numbers], "free laws take"):
         raise BadInput(freed)
     if not any(stroke.is_free for stroke in problem.programme.strokes):
         why = "has nothing to choose: it needs a rise, a return or a move"
@@ -95,10 +96,10 @@ def _check_sizes(problem: Problem, least: float, most: float) -> None:
 
 def by_offset(demand: Demand) -> list[Demand]:
     """The demand for each offset that a scene lists: between them there is no cam."""
-    listed = demand.problem.choices.sizes.get("offset")
-    if not isinstance(listed, tuple):
+    offset = demand.problem.choices.variables.get("offset")
+    if offset is None or offset.is_free:
         return [demand]
-    leads = [demand.problem.design.sense * offset for offset in dict.fromkeys(listed)]
+    leads = [demand.problem.design.sense * each for each in offset.listed.tolist()]
     return [replace(demand, lead=(lead, lead)) for lead in leads]
 
 
@@ -150,15 +151,14 @@ def objective_in(asked: SynthesisSettings) -> dict[str, float]:
 
 def _size(problem: Problem, objective: Mapping[str, float]) -> LowHigh:
     """The range of the cam's radius: that of [search], or up to the scene's own where the objective is another."""
-    key, own = problem.size_name.removesuffix("_mm"), float(problem.design.size[0])
-    choice = problem.choices.sizes.get(key)
-    if choice is not None:
-        return _ends(choice, own)
+    if "size" in problem.choices.variables:
+        return _ends(problem, "size")
+    own = float(problem.design.size[0])
     if "size" in objective:
         return 0.0, inf
     if isnan(own):
         what = "missing; an objective other than the size needs the largest radius, there or in [search]"
-        raise BadInput([Mistake(problem.file, f"cam.{key}", None, what, bare=True)])
+        raise BadInput([Mistake(problem.file, problem.variables[0].key, None, what, bare=True)])
     return 0.0, own
 
 
@@ -200,23 +200,20 @@ def _body(problem: Problem) -> float:
     own = float(problem.design.roller_radius[0])
     if problem.setup.pointed or problem.setup.mechanism.curvature is None:
         return own
-    key = "face_radius" if problem.setup.spherical else "roller_radius"
-    return _ends(problem.choices.sizes.get(key), own)[1]
+    return _ends(problem, "roller_radius")[1]
 
 
-def _ends(choice: StepRange | tuple[float, ...] | None, own: float) -> LowHigh:
+def _ends(problem: Problem, field: str) -> LowHigh:
     """The least and the largest value of a size that a scene allows."""
-    if isinstance(choice, StepRange):
-        return choice.start, choice.stop
-    return (own, own) if choice is None else (min(choice), max(choice))
+    own, searched = float(problem.design.sizes[field][0]), problem.choices.variables.get(field)
+    return (own, own) if searched is None else searched.ends
 
 
 def _lead(problem: Problem) -> LowHigh:
     """e, within the offsets that the scene allows."""
     if problem.setup.mechanism not in (translating.MECHANISM, translating_flat.MECHANISM):
         return 0.0, 0.0
-    ends = _ends(problem.choices.sizes.get("offset"), float(problem.design.offset[0]))
-    low, high = sorted(problem.design.sense * e for e in ends)
+    low, high = sorted(problem.design.sense * e for e in _ends(problem, "offset"))
     return low, high
 
 

@@ -113,8 +113,8 @@ def _asked(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_
 def _key(scene: Scene, demand: Demand, name: str) -> str:
     """The key that gives a limit or condition of a demand."""
     if name == SIZE_WORDS:
-        key = demand.problem.size_name.removesuffix("_mm")
-        return f"{SIZE_WORDS} ({'search' if key in demand.problem.choices.sizes else 'cam'}.{key})"
+        searched, key = "size" in demand.problem.choices.variables, demand.problem.setup.mechanism.body.size
+        return f"{SIZE_WORDS} ({'search' if searched else 'cam'}.{key})"
     limits = {limit.name: key_of(limit) for limit in demand.problem.limits}
     if name in limits or "." in name:
         return limits.get(name, name)

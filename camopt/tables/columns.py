@@ -37,8 +37,9 @@ def columns_of(problem: Problem, rows: Iterable[TableRow], asked: Iterable[str] 
     asked = [*asked, *(name for name in QUANTITIES if name in outputs)]
     twice = {WHOLE_TURN} - {*asked} or {*STROKE_ANGLES} - {*asked}
     named = dict.fromkeys([*asked, *(name for name in bounds if WHOLE_TURN not in bounds or name not in twice)])
-    shown = [name for name in named if name in rows[0] and not is_nothing(problem.choices.sizes, name, rows)]
-    sizes = sizes_shown(problem.choices.sizes, rows)
+    searched = [each.name for each in problem.choices.sizes]
+    shown = [name for name in named if name in rows[0] and not is_nothing(searched, name, rows)]
+    sizes = sizes_shown(searched, rows)
     return [*sizes, *(name for name in shown if name not in sizes)]
 
 

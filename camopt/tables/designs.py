@@ -8,11 +8,11 @@ from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-from camopt.mechanisms import FIELDS
 from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.motion import LAWS
-from camopt.problem.problem import resolve, size_keys
-from camopt.quantities import QUANTITIES, Flag, Word, number_quantity
+from camopt.problem.problem import resolve
+from camopt.problem.variables import variables_of
+from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, HasHtml
 from camopt.storage.files import write_text
@@ -154,22 +154,14 @@ def scene_of_row(searched: Scene, row: Mapping[str, Any]) -> Scene:
 
 def scene_with_row(scene: Scene, row: Mapping[str, Any]) -> Scene:
     """The scene with the sizes, other numbers, laws and angles of a row; other values stay."""
-    columns = {key: column_of(scene, key) for key in (*size_keys(scene), *scene.search.numbers)}
-    changes: dict[str, Any] = {key: row[column] + 0.0 for key, column in columns.items() if column in row}  # no −0
+    varied = [each for each in variables_of(scene) if (each.is_size or each.is_searched) and each.quantity in row]
+    changes: dict[str, Any] = {each.key: row[each.quantity] + 0.0 for each in varied}  # no −0
     known, motion = {*LAWS, *scene.laws}, scene.to_dict().get("motion")
     for number, segment in enumerate(motion or ()):
         law = row.get(f"law_{segment['segment']}")
         segment |= {"law": law} if law in known else {}  # others name several: the scene's own, one after the other
         segment |= {"angle": row["angles_deg"][number]} if "angles_deg" in row else {}
     return scene.replace(**changes, motion=motion)
-
-
-def column_of(scene: Scene, key: str) -> str:
-    """The column in which tables have a size, or another number that ``[search]`` takes, by its key."""
-    if key not in size_keys(scene):
-        return number_quantity(key, angular=scene.mechanism.motion.angular)
-    field = FIELDS[name := key.partition(".")[2]]
-    return f"{name if field == 'size' else field}_mm"
 
 
 PARETO, DESIGNS = "pareto.parquet", "designs.parquet"

@@ -16,7 +16,7 @@ from camopt import Scene, find_scene, shipped_scenes
 from camopt.cli import commands
 from camopt.cli.main import COMMANDS, main
 from camopt.motion import LAWS
-from camopt.quantities import QUANTITIES, number_quantity
+from camopt.quantities import QUANTITIES, number_quantities
 
 ROOT = Path(__file__).parents[2]
 WORKED = json.loads((Path(__file__).parents[1] / "data" / "worked-examples.json").read_text())
@@ -696,7 +696,7 @@ def test_the_pages_have_the_units_that_are_read():
     assert len(keys) > 12
     for key, units in keys:
         for angular in ways.get(key, (False, True)):
-            assert QUANTITIES[number_quantity(f"follower.dynamics.{key}", angular=angular)].unit == units[angular]
+            assert QUANTITIES[number_quantities(angular=angular)[f"follower.dynamics.{key}"]].unit == units[angular]
 
 
 def test_the_schema_is_printed(run_json):

@@ -9,7 +9,8 @@ from support.depth import times
 
 from camopt import BadInput, evaluate, evaluate_designs, find_scene, shipped_scenes
 from camopt.motion import LAWS
-from camopt.problem.problem import resolve, size_keys
+from camopt.problem.problem import resolve
+from camopt.problem.variables import variables_of
 
 SCENE = find_scene("roller-1000rpm")
 
@@ -22,7 +23,7 @@ def column(key):
 def test_each_row_is_what_evaluate_says(name):
     """Of designs around the scene's own: every quantity to the tolerance of the scene, every verdict."""
     scene = find_scene(name)
-    keys = size_keys(scene)
+    keys = [each.key for each in variables_of(scene) if each.is_size]
     own = {key: getattr(getattr(scene, key.split(".")[0]), key.split(".")[1]) for key in keys}
     scales = np.array([1.0, 1.03, 1.1])
     found = evaluate_designs(scene, {column(key): own[key] * scales for key in keys})
@@ -136,3 +137,11 @@ def test_a_size_that_nobody_gives_is_missing():
     with pytest.raises(BadInput, match=r"cam.base_radius: missing"):
         evaluate_designs(scene, {"offset_mm": [3.0]})
     assert len(evaluate_designs(scene, {"base_radius_mm": [50.0, 60.0]})) == 2
+
+
+def test_a_searched_number_that_the_table_lacks_is_that_of_the_scene():
+    scene = find_scene("roller-1000rpm")
+    searched = scene.replace(**{"search.cam.rpm": [300, 2000]})
+    sizes = {"base_radius_mm": [60.0, 90.0]}
+    found, expected = (evaluate_designs(each, sizes)["acceleration_max_m_s2"] for each in (searched, scene))
+    assert found.tolist() == expected.tolist()

@@ -9,7 +9,8 @@ from support.depth import times
 from camopt import BadInput, evaluate_designs, find_scene, load, sweep
 from camopt.cli.main import main
 from camopt.problem.problem import resolve
-from camopt.problem.sample import SAMPLERS, searched_space, values_at
+from camopt.problem.sample import SAMPLERS, searched_space
+from camopt.problem.variables import Variable
 from camopt.scene.choices import StepRange
 
 FREE = {
@@ -120,11 +121,14 @@ def test_a_sample_of_grooves_is_the_same_whatever_is_kept(tmp_path):
 
 
 def test_a_sample_has_each_value_of_a_list_as_often():
+    def drawn(choice, shares):
+        return Variable("", "size", "", "", choice=choice).values_at(shares)
+
     shares = SAMPLERS["sobol"](1, 1024, 3)[:, 0]
-    found, counts = np.unique(values_at((5.0, 8.0, 8.0, 20.0), shares), return_counts=True)
+    found, counts = np.unique(drawn((5.0, 8.0, 8.0, 20.0), shares), return_counts=True)
     assert found.tolist() == [5.0, 8.0, 20.0]
     assert counts.min() >= 341
-    ends = values_at(StepRange(start=1.0, stop=3.0), np.array([0.0, 1.0 - 2.0**-53]))
+    ends = drawn(StepRange(start=1.0, stop=3.0), np.array([0.0, 1.0 - 2.0**-53]))
     assert 1.0 == ends[0] < ends[1] <= 3.0
 
 

@@ -34,7 +34,7 @@ from camopt.problem.problem import resolve
 from camopt.problem.sample import searched_space
 from camopt.problem.settings import MOST_SETTINGS
 from camopt.problem.unused import unused
-from camopt.quantities import QUANTITIES, number_quantity
+from camopt.quantities import QUANTITIES, number_quantities
 from camopt.scene.checks import SEARCHED
 from camopt.scene.tables import Cam, Dynamics, Materials
 from camopt.storage.sealed import read_table
@@ -96,7 +96,7 @@ def question(contact, seed):
         search[f"search.{key}"] = values if rng.random() < 0.5 else {"start": low, "stop": high, "step": high - low}
     offers = [name for name in offered(resolve(scene).setup) if QUANTITIES[name].kind is float]
     names = [name for name in offers if is_deep() or QUANTITIES[name].effect != "surface"]
-    search["search.minimise"] = [number_quantity(free[0], angular=scene.follower.motion == "oscillating")]
+    search["search.minimise"] = [number_quantities(angular=scene.follower.motion == "oscillating")[free[0]]]
     search["search.maximise"] = rng.permutation(names)[:1].tolist()
     limits = {"pressure_angle": 60} if rng.random() < 0.5 else {}
     return scene.replace(**search, limits=limits, outputs=["sizes", *rng.permutation(names)[:2].tolist()])
@@ -120,7 +120,7 @@ def test_each_row_is_what_evaluate_says_of_the_scene_with_its_numbers(
     swept = sweep(scene, out, "all", workers, block=block)
     designs, front = load(out / "designs.parquet"), load(out / "pareto.parquet")
     assert len(designs) + swept.impossible == swept.designs == len(searched_space(resolve(scene)))
-    columns = resolve(scene).numbers
+    columns = {each.key: each.quantity for each in resolve(scene).choices.numbers}
     for key, name in columns.items():
         choice = scene.search.numbers[key]
         within = (choice.start, choice.stop) if not isinstance(choice, tuple) else (min(choice), max(choice))
@@ -152,7 +152,7 @@ def test_a_sweep_is_the_sweeps_of_all_settings_together(more, tmp_path):
     scene = VALVE.replace(**more)
     swept, feasible = sweep(scene, tmp_path), 0
     rows = load(tmp_path / "designs.parquet")
-    columns = resolve(scene).numbers
+    columns = {each.key: each.quantity for each in resolve(scene).choices.numbers}
     for values, some in rows.groupby(list(columns.values())):
         one = scene.replace(**dict(zip(columns, values, strict=True)))
         found = [evaluate(scene_of(rows, row)) for row in some.index[:1]]
@@ -280,7 +280,7 @@ def test_commands_that_take_the_scene_s_own_numbers_say_so():
 @pytest.mark.parametrize("key", sorted(NUMBERS))
 @pytest.mark.parametrize("angular", [False, True])
 def test_every_number_of_the_scene_is_a_quantity(key, angular):
-    quantity = QUANTITIES[number_quantity(key, angular=angular)]
+    quantity = QUANTITIES[number_quantities(angular=angular)[key]]
     assert quantity.name.startswith(key.rpartition(".")[2])
     assert quantity.sentence
 

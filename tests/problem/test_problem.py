@@ -6,7 +6,6 @@ import pytest
 
 from camopt.front.asked import sweep_plan, with_objectives
 from camopt.front.sweep import sweep
-from camopt.problem.choices import choices_of
 from camopt.problem.problem import Problem, SceneValues, resolve
 from camopt.scene.scene import Scene, find_scene
 from camopt.synthesis.axis_minimiser import AxisMinimiser
@@ -92,6 +91,8 @@ def test_choices_are_what_the_search_gives():
         "angle_rise": {"start": 90, "stop": 180},
         "angle_dwell": {"start": 0, "stop": 90},
     }
-    found = choices_of(find_scene("two-pauses").replace(search=search).search)
-    assert (list(found.sizes), dict(found.numbers)) == (["offset", "base_radius"], {"cam.rpm": (100.0, 200.0)})
-    assert (found.laws, list(found.angles)) == ((("cycloidal", None), ("poly345", None)), ["rise", "dwell"])
+    found = resolve(find_scene("two-pauses").replace(search=search)).choices
+    assert [each.name for each in found.sizes] == ["offset", "base_radius"]
+    assert [(each.key, each.choice) for each in found.numbers] == [("cam.rpm", (100.0, 200.0))]
+    assert found.laws == (("cycloidal", None), ("poly345", None))
+    assert {each.name for each in found.angles} == {"angle_rise", "angle_dwell"}

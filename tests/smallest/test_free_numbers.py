@@ -1,9 +1,14 @@
 """The smallest cam with numbers of the scene that are free as sizes are, such as the rate of its spring."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from camopt import certify, evaluate, find_scene, optimise, prices
+from camopt import certify, evaluate, evaluate_designs, find_scene, optimise, prices
+from camopt.problem.problem import exactly, resolve
+from camopt.problem.settings import freed_of
+from camopt.smallest.freedom import Freedom
 from camopt.smallest.sized import sized
 
 TRAIN = {"mass": 0.8, "spring_rate": 59, "preload": 300}
@@ -107,3 +112,17 @@ def test_a_spring_that_only_the_search_has_is_that_of_the_smallest_cam(found):
     open_ = SEARCHED.replace(**{SPRING: None})
     assert sized(open_).follower.dynamics.spring_rate == pytest.approx(found.best["spring_rate_N_per_mm"], rel=1e-6)
     assert sized(VALVE) is VALVE
+
+
+def test_a_number_below_0_is_taken_as_it_is():
+    """The excesses of a cam around itself, against its own scene with that number."""
+    loaded = find_scene("roller-1000rpm").replace(
+        **{"follower.dynamics": {"mass": 0.5, "preload": 80.0, "load": -25.0}, "limits.normal_force": 900.0},
+        search={"follower": {"dynamics": {"load": {"start": -30, "stop": -20}}}, "law": ["cycloidal"]},
+    )
+    problem = freed_of(exactly(resolve(loaded)))
+    cam = replace(problem, design=problem.design.with_values({"follower.dynamics.load": np.array([-25.0])}))
+    freedom = Freedom.of(cam)
+    found = freedom.excesses(cam.limits, np.zeros((1, freedom.directions.shape[1])))[:, 0]
+    expected = evaluate_designs(loaded, {"base_radius_mm": [loaded.cam.base_radius]})
+    assert found == pytest.approx([expected[f"excess_{each.name}"][0] for each in cam.limits], rel=1e-9)

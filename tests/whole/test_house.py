@@ -32,7 +32,7 @@ ROOMS = {
     "effects": "quantities numerics motion mechanisms",
     "scene": "mistakes version storage quantities shown numerics motion mechanisms",
     "problem": "mistakes quantities numerics motion mechanisms effects scene",
-    "tables": "mistakes version storage quantities shown numerics motion mechanisms scene problem",
+    "tables": "mistakes version storage quantities shown numerics motion scene problem",
     "verdicts": "mistakes quantities shown numerics motion mechanisms effects scene problem tables",
     "smallest": (
         "mistakes progress quantities shown numerics motion mechanisms effects scene problem tables verdicts"
