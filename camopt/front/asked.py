@@ -14,7 +14,6 @@ import numpy as np
 from camopt.engines import Engine
 from camopt.front.blocks import BLOCK, Batch, Blocks, merged
 from camopt.front.box_bounds import all_bounded
-from camopt.kernels.version import version_of_rows
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, resolve
 from camopt.problem.sample import searched_space
@@ -22,6 +21,7 @@ from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.storage.manifest import question_in
+from camopt.version import version_of_rows
 
 FRONT_ONLY = "front-only"
 SWEEP_PARTS = 100_000

@@ -1,12 +1,10 @@
-"""The version of what computes, known without numba: whoever asks whether a result is his needs no compiler."""
+"""The version of the kernels, known without numba: whoever asks whether a result is his needs no compiler."""
 
 import hashlib
 import sys
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-
-from camopt.version import VERSION
 
 KERNEL_FOLDERS = ("effects", "kernels", "mechanisms", "motion", "numerics")
 
@@ -24,8 +22,3 @@ def version_of_kernels() -> str:
         for path in sorted((package / folder).rglob("*.py")):
             digest.update(f"{path.relative_to(package)}:".encode() + path.read_bytes())
     return digest.hexdigest()[:16]
-
-
-def version_of_rows() -> str:
-    """The version of camopt and of its kernels: with the same one, the same question has the same answer."""
-    return f"{VERSION} {version_of_kernels()}"

@@ -19,12 +19,12 @@ from camopt.scene.tables import Limits
 PACKAGE = Path(camopt.__file__).parent
 ROOMS = {
     "mistakes": "",
-    "version": "",
+    "kernels": "mistakes",
+    "version": "kernels",
     "progress": "mistakes",
     "storage": "mistakes version",
     "quantities": "",
     "shown": "",
-    "kernels": "mistakes version",
     "engines": "mistakes version kernels",
     "numerics": "kernels",
     "motion": "mistakes numerics",
@@ -38,7 +38,7 @@ ROOMS = {
         "mistakes progress quantities shown numerics motion mechanisms effects scene problem tables verdicts"
     ),
     "front": (
-        "mistakes progress storage quantities shown kernels engines numerics motion mechanisms "
+        "mistakes version progress storage quantities shown engines numerics motion mechanisms "
         "effects scene problem tables verdicts smallest"
     ),
     "synthesis": (
