@@ -112,7 +112,7 @@ def test_a_groove_takes_away_its_width_times_its_length_at_each_radius(contact):
 def test_a_cam_of_twice_the_size_has_eight_times_the_mass(contact):
     scene = scene_of(contact)
     part = {
-        k: v * (1 if k in ("density", "keyway_angle") else 2)
+        k: v if k in ("density", "keyway_angle", "language") else 2 * v
         for k, v in scene.part.model_dump(exclude_none=True).items()
     }
     sizes = scene.numbers(["cam.base_radius", "cam.mean_radius", "follower.roller_radius"])
