@@ -27,6 +27,7 @@ ROOMS = {
     "shown": "",
     "engines": "mistakes version kernels",
     "numerics": "kernels",
+    "trains": "numerics",
     "motion": "mistakes numerics",
     "mechanisms": "kernels numerics motion",
     "effects": "quantities numerics motion mechanisms",

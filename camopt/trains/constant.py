@@ -1,0 +1,24 @@
+"""A link of constant ratio."""
+
+from dataclasses import dataclass
+
+from camopt.numerics.taylor import Series
+from camopt.trains.link import FREE, DeadPoint
+
+
+@dataclass(frozen=True)
+class Constant:
+    """Output = factor·input: gears, racks, belts, levers, wedges."""
+
+    factor: float
+    turns: tuple[bool, bool]
+
+    @property
+    def ends(self) -> tuple[DeadPoint, DeadPoint]:
+        return FREE
+
+    def forward(self, given: Series) -> Series:
+        return given * self.factor
+
+    def backward(self, asked: Series) -> Series:
+        return asked / self.factor

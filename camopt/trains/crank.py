@@ -1,0 +1,79 @@
+"""A crank that moves a slide by a coupler.
+
+With the crank a at the angle φ from the slide's motion, the coupler b, and the slide's line at the offset e from
+the crank's pivot, the pin of the slide is ahead of the pivot by
+
+    x = a·cos φ + Q,    Q = √(b² − S²),    S = a·sin φ − e        x′ = −a·sin φ − S·a·cos φ/Q
+
+and the slide gives back the angle φ = arg(x + i·e) ± acos((x² + e² + a² − b²)/(2·a·√(x² + e²))). Dead points are
+where crank and coupler are in line, (a ± b)·sin φ = e, and where the coupler is square to the slide, |S| = b.
+
+Source: Norton, Design of Machinery, ch. 4 (the offset slider-crank).
+"""
+
+from cmath import phase, rect
+from dataclasses import dataclass
+from math import asin, cos, pi, radians, sin, sqrt
+
+from camopt.numerics.taylor import Series, angle_of, direction, root
+from camopt.trains.link import Bar, DeadPoint, Unassembled, nearest_ends
+
+IN_LINE = "crank and coupler are in line"
+SQUARE = "the coupler is square to the slide"
+
+
+@dataclass(frozen=True)
+class Crank:
+    """From an angle to a length; mm and rad. The slide's motion is positive away from the pivot."""
+
+    crank: float
+    coupler: float
+    offset: float
+    start: float
+    place: float
+    """x in the start position."""
+    bar: Bar
+    """The crank as the slide turns it."""
+
+    @property
+    def turns(self) -> tuple[bool, bool]:
+        return True, False
+
+    @property
+    def ends(self) -> tuple[DeadPoint, DeadPoint]:
+        a, b, e = self.crank, self.coupler, self.offset
+        places = [DeadPoint(asin(e / (a + b)), IN_LINE)]
+        if abs(e) <= abs(a - b) and a != b:
+            places.append(DeadPoint(pi - asin(e / (a - b)), IN_LINE))
+        for sine in ((e + b) / a, (e - b) / a):
+            if abs(sine) <= 1.0:
+                places += [DeadPoint(at, SQUARE) for at in (asin(sine), pi - asin(sine))]
+        return nearest_ends(each._replace(at=each.at - self.start) for each in places)
+
+    def forward(self, given: Series) -> Series:
+        cosine, sine = direction(given + self.start)
+        across = sine * self.crank - self.offset
+        return cosine * self.crank + root(-((across - self.coupler) * (across + self.coupler))) - self.place
+
+    def backward(self, asked: Series) -> Series:
+        x = asked + self.place
+        towards = angle_of(x * self.place + self.offset * self.offset, asked * -self.offset)
+        return self.bar.angle(towards, x * x + self.offset * self.offset)
+
+
+def crank(length: float, coupler: float, offset: float, angle: float) -> Crank:
+    """A crank with its start angle in deg.
+
+    Raises
+    ------
+    Unassembled
+        If the coupler does not reach the slide's line, or is at a dead point at the start.
+    """
+    start = radians(angle)
+    across = length * sin(start) - offset
+    if not abs(across) < coupler:
+        raise Unassembled(f"the coupler ({coupler:g}) does not reach the slide: it is {abs(across):g} away")
+    place = length * cos(start) + sqrt((coupler - across) * (coupler + across))
+    turned = phase(rect(1.0, start) / complex(place, offset))
+    bar = Bar(length, coupler, 1.0 if turned > 0.0 else -1.0, turned)
+    return Crank(length, coupler, offset, start, place, bar)

@@ -1,0 +1,116 @@
+"""A four-bar linkage: a crank that turns a rocker by a coupler.
+
+Crank a, coupler b and rocker c, with their pivots at the distance d; angles are measured from the direction of the
+crank's pivot to the rocker's. With A = a·e^{iφ} − d the rocker is at (law of cosines)
+
+    ψ = arg A ∓ acos((|A|² + c² − b²)/(2·c·|A|)),    and back    φ = arg B ± acos((|B|² + a² − b²)/(2·a·|B|))
+
+with B = d + c·e^{iψ}; the upper sign for the open linkage, the lower for the crossed one. Dead points are where
+crank and coupler are in line, |B| = |a ± b|, and where coupler and rocker are, |A| = |b ± c|.
+
+Source: Norton, Design of Machinery, ch. 4 (position analysis of the fourbar linkage).
+"""
+
+from cmath import phase, rect
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import acos, radians
+
+from camopt.numerics.taylor import Series, angle_of, direction
+from camopt.trains.crank import IN_LINE
+from camopt.trains.link import Bar, DeadPoint, Unassembled, nearest_ends, value_at
+from camopt.trains.stage import Keys, Stage
+
+ROCKER_IN_LINE = "coupler and rocker are in line"
+
+
+@dataclass(frozen=True)
+class FourBar:
+    """From the angle of the crank to that of the rocker; mm and rad."""
+
+    ground: float
+    start: float
+    asked_start: float
+    """The rocker's angle at the start."""
+    crank: Bar
+    rocker: Bar
+
+    @property
+    def turns(self) -> tuple[bool, bool]:
+        return True, True
+
+    @property
+    def ends(self) -> tuple[DeadPoint, DeadPoint]:
+        places = [*self._in_line_with_rocker(), *self._in_line_with_crank()]
+        return nearest_ends(each._replace(at=each.at - self.start) for each in places)
+
+    def _in_line_with_rocker(self) -> Iterator[DeadPoint]:
+        """Where |A| is |b ± c|."""
+        a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
+        for far in (b + c, abs(b - c)):
+            cosine = (a * a + d * d - far * far) / (2 * a * d)
+            if abs(cosine) <= 1.0:
+                yield from (DeadPoint(sign * acos(cosine), ROCKER_IN_LINE) for sign in (1.0, -1.0))
+
+    def _in_line_with_crank(self) -> Iterator[DeadPoint]:
+        """Where |B| is |a ± b|, with the linkage assembled as at the start."""
+        a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
+        for far in (a + b, a - b):
+            cosine = (far * far - c * c - d * d) / (2 * c * d)
+            for sign in (1.0, -1.0) if abs(cosine) <= 1.0 and far else ():
+                arm = rect(c, sign * acos(cosine))
+                turned = phase((d + arm) / far)
+                if phase(arm / (rect(a, turned) - d)) * self.rocker.side >= 0.0:
+                    yield DeadPoint(turned, IN_LINE)
+
+    def forward(self, given: Series) -> Series:
+        return self.rocker.angle(*_aim(given + self.start, self.crank.length, -self.ground))
+
+    def backward(self, asked: Series) -> Series:
+        return self.crank.angle(*_aim(asked + self.asked_start, self.rocker.length, self.ground))
+
+
+def _aim(angle: Series, radius: float, offset: float) -> tuple[Series, Series]:
+    """The direction and the squared distance of r·e^{iθ} + d, from the origin.
+
+    As the angle of the larger of both and what the other adds to it, which is less than a right angle, the
+    direction never jumps by a turn; that of d below 0 is taken off.
+    """
+    cosine, sine = direction(angle)
+    square = cosine * (radius * offset * 2.0) + (radius * radius + offset * offset)
+    if radius > abs(offset):
+        return angle + angle_of(cosine * offset + radius, sine * -offset), square
+    return angle_of(cosine * (radius / offset) + 1.0, sine * (radius / offset)), square
+
+
+def four_bar(crank: float, coupler: float, rocker: float, ground: float, angle: float, *, crossed: bool) -> FourBar:
+    """A linkage with the crank's start angle in deg.
+
+    Raises
+    ------
+    Unassembled
+        If the coupler does not reach from the crank to the rocker.
+    """
+    start = radians(angle)
+    pin = rect(crank, start) - ground
+    cosine = (abs(pin) ** 2 + rocker**2 - coupler**2) / (2 * rocker * abs(pin) or 1.0)
+    if not (abs(pin) > 0.0 and abs(cosine) < 1.0):
+        why = f"coupler and rocker ({coupler:g} and {rocker:g}) do not meet with the crank at {angle:g} deg"
+        raise Unassembled(why)
+    asked = phase(pin) + (acos(cosine) if crossed else -acos(cosine))
+    turned = phase(rect(1.0, start) / (ground + rect(rocker, asked)))
+    bars = Bar(crank, coupler, 1.0 if turned > 0.0 else -1.0), Bar(rocker, coupler, 1.0 if crossed else -1.0)
+    bare = FourBar(ground, start, asked, *bars)
+    rests = value_at(bare.backward, 0.0), value_at(bare.forward, 0.0)
+    return FourBar(ground, start, asked, *(replace(bar, rest=rest) for bar, rest in zip(bars, rests, strict=True)))
+
+
+def _links(keys: Keys, turns: bool) -> tuple[FourBar]:
+    if not turns:
+        raise Unassembled("its crank takes an angle, and what comes to it is a length")
+    sizes = (keys[name] for name in NEEDS)
+    return (four_bar(*sizes, crossed=keys.get("crossed", False)),)
+
+
+NEEDS = ("crank", "coupler", "rocker", "ground", "angle")
+STAGE = Stage("four-bar", "a four-bar linkage", NEEDS, ("crossed",), _links)

@@ -1,0 +1,119 @@
+"""A link of a train: how an input displacement becomes an output displacement, and back, in any kind of number.
+
+Displacements are counted from the start position, mm or rad. Formulas take series (``numerics.taylor``): of arrays,
+or of balls, whose derivatives are those of the motion. What a link is made from, numbers of its start position
+found and rounded among it, is taken as exact.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from math import inf, isfinite, pi
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from camopt.numerics.taylor import Series, Taylor, angle_of, root
+
+
+class Unassembled(ValueError):
+    """Why a stage cannot be put together, or a train cannot move so far."""
+
+
+class DeadPoint(NamedTuple):
+    """An input beyond which a link does not go on."""
+
+    at: float
+    why: str
+
+
+class Link(Protocol):
+    """One pairing of an input and an output, mm or rad."""
+
+    @property
+    def turns(self) -> tuple[bool, bool]:
+        """Whether its input, and its output, is an angle."""
+        ...
+
+    @property
+    def ends(self) -> tuple[DeadPoint, DeadPoint]:
+        """The dead points between which its input stays: the nearest to the start position, below and above."""
+        ...
+
+    def forward(self, given: Series) -> Series:
+        """The output."""
+        ...
+
+    def backward(self, asked: Series) -> Series:
+        """The input."""
+        ...
+
+
+ROUNDED = 10.0 ** np.arange(-16, -5)
+FREE = DeadPoint(-inf, ""), DeadPoint(inf, "")
+"""The ends of a link that has no dead point."""
+
+
+def nearest_ends(places: Iterable[DeadPoint]) -> tuple[DeadPoint, DeadPoint]:
+    """The nearest dead points below and above the start position, of angles that come back every turn.
+
+    None is further than half a turn, beyond which nothing that a cam swings goes.
+    """
+    low, high = (DeadPoint(side * pi, "it has turned by half a turn") for side in (-1.0, 1.0))
+    for place, why in places:
+        above = place % (2 * pi)
+        high = min(high, DeadPoint(above, why))
+        low = max(low, DeadPoint(above - 2 * pi, why))
+    return low, high
+
+
+def value_at(formula: Callable[[Series], Series], end: float) -> float:
+    """The value of a formula at an end of its range, or so little inside that rounding does not take it beyond."""
+    places = end * (1.0 - np.array([0.0, *ROUNDED])) if isfinite(end) else np.array([end])
+    with np.errstate(invalid="ignore"):
+        found = formula(Taylor([places])).terms[0]
+    return float(found[np.isfinite(found) | np.isinf(places)][0])
+
+
+@dataclass(frozen=True)
+class Reversed:
+    """A link that is driven from its output."""
+
+    link: Link
+
+    @property
+    def turns(self) -> tuple[bool, bool]:
+        given, asked = self.link.turns
+        return asked, given
+
+    @property
+    def ends(self) -> tuple[DeadPoint, DeadPoint]:
+        low, high = sorted(DeadPoint(value_at(self.link.forward, each.at), each.why) for each in self.link.ends)
+        return low, high
+
+    def forward(self, given: Series) -> Series:
+        return self.link.backward(given)
+
+    def backward(self, asked: Series) -> Series:
+        return self.link.forward(asked)
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A bar that turns about the origin, and a second one from its end to a point that moves.
+
+    By the law of cosines the bar is at γ = acos((q² + l² − b²)/(2·l·q)) from the direction to a point at the
+    distance q: anticlockwise of it if ``side`` is 1, clockwise if it is −1.
+    """
+
+    length: float
+    other: float
+    """The length of the second bar."""
+    side: float
+    rest: float = 0.0
+    """What is taken off: the angle in the start position."""
+
+    def angle(self, towards: Series, square: Series) -> Series:
+        """The angle of the bar, from the direction to the point and the square of its distance."""
+        along = square + (self.length - self.other) * (self.length + self.other)
+        across = root(square * (self.length * self.length * 4.0) - along * along)
+        return towards + angle_of(along, across) * self.side - self.rest

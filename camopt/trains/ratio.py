@@ -1,0 +1,24 @@
+"""A constant ratio: a lever, gears or a belt, or a rack with its pinion.
+
+    output = i·input        from an angle to a length r·φ, and back s/r
+
+``ratio`` is i, below 0 where it turns the motion round; ``radius`` is r, that of the pinion or drum.
+"""
+
+from camopt.trains.constant import Constant
+from camopt.trains.link import Unassembled
+from camopt.trains.stage import Keys, Stage
+
+
+def _links(keys: Keys, turns: bool) -> tuple[Constant]:
+    if len(keys) != 1:
+        raise Unassembled("it has either a ratio, or the radius of a pinion or drum (mm)")
+    ((name, factor),) = keys.items()
+    if not factor:
+        raise Unassembled(f"a {name} of 0 moves nothing")
+    if name == "ratio":
+        return (Constant(factor, (turns, turns)),)
+    return (Constant(factor if turns else 1.0 / factor, (turns, not turns)),)
+
+
+STAGE = Stage("ratio", "a constant ratio", (), ("ratio", "radius"), _links)

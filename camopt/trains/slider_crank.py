@@ -1,0 +1,13 @@
+"""A slider-crank, driven from its crank, or where a length comes to it from its slide (``trains.crank``)."""
+
+from camopt.trains.crank import crank
+from camopt.trains.link import Link, Reversed
+from camopt.trains.stage import Keys, Stage
+
+
+def _links(keys: Keys, turns: bool) -> tuple[Link]:
+    link = crank(keys["crank"], keys["coupler"], keys.get("offset", 0.0), keys["angle"])
+    return (link if turns else Reversed(link),)
+
+
+STAGE = Stage("slider-crank", "a slider-crank", ("crank", "coupler", "angle"), ("offset",), _links)

@@ -1,0 +1,93 @@
+"""A train: stages in a chain, from the follower to the tool."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf
+from typing import NamedTuple
+
+from camopt.numerics.taylor import Series
+from camopt.trains import TRAIN_STAGES
+from camopt.trains.link import Link, Unassembled, value_at
+from camopt.trains.stage import Keys
+
+NO_MOTION = 1e-9  # rad (mm): a start position no further from a dead point is at it
+
+
+class StageFault(Unassembled):
+    """The fault of a stage, by its number from 1."""
+
+    def __init__(self, number: int, why: str) -> None:
+        super().__init__(why)
+        self.number = number
+
+
+class End(NamedTuple):
+    """Where the tool's motion ends, mm (rad), why, and the number of the stage."""
+
+    at: float
+    why: str = ""
+    stage: int = 0
+
+
+@dataclass(frozen=True)
+class Train:
+    """What is between follower and tool; displacements of both are from the start position, mm or rad."""
+
+    links: tuple[Link, ...]
+    """From the follower to the tool."""
+    stages: tuple[int, ...]
+    """The number of the stage of each link, from 1."""
+
+    @property
+    def angular(self) -> bool:
+        """Whether the tool's motion is an angle."""
+        return self.links[-1].turns[1]
+
+    def tool(self, follower: Series) -> Series:
+        """The displacement of the tool."""
+        for link in self.links:
+            follower = link.forward(follower)
+        return follower
+
+    def follower(self, tool: Series) -> Series:
+        """The displacement of the follower."""
+        for link in reversed(self.links):
+            tool = link.backward(tool)
+        return tool
+
+    @cached_property
+    def reach(self) -> tuple[End, End]:
+        """The ends of the tool's motion: at the first dead point below the start position, and above."""
+        low, high = End(-inf), End(inf)
+        for number, link in zip(self.stages, self.links, strict=True):
+            below, above = (End(*each, number) for each in link.ends)
+            low, high = max(low, below), min(high, above)
+            low, high = sorted(each._replace(at=value_at(link.forward, each.at)) for each in (low, high))
+        return low, high
+
+
+def train_of(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Train:
+    """A train from the names and keys of its stages, from the follower to the tool, mm and deg.
+
+    ``angular`` says whether the follower's motion is an angle.
+
+    Raises
+    ------
+    StageFault
+        If a stage lacks a key, has one too many, cannot be put together, or starts at a dead point.
+    """
+    links, numbers = list[Link](), list[int]()
+    for number, (name, keys) in enumerate(stages, start=1):
+        try:
+            found = TRAIN_STAGES[name].made(keys, angular)
+        except Unassembled as unfit:
+            raise StageFault(number, str(unfit)) from None
+        for link in found:
+            for end in link.ends:
+                if abs(end.at) <= NO_MOTION:
+                    raise StageFault(number, f"it starts at a dead point: {end.why}")
+        links += found
+        numbers += [number] * len(found)
+        angular = links[-1].turns[1]
+    return Train(tuple(links), tuple(numbers))
