@@ -164,8 +164,6 @@ def sweep_plan(scene: Scene, keep: str, block: int = BLOCK) -> SweepPlan:
     if problem is not given:
         scene = scene.with_values({"search.minimise": tuple(problem.objectives)})
     space = searched_space(problem)
-    if keep == FRONT_ONLY or scene.search.refine:
-        space.check_apart()
     return SweepPlan(scene, problem, space, keep, block)
 
 

@@ -5,7 +5,7 @@ the turn is at least that at any one cam angle, and there the formula of the cur
 for all designs of the box (``smallest.enclosure``); so does that of a limit its excess.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -27,8 +27,10 @@ from camopt.problem.problem import Problem, strictest
 from camopt.problem.rows import Columns
 from camopt.quantities import QUANTITIES
 from camopt.smallest.enclosure import (
+    curve_of_designs,
     excess_of,
     means_on_size,
+    of_designs,
     present_claims,
     representatives,
     rounded,
@@ -46,17 +48,23 @@ TIMES = 4.0  # the tolerance, and the rounding at a point, by which kernels may 
 
 
 def is_ranged(effect: Effect, setup: Setup) -> bool:
-    """Whether an effect runs on ranges of sizes."""
-    return effect.of_sizes or effect.of_motion(setup)
+    """Whether an effect runs on ranges of what designs bring."""
+    return effect.of_sizes or (effect.of_motion(setup) and not setup.free)
+
+
+def form_of(name: str, sign: float, setup: Setup) -> Peak | Mean | None:
+    """What bounds an objective from its better side over boxes; ``sign`` is −1 if it is maximised."""
+    effect = EFFECTS[QUANTITIES[name].effect]
+    known = effect.peaks(setup).get(name) or effect.means(setup).get(name)
+    return known if known is not None and known.is_least == (sign < 0.0) else None
 
 
 def is_bounded(name: str, sign: float, setup: Setup) -> bool:
-    """Whether boxes of designs bound an objective from its better side; ``sign`` is −1 if it is maximised."""
+    """Whether boxes of designs bound an objective from its better side, at least those of one setting."""
     effect = EFFECTS.get(QUANTITIES[name].effect)
-    if effect is None or is_ranged(effect, setup):
+    if effect is None or effect.of_sizes or effect.of_motion(setup):
         return effect is not None
-    known = effect.peaks(setup).get(name) or effect.means(setup).get(name)
-    return known is not None and known.is_least == (sign < 0.0)
+    return form_of(name, sign, setup) is not None
 
 
 def all_bounded(problem: Problem) -> bool:
@@ -78,7 +86,7 @@ class Looked(NamedTuple):
     costs: FloatArray
     """What their designs cost at least (n, objectives)."""
     change: FloatArray
-    """How much that changes across each free size, relative (free, n)."""
+    """How much that changes across each free field, relative (free, n)."""
     inside: Designs
     """A design of each that can be assembled."""
     exists: Any
@@ -90,7 +98,7 @@ class Looked(NamedTuple):
 
 
 class BoxBounds(NamedTuple):
-    """Boxes of designs of one motion, asked for bounds; ``free`` are the sizes that have a range."""
+    """Boxes of designs of one motion, asked for bounds; ``free`` are the fields that have a range."""
 
     problem: Problem
     free: list[str]
@@ -99,7 +107,7 @@ class BoxBounds(NamedTuple):
     def claims(self) -> list[Claim]:
         """The claims of limits on curves, without those that the motion decides."""
         on_size = replace(self.problem, limits=tuple(limit for limit in self.problem.limits if not limit.of_motion))
-        return present_claims(self.problem, strictest(on_size))
+        return present_claims(self.problem, [of_designs(claim) for claim in strictest(on_size)])
 
     @np.errstate(all="ignore")
     def impossible(self, box: Designs) -> Any:
@@ -112,24 +120,18 @@ class BoxBounds(NamedTuple):
     def look(self, box: Designs) -> Looked:
         """The bounds of objectives."""
         inside, exists = representatives(self.problem, box, self.free, np.ones(len(box), dtype=bool))
-        asked = self.problem.objectives
+        asked, setup = self.problem.objectives, self.problem.setup
         costs, change = np.full((len(box), len(asked)), -np.inf), np.zeros((len(self.free), len(box)))
         index = np.flatnonzero(exists)
         some, middle = box.take(index), inside.take(index)
         for k, (name, sign) in enumerate(asked.items()):
-            effect = EFFECTS[QUANTITIES[name].effect]
-            if is_ranged(effect, self.problem.setup):
+            if is_ranged(EFFECTS[QUANTITIES[name].effect], setup):
                 costs[:, k], moved = self._by_arithmetic(name, sign, box, inside)
                 change = np.maximum(change, moved)
             elif index.size:
-                mean = effect.means(self.problem.setup).get(name)
-                if mean is None:
-                    known = effect.peaks(self.problem.setup)[name]
-                    costs[index, k], moved = self._by_extreme(known, sign, some, middle)
-                else:
-                    costs[index, k], moved = self._by_mean(mean, sign, some, middle)
+                costs[index, k], moved = self._by_form(name, sign, some, middle)
                 change[:, index] = np.maximum(change[:, index], moved)
-        return Looked(costs, change, inside, exists)
+        return Looked(costs, np.maximum(change, self._of_numbers(box)), inside, exists)
 
     @np.errstate(all="ignore")
     def broken(self, box: Designs, looked: Looked) -> tuple[Any, FloatArray]:
@@ -172,6 +174,35 @@ class BoxBounds(NamedTuple):
         change = _relative(sloped.slopes, _widths(box, self.free), value.largest_magnitude)
         return value.low if EFFECTS[QUANTITIES[name].effect].of_sizes else _lowered(value.low), change
 
+    def _by_form(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+        """The least cost of an objective that a curve decides, and its relative change."""
+        known = form_of(name, sign, self.problem.setup)
+        if isinstance(known, Peak):
+            return self._by_extreme(known, sign, box, inside)
+        if known is None:
+            return self._by_setting(name, sign, box, inside)
+        return self._by_mean(known, sign, box, inside)
+
+    def _by_setting(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+        """The cost of an objective that the motion and numbers decide, of boxes that have one value of each.
+
+        Nothing is known of the others: their numbers are to be cut.
+        """
+        cost, spread = np.full(len(box), -np.inf), np.sign(self._of_numbers(box))
+        one = np.flatnonzero(~spread.any(axis=0))
+        cost[one] = sign * ranged(self.problem, {name}, inside.take(one))[name]
+        return cost, HUGE_SLOPE * spread
+
+    def _of_numbers(self, box: Designs) -> FloatArray:
+        """How wide boxes are in numbers that are no sizes, relative: what scales change by them no slope tells."""
+        numbers: Mapping[str, Any] = box.numbers
+        wide = np.zeros((len(self.free), len(box)))
+        for k, name in enumerate(self.free):
+            if name in numbers:
+                width, largest = numbers[name].high - numbers[name].low, numbers[name].largest_magnitude
+                wide[k] = np.divide(width, largest, out=wide[k], where=width > 0.0)
+        return wide
+
     def _by_extreme(self, known: Peak, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
         """The least cost of an objective that curves decide, and its relative change."""
         extreme = np.full(len(box), 0.0 if known.goal == LARGEST_MAGNITUDE else -np.inf)
@@ -209,7 +240,7 @@ class BoxBounds(NamedTuple):
         kind = self.problem.programme.table.kind
         for make, kinds in known.curves:
             parts = (kinds & (RISE | DWELL), kinds & RETURN) if kinds & ALL_STROKES else (kinds,)
-            yield from ((make, part) for part in parts if np.any(kind & part))
+            yield from ((curve_of_designs(make, part), part) for part in parts if np.any(kind & part))
 
     def _worst(self, make: Any, asked: list["ExtremeAsked"], inside: Designs) -> tuple[FloatArray, FloatArray]:
         """The cam angle at which a curve is the most extreme for one design of each box, and on which side of 0."""
@@ -277,8 +308,8 @@ def _side(goal: int, value: Sloped) -> tuple[FloatArray, FloatArray]:
 
 def _widths(box: Designs, free: list[str]) -> FloatArray:
     """How wide boxes are, (free, n)."""
-    sizes: dict[str, Any] = box.sizes
-    return np.array([sizes[name].high - sizes[name].low for name in free]).reshape(len(free), len(box))
+    values: dict[str, Any] = box.values
+    return np.array([values[name].high - values[name].low for name in free]).reshape(len(free), len(box))
 
 
 def _relative(slopes: Interval, width: FloatArray, scale: FloatArray) -> FloatArray:

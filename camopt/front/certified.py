@@ -54,7 +54,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
 def _verdicts(space: Space, rows: Rows, progress: Progress | None) -> list[str]:
     """The verdict on each row."""
     verdicts, done = [""] * rows.count, 0
-    for each, index, designs in space.designs_of(rows):
+    for each, index, designs in space.designs_apart(rows):
         for row, number in enumerate(index):
             verdicts[number] = summary(certify_design(each, designs.take(np.array([row]))))
             done += 1

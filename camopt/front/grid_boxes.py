@@ -32,7 +32,7 @@ class Grid:
 
     @cached_property
     def free(self) -> list[str]:
-        """The sizes of which there are several values."""
+        """The sizes and numbers of which there are several values."""
         return [name for name, values in self.axes.items() if values.size > 1]
 
     def whole(self, objectives: int) -> "GridBoxes":

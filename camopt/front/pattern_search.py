@@ -31,7 +31,7 @@ class PatternSearch:
 
     problem: Problem
     free: SizeBounds
-    """The sizes that may vary, with their ranges."""
+    """The sizes and numbers that may vary, with their ranges."""
     objective: str
 
     def column(self, objective: str) -> int:
@@ -120,12 +120,12 @@ def _directions(random: np.random.Generator, many: int) -> FloatArray:
 
 
 def _moved(designs: Designs, free: SizeBounds, names: list[str], shares: FloatArray) -> Designs:
-    """Designs moved by shares of the ranges of some sizes, within them."""
-    sizes = designs.sizes
+    """Designs moved by shares of some ranges, within them."""
+    values = designs.values
     for name, share in zip(names, shares.T, strict=True):
         low, high = free[name]
-        sizes[name] = np.clip(sizes[name] + share * (high - low), low, high)
-    return designs.with_values(sizes)
+        values[name] = np.clip(values[name] + share * (high - low), low, high)
+    return designs.with_values(values)
 
 
 def by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> tuple[Designs, Any]:
@@ -164,6 +164,7 @@ def _smallest(pattern: PatternSearch, design: Designs, ceilings: FloatArray) -> 
     bounds = (float(b) if b < np.inf else None for b in (angle, on_return))
     pressure = pressure_limits(problem.setup, *bounds)
     tighter = replace(problem, limits=(*problem.limits, *pressure))
-    box = {name: pattern.free.get(name, (float(v[0]), float(v[0]))) for name, v in design.sizes.items()}
+    box = {name: (float(value[0]), float(value[0])) for name, value in design.values.items()}
+    box |= {name: ends for name, ends in pattern.free.items() if name in design.sizes}
     box["size"] = (least_size(tighter, box), box["size"][1])
     return closed_form(tighter, box)

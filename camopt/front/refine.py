@@ -1,6 +1,6 @@
 """Refinement: each row of a front moved off the grid, to an optimum of the continuous problem.
 
-A row keeps its choices (laws, sizes from a list) and moves in the ranges of ``[search]``: the size of the cam falls
+A row keeps its choices (laws, what is listed) and moves in the ranges of ``[search]``: the size of the cam falls
 as far as the limits allow while no other objective becomes worse. Where a closed form gives that design it is
 proved to be the smallest; elsewhere it is a local optimum. The ends of the front are added: the smallest cam of
 each programme, which is that of ``optimise``, and the best of each other objective. Where the design decides one
@@ -40,7 +40,7 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
     in all).
     """
     problem, names = exactly(space.problem), frozenset(grid.columns)
-    free = free_sizes(problem)
+    free = free_ranges(problem)
     decided = [name for name in decided_objectives(problem) if name != problem.size_name or "size" in free]
     if not free or not decided or not grid.count:
         return _marked(grid, False)
@@ -71,8 +71,8 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
     return thinned(front, problem.objectives, EQUAL_ROWS)
 
 
-def free_sizes(problem: Problem) -> SizeBounds:
-    """The sizes that a front moves in: those that ``[search]`` gives a range, and the cam's own if it varies."""
+def free_ranges(problem: Problem) -> SizeBounds:
+    """What a front moves in: what ``[search]`` gives a range, of the cam's own size a list too."""
     free = {name: ends for name, ends in boxes_of(problem)[0].items() if ends[1] > ends[0]}
     if "size" not in problem.choices.variables:
         free.pop("size", None)
@@ -80,21 +80,23 @@ def free_sizes(problem: Problem) -> SizeBounds:
 
 
 def decided_objectives(problem: Problem) -> list[str]:
-    """The objectives that depend on the sizes of the design, not on motion and numbers of the scene alone."""
-    names = [name for name in problem.objectives if name not in problem.setup.varied.values()]
-    effects = {name: EFFECTS[QUANTITIES[name].effect] for name in names}
-    return [name for name, effect in effects.items() if not effect.of_motion(problem.setup)]
+    """The objectives that depend on what may move, not on motion and listed numbers of the scene alone."""
+    numbers = [each for each in problem.choices.numbers if each.key in problem.setup.free]
+    moves = any(each.is_free for each in numbers)
+    listed = {each.quantity for each in problem.choices.numbers if not (each in numbers and each.is_free)}
+    names = [name for name in problem.objectives if name not in listed]
+    return [name for name in names if moves or not EFFECTS[QUANTITIES[name].effect].of_motion(problem.setup)]
 
 
 def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:
-    """The smallest cam of each motion, as ``optimise`` finds it in its time."""
-    end, problems = now() + SECONDS, [exactly(problem) for problem in space.apart().problems]
+    """The smallest cam of each motion and each choice of what is listed, as ``optimise`` finds it in its time."""
+    end, problems = now() + SECONDS, [exactly(problem) for problem in space.problems]
     for done, problem in enumerate(problems):
         until, boxes = share(end, len(problems) - done), boxes_of(problem)
         answers = [smallest(problem, box, share(until, len(boxes) - k)).design for k, box in enumerate(boxes)]
         cams = [design for design in answers if design is not None]
         if cams:
-            yield _rows(problem, min(cams, key=lambda design: float(design.size[0])), names)
+            yield _rows(problem, concatenate(cams), names)
 
 
 def _ends(pattern: PatternSearch, designs: Designs, decided: list[str]) -> Iterator[Designs]:

@@ -207,8 +207,7 @@ def sweep(
     ------
     BadInput
         If the space cannot be swept: a range without a step, an objective that the mechanism has not; for another
-        ``keep``; for more than 10,000 combinations of numbers that are no sizes, with ``keep="front-only"``, with
-        ``search.refine`` or of shaft diameters, for these are taken one by one.
+        ``keep``; for more than 10,000 diameters of the shaft, for these are taken one by one.
     OSError
         If a file cannot be written, there is no room for what is kept, or another run writes to the folder.
 
@@ -232,7 +231,7 @@ def sweep(
     if out is not None and not again and (done := swept_already(asked, out, tell)):
         return done
     if asked.front_only:
-        search = FrontSearch(asked.space.apart(), asked.names, own.workers, progress)
+        search = FrontSearch(asked.space, asked.names, own.workers, progress)
 
         def found(checkpoint: Checkpoint | None, write: Write) -> Seen:
             if checkpoint is None:
@@ -407,7 +406,7 @@ def to_compare(space: Space, *tables: Rows) -> list[Rows]:
     names = frozenset[str]().union(*(rows.columns for rows in tables))
     everywhere = names.intersection(*(rows.columns for rows in tables))
     parts, places = [], []
-    for problem, index, designs in space.designs_of(concatenate_rows(rows.only(everywhere) for rows in tables)):
+    for problem, index, designs in space.designs_apart(concatenate_rows(rows.only(everywhere) for rows in tables)):
         for first in range(0, index.size, BLOCK):
             some = slice(first, first + BLOCK)
             parts.append(as_evaluated(problem, designs.take(some), names))

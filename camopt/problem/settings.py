@@ -1,7 +1,7 @@
 """The problems of a space: every choice of laws; and the numbers of the scene, no sizes, that a search varies.
 
 Designs bring these numbers as they bring their sizes. A setting is one choice of all of them: there is a problem
-for each setting only of what decides which limits there are, or for searches that take them one by one.
+for each setting only of what decides which limits there are.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -3,7 +3,7 @@
 Axes are sizes, and other numbers of the scene: designs bring both.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from math import inf, prod
@@ -18,7 +18,7 @@ from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, missing
 from camopt.problem.rows import Rows
-from camopt.problem.settings import freed_of, laws_of, problems_of, too_many_settings
+from camopt.problem.settings import Setting, freed_of, laws_of, problems_of, too_many_settings
 from camopt.problem.variables import Variable, not_varied
 from camopt.scene.choices import StepRange
 
@@ -67,22 +67,6 @@ class Space:
         where = np.unravel_index(index, shape) if shape else ()
         return {field: values[i] for (field, values), i in zip(self.axes.items(), where, strict=True)}
 
-    def check_apart(self) -> None:
-        """Whether settings can be taken one by one: a BadInput if there are too many."""
-        counts = (values.size for field, values in self.axes.items() if field not in self.problem.design.sizes)
-        if mistakes := too_many_settings(self.problem, prod(counts)):
-            raise BadInput(mistakes)
-
-    def apart(self) -> "Space":
-        """The same space with a problem for each setting, for searches that take them one by one."""
-        sizes = self.problem.design.sizes
-        numbers = {key: values.tolist() for key, values in self.axes.items() if key not in sizes}
-        if not numbers:
-            return self
-        settings = [dict(zip(numbers, each, strict=True)) for each in product(*numbers.values())]
-        problems = tuple(problem.with_numbers(setting) for problem in self.problems for setting in settings)
-        return replace(self, problems=problems, axes={k: v for k, v in self.axes.items() if k in sizes})
-
     def next_smaller(self, size: float) -> float | None:
         """The next smaller size of the cam; None at the edge of the space."""
         smaller = self.axes.get("size", np.array([]))
@@ -95,23 +79,33 @@ class Space:
         columns = {n: np.broadcast_to(v, index.shape) for n, v in fixed.sizes.items()} | varied
         return fixed.with_values({n: np.ascontiguousarray(v) for n, v in columns.items()})
 
-    def designs_of(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.int64], Designs]]:
-        """The designs of some rows of a sweep by motion and setting: (problem, numbers of rows, their designs)."""
-        fixed, numbers = self.problem.design, self.problem.choices.numbers
-        columns = {name: value + np.zeros(rows.count) for name, value in fixed.sizes.items()}
-        columns |= {v.field: rows.column(v.quantity) for v in self.problem.variables if v.is_size}
-        rise, fall = rows.column("law_rise"), rows.column("law_return")
-        settings = np.column_stack([rows.column(v.quantity) for v in numbers] or [np.zeros(rows.count)])
-        kinds, which = np.unique(settings, axis=0, return_inverse=True)
+    def designs_of(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.intp], Designs]]:
+        """The designs of some rows of a sweep by problem: (problem, numbers of rows, their designs)."""
+        fixed, count, varied = self.problem.design, rows.count, self.problem.variables
+        brought = [each for each in varied if each.is_size or (each.is_searched and each.is_ranged)]
+        columns = {name: value + np.zeros(count) for name, value in fixed.sizes.items()}
+        designs = fixed.with_values(columns | {each.field: rows.column(each.quantity) for each in brought})
+        shared = [each for each in self.problem.choices.numbers if not each.is_ranged]
         for motion in problems_of(self.problem):
-            programme = motion.programme
-            index = np.flatnonzero((rise == programme.law_names(RISE)) & (fall == programme.law_names(RETURN)))
-            kind = which.reshape(-1)[index]
-            order = np.argsort(kind, kind="stable")
-            for some in np.split(index[order], np.flatnonzero(np.diff(kind[order])) + 1) if index.size else ():
-                values = kinds[which.reshape(-1)[some[0]]].tolist()
-                problem = motion.with_numbers({v.key: x for v, x in zip(numbers, values, strict=False)})
-                yield problem, some, fixed.with_values(columns).take(some)
+            rise, fall = (motion.programme.law_names(kind) for kind in (RISE, RETURN))
+            here = np.flatnonzero((rows.column("law_rise") == rise) & (rows.column("law_return") == fall))
+            for setting, which in _by_setting({v.key: rows.column(v.quantity)[here] for v in shared}, here.size):
+                yield motion.with_numbers(setting), here[which], designs.take(here[which])
+
+    def designs_apart(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.intp], Designs]]:
+        """The same with a problem for each setting, which has the digits of a scene: designs bring no numbers."""
+        for problem, index, designs in self.designs_of(rows):
+            for setting, which in _by_setting(designs.numbers, len(designs)):
+                yield problem.with_numbers(setting), index[which], replace(designs.take(which), numbers={})
+
+
+def _by_setting(columns: Mapping[str, FloatArray], count: int) -> Iterator[tuple[Setting, NDArray[np.intp]]]:
+    """Each combination of values that some columns (count,) have, and the rows that have it."""
+    table = np.column_stack([*columns.values(), np.zeros(count)])
+    settings, which, counts = np.unique(table, axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(which.reshape(-1), kind="stable")
+    for setting, index in zip(settings.tolist(), np.split(order, np.cumsum(counts)[:-1]), strict=False):
+        yield dict(zip(columns, setting, strict=False)), index
 
 
 def space_of(problem: Problem) -> Space:

@@ -36,14 +36,17 @@ Present = TypeVar("Present", Claim, MeanClaim, AnyClaim)
 
 def claims_on_size(problem: Problem) -> list[Claim]:
     """The claims of the limits that depend on the sizes of the cam, or on numbers that it brings."""
-    return [_of_designs(claim) for limit in problem.limits if not limit.of_motion for claim in limit.claims]
+    return [of_designs(claim) for limit in problem.limits if not limit.of_motion for claim in limit.claims]
 
 
-def _of_designs(claim: Claim) -> Claim:
-    """A claim whose curve is that of designs: what the motion has of a derivative at most is the same for all."""
-    if not isinstance(claim.curve, Derivative):
-        return claim
-    return claim._replace(curve=partial(_level, order=claim.curve.order, strokes=claim.kinds))
+def of_designs(claim: Claim) -> Claim:
+    """A claim whose curve is that of designs."""
+    return claim._replace(curve=curve_of_designs(claim.curve, claim.kinds))
+
+
+def curve_of_designs(made: Any, strokes: int) -> Any:
+    """A curve as that of designs: what strokes have of a derivative of the motion at most is the same for all."""
+    return partial(_level, order=made.order, strokes=strokes) if isinstance(made, Derivative) else made
 
 
 def _level(designs: Designs, programme: Programme, order: int, strokes: int) -> Linear:

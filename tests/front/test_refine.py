@@ -131,7 +131,7 @@ def test_no_allowed_design_nearby_lowers_the_objective(swept):
     """Ten thousand designs about each of a few rows, at distances from 1e-4 to a tenth of each range."""
     result, rows, _ = swept
     problem = exactly(resolve(result.scene))
-    free, random = refine.free_sizes(problem), np.random.default_rng(0)
+    free, random = refine.free_ranges(problem), np.random.default_rng(0)
     objective = "base_radius_mm" if "base_radius_mm" in result.scene.search.minimise else "pressure_angle_max_deg"
     few = rows.take(np.linspace(0, rows.count - 1, 7).astype(int))
     for each, _, designs in space_of(problem).designs_of(few):
@@ -204,7 +204,7 @@ def test_the_search_finds_what_the_closed_form_proves(swept):
     result, _, grid = swept
     problem = exactly(resolve(result.scene))
     for each, _, designs in islice(space_of(problem).designs_of(grid), times(1, deep=3)):
-        pattern = PatternSearch(each, refine.free_sizes(problem), "base_radius_mm")
+        pattern = PatternSearch(each, refine.free_ranges(problem), "base_radius_mm")
         ceilings, held = pattern.costs(designs)
         proved, settled = by_closed_form(pattern, designs, ceilings)
         found = by_search(pattern, designs, ceilings)
