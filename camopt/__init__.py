@@ -38,8 +38,10 @@ if TYPE_CHECKING:
     from camopt.smallest.optimise import Optimum, optimise
     from camopt.smallest.prices import Price, prices
     from camopt.storage.checking import FileCheck, check
+    from camopt.studies.harmonics import Harmonics, harmonics
     from camopt.studies.sensitivities import Sensitivities, Sensitivity, sensitivities
     from camopt.studies.spectrum import Spectrum, response_spectrum
+    from camopt.studies.timing import Passage, Timing, timing
     from camopt.synthesis.frontier import Frontier, frontier
     from camopt.synthesis.synthesise import synthesise
     from camopt.synthesis.synthesised import Synthesis
@@ -59,9 +61,11 @@ _HOMES = {
     "Export": "exporting.exported",
     "Fit": "measured.fitted",
     "Frontier": "synthesis.frontier",
+    "Harmonics": "studies.harmonics",
     "LAWS": "motion",
     "MeasuredProfile": "measured.profile",
     "Optimum": "smallest.optimise",
+    "Passage": "studies.timing",
     "Price": "smallest.prices",
     "QUANTITIES": "quantities",
     "Scene": "scene.scene",
@@ -70,6 +74,7 @@ _HOMES = {
     "Sweep": "front.sweep",
     "SweepPart": "front.parts",
     "Synthesis": "synthesis.synthesise",
+    "Timing": "studies.timing",
     "UnknownName": "mistakes",
     "Unmet": "mistakes",
     "Unsolved": "mistakes",
@@ -85,6 +90,7 @@ _HOMES = {
     "find_scene": "scene.scene",
     "fit": "measured.fit",
     "frontier": "synthesis.frontier",
+    "harmonics": "studies.harmonics",
     "load": "tables.table",
     "merge": "front.parts",
     "optimise": "smallest.optimise",
@@ -100,6 +106,7 @@ _HOMES = {
     "sweep": "front.sweep",
     "sweep_part": "front.parts",
     "synthesise": "synthesis.synthesise",
+    "timing": "studies.timing",
 }
 
 __all__ = [
@@ -115,8 +122,10 @@ __all__ = [
     "FileCheck",
     "Fit",
     "Frontier",
+    "Harmonics",
     "MeasuredProfile",
     "Optimum",
+    "Passage",
     "Price",
     "Scene",
     "Sensitivities",
@@ -126,6 +135,7 @@ __all__ = [
     "Sweep",
     "SweepPart",
     "Synthesis",
+    "Timing",
     "UnknownName",
     "Unmet",
     "Unsolved",
@@ -142,6 +152,7 @@ __all__ = [
     "find_scene",
     "fit",
     "frontier",
+    "harmonics",
     "load",
     "merge",
     "optimise",
@@ -155,6 +166,7 @@ __all__ = [
     "sweep",
     "sweep_part",
     "synthesise",
+    "timing",
 ]
 
 

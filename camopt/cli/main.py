@@ -9,7 +9,8 @@ from camopt.cli.exits import run_command
 from camopt.version import VERSION
 
 COMMANDS = (
-    *("new", "scenes", "keys", "schema", "laws", "evaluate", "effects", "sweep", "merge", "optimise"),
+    *("new", "scenes", "keys", "schema", "laws", "evaluate", "effects", "timing", "harmonics"),
+    *("sweep", "merge", "optimise"),
     *("synthesise", "frontier", "certify", "export", "report", "serve", "fit", "compare", "check", "accuracy"),
 )
 """Names of the commands, and of their modules."""

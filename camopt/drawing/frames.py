@@ -14,7 +14,7 @@ from camopt.drawing.bodies import FRAMES, TURN_TIME, Stage, artists_of
 from camopt.mistakes import BadInput, Mistake
 
 FRAME_DPI = 100
-PALETTE, MEANS = 128, 2  # colours of a GIF, and how often their means are taken; the white of the page stays
+PALETTE = 128  # colours of a GIF, those that cover the most of it: the white of the page stays white
 
 Image = NDArray[np.uint8]
 
@@ -55,7 +55,7 @@ def write_gif(stage: Stage, file: Path) -> None:
     images: list[Any] = []
     for frame in frames(stage):
         image = Pillow.fromarray(frame)
-        palette = images[0] if images else image.quantize(PALETTE, Pillow.Quantize.MAXCOVERAGE, kmeans=MEANS)
+        palette = images[0] if images else image.quantize(PALETTE, Pillow.Quantize.MAXCOVERAGE)
         images.append(image.quantize(palette=palette, dither=Pillow.Dither.NONE))
     duration = round(1000 * TURN_TIME / FRAMES)
     images[0].save(file, format="GIF", save_all=True, append_images=images[1:], duration=duration, loop=0)

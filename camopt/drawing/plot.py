@@ -28,12 +28,13 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> 
     - What ``compare`` gives: the Pareto fronts of both, a panel for each pair of objectives that vary.
     - What ``response_spectrum`` gives, for one law or a list at one damping ratio: residual amplitude in the dwell,
       and largest acceleration of the mass.
+    - What ``harmonics`` gives: the amplitudes of displacement and acceleration by order.
 
     The same input gives the same file, and the file appears only when whole.
 
     Parameters
     ----------
-    what : Scene, Design, Evaluation, Synthesis, Frontier, Fit, Comparison, Spectrum or list of Spectrum
+    what : Scene, Design, Evaluation, Synthesis, Frontier, Fit, Comparison, Harmonics, Spectrum or list of Spectrum
         What is drawn.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.

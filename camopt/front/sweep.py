@@ -27,7 +27,7 @@ from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.rows import Rows, concatenate_rows
-from camopt.problem.space import Space
+from camopt.problem.space import EDGE_OF_SPACE, Space
 from camopt.progress import Progress
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
@@ -442,8 +442,8 @@ def next_smaller_cams(space: Space, rows: Rows) -> tuple[NDArray[np.intp], Rows]
 
 
 def binding_limits(count: int, index: NDArray[np.intp], smaller: Rows) -> list[str]:
-    """The limits that bind rows: those that the next smaller cam exceeds; "edge of the space" if there is none."""
-    held = ["edge of the space"] * count
+    """The limits that bind rows: those that the next smaller cam exceeds, if there is one."""
+    held = [EDGE_OF_SPACE] * count
     for row, names in zip(index, smaller.column("violated"), strict=True):
         held[row] = str(names).replace(",", ", ")
     return held

@@ -24,7 +24,8 @@ from camopt.scene.choices import StepRange
 
 MOST_DESIGNS = 2**63 - 1  # what their numbers can count
 MOST_VALUES = 10_000_000  # of one axis; a space may have far more designs, it is never materialised
-
+EDGE_OF_SPACE = "edge of the space"
+"""In the place of the limits that hold a design, where the space has no smaller cam to compare it with."""
 
 Block = tuple[Problem, int, int]
 

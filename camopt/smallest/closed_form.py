@@ -61,10 +61,13 @@ def slopes_of(problem: Problem) -> list[tuple[float, int]]:
 
 
 def closed_form(problem: Problem, bounds: SizeBounds) -> Designs | None:
-    """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form."""
+    """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form.
+
+    It is as large as it has to be, beyond the range of the size too.
+    """
     mechanism = problem.setup.mechanism
     slopes = slopes_of(problem)
-    low, high = bounds["size"]
+    low = bounds["size"][0]
     middle = {name: a for name, (a, b) in bounds.items() if a == b}
     if mechanism is translating.MECHANISM:
         roller = bounds["roller_radius"][1]
@@ -81,7 +84,7 @@ def closed_form(problem: Problem, bounds: SizeBounds) -> Designs | None:
         middle.setdefault("roller_radius", bounds["roller_radius"][1])
     else:
         return None
-    if not 0.0 < size <= high:
+    if size <= 0.0:
         return None
     fields = {name: np.array([middle.get(name, bounds[name][0])]) for name in bounds}
     return problem.design.with_values({**fields, "size": np.array([size])})

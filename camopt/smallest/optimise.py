@@ -23,7 +23,7 @@ from camopt.scene.scene import Scene
 from camopt.shown import HasHtml
 from camopt.smallest.closed_form import negligible
 from camopt.smallest.multipliers import BINDS
-from camopt.smallest.reasons import reason
+from camopt.smallest.reasons import Reason, in_one_sentence, listed, reason
 from camopt.smallest.result import GAP, Smallest, feasible
 from camopt.smallest.smallest import smallest
 from camopt.smallest.smallest_turn import smallest_of_turns
@@ -181,8 +181,8 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     order = sorted(found, key=lambda laws: float(found[laws][problem.size_name]))
     ranked = ByLaw((laws, Design(found[laws], scene)) for laws in order)
     nearest = None if found else _least(misses, scene)
-    warnings = warnings_of(cams[order[0]]) if order else ()
     best = next(iter(ranked.values()), None)
+    warnings = (*warnings_of(cams[order[0]]), *_held_by_shape_alone(problem, best)) if best else ()
     return Optimum(scene, best, ranked, obstacles, nearest, out_of_time, warnings)
 
 
@@ -244,22 +244,27 @@ def least_of(problem: Problem, answers: list[Answered]) -> Answered | None:
 
 def _obstacle(problem: Problem, answers: list[Answered], until: float) -> str:
     """Why no box of sizes holds a feasible design; box by box, where the reasons differ."""
-    texts = {}
+    reasons = {}
     for done, each in enumerate(answers):
-        end = share(until, len(answers) - done)
-        texts[choices(problem, each.bounds)] = _why(problem, each, end)
-    if len(set(texts.values())) == 1:
-        return next(iter(texts.values()))
-    return "; ".join(f"{text}, where {where}" for where, text in texts.items())
+        reasons[choices(problem, each.bounds)] = _why(each, share(until, len(answers) - done))
+    return in_one_sentence(reasons)
 
 
-def _why(problem: Problem, each: Answered, until: float) -> str:
+def _why(each: Answered, until: float) -> Reason:
     if each.answer.proved:
         return reason(each.problem, each.bounds, until)
     if each.answer.nearest is None:
-        return "nothing that was found (not proved)"
+        return Reason("nothing that was found (not proved)")
     rows = evaluate_rows(each.problem, each.answer.nearest, frozenset(), until)
-    return f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)"
+    return Reason(f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)")
+
+
+def _held_by_shape_alone(problem: Problem, best: Design) -> Iterator[str]:
+    """A warning if the smallest cam meets only what every cam has to, as not to be undercut."""
+    unasked = {limit.name for limit in problem.limits if not limit.asked}
+    if best["binding"] and unasked.issuperset(best["binding"]):
+        wanted = "pressure_angle, curvature_radius or contact_stress"
+        yield f"only {listed(best['binding'])} holds this cam: [limits] such as {wanted} make it one to build"
 
 
 def _missed(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:

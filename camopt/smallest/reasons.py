@@ -7,47 +7,95 @@ Source: J. W. Chinneck, E. W. Dravnieks, Locating minimal infeasible constraint 
 Journal on Computing 3 (1991): the deletion filter.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import ceil, floor, inf, log10
 
 from camopt.mechanisms.design import SizeBounds
+from camopt.mistakes import listed_words
+from camopt.numerics.clock import now
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.first_look import FEW_VALUES, coarse_grid, first_look
 from camopt.smallest.smallest import smallest
 
 DIGITS = 6  # of a size that a reason tells
+MOST_BOXES = 3  # whose choices of sizes a reason lists
 
 
-def reason(problem: Problem, bounds: SizeBounds, until: float = inf) -> str:
-    """The limits that no design within bounds meets, in words.
+@dataclass(frozen=True)
+class Reason:
+    """Why no design within bounds is feasible."""
+
+    stopped_by: str
+    """Limits by name, or what keeps parts from being put together."""
+    size_range: str = ""
+    """The range of the cam's size, where a cam beyond it is feasible."""
+    size: float = inf
+    """The size of that cam, mm."""
+    is_smallest: bool = True
+    """Whether that is the smallest one, for certain."""
+
+    def __str__(self) -> str:
+        return self.stopped_by + self.beyond()
+
+    def beyond(self, where: str = "") -> str:
+        """The range, and the cam beyond it; ``where`` says what other sizes that has."""
+        if not self.size_range:
+            return ""
+        which = "the smallest feasible cam has" if self.is_smallest else "feasible is one of"
+        cam = f"{which} {self.size:.{DIGITS}g} mm{f', where {where}' if where else ''}"
+        return f", within the range of {self.size_range}; {cam}"
+
+
+def reason(problem: Problem, bounds: SizeBounds, until: float = inf) -> Reason:
+    """The limits that no design within bounds meets.
 
     After ``until`` (``clock.now``) more limits may be named together than it takes to stop them.
     """
     problem = exactly(problem)
-    beyond = _beyond(problem, bounds, until)
+    return replace(_beyond(problem, bounds, until), stopped_by=_stopped_by(problem, bounds, until))
+
+
+def in_one_sentence(reasons: Mapping[str, Reason]) -> str:
+    """The reasons of boxes of sizes, by what each box has of them in words; those that are alike only once.
+
+    Of the cams beyond a range the smallest is told.
+    """
+    alike: dict[tuple[str, str], list[str]] = {}
+    for where, each in reasons.items():
+        alike.setdefault((each.stopped_by, each.size_range), []).append(where)
+    texts = []
+    for (stopped_by, _), places in alike.items():
+        best = min(places, key=lambda where: reasons[where].size)
+        here = f", where {listed_words(places, MOST_BOXES)}" if len(alike) > 1 else ""
+        texts.append(f"{stopped_by}{here}{reasons[best].beyond(best)}")
+    return "; ".join(texts)
+
+
+def _stopped_by(problem: Problem, bounds: SizeBounds, until: float) -> str:
     grid = coarse_grid(replace(problem, limits=()), bounds, problem.programme.lift, FEW_VALUES)
     if not problem.setup.mechanism.exists(grid, problem.programme).any():
-        return f"assembly: {problem.setup.mechanism.assembly}{beyond}"
+        return f"assembly: {problem.setup.mechanism.assembly}"
     first = problem.without_last.limits  # those that are asked last are asked of designs that hold all others
     alone = [limit.name for limit in first if _stop([limit], problem, bounds, until)]
     if alone:
-        return ", ".join(alone) + beyond
+        return ", ".join(alone)
     names = [limit.name for limit in _together(problem, bounds, until)]
-    return (f"{listed(names)} together" if len(names) > 1 else names[0]) + beyond
+    if len(names) == 1:
+        return names[0]
+    return f"{listed(names)} together{' or some of them (not proved which)' if now() > until else ''}"
 
 
-def _beyond(problem: Problem, bounds: SizeBounds, until: float) -> str:
+def _beyond(problem: Problem, bounds: SizeBounds, until: float) -> Reason:
     """The range of the cam's size, if one is given and a cam beyond it is feasible."""
     low, high = bounds["size"]
     answer = smallest(problem, {**bounds, "size": (0.0, inf)}, until) if high < inf else None
     if answer is None or answer.design is None:
-        return ""
+        return Reason("")
     key, size = problem.setup.mechanism.body.size, rounded_up(answer.size)
     ends = f"{low:.{DIGITS}g} mm" if low == high else f"{low:.{DIGITS}g} to {high:.{DIGITS}g} mm"
-    which = "the smallest feasible cam has" if answer.proved else "feasible is one of"
-    return f", within the range of {key} ({ends}); {which} {size:.{DIGITS}g} mm"
+    return Reason("", f"{key} ({ends})", size, answer.proved)
 
 
 def rounded_up(size: float) -> float:

@@ -74,4 +74,4 @@ def _by_linear_limits(problem: Problem, bounds: SizeBounds, until: float = inf) 
     if start is None:
         return by_cutting_planes(problem, bounds, until) or Cut(None, bounds["size"][0])
     floor = float(start.size[0]) * (1.0 - NUDGES[-1])
-    return Cut(nudged(problem, start, bounds), floor)
+    return Cut(None, inf) if floor > bounds["size"][1] else Cut(nudged(problem, start, bounds), floor)

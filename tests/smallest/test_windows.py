@@ -187,14 +187,42 @@ def test_a_cam_that_cannot_be_put_together_is_said_so():
     assert reason.startswith("assembly: the offset has to be smaller than the prime radius, within the range of")
 
 
-def test_reasons_that_differ_are_told_for_each_choice():
+def two_rollers(limits, radii, base):
     follower = {"motion": "translating", "contact": "roller", "roller_radius": 5}
-    scene = Scene.from_dict({**BUCKET, "follower": follower, "limits": {"pressure_angle": 10}})
-    scene = scene.replace(**{"search.base_radius": {"start": 5, "stop": 7}, "search.roller_radius": [4, 8]})
+    scene = Scene.from_dict({**BUCKET, "follower": follower, "limits": limits})
+    return scene.replace(search={"base_radius": base, "roller_radius": radii})
+
+
+def test_a_reason_that_all_choices_share_is_told_once_with_the_smallest_cam():
+    scene = two_rollers({"pressure_angle": 10}, [4, 8], {"start": 5, "stop": 7})
     (reason,) = optimise(scene).obstacles.values()
-    for radius in (4, 8):
-        least = optimise(scene.replace(search={"roller_radius": [radius]})).best["base_radius_mm"]
-        assert f"the smallest feasible cam has {rounded_up(least):.6g} mm, where roller_radius = {radius}" in reason
+    least = {r: optimise(scene.replace(search={"roller_radius": [r]})).best["base_radius_mm"] for r in (4, 8)}
+    assert least[8] < least[4]
+    assert reason == (
+        "pressure_angle, pressure_angle_return, within the range of base_radius (5 to 7 mm); "
+        f"the smallest feasible cam has {rounded_up(least[8]):.6g} mm, where roller_radius = 8"
+    )
+
+
+def test_reasons_that_differ_are_told_with_the_choices_that_they_are_of():
+    """The larger roller needs 30.15 mm, of which the outer radius leaves 29.85; the smaller one more than 31 mm."""
+    scene = two_rollers({"pressure_angle": 12, "outer_radius": 39.85}, [4, 10], {"start": 20, "stop": 31})
+    (reason,) = optimise(scene).obstacles.values()
+    assert reason == (
+        "pressure_angle, pressure_angle_return, where roller_radius = 4; "
+        "pressure_angle_return and outer_radius together, where roller_radius = 10"
+    )
+
+
+def test_a_cam_that_the_closed_form_puts_beyond_the_range_is_proved_without_a_search(monkeypatch):
+    scene = two_rollers({"pressure_angle": 10}, [4], {"start": 5, "stop": 7})
+    problem = resolve(scene)
+    (bounds,) = boxes_of(problem)
+    monkeypatch.setattr("camopt.smallest.branch_and_bound.BoxSearch.bisect", lambda *_: pytest.fail("searched"))
+    answer = smallest(problem, bounds)
+    assert answer.design is None
+    assert answer.proved
+    assert answer.nearest is not None
 
 
 @given(st.floats(1e-6, 1e8))

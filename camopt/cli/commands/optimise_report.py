@@ -34,12 +34,12 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
         if not row["proved"]:
             less = f"{number(row['gap_mm'])} mm"
             show(f"{law or result.scene.name}: not proved; a feasible cam may be smaller by up to {less}")
+    size_name = resolve(result.scene).size_name
     for law, row in result.by_law.items():
-        if row["clear_above_mm"] > row[resolve(result.scene).size_name]:
-            upto = (
-                f"up to {number(row['clear_above_mm'])} mm" if isfinite(row["clear_above_mm"]) else "large ones do"
-            )
-            show(f"{law or result.scene.name}: larger cams than this one may break a limit again, {upto}")
+        if row["clear_above_mm"] > row[size_name]:
+            clear = row["clear_above_mm"]
+            upto = f"up to {number(clear)} mm" if isfinite(clear) else "the largest too"
+            show(f"{law or result.scene.name}: larger cams are not all feasible; some break a limit, {upto}")
     if result.out_of_time:
         show("The search ran out of time; --seconds gives it more.")
     if any(prices.values()):

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from camopt.cli.terminal import print_json, show
 from camopt.problem.problem import resolve
 from camopt.problem.rows import finite
+from camopt.problem.space import EDGE_OF_SPACE
 from camopt.tables.columns import columns_of, with_law
 from camopt.tables.design_tables import design_table
 
@@ -40,7 +41,8 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
         )
     undecided = f"{result.effort.undecided:,} undecided, " if result.effort.undecided else ""
     pareto = f"{result.pareto:,} on the Pareto front"
-    show(f"{result.scene.name}: {result.designs:,} designs, {_counts(result)}{undecided}{pareto}")
+    designs = f"{result.designs:,} design{'s' * (result.designs != 1)}"
+    show(f"{result.scene.name}: {designs}, {_counts(result)}{undecided}{pareto}")
     if result.best:
         show("", result.table())
         _show_front(result)
@@ -83,13 +85,20 @@ def _counts(result: "Sweep") -> str:
 
 
 def _show_front(result: "Sweep") -> None:
-    """How much the front dominates, and its knee."""
+    """How much the front dominates, and its knee; what a single best design leaves to say is nothing."""
     front = result.front
     assert front is not None
+    if any(row["held_by"] == EDGE_OF_SPACE for row in result.best.values()):
+        show(f"{EDGE_OF_SPACE.capitalize()}: [search] has no smaller cam that could break a limit.")
+    if front.points == 1:
+        return
     volume = f"{'' if front.exact else 'about '}{front.hypervolume:.6g}"
     if front.grid_points is not None:
         volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}"
     show(f"Hypervolume of the Pareto front, as a share: {volume}")
+    show(
+        "It compares fronts of the same objectives: the more of their space is beaten by some design, the nearer 1."
+    )
     show("", result.knee_table())
 
 

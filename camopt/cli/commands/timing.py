@@ -1,0 +1,32 @@
+"""``camopt timing``."""
+
+from typing import Any
+
+import click
+
+from camopt.cli.options import DEFAULT_SCENE, Command, output_options, scene_options
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--lift",
+    "lifts",
+    type=float,
+    multiple=True,
+    help="A lift from the lowest position, mm (deg); repeatable. By default the lash, or else half of the largest.",
+)
+def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> int:
+    """Find where in the turn the follower passes a lift, as a valve's opening and closing."""
+    from camopt.cli import terminal
+    from camopt.studies.timing import timing as run
+
+    result = run(scene, lifts or None)
+    if as_json:
+        about = {"scene": scene.name, "velocity_unit": result.velocity_unit}
+        terminal.print_json({**about, "passages": result.records()})
+    else:
+        terminal.show(result.table())
+    return 0

@@ -1,0 +1,157 @@
+"""Timing: at which cam angles the follower passes a given lift, on the way out and on the way back.
+
+Where it does so is a root of the motion's polynomial on a panel, found to rounding. A follower that rests at the
+lift is not above it.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import degrees
+from numbers import Real
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.effects.motion import scale
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.numerics.piecewise import derivatives, sign_changes
+from camopt.problem.problem import resolve
+from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.scene.scene import Scene
+from camopt.shown import HasHtml
+from camopt.tables.layout import Table, table_of
+
+DEFAULT_SHARE = 0.5  # of the largest lift, where a scene gives no lash
+SAME_PLACE = 1e-12  # rad: roots nearer to each other are one, at the end of a panel
+
+
+class Passage(NamedTuple):
+    """A stretch of the turn over which the follower is above a lift."""
+
+    lift: float
+    """mm (deg), from the lowest position."""
+    rises_at_deg: float
+    """The cam angle where it passes the lift outward."""
+    falls_at_deg: float
+    """The cam angle where it passes the lift inward."""
+    above_deg: float
+    """The cam angle between the two, past the start of the turn if need be."""
+    rising: float
+    """The velocity where it passes outward, in ``Timing.velocity_unit``."""
+    falling: float
+    """The velocity where it passes inward, below 0."""
+
+
+@dataclass(frozen=True)
+class Timing(HasHtml):
+    """Where the follower is above given lifts.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    passages : tuple of Passage
+        Lift by lift, each in the order of the turn.
+    velocity_unit : str
+        m/s (rad/s), or without rpm mm/rad (deg/rad).
+
+    Examples
+    --------
+    >>> found = camopt.timing(camopt.find_scene("bucket-valve"), [1.0])
+    >>> len(found.passages), found.passages[0].above_deg > 90
+    (1, True)
+    """
+
+    scene: Scene
+    passages: tuple[Passage, ...]
+    velocity_unit: str
+
+    def records(self) -> list[dict[str, float]]:
+        """A mapping for each passage."""
+        return [each._asdict() for each in self.passages]
+
+    def table(self) -> Table:
+        """A row for each passage."""
+        angle = dict.fromkeys(("rises_at_deg", "falls_at_deg", "above_deg"), "deg")
+        units = {
+            "lift": "deg" if self.scene.mechanism.motion.angular else "mm",
+            **angle,
+            "rising": self.velocity_unit,
+            "falling": self.velocity_unit,
+        }
+        return table_of(f"{self.scene.name}: above a lift", self.records(), Passage._fields, units=units)
+
+
+def timing(scene: Scene, lifts: Iterable[float] | None = None) -> Timing:
+    """Find the cam angles at which the follower passes given lifts.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its sizes play no part.
+    lifts : iterable of float, optional
+        From the lowest position, mm (deg), each above 0 and below the largest. By default the lash of the scene
+        (``follower.dynamics.lash``), or else half of the largest lift.
+
+    Returns
+    -------
+    Timing
+        The stretches of the turn above each lift; cam angles right to rounding of the motion.
+
+    Raises
+    ------
+    BadInput
+        For a lift that is not passed.
+
+    Examples
+    --------
+    >>> (above,) = camopt.timing(camopt.find_scene("knife-300rpm-radial")).passages
+    >>> round(above.rises_at_deg, 6) < round(above.falls_at_deg, 6)
+    True
+    """
+    problem = resolve(scene)
+    setup, programme = problem.setup, problem.programme
+    most = programme.lift / programme.unit
+    if lifts is None:
+        lash = scene.follower.dynamics and scene.follower.dynamics.lash
+        lifts = (lash or DEFAULT_SHARE * most,)
+    levels = [*lifts]
+    unit = "deg" if setup.angular else "mm"
+    allowed = f"numbers above 0 and below the largest lift ({most:.6g} {unit})"
+    wrong = [each for each in levels if isinstance(each, bool) or not isinstance(each, Real) or not 0 < each < most]
+    if wrong:
+        raise BadInput([Mistake(problem.file, "lift", each, allowed) for each in wrong])
+    name = motion_quantity("velocity", "", angular=setup.angular, timed=setup.omega is not None)
+    found = [each for lift in levels for each in _passages(programme, float(lift), scale(setup, 1))]
+    return Timing(scene, tuple(found), QUANTITIES[name].unit)
+
+
+def _passages(programme: Programme, lift: float, by_angle: float) -> list[Passage]:
+    """The stretches of the turn above a lift; ``by_angle`` makes a velocity of a slope by the cam angle."""
+    table, level = programme.table, lift * programme.unit
+    series = table.coefficients.T.copy()
+    series[0] -= level
+    ends = table.centre - table.half_width
+    roots = [table.centre[panel] + table.half_width[panel] * u for panel, u in sign_changes(series)]
+    places = np.unique(np.concatenate([ends, roots, [programme.strokes[-1].end]]))
+    places = places[np.diff(places, prepend=-np.inf) > SAME_PLACE]
+    above = _motion(programme, (places[:-1] + places[1:]) / 2)[0] > level
+    outward, inward = (np.flatnonzero(above & ~np.roll(above, 1)), np.flatnonzero(~above & np.roll(above, 1)))
+    found = []
+    for start in places[outward]:
+        later = (places[inward] - start) % (2 * np.pi)
+        end = places[inward][np.argmin(later)]
+        slopes = _motion(programme, np.array([start, end]))[1] * by_angle
+        found.append(
+            Passage(lift, degrees(start), degrees(end), degrees(later.min()), float(slopes[0]), float(slopes[1]))
+        )
+    return found
+
+
+def _motion(programme: Programme, angles: FloatArray) -> Any:
+    """The displacement and its derivatives at cam angles, as tabulated."""
+    table = programme.table
+    panels = np.searchsorted(table.centre + table.half_width, angles).clip(max=len(table.centre) - 1)
+    return derivatives(table, panels, (angles - table.centre[panels]) / table.half_width[panels])
