@@ -97,7 +97,7 @@ def _motion_quantities() -> list[Quantity]:
     ]
 
 
-MEANS = {"acceleration": 2, "jerk": 3}
+RMS_ORDERS = {"acceleration": 2, "jerk": 3}
 """Derivatives of which there is a root mean square, with their orders."""
 
 
@@ -115,7 +115,7 @@ def _mean_quantities() -> list[Quantity]:
             "rms",
             f"Root mean square of the {derivative} of the follower over the turn.",
         )
-        for derivative, angular, timed in product(MEANS, (False, True), (True, False))
+        for derivative, angular, timed in product(RMS_ORDERS, (False, True), (True, False))
     ]
 
 

@@ -15,7 +15,7 @@ from camopt.effects.mean_columns import mean_column
 from camopt.effects.motion import derivative_scale
 from camopt.effects.peak import Derivative, InDegrees
 from camopt.motion.table import ALL_STROKES
-from camopt.quantities import MEANS, motion_mean
+from camopt.quantities import RMS_ORDERS, motion_mean
 
 
 def _mean(setup: Setup, order: int) -> Mean:
@@ -31,7 +31,9 @@ def _lift_area(setup: Setup) -> dict[str, Mean]:
 
 def means(setup: Setup) -> dict[str, Mean]:
     timed = setup.omega is not None
-    roots = {motion_mean(n, angular=setup.angular, timed=timed): _mean(setup, order) for n, order in MEANS.items()}
+    roots = {
+        motion_mean(n, angular=setup.angular, timed=timed): _mean(setup, order) for n, order in RMS_ORDERS.items()
+    }
     return roots | _lift_area(setup)
 
 

@@ -51,7 +51,7 @@ def total(half_width: FloatArray, series: FloatArray) -> float:
 
 
 def largest_of_series(series: FloatArray) -> float:
-    """The largest value of a series, to ROUNDED of its largest magnitude.
+    """The largest value of a series, to WORK_ERROR of its largest magnitude.
 
     Bernstein coefficients enclose a polynomial, and the first and the last are its values at the ends. Parts of
     panels that may hold more than the largest value seen are halved.

@@ -46,10 +46,10 @@ class Journal:
     ----------
     path : pathlib.Path
         The file; a new one if there is none.
-    asked : Asked
+    asked : SweepPlan
         What is asked now.
-    question : Question
-        The same in words. A journal of another question is replaced.
+    question : SweepKey
+        Its key, as texts. A journal of another key is replaced.
 
     Attributes
     ----------

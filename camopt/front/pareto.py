@@ -108,7 +108,7 @@ def scale_of_costs(costs: FloatArray) -> CostScale:
 
 
 def hypervolume(normalised: FloatArray) -> tuple[float, bool]:
-    """The share of the box from 0 to REFERENCE that points (n, objectives) dominate; and whether it is exact.
+    """The share of the box from 0 to REFERENCE_POINT that points (n, objectives) dominate; and whether it is exact.
 
     Points with an infinite cost dominate none of it; an objective that is 0 throughout leaves it as it is. Where an
     exact one takes too long, it is averaged over directions (Deng and Zhang 2019).
@@ -137,7 +137,7 @@ def knee(normalised: FloatArray) -> int:
 
 
 def _sums(normalised: FloatArray) -> FloatArray:
-    """The sum of each row's normalised costs; an infinite gain counts as the ideal, an infinite cost as WORST."""
+    """The sum of each row's normalised costs; infinite gains count as the ideal, costs as INFINITE_COST."""
     sums: FloatArray = np.clip(normalised, 0.0, INFINITE_COST).sum(axis=1)
     return sums
 

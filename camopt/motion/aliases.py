@@ -9,6 +9,7 @@ from camopt.motion import LAWS
 ALIASES: dict[str, tuple[str, ...]] = {
     "uniform": ("linear", "constant-velocity", "gerade"),
     "parabolic": ("constant-acceleration", "quadratische-parabel"),
+    "cubic": ("poly23", "2-3-polynomial", "polynom-3-grades"),
     "harmonic": ("simple-harmonic", "einfache-sinoide"),
     "cycloidal": ("bestehorn-sinoide", "geneigte-sinoide", "sinoide-von-bestehorn"),
     "poly345": ("3-4-5-polynomial", "polynom-5-grades"),

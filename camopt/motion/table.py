@@ -83,7 +83,7 @@ def stroke_coefficients(
     The jerk is interpolated at Chebyshev points strictly inside each panel and integrated three times, with
     the constants taken from the law at the panel's centre: so no derivative loses digits to differentiation.
 
-    Returns the coefficients (P, DEGREE + 1) of s in powers of u, the panel ends (P + 1,), and the number of
+    Returns the coefficients (P, TABLE_DEGREE + 1) of s in powers of u, the panel ends (P + 1,), and the number of
     panels in each piece. ``panels`` is the least number in a stroke; ``cuts`` are further ends of pieces.
     """
     breaks = cut_at(law.BREAKS, cuts)

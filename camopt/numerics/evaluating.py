@@ -1,7 +1,7 @@
 """The functions compiled for each curve: its values, slopes and jets.
 
-The search for extremes is compiled once, and calls these functions by their address (``indirect``). So whatever is
-written here costs compile time for each curve, and whatever is written there does not.
+The search for extremes is compiled once, and calls these functions by their address (``kernels.by_address``). So
+whatever is written here costs compile time for each curve, and whatever is written there does not.
 
 Uncompiled, several designs go through a formula together, as arrays, with the same bits.
 

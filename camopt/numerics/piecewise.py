@@ -34,7 +34,7 @@ TABLE_ERRORS = (4.0, 8.0, 32.0, 512.0)  # errors of y … as tabulated, in round
 class MotionTable(NamedTuple):
     """A programme for the kernels. P panels, Q pieces, N = P + Q nodes; cam angles in rad."""
 
-    coefficients: FloatArray  # (P, DEGREE + 1) of y in powers of u
+    coefficients: FloatArray  # (P, TABLE_DEGREE + 1) of y in powers of u
     centre: FloatArray  # (P,) cam angle at u = 0
     half_width: FloatArray  # (P,) cam angle from u = 0 to u = 1
     first_panel: NDArray[np.int64]  # (Q + 1,) of each piece; its first node is first_panel + its number

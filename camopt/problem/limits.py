@@ -49,12 +49,17 @@ PART_LIMITS = {
 """Short keys of limits on the cam as a part, likewise."""
 OF_QUANTITIES = LOAD_LIMITS | PART_LIMITS | {name: name for name in BOUNDED}
 """All keys that bound just one quantity from one side."""
-ANGULAR = {"_mm_per_deg": "_deg_per_deg", "_mm": "_deg", "_m_s": "_rad_s"}
+_UNITS = [[f"_{unit}" for unit in units] for _, units in DERIVATIVES.values()]
+ANGULAR = {
+    **{units[of]: units[of + 1] for units in _UNITS for of in (0, 2)},
+    "_mm_per_deg": "_deg_per_deg",
+    "_mm": "_deg",
+}
 """Units of the motion of a follower that oscillates in place of those of one that translates."""
 
 
 def limited_quantity(key: str, setup: Setup) -> str:
-    """The quantity that a key of ``[limits]`` bounds: by a short key, or by its own name.
+    """The quantity that a key of ``[limits]`` bounds: of a short key in OF_QUANTITIES its quantity, else the key.
 
     By a short key, a quantity of the motion is the angle of a follower that oscillates.
     """

@@ -259,7 +259,7 @@ def _out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
     for key, bound in scene.limits.given.items():
         name = limited_quantity(key, setup)
         if key in OF_QUANTITIES and name not in offers:
-            why = f"needs {', '.join(lacks[name])}" if name in lacks else "this mechanism has none"
+            why = f"needs {', '.join(lacks[name])}" if name in lacks else f"this mechanism has no {name}"
             mistakes.append(Mistake(scene.file, f"limits.{key}", bound, why, bare=True))
     return mistakes
 

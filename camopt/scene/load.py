@@ -1,6 +1,6 @@
 """The external load of a scene: a constant, or a table over the turn, given as rows or as a CSV file.
 
-The checks work on the plain mapping of a scene, as those of ``scene_checks`` do.
+The checks work on the plain mapping of a scene, as those of ``scene.checks`` do.
 """
 
 from collections.abc import Iterator, Mapping

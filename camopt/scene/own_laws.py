@@ -1,6 +1,6 @@
 """The scene's own laws: how they become laws, their files, and their checks.
 
-The checks work on the plain mapping of a scene, as those of ``scene_checks`` do. What a law is made from is in
+The checks work on the plain mapping of a scene, as those of ``scene.checks`` do. What a law is made from is in
 ``law_forms``.
 """
 

@@ -122,7 +122,7 @@ class Sampled:
         """The tangent planes of the curves, for motions and sizes in units of the programme."""
         scale, length, (lead, height) = self.demand.scale, self.demand.length, sizes
         fast = 1.0 / self.stroke.angle ** np.arange(LAW_ORDERS)
-        moved = np.array([1.0, -1.0])[:, None] * DIFFERENCE_STEP * scale * fast  # up and down: (2, ORDERS)
+        moved = np.array([1.0, -1.0])[:, None] * DIFFERENCE_STEP * scale * fast  # up and down: (2, LAW_ORDERS)
         states = state[:, None, None] + np.einsum("so,ko->kso", moved, np.eye(LAW_ORDERS))[..., None]
         near = np.broadcast_to(state[:, None, None], states.shape)
         values = self.values(ceilings, states.reshape(LAW_ORDERS, -1), sizes, near.reshape(LAW_ORDERS, -1))

@@ -33,7 +33,7 @@ from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
 
 TAYLOR_ORDER = 26
 STATE_ROWS = 5  # y and its first derivatives, as curves take them
-DISPLACEMENT_TERMS = TAYLOR_ORDER + STATE_ROWS  # of the displacement: the last of its derivatives has ORDER + 1
+DISPLACEMENT_TERMS = TAYLOR_ORDER + STATE_ROWS  # of y: its last derivative has TAYLOR_ORDER + 1
 MEAN_PARTS = 20_000
 SMALLER = 4  # than the widest: parts that are halved with it
 MEAN_ERROR = 2.0**-150  # of the mean: what balls may leave

@@ -29,7 +29,7 @@ from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
 from camopt.verdicts.judging import extended
 
 SERIES_ORDER = 10
-MOTION_TERMS = SERIES_ORDER + 3  # of a motion: from its second derivative on, ORDER is the last one's
+MOTION_TERMS = SERIES_ORDER + 3  # of a motion: from its second derivative on, SERIES_ORDER is the last one's
 STROKE_PARTS = (16, 32, 64, 128, 256)  # of a stroke that moves
 ENCLOSURE_ERROR = 2.0**-48  # relative: of what is made of the enclosures in doubles
 INTEGRATED = ("section", "solid")

@@ -198,7 +198,7 @@ def test_no_film_where_contact_is_lost_or_the_motion_has_corners():
 def test_what_is_missing_is_named():
     with pytest.raises(camopt.BadInput, match=r"needs materials\.wear_rate"):
         camopt.evaluate(scene_of("flat", materials={"face_width": 10.0}, limits={"wear": 1.0}))
-    with pytest.raises(camopt.BadInput, match="this mechanism has none"):
+    with pytest.raises(camopt.BadInput, match="this mechanism has no sliding_speed_max_m_s"):
         camopt.evaluate(scene_of("roller", limits={"sliding_speed": 1.0}))
 
 

@@ -1,11 +1,14 @@
 """Mechanisms: what each says of its body, its flanks and its follower, against what its curves do."""
 
+from importlib import import_module
+from pkgutil import iter_modules
 from typing import get_args
 
 import numpy as np
 import pytest
 from support.cams import CONTACTS, cam_with
 
+import camopt.mechanisms
 from camopt.mechanisms import FIELDS, MECHANISMS, SIZE_FIELDS, mechanism_for
 from camopt.mechanisms.body import BODIES, CamForm
 from camopt.mechanisms.follower import MOTIONS, TIPS, MotionName, TipName
@@ -61,6 +64,11 @@ def test_the_keys_of_a_mechanism_are_those_of_scenes(mechanism):
             assert FIELDS[name] in ("size", *mechanism.sizes)
         assert mechanism_for(mechanism.body.form, mechanism.motion.name, tip.name) is mechanism
     assert {*mechanism.motion.dynamics} < {*Dynamics.model_fields}
+
+
+def test_each_mechanism_has_a_place_of_its_own():
+    modules = [import_module(f"camopt.mechanisms.{each.name}") for each in iter_modules(camopt.mechanisms.__path__)]
+    assert len(MECHANISMS) == sum(hasattr(module, "MECHANISM") for module in modules)
 
 
 def test_the_words_of_scenes_are_those_of_the_registries():

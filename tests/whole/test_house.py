@@ -1,6 +1,7 @@
 """The house: what imports what, and what no module may ask."""
 
 import ast
+import re
 from collections.abc import Iterator
 from functools import cache
 from graphlib import TopologicalSorter
@@ -14,7 +15,7 @@ from camopt.effects import EFFECTS
 from camopt.mechanisms.body import BODIES
 from camopt.mechanisms.follower import MOTIONS
 from camopt.quantities import QUANTITIES
-from camopt.scene.tables import Limits
+from camopt.scene.tables import OBJECTIVE_TERMS, Limits
 
 PACKAGE = Path(camopt.__file__).parent
 ROOMS = {
@@ -233,7 +234,7 @@ def test_numba_is_imported_where_machine_code_is_made_and_nowhere_else():
     assert found == {"kernels.dispatchers", "kernels.numba_types"}
 
 
-OTHERWISE = {"velocity", "acceleration", "jerk", "residual_vibration", *QUANTITIES, *EFFECTS}
+ALSO_NAMES_OF_TERMS = {*OBJECTIVE_TERMS, *QUANTITIES, *EFFECTS}
 """Names of limits that terms of an objective, quantities or effects have too."""
 
 
@@ -242,7 +243,7 @@ OTHERWISE = {"velocity", "acceleration", "jerk", "residual_vibration", *QUANTITI
     ["numerics", "motion", "mechanisms", "effects", "verdicts", "smallest", "front", "synthesis", "drawing"],
 )
 def test_no_search_no_proof_and_no_drawing_asks_for_a_limit_by_name(part):
-    keys = {*Limits.model_fields, "shaft_diameter", "hub_diameter"} - OTHERWISE
+    keys = {*Limits.model_fields, "shaft_diameter", "hub_diameter"} - ALSO_NAMES_OF_TERMS
     there = {name: tree for name, tree in trees().items() if name == part or name.startswith(f"{part}.")}
     assert there
     constants = ((name, node) for name, tree in there.items() for node in ast.walk(tree))
@@ -255,6 +256,23 @@ def test_only_mechanisms_name_forms_of_cams_and_motions_of_followers():
     constants = ((name, node) for name, tree in trees().items() for node in ast.walk(tree))
     named = {(n, c.value) for n, c in constants if isinstance(c, ast.Constant) and c.value in words}
     assert {name for name, _ in named} == {"mechanisms.body", "mechanisms.follower"}
+
+
+def test_what_the_page_on_architecture_names_is_there():
+    """Files by their paths, and constants by their names."""
+    root = Path(camopt.__file__).parents[1]
+    page = (root / "docs" / "architecture.md").read_text(encoding="utf-8")
+    named = re.findall(r"`([^`\n]+)`", re.sub(r"```.*?```", "", page, flags=re.DOTALL))
+    files = {each for each in named if re.fullmatch(r"[\w./-]+\.(py|md|json|sha256)", each) and "/" in each}
+    constants = {each for each in named if re.fullmatch(r"[A-Z][A-Z_]{3,}", each)}
+    assert len(files) > 20
+    assert len(constants) > 5
+    new = {"camopt/motion/poly11.py"}
+    assert {f for f in files - new if not any((root / top / f).exists() for top in ("", "camopt"))} == set()
+    text = "\n".join(
+        path.read_text(encoding="utf-8") for top in ("camopt", "tests") for path in (root / top).rglob("*.py")
+    )
+    assert {each for each in constants if not re.search(rf"^{each}\b.*=", text, re.MULTILINE)} == set()
 
 
 @pytest.mark.parametrize("name", sorted({*FILES} - DOORS))
