@@ -10,7 +10,7 @@ from camopt.drawing.loads import by_way
 from camopt.drawing.panels import Panel, greatest_and_least, known, marked
 from camopt.drawing.picture import Picture, four_digits
 from camopt.effects import vibration
-from camopt.effects.force import force_curve
+from camopt.effects.force import force_curve, weights
 from camopt.effects.loads import torque_curve, ways
 from camopt.effects.motion import scale
 from camopt.effects.peak import Variant
@@ -98,7 +98,8 @@ def _train(picture: Picture) -> list[Panel]:
     least = "contact_force_elastic_min_N"
     if known(picture, least):
         lever = float(picture.problem.design.arm_length[0]) if setup.angular else 1.0
-        pressed = vibration.contact_wave(programme, given, setup.omega, ratio)
+        factors = weights(given, setup.omega)
+        pressed = vibration.contact_wave(programme, factors, ratio, given.damping_ratio)
         values = _sampled(picture, pressed, 1.0 / lever)
         force = Panel(
             "Force with the elastic train",

@@ -19,7 +19,6 @@ response infinite. 0 ≤ ζ < 1; ω_n/ω up to 1e10, where rounding of the phase
 Source: Norton, Cam Design and Manufacturing Handbook; Rothbart, Cam Design Handbook (one-mass follower models).
 """
 
-from functools import lru_cache
 from math import degrees, inf, pi
 from typing import Any, NamedTuple
 
@@ -28,8 +27,8 @@ from numpy.polynomial import polynomial
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.force import missing, weights
-from camopt.effects.given import GivenDynamics
 from camopt.effects.motion import scale
+from camopt.effects.settings import by_setting
 from camopt.motion.programme import Programme, peak
 from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
@@ -72,8 +71,8 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {name: wanting for name, wanting in keys.items() if wanting}
 
 
-def response(programme: Programme, ratio: float, damping: float) -> Wave:
-    """The steady z = x − y over the turn, on the panels of the programme; r = ω_n/ω, not resonant."""
+def response(programme: Programme, ratio: Any, damping: Any) -> Wave:
+    """The steady z = x − y on the panels of the programme, for r = ω_n/ω and ζ (rows, 1) that do not resonate."""
     table = programme.table
     return steady(table.coefficients.T, table.half_width, corners(programme), ratio, damping)
 
@@ -92,42 +91,43 @@ def mass_acceleration(wave: Wave, ratio: Any) -> Wave:
     return wave.times(-(ratio**2)).plus(wave.slope().times(-2.0 * wave.damping * ratio))
 
 
-@lru_cache(maxsize=4096)
-def vibration(programme: Programme, ratio: float, damping: float) -> Vibration:
+@by_setting
+def vibration(programme: Programme, ratio: Any, damping: Any) -> Vibration:
     """The extremes of the steady response."""
-    if is_resonant(ratio, damping):
-        return ENDLESS
-    wave = response(programme, ratio, damping)
-    dwells = programme.table.first_panel[:-1][(programme.table.kind & DWELL) != 0]
-    residual = float(wave.amplitude[0, dwells].max(initial=0.0))
-    return Vibration(
-        *_pair(largest_magnitude(wave)), *_pair(largest_magnitude(mass_acceleration(wave, ratio))), residual
-    )
+    found = np.full((len(Vibration._fields), ratio.size), inf)
+    calm = ~is_resonant(ratio, damping)
+    if calm.any():
+        ratio, damping = ratio[calm, None], damping[calm, None]
+        wave = response(programme, ratio, damping)
+        dwells = programme.table.first_panel[:-1][(programme.table.kind & DWELL) != 0]
+        moved, driven = largest_magnitude(wave), largest_magnitude(mass_acceleration(wave, ratio))
+        found[:, calm] = *moved, *driven, wave.amplitude[:, dwells].max(axis=1, initial=0.0)
+    return Vibration(*found)
 
 
-@lru_cache(maxsize=4096)
-def contact(programme: Programme, dynamics: GivenDynamics, omega: float, ratio: float) -> tuple[float, float]:
-    """The least F over the turn, N (N·mm), and its lower bound."""
-    if is_resonant(ratio, dynamics.damping_ratio):
-        return -inf, -inf
-    return _pair(least(contact_wave(programme, dynamics, omega, ratio)))
+@by_setting
+def least_contact(
+    programme: Programme, stiffness: Any, damping: Any, mass: Any, constant: Any, ratio: Any, damping_ratio: Any
+) -> Enclosed:
+    """The least F over the turn with its factors (``force.weights``), N (N·mm), and its lower bound."""
+    found = np.full((2, ratio.size), -inf)
+    calm = ~is_resonant(ratio, damping_ratio)
+    if calm.any():
+        parts = (each[calm, None] for each in (stiffness, damping, mass, constant))
+        found[:, calm] = least(contact_wave(programme, tuple(parts), ratio[calm, None], damping_ratio[calm, None]))
+    return Enclosed(*found)
 
 
-def contact_wave(programme: Programme, dynamics: GivenDynamics, omega: float, ratio: float) -> Wave:
-    """F over the turn with the elastic train, N (N·mm)."""
-    stiffness, damping, mass, constant = weights(dynamics, omega)
+def contact_wave(programme: Programme, factors: tuple[Any, ...], ratio: Any, damping_ratio: Any) -> Wave:
+    """F over the turn with the elastic train, N (N·mm), from its factors (``force.weights``), each (rows, 1)."""
+    stiffness, damping, mass, constant = factors
     table = programme.table
-    y = table.coefficients.T
-    held: FloatArray = stiffness * y
+    y = table.coefficients.T[:, None]
+    held: FloatArray = stiffness * y + np.zeros_like(mass)
     held[:-1] += damping * polynomial.polyder(y) / table.half_width
     held[0] += constant
-    held[:2] += load_series(table)
-    inertia = mass_acceleration(response(programme, ratio, dynamics.damping_ratio), ratio).times(mass)
-    return inertia.over(held)
-
-
-def _pair(found: Enclosed) -> tuple[float, float]:
-    return float(found.value[0]), float(found.bound[0])
+    held[:2] += load_series(table)[:, None]
+    return mass_acceleration(response(programme, ratio, damping_ratio), ratio).times(mass).over(held)
 
 
 def dynamic_factor(elastic: Any, rigid: float) -> Any:
@@ -138,39 +138,27 @@ def dynamic_factor(elastic: Any, rigid: float) -> Any:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    setup, programme = case.setup, case.programme
-    found: Vibration = case.by_setting(
-        lambda each: vibration(programme, train_ratio(each), each.dynamics.damping_ratio)
-    )
+    setup, programme, own = case.setup, case.programme, case.each
+    train = train_ratio(own), own.dynamics.damping_ratio
+    found = vibration(programme, *train)
     length, second = ("deg", "rad_s2") if setup.angular else ("mm", "m_s2")
     unit = degrees(1.0) if setup.angular else 1.0
     columns: dict[str, Any] = {
         f"overshoot_max_{length}": _bounded(found.overshoot, found.overshoot_bound, unit),
-        f"acceleration_elastic_max_{second}": _bounded(
-            found.acceleration, found.acceleration_bound, scale(case.each, 2)
-        ),
+        f"acceleration_elastic_max_{second}": _bounded(found.acceleration, found.acceleration_bound, scale(own, 2)),
         f"residual_vibration_max_{length}": found.residual * unit,
         "dynamic_factor": dynamic_factor(found.acceleration, peak(programme, 2, ALL_STROKES)),
     }
     if "contact_force_elastic_min_N" in wanted:
         lever = case.designs.arm_length if setup.angular else 1.0
-        force: Enclosing = case.by_setting(
-            lambda each: Enclosing(*contact(programme, each.dynamics, each.omega, train_ratio(each)))
-        )
+        force = least_contact(programme, *weights(own.dynamics, own.omega), *train)
         columns["contact_force_elastic_min_N"] = _bounded(force.value, force.bound, 1.0 / lever)
     return columns
 
 
-class Enclosing(NamedTuple):
-    """A value and its outer bound."""
-
-    value: Any
-    bound: Any
-
-
-def train_ratio(setup: Setup) -> float:
+def train_ratio(setup: Setup) -> Any:
     """r = ω_n/ω."""
-    return float(2.0 * pi * setup.dynamics.natural_frequency / setup.omega)
+    return 2.0 * pi * setup.dynamics.natural_frequency / setup.omega
 
 
 def _bounded(value: Any, bound: Any, unit: Any) -> Bounded:

@@ -18,10 +18,10 @@ power for a ≥ 2 (a finite sum in 1/a), upwards as a power series for a < 2, wh
 Against 50 digits z is right to 1e-13 of its largest value, or to 5e-16·r if that is more and the motion has jumps,
 for the rounding of the phase. Next to resonance the error grows as the response does.
 
-Arrays are (rows, panels), polynomials (powers, rows, panels): a row is one value of r.
+Arrays are (rows, panels), polynomials (powers, rows, panels): a row is one value of r and of ζ, each (rows, 1).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -35,9 +35,9 @@ LEFT_END = np.array([-1.0])
 WHOLE_NUMBER = 4e-15  # relative: r this near to a whole number is one, but for rounding of its factors
 
 
-def damped(damping: float) -> float:
+def damped(damping: Any) -> Any:
     """w = √(1 − ζ²), the frequency of the damped vibration relative to the undamped one."""
-    return float(np.sqrt((1.0 - damping) * (1.0 + damping)))
+    return np.sqrt((1.0 - damping) * (1.0 + damping))
 
 
 class Wave(NamedTuple):
@@ -48,11 +48,12 @@ class Wave(NamedTuple):
     sine: FloatArray
     half_width: FloatArray
     phase: FloatArray  # a = r·h
-    damping: float
+    damping: FloatArray
 
     @property
-    def frequency(self) -> float:
-        return damped(self.damping)
+    def frequency(self) -> FloatArray:
+        """w (rows, 1)."""
+        return np.asarray(damped(self.damping))
 
     @property
     def amplitude(self) -> FloatArray:
@@ -82,6 +83,10 @@ class Wave(NamedTuple):
         """The sum with a polynomial, (powers, panels) or (powers, rows, panels)."""
         series = np.broadcast_to(series if series.ndim == 3 else series[:, None], (len(series), *self.phase.shape))
         return self._replace(polynomial=_added(self.polynomial, series))
+
+    def rows(self, index: Any) -> "Wave":
+        """Some of the rows."""
+        return Wave(self.polynomial[:, index], *(part[index] for part in self[1:]))
 
     def at(self, u: FloatArray) -> FloatArray:
         """Values at u ∈ [−1, 1], (points,) for all panels: (points, rows, panels)."""
@@ -115,39 +120,39 @@ def _horner(series: FloatArray, u: FloatArray) -> FloatArray:
     return value
 
 
-def is_resonant(ratio: float, damping: float) -> bool:
+def is_resonant(ratio: Any, damping: Any) -> Any:
     """Whether a harmonic of the turn meets the natural frequency of an undamped train: no bounded response."""
-    whole = max(round(ratio), 1)
-    return damping == 0.0 and abs(ratio - whole) <= WHOLE_NUMBER * ratio
+    whole = np.maximum(np.rint(ratio), 1.0)
+    return (np.asarray(damping) == 0.0) & (np.abs(ratio - whole) <= WHOLE_NUMBER * ratio)
 
 
-def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: float, damping: float) -> Wave:
-    """The periodic z over one turn.
+def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: Any, damping: Any) -> Wave:
+    """The periodic z over one turn, for each r and ζ: arrays (rows, 1), or numbers.
 
     ``motion`` (powers, panels) is y in u, ``half_width`` (panels,) adds up to half a turn, ``corners`` (panels,) is
     the jump of y′ at the start of each panel. Any r > 0 that is not resonant (``is_resonant``).
     """
-    h, rows = half_width[None, :], np.array([[ratio]])
-    phase = rows * h
-    if ratio < 1.0:
-        shift, drive = 2.0 * damping * motion[:, None], phase * motion[:, None]
-        kicks = np.zeros_like(phase)
-    else:
-        shift, drive, kicks = _stiff(motion, phase, corners / rows)
+    ratio, damping = (np.reshape(each, (-1, 1)) for each in np.broadcast_arrays(ratio, damping))
+    h = np.broadcast_to(half_width, (len(ratio), half_width.size))
+    phase, soft, moved = ratio * h, ratio < 1.0, motion[:, None]
+    with np.errstate(over="ignore"):  # of soft rows, whose own form follows
+        shift, drive, kicks = _stiff(motion, phase, corners / ratio)
+    shift = np.where(soft, 2.0 * damping * moved, shift)
+    drive, kicks = np.where(soft, phase * moved, drive), np.where(soft, 0.0, kicks)
     solution = _particular(shift, drive, phase, damping)
     # from the polynomial's start: one from rest would vibrate, only to have it taken away with the phase's rounding
     smooth = _horner(solution[0][:, 0, 0], LEFT_END), _horner(solution[1][:, 0, 0], LEFT_END)
     *_, end = _carried(solution, phase, kicks, damping, smooth)
-    short = _closed((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping)
+    short = _closed((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping[:, 0])
     wave = _wave(solution, h, phase, kicks, damping, (smooth[0] + short[0], smooth[1] + short[1]))
-    return wave.over(-motion) if ratio < 1.0 else wave
+    return wave.over(np.where(soft, -moved, 0.0)) if soft.any() else wave
 
 
 def from_rest(
-    motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: FloatArray, damping: float
+    motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: FloatArray, damping: Any
 ) -> Wave:
     """The z that starts from rest, for each r of ``ratio`` (rows, 1); ``half_width`` (rows, panels)."""
-    phase = ratio * half_width
+    phase, damping = ratio * half_width, np.full_like(ratio, damping)
     shift, drive, kicks = _stiff(motion, phase, corners / ratio)
     solution = _particular(shift, drive, phase, damping)
     start = (np.zeros(len(ratio)), np.zeros(len(ratio)))
@@ -158,11 +163,12 @@ Pair = tuple[FloatArray, FloatArray]
 
 
 def _stiff(motion: FloatArray, phase: FloatArray, jumps: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    drive = -polynomial.polyder(motion, 2)[:, None] / phase
+    drive = np.zeros((len(motion), *phase.shape))
+    drive[:-2] = -polynomial.polyder(motion, 2)[:, None] / phase
     return np.zeros_like(drive), drive, -jumps
 
 
-def _particular(shift: FloatArray, drive: FloatArray, phase: FloatArray, damping: float) -> Pair:
+def _particular(shift: FloatArray, drive: FloatArray, phase: FloatArray, damping: FloatArray) -> Pair:
     """A polynomial solution of s′ = a(p − 2ζs + shift), p′ = drive − a·s on each panel."""
     degree, shape = len(drive) - 1, (SERIES_TERMS + 1, *phase.shape)
     s, p = np.zeros(shape), np.zeros(shape)
@@ -181,24 +187,25 @@ def _particular(shift: FloatArray, drive: FloatArray, phase: FloatArray, damping
 
 
 def _carried(
-    solution: Pair, phase: FloatArray, kicks: FloatArray, damping: float, start: Pair
+    solution: Pair, phase: FloatArray, kicks: FloatArray, damping: FloatArray, start: Pair
 ) -> tuple[FloatArray, FloatArray, Pair]:
     """The free vibration (s, p) at the start of each panel, and the state after the last one."""
     (s, p), w = start, damped(damping)
     ends = np.array([-1.0, 1.0])[:, None, None]
     (s_left, s_right), (p_left, p_right) = (_horner(series[:, None], ends) for series in solution)
     decay, cosine, sine = np.exp(-2.0 * damping * phase), np.cos(2.0 * w * phase), np.sin(2.0 * w * phase) / w
+    leaning = damping * sine
     free_s, free_p = np.empty_like(phase), np.empty_like(phase)
     for k in range(phase.shape[1]):
         fs, fp = s - s_left[:, k], p + kicks[:, k] - p_left[:, k]
         free_s[:, k], free_p[:, k] = fs, fp
-        c, d, e = cosine[:, k], damping * sine[:, k], decay[:, k]
+        c, d, e = cosine[:, k], leaning[:, k], decay[:, k]
         s = e * ((c - d) * fs + sine[:, k] * fp) + s_right[:, k]
         p = e * ((c + d) * fp - sine[:, k] * fs) + p_right[:, k]
     return free_s, free_p, (s, p)
 
 
-def _closed(missed: Pair, angle: FloatArray, damping: float) -> Pair:
+def _closed(missed: Pair, angle: FloatArray, damping: FloatArray) -> Pair:
     """The correction of a start so that the turn returns to it: (1 − E)·added = missed, E the free vibration.
 
     The determinant is |1 − e^{λφ}|², a sum of squares; 1 − e^{−ζφ}·cos wφ is formed without cancellation.
@@ -216,7 +223,7 @@ def _closed(missed: Pair, angle: FloatArray, damping: float) -> Pair:
 
 
 def _wave(
-    solution: Pair, half_width: FloatArray, phase: FloatArray, kicks: FloatArray, damping: float, start: Pair
+    solution: Pair, half_width: FloatArray, phase: FloatArray, kicks: FloatArray, damping: FloatArray, start: Pair
 ) -> Wave:
     s, p, _ = _carried(solution, phase, kicks, damping, start)
     sine = (p - damping * s) / damped(damping)

@@ -18,7 +18,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave
 
 TOLERANCE = 1e-14  # of the largest magnitude that a wave could have
-MOST_INTERVALS = 1 << 20  # intervals at once; beyond, the enclosure stays as wide as it is
+MOST_INTERVALS = 1 << 20  # intervals at once; beyond, rows are taken apart, and the enclosure of one stays as it is
 WAVE_HALVINGS = 64
 
 
@@ -50,6 +50,10 @@ def largest(wave: Wave) -> Enclosed:
             break
         radius /= 2.0
         flat, centre = np.concatenate([flat, flat]), np.concatenate([centre - radius, centre + radius])
+    rows = len(value)
+    if flat.size and rows > 1:
+        halves = [largest(wave.rows(part)) for part in (slice(rows // 2), slice(rows // 2, None))]
+        return Enclosed(*(np.concatenate(ends) for ends in zip(*halves, strict=True)))
     if flat.size:
         np.maximum.at(bound, flat // wave.phase.shape[1], upper[open_])
     return Enclosed(value, np.maximum(bound, value))
@@ -90,8 +94,8 @@ class _Pieces(NamedTuple):
     sine: FloatArray
     phase: FloatArray
     curved: FloatArray  # of the polynomial
-    damping: float
-    frequency: float
+    damping: FloatArray
+    frequency: FloatArray
 
     @classmethod
     def of(cls, wave: Wave) -> "_Pieces":
@@ -99,7 +103,8 @@ class _Pieces(NamedTuple):
         k = np.arange(len(series))[:, None]
         curved = np.sum(k * (k - 1) * np.abs(series), axis=0)
         flat = (wave.cosine.ravel(), wave.sine.ravel(), wave.phase.ravel())
-        return cls(series, *flat, curved, wave.damping, wave.frequency)
+        own = (np.broadcast_to(each, wave.phase.shape).ravel() for each in (wave.damping, wave.frequency))
+        return cls(series, *flat, curved, *own)
 
     def bounds(self, piece: FloatArray, centre: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
         """Values at the centres of intervals, and upper bounds over the intervals."""
@@ -107,7 +112,7 @@ class _Pieces(NamedTuple):
         for row in self.series[-2::-1]:
             slope = slope * centre + value
             value = value * centre + row[piece]
-        a, z, w = self.phase[piece], self.damping, self.frequency
+        a, z, w = self.phase[piece], self.damping[piece], self.frequency[piece]
         cosine, sine = self.cosine[piece], self.sine[piece]
         angle = a * (centre + 1.0)
         decay, c, s = np.exp(-z * angle), np.cos(w * angle), np.sin(w * angle)

@@ -12,11 +12,19 @@ from support import own
 from support.depth import times
 
 import camopt
+from camopt.effects.force import weights
 from camopt.effects.given import GivenDynamics
-from camopt.effects.vibration import contact as least_contact
-from camopt.effects.vibration import corners, dynamic_factor, mass_acceleration, response, vibration
+from camopt.effects.vibration import (
+    corners,
+    dynamic_factor,
+    least_contact,
+    mass_acceleration,
+    response,
+    vibration,
+)
 from camopt.motion.programme import Programme, peak
 from camopt.motion.table import ALL_STROKES, DWELL
+from camopt.numerics import wave_extremes
 from camopt.numerics.oscillator import is_resonant
 from camopt.numerics.wave_extremes import largest, largest_magnitude, least
 
@@ -144,7 +152,8 @@ def test_a_harmonic_motion_over_the_whole_turn_in_closed_form(ratio, damping):
     train = GivenDynamics(mass=2e-3, damping=0.04, stiffness=3.0, preload=10.0, load=4.0, damping_ratio=damping)
     swing = abs(-train.mass * omega**2 * x + (3.0 + 0.04j * omega) * (-h / 2))
     expected = 3.0 * h / 2 + 14.0 - swing
-    assert least_contact(turn, train, omega, ratio)[0] == pytest.approx(float(expected), abs=1e-12 * float(swing))
+    force, _ = least_contact(turn, *weights(train, omega), ratio, damping)
+    assert force == pytest.approx(float(expected), abs=1e-12 * float(swing))
 
 
 def rest_to_dwell(law, ratio, damping):
@@ -254,7 +263,7 @@ def test_resonance_is_infinite_and_damping_bounds_it():
     found = vibration(turn, 7.0, 0.0)
     assert found.overshoot == found.overshoot_bound == found.acceleration == found.acceleration_bound == inf
     assert found.residual == inf
-    assert least_contact(turn, GivenDynamics(mass=1.0), 1.0, 7.0) == (-inf, -inf)
+    assert least_contact(turn, *weights(GivenDynamics(mass=1.0), 1.0), 7.0, 0.0) == (-inf, -inf)
     # near it the response grows as 1/ζ and as 1/(r − n)
     sizes = [vibration(turn, 7.0, damping).overshoot for damping in (1e-5, 1e-6)]
     assert sizes[1] / sizes[0] == pytest.approx(10.0, rel=1e-3)
@@ -343,6 +352,24 @@ def test_extremes_enclose_every_sample(segments, ratio, damping):
         assert np.abs(values).max() <= size.bound[0] + 1e-13 * scale
         assert top.value[0] <= top.bound[0] <= top.value[0] + 1e-12 * scale
         assert size.value[0] == max(top.value[0], -bottom.value[0])
+
+
+def test_many_trains_together_are_each_what_it_is_alone(monkeypatch):
+    """Soft, stiff and resonant ones, in any order, and where intervals are too many for all of them together."""
+    turn = two_strokes("parabolic", "poly345")
+    ratios, shares = np.array([0.3, 7.0, 7.0, 41.3, 7.0, 0.3]), np.array([0.0, 0.0, 0.1, 0.02, 0.0, 0.5])
+    factors = weights(GivenDynamics(mass=1e-3, damping=0.01, stiffness=3.0, preload=np.linspace(10, 20, 6)), 30.0)
+    pressed = [
+        least_contact(turn, *each) for each in zip(*np.broadcast_arrays(*factors, ratios, shares), strict=True)
+    ]
+    for most in (wave_extremes.MOST_INTERVALS, 200):  # more than one train has, fewer than all
+        monkeypatch.setattr(wave_extremes, "MOST_INTERVALS", most)
+        alone = [vibration.__wrapped__(turn, ratios[k : k + 1], shares[k : k + 1]) for k in range(6)]
+        together = np.array(vibration.__wrapped__(turn, ratios, shares))
+        assert together == pytest.approx(np.concatenate(alone, axis=1), rel=1e-12)
+    assert np.array(least_contact(turn, *factors, ratios, shares)) == pytest.approx(np.array(pressed).T, rel=1e-12)
+    none = vibration(turn, ratios[:0], shares[:0])
+    assert [each.shape for each in none] == [(0,)] * 5
 
 
 # ------------------------------------------------------------------------------------- as a user meets it
