@@ -49,7 +49,7 @@ class Reached:
         self.kernel, self.code = kernel, Code(NONE, arguments)
 
     def __call__(self, *arguments: Any) -> Any:
-        return self.kernel.py_func(*arguments)
+        return self.kernel.in_python(*arguments)
 
     @cached_property
     def address(self) -> int:

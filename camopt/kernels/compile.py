@@ -1,14 +1,16 @@
 """Marks for the parts of kernels, and the rule when a kernel is compiled.
 
-Everything here runs without numba. The first kernel that is worth compiling imports it (``dispatchers``); until
-then, what is marked runs as it is written, with the same bits.
+Everything here runs without numba: what is marked runs as it is written, with the same bits. A kernel for many
+designs that has run so for some seconds, in whatever processes, is compiled by a process of its own (``beside``),
+and taken from disk once it is there.
 """
 
 import os
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cached_property, update_wrapper
-from threading import RLock
+from threading import RLock, local
 from time import thread_time
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -24,8 +26,10 @@ Value = TypeVar("Value")
 Kinds = tuple[Any, ...]
 """The types of a kernel's arguments."""
 
-SMALL_ARRAY = 600  # numbers in the largest array to fill: for more, a kernel is compiled at once
+SMALL_ARRAY = 1_000_000  # numbers in the largest array to fill: for more, a kernel is compiled at once
 PAYS = 4.0  # seconds of plain runs of a kernel, whenever, after which it is compiled, which takes about as long
+ALONE = 10.0  # times as long: then it is compiled here, since for some reason no other process does
+PATIENCE = 10.0  # seconds of one plain run, after which it is given up and the kernel compiled
 LINKER = 0.05  # seconds of plain runs of all kernels after which llvmlite is imported, which takes about as long
 NEVER = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # whether everything runs as it is written
 COMPILE_LOCK = RLock()
@@ -98,9 +102,27 @@ class Kernel(KernelPart):
         return self.files[kinds]
 
 
+class TooLong(Exception):
+    """A plain run has taken so long that it is given up."""
+
+
+class PlainRun(local):
+    """The plain run of a thread."""
+
+    end = np.inf
+    """The thread's time at which it is given up."""
+
+    def go_on(self) -> None:
+        """Raise ``TooLong`` if the run is to be given up."""
+        if thread_time() > self.end:
+            raise TooLong
+
+
+PLAIN_RUN = PlainRun()
+
+
 class KernelForMany(Kernel):
-    """A kernel that is compiled once that pays: for many designs, or after plain runs have taken as long as
-    compiling.
+    """A kernel that runs plainly until plain runs have taken as long as compiling, and is compiled then.
 
     Both give the same bits. A kernel that is on disk is taken at once, but where all that is asked takes no longer
     than to import what loads it.
@@ -111,36 +133,56 @@ class KernelForMany(Kernel):
 
     def __call__(self, *arguments: Any) -> None:
         if NEVER:
-            self.plain(arguments)
+            self.plain(arguments, np.inf)
             return
         kinds = tuple(map(kind_of, arguments))
-        if kinds in self.made or self.dear(arguments) or self.pays(kinds):
-            self.machine_code(kinds)(arguments)
-            return
-        seconds = self.plain(arguments)
+        if not (kinds in self.made or self.dear(arguments) or self.pays(kinds, arguments)):
+            with suppress(TooLong):
+                self._run_plainly(kinds, arguments)
+                return
+        self.machine_code(kinds)(arguments)
+
+    def _run_plainly(self, kinds: Kinds, arguments: tuple[Any, ...]) -> None:
+        seconds = self.plain(arguments, PATIENCE if np.isfinite(PAYS) else np.inf)
         KernelForMany.seconds += seconds
         if self.linker:
             self.file(kinds).ran_plainly(seconds)
+            if self.file(kinds).plain_seconds > PAYS:
+                from camopt.kernels.beside import compile_beside
+
+                compile_beside(self.called(kinds, arguments))
 
     @property
     def linker(self) -> bool:
         """Whether what loads machine code is imported, or so cheap beside what has been done that it may be."""
         return self.seconds > LINKER or "llvmlite" in sys.modules
 
-    def pays(self, kinds: Kinds) -> bool:
-        """Whether machine code is on disk, or plain runs have taken as long as compiling does."""
-        return self.linker and (self.file(kinds).exists or self.file(kinds).plain_seconds > PAYS)
+    def pays(self, kinds: Kinds, arguments: tuple[Any, ...]) -> bool:
+        """Whether machine code is on disk, or plain runs have taken far longer than compiling does."""
+        if not self.linker:
+            return False
+        there = all(kernel.file(asked).exists for kernel, asked in self.called(kinds, arguments))
+        return there or self.file(kinds).plain_seconds > ALONE * PAYS
+
+    def called(self, kinds: Kinds, arguments: tuple[Any, ...]) -> "list[tuple[Kernel, Kinds]]":
+        """The kernel and those that it calls by their address, each with the types of its arguments."""
+        others = [(each.kernel, each.code.arguments) for each in arguments if hasattr(each, "kernel")]
+        return [*others, (self, kinds)]
 
     @staticmethod
     def dear(arguments: tuple[Any, ...]) -> bool:
         """Whether a call has many numbers to fill in."""
         return max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0) > SMALL_ARRAY
 
-    def plain(self, arguments: tuple[Any, ...]) -> float:
-        """Seconds of a run as it is written."""
+    def plain(self, arguments: tuple[Any, ...], patience: float) -> float:
+        """Seconds of a run as it is written, or ``TooLong`` after some."""
         start = thread_time()
-        with np.errstate(all="ignore"):  # as machine code
-            self.py_func(*arguments)
+        PLAIN_RUN.end = start + patience
+        try:
+            with np.errstate(all="ignore"):  # as machine code
+                self.py_func(*arguments)
+        finally:
+            PLAIN_RUN.end = np.inf
         return thread_time() - start
 
 

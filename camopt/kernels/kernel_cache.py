@@ -26,6 +26,7 @@ from camopt.kernels.version import version_of_kernels
 DIGEST_SIZE = sha256().digest_size
 UNUSED = 30 * 24 * 3600.0  # seconds after which a folder of another version is removed
 TENTH = 0.1
+CLAIMED = 120.0  # seconds after which a process that was to compile a kernel is taken for dead
 
 
 def checked(content: bytes) -> bytes:
@@ -98,6 +99,16 @@ class KernelFile:
         if tenths:
             with suppress(OSError), self._runs.open("ab") as file:
                 file.write(b"." * int(tenths))
+
+    def claim(self) -> bool:
+        """Whether this process may have the kernel compiled: none other that may be at it has asked before."""
+        claim = self._file.with_suffix(".claim")
+        with suppress(OSError):
+            if claim.exists() and time() - claim.stat().st_mtime > CLAIMED:
+                claim.unlink()
+            claim.touch(exist_ok=False)
+            return True
+        return False
 
     @property
     def _runs(self) -> Path:

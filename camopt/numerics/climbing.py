@@ -13,7 +13,7 @@ import numpy as np
 from camopt.kernels.by_address import call
 from camopt.kernels.compile import called_by_kernels, inlined
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
-from camopt.numerics.jet import larger, where
+from camopt.numerics.jet import larger, smaller, where
 from camopt.numerics.workspace import (
     AT,
     BEST,
@@ -110,21 +110,21 @@ def crossing(bracket):
 def shrink(bracket, u, slope):
     """The bracket with u as one of its ends; if that end was moved before, the slope at the other one is halved."""
     up = slope > 0.0
-    rising = 0.5 * bracket.rising if bracket.side < 0.0 else bracket.rising
-    falling = 0.5 * bracket.falling if bracket.side > 0.0 else bracket.falling
+    rising = where(bracket.side < 0.0, 0.5 * bracket.rising, bracket.rising)
+    falling = where(bracket.side > 0.0, 0.5 * bracket.falling, bracket.falling)
     return Bracket(
-        u if up else bracket.low,
-        bracket.high if up else u,
-        slope if up else rising,
-        falling if up else slope,
-        1.0 if up else -1.0,
+        where(up, u, bracket.low),
+        where(up, bracket.high, u),
+        where(up, slope, rising),
+        where(up, falling, slope),
+        where(up, 1.0, -1.0),
     )
 
 
 @inlined
 def gain_left(grade, bracket, half_width, concavity):
     """A bound of what the maximum is above a value whose slope has this magnitude."""
-    return grade * min((bracket.high - bracket.low) * half_width, 0.5 * grade / concavity)
+    return grade * smaller((bracket.high - bracket.low) * half_width, 0.5 * grade / concavity)
 
 
 @inlined
@@ -132,16 +132,16 @@ def cubic_peak(left, rising, right, falling, width):
     """The place in [0, 1] where the cubic through both ends and slopes is largest, given rising > 0 > falling."""
     mean = (right - left) / width
     linear, square = 6.0 * mean - 4.0 * rising - 2.0 * falling, 3.0 * (rising + falling - 2.0 * mean)
-    return 2.0 * rising / (np.sqrt(max(linear * linear - 4.0 * square * rising, 0.0)) - linear)
+    return 2.0 * rising / (np.sqrt(larger(linear * linear - 4.0 * square * rising, 0.0)) - linear)
 
 
 @called_by_kernels
 def begin_climb(climbs, j, design, ends, half_width, concavity):
-    """Fill a column of the table of climbs."""
+    """Fill a column of the table of climbs; uncompiled, some."""
     low, high, left, rising, right, falling = ends
     share = cubic_peak(left, rising, right, falling, (high - low) * half_width)
-    if not 0.0 < share < 1.0:  # rounding of the values hides the cubic
-        share = rising / (rising - falling)
+    hidden = (share <= 0.0) | (share >= 1.0) | (share != share)  # the cubic, by rounding of the values
+    share = where(hidden, rising / (rising - falling), share)
     climbs.design[j] = design
     state = climbs.state
     state[NEXT, j] = low + (high - low) * share
@@ -170,6 +170,22 @@ def step_all(many, half_width, state):
         following[j] = crossing(bracket)
 
 
+@step_all.uncompiled
+def _step_all_in_python(many, half_width, state):
+    u, value, slope, concavity = (state[row, :many] for row in (NEXT, VALUE, GRADIENT, CONCAVITY))
+    bracket, grade = Bracket(*(state[row, :many] for row in (LOW, HIGH, RISING, FALLING, SIDE))), abs(slope)
+    best, at, bound, steep = (state[row, :many] for row in (BEST, AT, BOUND, SLOPE))
+    state[GAIN, :many] = gain = gain_left(grade, bracket, half_width, concavity)
+    bound[:] = smaller(bound, value + gain)
+    best[:] = larger(value, best)
+    at[:] = where(grade < steep, u, at)
+    steep[:] = smaller(grade, steep)
+    bracket = shrink(bracket, u, slope)
+    for row, values in zip((LOW, HIGH, RISING, FALLING, SIDE), bracket, strict=True):
+        state[row, :many] = values
+    state[NEXT, :many] = crossing(bracket)
+
+
 @called_by_kernels
 def advance(many, place, errors, last, ask, found, climbs):
     """Take the results of climbs, and keep the unfinished ones; returns their number.
@@ -194,6 +210,23 @@ def advance(many, place, errors, last, ask, found, climbs):
             climbs.design[still] = i
             still += 1
     return still
+
+
+@advance.uncompiled
+def _advance_in_python(many, place, errors, last, ask, found, climbs):
+    i, state = climbs.design[:many], climbs.state[:STATES, :many]
+    if np.any(i[1:] == i[:-1]):  # both halves of a panel: the second is held against what the first has found
+        return advance.py_func(many, place, errors, last, ask, found, climbs)
+    error, better = errors[i], state[BEST] >= found.best[i] - errors[i]
+    best = np.where(better & (state[EXACT] == 0.0), larger(found.best[i], state[BEST]), found.best[i])
+    found.best[i], found.at[i] = best, np.where(better, place[0] + place[1] * state[AT], found.at[i])
+    near = state[SLOPE] <= ask.location * state[CONCAVITY]
+    exact = (state[EXACT] > 0.0) | (state[GAIN] <= allowed_gain(best, ask.tolerance, error))
+    ended = (exact & near) | (state[BOUND] < best - error) | last
+    top, still = larger(found.top[i], state[BOUND]), np.flatnonzero(~ended)
+    found.top[i[ended]], state[EXACT] = top[ended], exact
+    climbs.design[: still.size], state[:, : still.size] = i[still], state[:, still]
+    return still.size
 
 
 @inlined

@@ -19,7 +19,16 @@ from camopt.kernels.compile import inlined
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.jet import known_bound
-from camopt.numerics.piecewise import COUNTS, NUMBERS, motion, node_motion, of_all_rows, part_jets, row_jets
+from camopt.numerics.piecewise import (
+    COUNTS,
+    NUMBERS,
+    motion,
+    node_motion,
+    of_all_rows,
+    of_some_rows,
+    part_jets,
+    row_jets,
+)
 from camopt.numerics.workspace import BOUNDS, ROWS
 
 
@@ -77,13 +86,13 @@ def row(made, place, half_width, first, count, bounds):
 
 @row.uncompiled
 def _rows_in_python(made, place, half_width, first, count, bounds):
-    """All rows of the table at once: ``place`` is all of them, ``half_width`` (rows, 1)."""
+    """Some rows of the table at once: ``place`` (rows,), ``half_width`` (rows, 1)."""
     f, table = made[0]
-    at, eighth = row_jets(of_all_rows(table), place), 0.5 * half_width * half_width
+    at, eighth = row_jets(of_some_rows(table, place), ...), 0.5 * half_width * half_width
     jet = curve(f, slice(first, first + count), at)[0]
-    bounds.excess[:, :count] = known_bound(eighth * jet.second + jet.error)
-    bounds.third[:, :count] = known_bound(jet.third)
-    bounds.error[:, :count] = known_bound(jet.error)
+    bounds.excess[place, :count] = known_bound(eighth * jet.second + jet.error)
+    bounds.third[place, :count] = known_bound(jet.third)
+    bounds.error[place, :count] = known_bound(jet.error)
 
 
 @inlined

@@ -21,6 +21,7 @@ import numpy as np
 from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record
 from camopt.kernels.by_address import Reached, address_of_values, call
 from camopt.kernels.compile import (
+    PLAIN_RUN,
     called_by_kernels,
     compiled,
     compiled_for_many,
@@ -33,7 +34,7 @@ from camopt.numerics.evaluating import CURVE, evaluator
 from camopt.numerics.jet import larger
 from camopt.numerics.piecewise import PANEL_RECORD, MotionTable, panels_of
 from camopt.numerics.searching import blurred, look_again, search_panel
-from camopt.numerics.workspace import TILE, WORK, workspace
+from camopt.numerics.workspace import PLAIN_TILE, WORK, workspace
 
 SHARP = 0.25  # of the tolerance: the rounding error allowed of a part that is looked at again
 TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
@@ -78,13 +79,16 @@ def best_nodes(values, count, panels, kinds, goal, best, node):
 
 @best_nodes.uncompiled
 def _best_nodes_in_python(values, count, panels, kinds, goal, best, node):
-    best[:count], node[:count] = -np.inf, -1
-    for q in np.flatnonzero(panels.kind & kinds):
-        for t in range(panels.first_panel[q] + q, panels.first_panel[q + 1] + q + 1):
-            value = orient(values[t, :count], goal)
-            tied = larger(best[:count] * (1.0 + TIED), best[:count] * (1.0 - TIED))
-            node[:count] = np.where(value > tied, t, node[:count])
-            best[:count] = larger(value, best[:count])
+    piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel) + 1)
+    nodes = np.flatnonzero(panels.kind[piece] & kinds)
+    found = orient(values[nodes, :count], goal)
+    if np.isnan(found).any():  # which holds until the next node
+        best_nodes.py_func(values, count, panels, kinds, goal, best, node)
+        return
+    most = np.maximum.accumulate(np.vstack([np.full(count, -np.inf), found]))
+    more = found > larger(most[:-1] * (1.0 + TIED), most[:-1] * (1.0 - TIED))
+    last = nodes[::-1][more[::-1].argmax(axis=0)]
+    best[:count], node[:count] = most[-1], np.where(more.any(axis=0), last, -1)
 
 
 @called_by_kernels
@@ -96,6 +100,13 @@ def node_angle(panels, node):
     panel = min(node - q, panels.first_panel[q + 1] - 1)
     side = -1.0 if node - q == panel else 1.0
     return panels.centre[panel] + side * panels.half_width[panel]
+
+
+@node_angle.uncompiled
+def _node_angle_in_python(panels, node):
+    q = np.searchsorted(panels.first_panel[1:] + np.arange(panels.kind.size), node)
+    panel = np.minimum(node - q, panels.first_panel[q + 1] - 1)
+    return panels.centre[panel] + np.where(node - q == panel, -1.0, 1.0) * panels.half_width[panel]
 
 
 @called_by_kernels
@@ -171,6 +182,14 @@ def begin(panels, kinds, goal, count, work):
         found.top[i], found.rounding[i], found.at[i] = found.best[i], 0.0, node_angle(panels, found.node[i])
 
 
+@begin.uncompiled
+def _begin_in_python(panels, kinds, goal, count, work):
+    found = work.found
+    best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
+    found.top[:count], found.rounding[:count] = found.best[:count], 0.0
+    found.at[:count] = node_angle(panels, found.node[:count])
+
+
 @inlined
 def search_open(curve, first, count, panels, place, aim, work):
     """Search a panel for the designs whose best value it may exceed by its jets.
@@ -202,14 +221,23 @@ def search(curve, first, count, panels, question, precision, work):
 def _search_in_python(curve, first, count, panels, question, precision, work):
     kinds, goal = question
     begin(panels, kinds, goal, count, work)
-    if not work.looked[0]:
-        widths = np.empty((panels.rows, 1))
-        widths[: panels.half_width.size, 0] = widths[panels.group, 0] = panels.half_width
-        call(curve.row, (curve.made, ..., widths, first, count, work.bounds))
-        work.looked[:] = True
-    for p, q in perhaps_open(panels, kinds, goal, count, work):
+    PLAIN_RUN.go_on()
+    look_at_rows(curve, first, count, panels, np.unique(panels.group), work)
+    panel, piece = perhaps_open(panels, kinds, goal, count, work)
+    look_at_rows(curve, first, count, panels, panel, work)
+    for p, q in zip(panel.tolist(), piece.tolist(), strict=True):
         if is_open(curve, first, count, panels, p, p + q, goal, work):
             search_open(curve, first, count, panels, (p, p + q), (goal, precision), work)
+
+
+def look_at_rows(curve, first, count, panels, rows, work):
+    """Evaluate the bounds of some panels or groups that are not known yet, together."""
+    rows = rows[~work.looked[rows]]
+    if rows.size:
+        widths = np.empty(panels.rows)
+        widths[: panels.half_width.size] = widths[panels.group] = panels.half_width
+        call(curve.row, (curve.made, rows, widths[rows, None], first, count, work.bounds))
+        work.looked[rows] = True
 
 
 @inlined
@@ -228,13 +256,13 @@ def search_again(curve, first, count, panels, question, precision, work):
 
 
 def perhaps_open(panels, kinds, goal, count, work):
-    """Panels that jets may leave open, with the numbers of their pieces: all at once, by the best of all nodes."""
+    """Panels whose groups' jets may leave them open, and the numbers of their pieces, by the best of all nodes."""
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel))
     panel = np.flatnonzero(panels.kind[piece] & kinds)
     before, after = (orient(work.values[panel + piece[panel] + side, :count], goal) for side in (0, 1))
     most = larger(before, after) + work.bounds.excess[panels.group[panel], :count]
     left = panel[np.any(most > work.found.best[:count], axis=1)]
-    return zip(left.tolist(), piece[left].tolist(), strict=True)
+    return left, piece[left]
 
 
 @called_by_kernels
@@ -246,12 +274,19 @@ def give(found, count, goal, value, where, width):
         width[i] = max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
 
 
+@give.uncompiled
+def _give_in_python(found, count, goal, value, where, width):
+    best = found.best[:count]
+    value[:count], where[:count] = -best if goal == LEAST else best, found.at[:count]
+    width[:count] = larger(found.top[:count] - best, 0.0) + 2.0 * found.rounding[:count]
+
+
 @compiled
 def search_all(curve, panels, questions, precision, answers, work):
     """Answer questions about a curve, an ``Evaluator``: answers (3, K, designs)."""
-    designs = answers.shape[2]
-    for first in range(0, designs, TILE):
-        count = min(TILE, designs - first)
+    designs, tile = answers.shape[2], work.middle.size
+    for first in range(0, designs, tile):
+        count = min(tile, designs - first)
         call(curve.nodes, (curve.made, first, count, work.values))
         work.looked[:] = False
         for k in range(questions.shape[0]):
@@ -260,6 +295,11 @@ def search_all(curve, panels, questions, precision, answers, work):
             search_again(curve, first, count, panels, question, precision, work)
             value, where, width = answers[0, k, first:], answers[1, k, first:], answers[2, k, first:]
             give(work.found, count, question[1], value, where, width)
+
+
+@search_all.uncompiled
+def _search_all_in_python(curve, panels, questions, precision, answers, work):
+    search_all.py_func(curve, panels, questions, precision, answers, workspace(panels, PLAIN_TILE))
 
 
 @compiled_for_many

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.kernels.compile import PLAIN_RUN
 from camopt.numerics.evaluating import PartBounds, many_parts, many_points
 
 HALF_LEVELS = 5  # of halves, that asked for included, which are evaluated together
@@ -44,6 +45,7 @@ class Prefetched:
 
     def _look(self, places: list[PanelPart]) -> None:
         """Evaluate some parts, and the halves that they may be cut into."""
+        PLAIN_RUN.go_on()
         level = every = places
         for _ in range(HALF_LEVELS - 1):
             level = [(i, m + side * r / 2, r / 2) for i, m, r in level for side in (-1.0, 1.0)]

@@ -5,7 +5,7 @@ import numpy as np
 from camopt.kernels.by_address import call
 from camopt.kernels.compile import called_by_kernels, inlined
 from camopt.numerics.climbing import Aim, Ends, allowed_gain, climb
-from camopt.numerics.jet import known_bound
+from camopt.numerics.jet import known_bound, larger, smaller, where
 from camopt.numerics.workspace import DEPTH
 
 PANEL_PARTS = 4096  # looked at in one panel, before it stays undecided
@@ -20,13 +20,11 @@ def most_ascent(slope, bend, curl, width):
     The slope of a curve leaves its chord by no more than |f'''|·t·(width − t)/2. Where a curve starts level, as
     at the end of a dwell, this is far closer than what the second derivative says.
     """
-    if not curl < np.inf:
-        return np.inf
-    root = np.sqrt(max(bend * bend + 4.0 * curl * slope, 0.0))
-    t = 2.0 * slope / (root - bend) if bend < 0.0 else (bend + root) / (2.0 * curl)
-    t = min(max(t, 0.0), width)
+    root, falls = np.sqrt(larger(bend * bend + 4.0 * curl * slope, 0.0)), bend < 0.0
+    t = where(falls, 2.0 * slope, bend + root) / where(falls, root - bend, 2.0 * curl)
+    t = smaller(larger(t, 0.0), width)
     gain = t * (slope + t * (0.5 * bend - t * curl / 3.0))
-    return max(gain, 0.0) if gain == gain else np.inf
+    return where((curl < np.inf) & (gain == gain), larger(gain, 0.0), np.inf)
 
 
 @called_by_kernels
@@ -45,6 +43,24 @@ def looked_at(ends, third, half_width, enough):
         descent = most_ascent(-falling, bend + room, 0.5 * third, width)
         bound = min(bound, max(most, min(left + ascent, right + descent)))
     return (SETTLED if bound <= enough else UNSETTLED), bound, 0.0
+
+
+def all_looked_at(ends, third, half_width, enough):
+    """As ``looked_at``, uncompiled, of many parts that are as wide."""
+    low, high, left, rising, right, falling = ends
+    width = (high - low) * half_width
+    bend, room, most = (falling - rising) / width, 0.5 * third * width, larger(left, right)
+    concave = bend + room <= 0.0
+    bound = np.where(concave, most, most + 0.125 * larger(room - bend, 0.0) * width * width)
+    open_ = np.flatnonzero(~concave & (bound > enough))
+    if open_.size:
+        rise, drop, curve, curl = rising[open_], -falling[open_], (bend + room)[open_], 0.5 * third[open_]
+        ascent, descent = (most_ascent(slope, curve, curl, width) for slope in (rise, drop))
+        reached = smaller(left[open_] + ascent, right[open_] + descent)
+        bound[open_] = smaller(bound[open_], larger(most[open_], reached))
+    climbs = np.where((rising > 0.0) & (falling < 0.0), CLIMBS, CONCAVE)
+    verdict = np.where(concave, climbs, np.where(bound <= enough, SETTLED, UNSETTLED))
+    return verdict, bound, np.where(concave, -(bend + room), 0.0)
 
 
 @called_by_kernels

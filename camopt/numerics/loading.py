@@ -65,6 +65,11 @@ def load_of_all_rows(load: LoadTable) -> LoadTable:
     return load._replace(**columns, error=load.error.T[:, :, None])
 
 
+def load_of_some_rows(load: LoadTable, rows: NDArray[np.intp]) -> LoadTable:
+    """The load on some panels or groups."""
+    return load._replace(**{name: getattr(load, name)[rows] for name in ("slope", "low", "high", "error")})
+
+
 def where_loaded(function):
     """Mark what kernels make of a load, (load, row, place): None without one."""
 

@@ -19,7 +19,15 @@ from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record
 from camopt.kernels.compile import inlined
 from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.jet import Jet, smaller
-from camopt.numerics.loading import LoadTable, load_of_all_rows, loaded, loaded_node, loaded_part, loaded_row
+from camopt.numerics.loading import (
+    LoadTable,
+    load_of_all_rows,
+    load_of_some_rows,
+    loaded,
+    loaded_node,
+    loaded_part,
+    loaded_row,
+)
 from camopt.numerics.state import State
 
 GROUPED = 4  # panels of a group
@@ -73,6 +81,13 @@ def of_all_rows(table: MotionTable) -> MotionTable:
     """The table as formulas take it for all its rows or nodes at once, ``...``: numbers are columns, (rows, 1)."""
     across = {name: getattr(table, name).T[:, :, None] for name in ("nodes", "low", "high", "most", "error")}
     return table._replace(**across, load=None if table.load is None else load_of_all_rows(table.load))
+
+
+def of_some_rows(table: MotionTable, rows: NDArray[np.intp]) -> MotionTable:
+    """As ``of_all_rows``, of some panels or groups."""
+    some = {name: getattr(table, name)[rows] for name in ("low", "high", "most", "error")}
+    load = None if table.load is None else load_of_some_rows(table.load, rows)
+    return of_all_rows(table._replace(**some, load=load))
 
 
 @inlined

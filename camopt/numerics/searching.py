@@ -11,7 +11,8 @@ from camopt.kernels.by_address import call
 from camopt.kernels.compile import called_by_kernels, inlined
 from camopt.numerics.climbing import Ends, allowed_gain, begin_climb, climb_all
 from camopt.numerics.foreseen import Prefetched
-from camopt.numerics.halving import CLIMBS, UNSETTLED, looked_at, put, split, taken
+from camopt.numerics.halving import CLIMBS, UNSETTLED, all_looked_at, looked_at, put, split, taken
+from camopt.numerics.jet import larger
 
 
 @called_by_kernels
@@ -37,6 +38,22 @@ def judge_panels(many, panel, half_width, ask, work):
         else:
             found.top[i] = max(found.top[i], bound)
     return climbs, opened
+
+
+@judge_panels.uncompiled
+def _judge_panels_in_python(many, panel, half_width, ask, work):
+    found, i, sides = work.found, work.chosen[:many], work.sides[:2, :, :many]
+    third, errors = work.bounds.third[panel, i], work.bounds.error[panel, i]
+    found.rounding[i] = larger(found.rounding[i], np.where(errors < np.inf, errors, 0.0))
+    enough = found.best[i] + allowed_gain(found.best[i], ask.tolerance, errors)
+    verdict, bound, concavity = all_looked_at(Ends(-1.0, 1.0, *sides[0], *sides[1]), third, half_width, enough)
+    climbing, opened = np.flatnonzero(verdict == CLIMBS), np.flatnonzero(verdict == UNSETTLED)
+    settled = np.flatnonzero((verdict != CLIMBS) & (verdict != UNSETTLED))
+    found.top[i[settled]] = larger(found.top[i[settled]], bound[settled])
+    ends = Ends(-1.0, 1.0, *sides[0][:, climbing], *sides[1][:, climbing])
+    begin_climb(work.climbs, slice(climbing.size), i[climbing], ends, half_width, concavity[climbing])
+    work.opened[: opened.size], sides[:, :, : opened.size] = i[opened], sides[:, :, opened]
+    return climbing.size, opened.size
 
 
 @called_by_kernels
@@ -104,6 +121,14 @@ def blurred(count, precision, work):
             found.top[i], found.rounding[i] = found.best[i], 0.0
             many += 1
     return many
+
+
+@blurred.uncompiled
+def _blurred_in_python(count, precision, work):
+    best, top, rounding = (each[:count] for each in (work.found.best, work.found.top, work.found.rounding))
+    again = np.flatnonzero(larger(top - best, 0.0) + 2.0 * rounding > precision.value * abs(best))
+    work.again[: again.size], top[again], rounding[again] = again, best[again], 0.0
+    return again.size
 
 
 @called_by_kernels

@@ -11,6 +11,7 @@ from camopt.numerics.piecewise import COUNTS, NUMBERS
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
 ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
+PLAIN_TILE = 1024  # of them uncompiled: a call of numpy takes as long as some thousand numbers in it
 DEPTH = 50  # halvings of a panel
 
 # rows of the table of climbs, one column for each that goes on
@@ -101,19 +102,19 @@ WORK = Record(
 )
 
 
-def workspace(panels: Any) -> Workspace:
+def workspace(panels: Any, tile: int = TILE) -> Workspace:
     """Tables for a turn that is divided into ``Panels``."""
-    nodes, rows = panels.kind.size + panels.centre.size, panels.rows
+    nodes, rows, row = panels.kind.size + panels.centre.size, panels.rows, tile + ROW - TILE
     return Workspace(
-        np.empty((nodes, ROW)),
+        np.empty((nodes, row)),
         np.empty(rows, np.bool_),
-        PanelBounds(np.empty((rows, ROW)), np.empty((rows, ROW)), np.empty((rows, ROW))),
-        Located(np.empty(TILE), np.empty(TILE, np.int64), np.empty(TILE), np.empty(TILE), np.empty(TILE)),
-        np.empty(TILE + 1, np.int64),
-        np.empty((3, 2, ROW)),
-        np.empty(TILE, np.int64),
-        np.empty(TILE + 1, np.int64),
-        np.zeros(TILE),
-        Climbs(np.empty(2 * TILE, np.int64), np.empty((STATES, 2 * ROW))),
-        Halves(np.empty(2 * TILE, np.int64), np.empty((2 * TILE, 6)), np.empty((DEPTH + 2, 6))),
+        PanelBounds(np.empty((rows, row)), np.empty((rows, row)), np.empty((rows, row))),
+        Located(np.empty(tile), np.empty(tile, np.int64), np.empty(tile), np.empty(tile), np.empty(tile)),
+        np.empty(tile + 1, np.int64),
+        np.empty((3, 2, row)),
+        np.empty(tile, np.int64),
+        np.empty(tile + 1, np.int64),
+        np.zeros(tile),
+        Climbs(np.empty(2 * tile, np.int64), np.empty((STATES, 2 * row))),
+        Halves(np.empty(2 * tile, np.int64), np.empty((2 * tile, 6)), np.empty((DEPTH + 2, 6))),
     )

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from camopt.kernels import kernel_cache
 from camopt.kernels.arguments import NUMBER, kind_of
 from camopt.kernels.compile import NEVER, Kernel
-from camopt.kernels.kernel_cache import DIGEST_SIZE, UNUSED, KernelFile, cache_root, opened_folder
+from camopt.kernels.kernel_cache import CLAIMED, DIGEST_SIZE, UNUSED, KernelFile, cache_root, opened_folder
 from camopt.kernels.machine_code import ObjectCode, processor
 from camopt.kernels.version import KERNEL_FOLDERS
 
@@ -109,6 +109,15 @@ def test_seconds_of_plain_runs_are_kept_by_tenths(tmp_path):
     nowhere = KernelFile(total, KINDS, Path(os.devnull))
     nowhere.ran_plainly(1.0)
     assert nowhere.plain_seconds == 1.0
+
+
+def test_one_process_claims_a_kernel_until_it_is_taken_for_dead(tmp_path):
+    claims = [KernelFile(total, KINDS, tmp_path).claim for _ in range(3)]
+    assert [claim() for claim in claims] == [True, False, False]
+    (file,) = tmp_path.iterdir()
+    os.utime(file, (time() - 1.1 * CLAIMED,) * 2)
+    assert [claim() for claim in claims] == [True, False, False]
+    assert not KernelFile(total, KINDS, Path(os.devnull)).claim()
 
 
 @compiles

@@ -14,15 +14,24 @@ from support.cams import WORN, cam_with
 import camopt
 from camopt.effects import Case
 from camopt.effects.surface import thinness_curve
-from camopt.kernels import compile, dispatchers, kernel_cache
+from camopt.kernels import beside, compile, dispatchers, kernel_cache
 from camopt.kernels.arguments import COUNT, NUMBER, Kind
 from camopt.kernels.by_address import Reached, address_of_values, call, code_of, evaluates
-from camopt.kernels.compile import SMALL_ARRAY, called_by_kernels, compiled, compiled_for_many, inlined
-from camopt.kernels.kernel_cache import KernelFile
+from camopt.kernels.compile import (
+    PLAIN_RUN,
+    called_by_kernels,
+    compiled,
+    compiled_for_many,
+    inlined,
+)
+from camopt.kernels.compiling import COMPILING
+from camopt.kernels.kernel_cache import KernelFile, opened_folder
+from camopt.kernels.version import version_of_kernels
 from camopt.mechanisms import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.extremes import search_all, search_curve
 from camopt.numerics.jet import Jet, power
+from camopt.numerics.workspace import PLAIN_TILE
 from camopt.problem.problem import exactly, resolve
 from camopt.scene.scene import Scene, find_scene
 
@@ -62,13 +71,27 @@ def test_a_few_numbers_compile_nothing_and_many_do():
     assert [halved(kernel, count) for count in (compile.SMALL_ARRAY, 1, compile.SMALL_ARRAY + 1, 1)] == [0, 0, 1, 1]
 
 
-@pytest.mark.usefixtures("_no_disk")
-def test_what_plain_runs_have_cost_is_paid_once(monkeypatch):
-    """Each plain run takes three quarters of what compiling is worth: the third call compiles."""
-    clock = iter(np.arange(0.0, 99.0, 0.75 * compile.PAYS))
+@pytest.fixture
+def asked(monkeypatch):
+    """What another process is asked to compile, and does not."""
+    kernels = []
+    monkeypatch.setattr(beside, "compile_beside", lambda called: kernels.append([kernel for kernel, _ in called]))
+    return kernels
+
+
+@pytest.fixture
+def _slow(monkeypatch):
+    """Each plain run takes three quarters of what compiling is worth."""
+    clock = iter(np.arange(0.0, 999.0, 0.75 * compile.PAYS))
     monkeypatch.setattr(compile, "thread_time", lambda: next(clock))
+
+
+@pytest.mark.usefixtures("_no_disk", "_slow")
+def test_what_has_run_plainly_for_long_is_compiled_by_another_process_or_at_last_here(asked):
     kernel = kernel_of_halves()
-    assert [halved(kernel, 1) for _ in range(3)] == [False, False, True]
+    calls = int(compile.ALONE / 0.75) + 1
+    assert [halved(kernel, 1) for _ in range(calls + 1)] == [False] * calls + [True]
+    assert asked == [[kernel]] * (calls - 1)
 
 
 def test_a_kernel_on_disk_is_taken_at_once(monkeypatch, tmp_path):
@@ -79,12 +102,58 @@ def test_a_kernel_on_disk_is_taken_at_once(monkeypatch, tmp_path):
     assert "dispatcher" not in vars(again)
 
 
-def test_what_plain_runs_have_cost_is_remembered_by_the_next_process(monkeypatch, tmp_path):
+@pytest.mark.usefixtures("_slow")
+def test_what_plain_runs_have_cost_is_remembered_by_the_next_process(monkeypatch, tmp_path, asked):
     """Each process has kernels of its own, which find on disk what those before them have run."""
     monkeypatch.setattr(kernel_cache, "kernel_folder", lambda: tmp_path)
-    clock = iter(np.arange(0.0, 99.0, 0.75 * compile.PAYS))
-    monkeypatch.setattr(compile, "thread_time", lambda: next(clock))
-    assert [halved(kernel_of_halves(), 1) for _ in range(4)] == [False, False, True, True]
+    assert [halved(kernel_of_halves(), 1) for _ in range(3)] == [False] * 3
+    assert len(asked) == 2
+
+
+@pytest.mark.usefixtures("_no_disk")
+def test_a_plain_run_that_takes_too_long_is_given_up(monkeypatch):
+    monkeypatch.setattr(compile, "PATIENCE", -1.0)
+    tried = []
+
+    def each(x):
+        return 0.5 * x
+
+    part = called_by_kernels(each)
+
+    @part.uncompiled
+    def _in_python(x):
+        tried.append(x)
+        PLAIN_RUN.go_on()
+
+    def halves(x, out):
+        for i in range(out.size):
+            out[i] = part(x[i])
+
+    assert halved(compiled_for_many(halves), 3)
+    assert tried == [0.0]
+
+
+def test_a_process_of_its_own_compiles_a_kernel_once(monkeypatch, tmp_path):
+    """The files of another process are for this one, and it is not asked twice."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    folder, kinds = opened_folder(tmp_path, version_of_kernels()), (Kind(NUMBER.name, 1),)
+    file = KernelFile(halve_all.py_func, kinds, folder)
+    monkeypatch.setattr(halve_all, "files", {kinds: file})
+    monkeypatch.setattr(beside, "PROCESSES", [])
+    before = COMPILING.seconds
+    for _ in range(2):
+        beside.compile_beside([(halve_all, kinds)])
+    (process,) = beside.PROCESSES
+    assert process.wait(timeout=300) == 0
+    beside.compile_beside([(halve_all, kinds)])
+    (same,) = beside.PROCESSES
+    assert same is process
+    assert COMPILING.seconds == before
+    x, fresh = np.ones(2), compiled(halve_all.py_func)
+    fresh.files[kinds] = file
+    fresh(x)
+    assert x.tolist() == [0.5, 0.5]
+    assert "dispatcher" not in vars(fresh)
 
 
 def test_a_process_that_runs_little_imports_nothing_to_load_kernels(monkeypatch):
@@ -109,7 +178,7 @@ def test_evaluating_a_design_compiles_nothing(monkeypatch):
 
 
 QUESTIONS = [(15, LARGEST), (15, LEAST), (15, LARGEST_MAGNITUDE), (1, LARGEST)]
-MANY = SMALL_ARRAY // (3 * len(QUESTIONS)) + 1  # designs, whose answers are more numbers than a few
+MANY = 50  # designs, whose answers are more numbers than tests compile nothing for
 
 
 def curve_of(problem, make, count):
@@ -121,12 +190,14 @@ def curve_of(problem, make, count):
 
 
 @pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "knife-300rpm-offset"])
-def test_compiled_and_plain_extremes_are_the_same_bits(name, monkeypatch):
+@pytest.mark.parametrize("curve", ["pressure", "curvature"])
+def test_compiled_and_plain_extremes_are_the_same_bits(name, curve, monkeypatch):
+    """Of more designs than there are in a tile, of which each form has its own."""
     problem = exactly(resolve(find_scene(name)))
-    mechanism = problem.setup.mechanism
-    compiled = curve_of(problem, mechanism.pressure, MANY)
+    make = getattr(problem.setup.mechanism, curve)
+    compiled = curve_of(problem, make, PLAIN_TILE + 1)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
-    plain = curve_of(problem, mechanism.pressure, MANY)
+    plain = curve_of(problem, make, PLAIN_TILE + 1)
     for one, other in zip(compiled, plain, strict=True):
         assert np.array_equal(one, other)
 

@@ -23,7 +23,7 @@ from camopt.numerics import GIVEN, LARGEST, LARGEST_MAGNITUDE, LEAST, UNIT
 from camopt.numerics.climbing import Ends
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.extremes import Precision, extremes
-from camopt.numerics.halving import CLIMBS, CONCAVE, SETTLED, UNSETTLED, looked_at
+from camopt.numerics.halving import CLIMBS, CONCAVE, SETTLED, UNSETTLED, all_looked_at, looked_at
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import JET_FIELDS, Jet
 from camopt.numerics.piecewise import part_jets, row_jets
@@ -492,6 +492,8 @@ def test_what_is_said_of_a_part_is_the_truth_of_a_cubic():
         look(np.array([part]), found)
         verdict, bound, concavity = found[0]
         seen.add(verdict)
+        one = Ends(low, high, *np.array(part[2:6])[:, None])
+        assert np.array_equal(np.ravel(all_looked_at(one, np.array([third]), half_width, enough)), found[0])
         if abs(most) < 1e-9 * (third * width + abs(least)):
             continue  # rounding decides
         if most < 0.0:

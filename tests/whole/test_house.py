@@ -112,6 +112,7 @@ HEAVY = {
 LATE = {
     ("synthesis.synthesised", "synthesis.prices"): "it solves the convex programmes of the result",
     ("engines", "engines.dask_cluster"): "it imports Dask",
+    ("kernels.compile", "kernels.beside"): "it imports subprocess and pickle",
     ("kernels.compile", "kernels.dispatchers"): "it imports numba",
     ("kernels.compile", "kernels.kernel_cache"): "it imports llvmlite",
     ("kernels.compile", "kernels.machine_code"): "it imports llvmlite",
