@@ -27,6 +27,7 @@ from camopt.scene.part import Part, resolved
 from camopt.scene.profile import read_profile
 from camopt.scene.search import Search
 from camopt.scene.sources import shipped_scenes, shipped_toml
+from camopt.scene.speed import read_speed
 from camopt.scene.tables import (
     MOST_SEGMENTS,
     Accuracy,
@@ -185,6 +186,7 @@ class Scene(HasHtml, Drawn, SceneTable):
             given, found = with_units(given, file)
         tables = with_named_laws(given, own_law_tables(given))
         unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
+        unread += read_speed(tables)
         read_profile(tables)
         try:
             BaseModel.__init__(self, **tables)

@@ -109,6 +109,13 @@ def _turns(value: Any) -> Any:
     return value
 
 
+Speed = Annotated[
+    SceneNumber,
+    Field(le=1e15),
+    BeforeValidator(_turns, json_schema_input_type=Annotated[float, Field(ge=SLOWEST_RPM, le=1e15)]),
+]
+
+
 class Cam(SceneTable):
     """The cam: form, sense of rotation, speed and size."""
 
@@ -116,15 +123,10 @@ class Cam(SceneTable):
     """A disc cam turns about an axis square to the motion, a cylindrical one carries a groove on its mantle."""
     rotation: Literal["ccw", "cw"] = "ccw"
     """Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw."""
-    rpm: (
-        Annotated[
-            SceneNumber,
-            Field(le=1e15),
-            BeforeValidator(_turns, json_schema_input_type=Annotated[float, Field(ge=SLOWEST_RPM, le=1e15)]),
-        ]
-        | None
-    ) = None
+    rpm: Speed | None = None
     """Speed of the cam, constant; without it, derivatives are by cam angle; rev/min."""
+    rpm_of_crank: Speed | None = None
+    """In place of ``rpm``: speed of the crankshaft of a four-stroke engine, twice that of the cam; rev/min."""
     base_radius: Length | None = None
     """Least radius of the profile of a disc cam; mm."""
     mean_radius: Length | None = None

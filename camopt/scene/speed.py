@@ -1,0 +1,22 @@
+"""The speed of a cam that is given as that of the crankshaft of a four-stroke engine, which turns twice as fast."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from camopt.scene.law_forms import LawFault
+from camopt.scene.mapping import number_of
+
+TURNS_OF_CRANK = 2.0  # in one turn of the camshaft
+
+
+def read_speed(tables: dict[str, Any]) -> Iterator[LawFault]:
+    """Put ``cam.rpm`` in the place of ``cam.rpm_of_crank``; a fault if both are given."""
+    cam = tables.get("cam")
+    crank = cam.get("rpm_of_crank") if isinstance(cam, dict) else None
+    if cam is None or crank is None:
+        return
+    if cam.get("rpm") is not None:
+        yield "cam.rpm_of_crank", crank, "not together with cam.rpm, which is half of it: give one of both"
+    elif (speed := number_of(crank)) is not None and speed > 0.0:
+        cam["rpm"] = speed / TURNS_OF_CRANK
+        del cam["rpm_of_crank"]
