@@ -167,12 +167,13 @@ class Case:
         questions: list[tuple[int, int]],
         *,
         located: bool = False,
+        floor: float = -np.inf,
     ) -> Extremes:
         """Extremes of one of the mechanism's curves, for questions (kinds of stroke, goal).
 
-        Cam angles are as exact as values only if ``located``.
+        Cam angles are as exact as values only if ``located``. ``floor`` is that of ``Precision``.
         """
-        precision = Precision(self.setup.tolerance, self.setup.tolerance if located else np.inf)
+        precision = Precision(self.setup.tolerance, self.setup.tolerance if located else np.inf, floor)
         made = curve(self.designs, self.programme)
         return extremes(made, len(self.designs), self.programme.table, questions, precision)
 

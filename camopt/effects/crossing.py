@@ -91,8 +91,10 @@ def round_bodies(case: Case) -> FloatArray:
 
 def _perhaps(case: Case, index: IntArray) -> IntArray:
     """The designs, of some without undercut, whose normal does not point away from the centre everywhere."""
-    parts, left = first_parts(case.programme), [index[:0]]
-    for some in np.array_split(index, 1 + index.size // DESIGNS_AT_ONCE) if index.size else ():
+    if not index.size:
+        return index
+    parts, left = first_parts(case.programme), []
+    for some in np.array_split(index, 1 + index.size // DESIGNS_AT_ONCE):
         column = case.designs.take((some, None))
         left.append(some[~np.all(_forwards(cover(case.setup, column, case.programme, parts)), axis=-1)])
     return np.concatenate(left)

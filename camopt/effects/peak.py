@@ -70,6 +70,10 @@ class OfBody(ABC):
         ``room``, relative, is kept from the ends of the range: more than rounding; or beyond them, if below 0.
         """
 
+    @abstractmethod
+    def largest(self, bodies: Bodies) -> float:
+        """The largest weight with one of some bodies."""
+
 
 @dataclass(frozen=True)
 class BodyRadiusPlus(OfBody):
@@ -82,6 +86,9 @@ class BodyRadiusPlus(OfBody):
 
     def bodies(self, extreme: FloatArray, room: float) -> Bodies:
         return Bodies(most=_largest_weight(extreme) * (1.0 - room) - self.radius * (1.0 + room))
+
+    def largest(self, bodies: Bodies) -> float:
+        return float(bodies.most + self.radius)
 
 
 @dataclass(frozen=True)
@@ -98,6 +105,9 @@ class BeyondBody(OfBody):
 
     def bodies(self, extreme: FloatArray, room: float) -> Bodies:
         return Bodies(least=self.radius * (1.0 + room) - _largest_weight(extreme) * (1.0 - room))
+
+    def largest(self, bodies: Bodies) -> float:
+        return float(max(self.radius - bodies.least, 0.0))
 
 
 def _largest_weight(extreme: FloatArray) -> FloatArray:

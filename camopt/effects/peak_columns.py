@@ -26,10 +26,12 @@ def infinite(case: Case, peak: Peak) -> ExtremeOfEach:
     return ExtremeOfEach(np.full(count, outwards * np.inf), *np.zeros((3, count)))
 
 
-def extreme_of(case: Case, peak: Peak, sound: Any = True, *, located: bool = False) -> ExtremeOfEach:
+def extreme_of(
+    case: Case, peak: Peak, sound: Any = True, *, located: bool = False, floor: float = -np.inf
+) -> ExtremeOfEach:
     """The extreme of all curves of a peak; infinite for designs that are not sound, and where jumps make it so.
 
-    Its cam angle is as exact as its value only if ``located``.
+    Its cam angle is as exact as its value only if ``located``. ``floor`` is that of ``Precision``.
     """
     found, count, outwards = infinite(case, peak), len(case.designs), -1.0 if peak.goal == LEAST else 1.0
     index = np.flatnonzero(np.broadcast_to(sound, count) & (not peak.jumps(case.programme)))
@@ -37,7 +39,10 @@ def extreme_of(case: Case, peak: Peak, sound: Any = True, *, located: bool = Fal
         return found
     some = case if index.size == count else replace(case, designs=case.designs.take(index))
     numbers = [k for k, (_, kinds) in enumerate(peak.curves) if np.any(case.programme.table.kind & kinds)]
-    each = [some.extremes(peak.curves[k][0], [(peak.curves[k][1], peak.goal)], located=located) for k in numbers]
+    each = [
+        some.extremes(peak.curves[k][0], [(peak.curves[k][1], peak.goal)], located=located, floor=floor)
+        for k in numbers
+    ]
     values = outwards * np.array([f.value[0] for f in each])
     tops = values + np.array([f.width[0] for f in each])
     best, chosen = values.argmax(axis=0), np.arange(index.size)

@@ -100,8 +100,14 @@ class SweepPlan:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The columns of rows."""
+        """The columns of tables."""
         return column_names(self.problem)
+
+    @cached_property
+    def row_names(self) -> tuple[str, ...]:
+        """The columns of rows that are searched: all only where they are written as they are, or refined."""
+        full = self.front_only or self.keep in TABLED or self.scene.search.refine
+        return self.names if full else compared_names(self.problem)
 
     @property
     def front_only(self) -> bool:
@@ -115,7 +121,7 @@ class SweepPlan:
     @cached_property
     def blocks(self) -> Blocks:
         """The blocks of the space."""
-        return Blocks(self.space, self.names, self.keep == "all", self.keep in TABLED, self.block)
+        return Blocks(self.space, self.row_names, self.keep == "all", self.keep in TABLED, self.block)
 
     def question(self, part: int = 1, parts: int = 1) -> SweepKey:
         """The question, or that of one of several equal parts."""
@@ -184,6 +190,12 @@ def with_objectives(problem: Problem) -> Problem:
     names = [problem.size_name, acceleration]
     names += [] if setup.mechanism.curvature is None else ["pressure_angle_max_deg"]
     return replace(problem, objectives=dict.fromkeys(names, 1.0))
+
+
+def compared_names(problem: Problem) -> tuple[str, ...]:
+    """The columns that say which designs rows are, and which of them are better."""
+    names = problem.sizes | problem.objectives.keys() | set(VERDICT)
+    return tuple(name for name in QUANTITIES if name in names)
 
 
 def column_names(problem: Problem) -> tuple[str, ...]:

@@ -112,8 +112,10 @@ class Blocks:
         """The part of the space that a block is of, and which designs of that problem it has: from, to."""
         part = bisect_right(self._ends, number)
         _, start, stop = self._parts[part]
-        first = start + self.size * (number - (self._ends[part - 1] if part else 0))
-        return part, first, min(first + self.size, stop)
+        before = self._ends[part - 1] if part else 0
+        size = -(-(stop - start) // (self._ends[part] - before))  # all about the same
+        first = start + size * (number - before)
+        return part, first, min(first + size, stop)
 
     def designs_before(self, number: int) -> int:
         """The number of designs in all blocks before one."""

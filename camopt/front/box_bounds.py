@@ -107,7 +107,7 @@ class BoxBounds(NamedTuple):
     def claims(self) -> list[Claim]:
         """The claims of limits on curves, without those that the motion decides."""
         on_size = replace(self.problem, limits=tuple(limit for limit in self.problem.limits if not limit.of_motion))
-        return present_claims(self.problem, [of_designs(claim) for claim in strictest(on_size)])
+        return present_claims(self.problem, [of_designs(claim) for claim in strictest(on_size.claims)])
 
     @np.errstate(all="ignore")
     def impossible(self, box: Designs) -> Any:

@@ -6,6 +6,7 @@ from collections import Counter
 import numpy as np
 import pyarrow as pa
 
+from camopt.front.asked import column_names
 from camopt.front.oddities import table_oddities
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows
@@ -40,7 +41,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
         table = table.drop_columns([COLUMN])
     scene = scene_in(table.schema, path)
     problem = resolve(scene)
-    for why in table_oddities(table, scene, problem):
+    for why in table_oddities(table, column_names(problem), scene, problem):
         raise no_table(path, why)
     rows = Rows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)
     space = Space(problem, problems_of(problem), {})

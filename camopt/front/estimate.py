@@ -60,7 +60,7 @@ def estimated(asked: SweepPlan, numbers: range, own: Threads, workers: int, fold
     batches = [*own.in_order(asked.evaluated, timed)]
     seconds = (now() - start) * own.workers / workers
     share = len(numbers) / len(timed)
-    kept = sum(len(encoded(batch, asked.names)) for batch in batches) if asked.keep in TABLED else 0
+    kept = sum(len(encoded(batch, asked.row_names)) for batch in batches) if asked.keep in TABLED else 0
     designs = asked.blocks.designs_before(numbers.stop) - asked.blocks.designs_before(numbers.start)
     return Estimate(designs, share * seconds, share * kept, shutil.disk_usage(folder).free)
 

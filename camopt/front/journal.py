@@ -146,7 +146,7 @@ class Journal:
         self._writing = None
 
     def _write(self, batch: Batch) -> None:
-        self._append(encoded(batch, self.asked.names))
+        self._append(encoded(batch, self.asked.row_names))
         self.done = batch.last
 
     def _append(self, payload: bytes) -> None:
@@ -330,7 +330,8 @@ def _sound(payload: bytes, asked: SweepPlan) -> Batch | None:
     """A batch from its bytes; None if no sweep can have made it, though its digest may be right."""
     try:
         numbers, tables = _parted(payload)
-        if any(why for table in tables.values() for why in table_oddities(table, asked.scene, asked.problem)):
+        names, of = asked.row_names, (asked.scene, asked.problem)
+        if any(why for table in tables.values() for why in table_oddities(table, names, *of)):
             return None
         batch = _batch(numbers, tables)
         return batch if _counted(batch, asked) else None

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 import pyarrow as pa
 
-from camopt.front.asked import column_names
 from camopt.mistakes import BadInput, listed_words
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import Problem
@@ -16,9 +15,8 @@ from camopt.scene.tables import LARGEST_VALUE, SMALLEST_VALUE
 from camopt.tables.table import arrow_schema
 
 
-def table_oddities(table: pa.Table, scene: Scene, problem: Problem) -> Iterator[str]:
-    """Faults of a table that a sweep of a scene cannot have."""
-    names = column_names(problem)
+def table_oddities(table: pa.Table, names: tuple[str, ...], scene: Scene, problem: Problem) -> Iterator[str]:
+    """Faults of a table with columns of some names that a sweep of a scene cannot have."""
     expected = arrow_schema((*names, "refined") if "refined" in table.column_names else names, "")
     if table.column_names != expected.names:
         differ = listed_words(sorted({*table.column_names} ^ {*expected.names})) or "in another order"

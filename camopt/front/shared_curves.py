@@ -6,6 +6,7 @@ searched when a block of designs first needs them, some at a time, and kept whil
 """
 
 from dataclasses import replace
+from functools import cached_property
 from math import prod
 from threading import Lock
 from typing import Any, NamedTuple
@@ -20,11 +21,19 @@ from camopt.mechanisms import Designs
 from camopt.mechanisms.design import BoolArray, without_roller
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit, OnCurves
-from camopt.problem.problem import Problem
+from camopt.problem.problem import Problem, strictest
 from camopt.problem.rows import Columns, Rows
 from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES
-from camopt.verdicts.screening import Candidates, Screened, begun, screened_beyond_pitch, screened_by_pitch
+from camopt.verdicts.judging import excesses, run_effects
+from camopt.verdicts.screening import (
+    Candidates,
+    Screened,
+    begun,
+    screened,
+    screened_beyond_pitch,
+    screened_by_pitch,
+)
 
 IntArray = NDArray[np.intp]
 
@@ -32,7 +41,19 @@ MERGED = ("size", "roller_radius")  # sizes that a pitch curve has in one
 MOST_CURVES = 2**19  # kept of one motion: some 100 bytes each
 WORTH = 1.5  # designs a pitch curve, from which on they are worth keeping
 AT_ONCE = 2**14  # pitch curves searched together, or somewhat fewer
+BLOCKS_KEPT = 16  # of which the curves of the designs are kept from one motion to the next
 NONE = Bodies(np.inf, -np.inf)
+
+
+class BlockCurves(NamedTuple):
+    """The pitch curves of a block of designs."""
+
+    curves: IntArray
+    """The number of that of each design."""
+    bodies: FloatArray
+    """The radius of the body that follows it."""
+    parts: IntArray
+    """The parts of all curves that they are in."""
 
 
 class CurveNumbers:
@@ -44,18 +65,35 @@ class CurveNumbers:
         merged = [i for i, field in enumerate(space.axes, start=1) if field in MERGED]
         self._merged, self._others = merged, [i for i in range(len(self.shape)) if i not in merged]
         numbers = self._numbers(strides, merged)
-        designs = space.designs(numbers.ravel())
+        designs, self._space = space.designs(numbers.ravel()), space
         curves = space.problem.setup.mechanism.pitch(designs)
         pairs = curves.size + 1j * curves.roller_radius
         _, first, which = np.unique(pairs, return_index=True, return_inverse=True)
         self._which, self._bodies = (each.reshape(numbers.shape) for each in (which, designs.roller_radius))
-        self._of_sums, self._of_others = numbers.ravel()[first], self._numbers(strides, self._others).ravel()
+        self.bodies = Bodies(designs.roller_radius.min(), designs.roller_radius.max())
+        self._of_sums = numbers.ravel()[first]
+        self._of_others = self._numbers(strides, self._others).ravel()
+        self.part = -(-len(self) // -(-len(self) // AT_ONCE))
+        """How many curves are searched together."""
+        self._blocks: dict[tuple[int, int], BlockCurves] = {}
 
     def __len__(self) -> int:
         return self._of_sums.size * self._of_others.size
 
-    def of_block(self, first: int, last: int) -> tuple[IntArray, FloatArray]:
-        """The pitch curves of designs first … last − 1, and the radii of the bodies that follow them."""
+    @cached_property
+    def designs(self) -> Designs:
+        """Designs that a point follows on the pitch curves, by number."""
+        of_each = (self._of_others[:, None] + self._of_sums).ravel()
+        return self._space.problem.setup.mechanism.pitch(self._space.designs(of_each))
+
+    def of_block(self, first: int, last: int) -> BlockCurves:
+        """The pitch curves of designs first … last − 1, which those of the next motion have too."""
+        found = self._blocks.get((first, last)) or self._of_block(first, last)
+        if len(self._blocks) < BLOCKS_KEPT:
+            self._blocks[first, last] = found
+        return found
+
+    def _of_block(self, first: int, last: int) -> BlockCurves:
         fastest = self.shape[-1]
         begin, end = first // fastest, -(-last // fastest)
         slow = [digits[:, None] for digits in np.unravel_index(np.arange(begin, end), self.shape[:-1])]
@@ -67,12 +105,7 @@ class CurveNumbers:
         curves, bodies = self._which[merged] + others * self._of_sums.size, self._bodies[merged]
         found = (np.broadcast_to(each, (end - begin, fastest)).ravel() for each in (curves, bodies))
         curves, bodies = (each[first - begin * fastest : last - begin * fastest] for each in found)
-        return curves, bodies
-
-    def a_design(self, curve: IntArray) -> IntArray:
-        """The number of one of the designs that have a pitch curve."""
-        other, place = np.divmod(curve, self._of_sums.size)
-        return self._of_others[other] + self._of_sums[place]
+        return BlockCurves(curves, bodies, np.flatnonzero(np.bincount(curves // self.part)))
 
     def _numbers(self, strides: IntArray, axes: list[int]) -> IntArray:
         """The contributions of given axes to the number of a design, for all combinations."""
@@ -100,8 +133,7 @@ class SharedCurves:
     def __init__(self, space: Space, problem: Problem, numbers: CurveNumbers, wanted: frozenset[str]) -> None:
         self._space, self._problem, self._numbers, self._wanted = space, problem, numbers, wanted
         count = len(numbers)
-        self._part = -(-count // -(-count // AT_ONCE))  # curves of each, evenly
-        self._locks = [Lock() for _ in range(0, count, self._part)]
+        self._locks = [Lock() for _ in range(0, count, numbers.part)]
         self._known = np.zeros(len(self._locks), dtype=bool)
         self._exists, self._held = np.zeros((2, count), dtype=bool)
         self._surely, self._perhaps = (Bodies(*np.tile([[np.inf], [-np.inf]], count)) for _ in range(2))
@@ -109,17 +141,20 @@ class SharedCurves:
         self._outward: Columns = {}
         self._half_width = np.zeros(count)
         self._pending = problem.limits
+        self._later = () if problem.programme.radii else told_by_curves(problem.limits, wanted)
+        self._wanted = wanted.union(*(limit.of_curves or () for limit in self._later))
 
     def verdicts(self, first: int, last: int) -> tuple[int, Sharing, Sharing]:
         """Of designs first … last − 1: how many can be assembled, which surely hold all limits, and which may."""
-        curves, bodies = self._numbers.of_block(first, last)
-        self._search(np.flatnonzero(np.bincount(curves // self._part)))
+        curves, bodies, parts = self._numbers.of_block(first, last)
+        self._search(parts)
         surely, perhaps = (
             Bodies(*(ends[curves] for ends in each)).hold(bodies) for each in (self._surely, self._perhaps)
         )
-        block = Sharing(np.arange(first, last), curves)
         existing = int(np.count_nonzero(self._exists[curves]))
-        return existing, block.take(surely), block.take(perhaps & ~surely)
+        some = (np.flatnonzero(each) for each in (surely, perhaps & ~surely))
+        one, other = (Sharing(first + each, curves[each]) for each in some)
+        return existing, one, other
 
     def promising(self, held: Sharing) -> Sharing:
         """Designs that surely hold all limits, but for some that others of them dominate."""
@@ -131,10 +166,12 @@ class SharedCurves:
             compared = self.feasible(held, frozenset(objectives))
             return held.take(undominated(row_costs(compared, objectives))) if compared.count else held
         (name,) = of_curves
-        cost, size = objectives[name] * self._columns[name][held.curves], held.designs % self._numbers.shape[-1]
-        least = np.full(self._numbers.shape[-1], np.inf)
-        np.minimum.at(least, size, cost)
-        return held.take(cost <= least[size])
+        cost, sizes = objectives[name] * self._columns[name][held.curves], self._numbers.shape[-1]
+        place = held.designs - held.designs[:1] // sizes * sizes
+        by_size = np.full(-(-(place.max(initial=-1) + 1) // sizes) * sizes, np.inf)
+        by_size[place] = cost
+        least = by_size.reshape(-1, sizes).min(axis=0, initial=np.inf)
+        return held.take(cost <= least[place % sizes])
 
     def _is_shared(self, name: str) -> bool:
         """Whether a quantity is the same for designs of the motion that have the same size of the cam."""
@@ -148,6 +185,8 @@ class SharedCurves:
 
     def judged(self, open_: Sharing, names: frozenset[str]) -> Screened:
         """The feasible ones of designs that may hold all limits."""
+        if self._later:
+            return screened(self._problem, self._space.designs(open_.designs), names)
         candidates = self._candidates(open_, self._held[open_.curves], self._pending)
         return screened_beyond_pitch(self._known_of(candidates, open_.curves, names), names)
 
@@ -177,23 +216,19 @@ class SharedCurves:
                         self._locks[part].release()
 
     def _search_part(self, part: int) -> None:
-        curves = np.arange(part * self._part, min((part + 1) * self._part, len(self._numbers)))
-        designs = self._curves(curves)
+        curves = np.arange(part * self._numbers.part, min((part + 1) * self._numbers.part, len(self._numbers)))
+        designs = self._numbers.designs.take(slice(curves[0], curves[-1] + 1))
         exists = self._problem.setup.mechanism.exists(designs, self._problem.programme)
-        found = screened_by_pitch(begun(self._problem, designs.take(exists)), self._wanted)
+        found = screened_by_pitch(begun(self._problem, designs.take(exists)), self._wanted, self._later)
         where = curves[exists][found.which]
         self._exists[curves], self._held[where] = exists, found.held
         for kept, columns in ((self._columns, found.rows.columns), (self._outward, found.rows.outward)):
             for name, values in columns.items():
                 kept.setdefault(name, np.zeros(len(self._numbers)))[where] = values  # one, whoever comes first
         self._half_width[where], self._pending = found.rows.half_width, found.pending
-        for bodies, told in zip((self._surely, self._perhaps), bodies_of(found), strict=True):
+        for bodies, told in zip((self._surely, self._perhaps), bodies_of(found, self._numbers.bodies), strict=True):
             bodies.least[where], bodies.most[where] = told
         self._known[part] = True
-
-    def _curves(self, numbers: IntArray) -> Designs:
-        """Designs that a point follows on these pitch curves."""
-        return self._problem.setup.mechanism.pitch(self._space.designs(self._numbers.a_design(numbers)))
 
 
 def curve_numbers(space: Space) -> CurveNumbers | None:
@@ -209,10 +244,23 @@ def curve_numbers(space: Space) -> CurveNumbers | None:
     return numbers if len(numbers) <= min(MOST_CURVES, space.designs_each / WORTH) else None
 
 
-def bodies_of(curves: Candidates) -> OnCurves:
-    """The bodies with which designs of some curves hold all limits for certain, and those with which they may."""
+def told_by_curves(limits: tuple[Limit, ...], wanted: frozenset[str]) -> tuple[Limit, ...]:
+    """Limits of which pitch curves tell everything without the quantities that they need, if these are not wanted.
+
+    None unless of every other limit the quantities of pitch curves tell everything too.
+    """
+    if any(limit.of_curves is None and not limit.of_motion for limit in limits):
+        return ()
+    found = (limit for limit in limits if limit.of_motion or limit.of_curves != limit.needs)
+    return tuple(limit for limit in found if not wanted.issuperset(limit.needs))
+
+
+def bodies_of(curves: Candidates, bodies: Bodies) -> OnCurves:
+    """Which of some bodies designs of some curves hold all limits with for certain, and with which they may."""
     case = replace(curves.case, found=curves.rows.columns, outward=curves.rows.outward)
-    told = [limit.on_curves(case) for limit in curves.pending]
+    claims = strictest(curves.claims)
+    limits = [each for each in curves.pending if not each.claims or any(claim in claims for claim in each.claims)]
+    told = [of_motion(curves, each) if each.of_motion else each.on_curves(case, bodies) for each in limits]
     found = OnCurves()
     for each in filter(None, told):
         found = found.both(each)
@@ -220,3 +268,13 @@ def bodies_of(curves: Candidates) -> OnCurves:
         return found._replace(surely=NONE)
     most = np.where(curves.held, found.surely.most, -np.inf)
     return found._replace(surely=found.surely._replace(most=most))
+
+
+def of_motion(curves: Candidates, limit: Limit) -> OnCurves:
+    """The same for a limit that the motion decides: as the first of the curves has it."""
+    if not len(curves.designs):
+        return OnCurves()
+    one = curves.take(np.arange(1))
+    rows = run_effects(one.case, limit.needs)
+    held = (np.all(excesses((limit,), rows.shifted(side), one.designs) <= 0.0) for side in (1.0, -1.0))
+    return OnCurves(*(Bodies() if each else NONE for each in held))

@@ -292,7 +292,7 @@ def result_of(
             impossible=None if seen.existing is None else len(space) - seen.existing,
             feasible=seen.feasible,
             effort=seen.effort,
-            reached=seen.reached,
+            reached=max(seen.reached, *(_half_width(each) for each in (rows, grid))),
             pareto=rows.count,
             files=_places(asked, unit.folder) if unit else (),
             best=best_of_each_law(scene, compared),
@@ -357,8 +357,13 @@ def _compared(asked: SweepPlan, found: Seen, progress: Progress | None) -> Compa
     best = best_of_laws(found.best, objectives)
     index, smaller = next_smaller_cams(space, best)
     tables = [best, smaller, rows] if rows is found.front else [best, smaller, rows, found.front]
-    best, smaller, *fronts = to_compare(space, *tables)
+    best, smaller, *fronts = to_compare(space, frozenset(asked.names), *tables)
     return Compared(fronts[0], fronts[-1], best, binding_limits(best.count, index, smaller))
+
+
+def _half_width(rows: Rows) -> float:
+    """The largest relative half-width of an enclosure of any of some rows."""
+    return float(np.max(rows.columns.get("relative_half_width", 0.0), initial=0.0))
 
 
 def file_name(table: str) -> str:
@@ -398,12 +403,11 @@ def best_of_each_law(scene: Scene, compared: Compared) -> dict[str, Design]:
     return ByLaw((joined_laws(row["law_rise"], row["law_return"]), Design(row, scene)) for row in told)
 
 
-def to_compare(space: Space, *tables: Rows) -> list[Rows]:
-    """Rows that people compare, with the digits that ``evaluate`` gives: equal designs have equal rows.
+def to_compare(space: Space, names: frozenset[str], *tables: Rows) -> list[Rows]:
+    """Rows that people compare, with columns that ``evaluate`` gives them: equal designs have equal rows.
 
     Columns are in the order of the quantities, wherever the rows come from.
     """
-    names = frozenset[str]().union(*(rows.columns for rows in tables))
     everywhere = names.intersection(*(rows.columns for rows in tables))
     parts, places = [], []
     for problem, index, designs in space.designs_apart(concatenate_rows(rows.only(everywhere) for rows in tables)):
@@ -419,8 +423,8 @@ def to_compare(space: Space, *tables: Rows) -> list[Rows]:
 
 
 def _renewed(rows: Rows, found: Rows) -> Rows:
-    """Rows with the columns that were found anew, in the order of the quantities."""
-    columns = rows.columns | {name: found.columns[name] for name in rows.columns.keys() & found.columns.keys()}
+    """Rows with the columns that were found, in the order of the quantities."""
+    columns = rows.columns | found.columns
     return replace(rows, columns={name: columns[name] for name in QUANTITIES if name in columns})
 
 

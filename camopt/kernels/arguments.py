@@ -6,6 +6,7 @@ here), its size, the bytes of an item, its address, its shape and its strides; o
 
 from collections.abc import Iterator
 from ctypes import addressof, c_bool, c_char, c_double, c_int64, c_void_p
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,7 +60,7 @@ def kind_of(value: Any) -> Any:
         layout = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
         return Kind(OF_ITEMS[value.dtype], value.ndim, layout)
     if isinstance(value, tuple):
-        return Record(owner, tuple(map(kind_of, value)))
+        return value.record if isinstance(value, Lasting) else Record(owner, tuple(map(kind_of, value)))
     kind = OF_NUMBERS.get(owner) or getattr(value, "code", None)
     if kind is None:
         raise TypeError(f"a kernel takes numbers, arrays of them, and tuples, not {value!r}")
@@ -73,10 +74,30 @@ def numbers_of(values: Any) -> list[Any]:
         if type(value) is np.ndarray:
             numbers += (*POINTERS, value.size, value.itemsize, _place(value), *value.shape, *value.strides)
         elif isinstance(value, tuple):
-            numbers += numbers_of(value)
+            numbers += value.numbers if isinstance(value, Lasting) else numbers_of(value)
         else:
             numbers.append(getattr(value, "address", value))
     return numbers
+
+
+class Lasting:
+    """A tuple whose arrays stay where they are: its type and numbers are found once, not in each call."""
+
+    record: Record
+    numbers: list[Any]
+
+
+def lasting(value: Any) -> Any:
+    """A NamedTuple as one of arrays that nobody replaces by others."""
+    owner: Any = type(value)
+    made = _lasting_class(owner)(*value)
+    made.record, made.numbers = kind_of(value), numbers_of(value)
+    return made
+
+
+@cache
+def _lasting_class(owner: Any) -> Any:
+    return type(owner.__name__, (owner, Lasting), {})
 
 
 def _place(array: Any) -> int:

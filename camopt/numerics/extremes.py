@@ -14,11 +14,12 @@ one by one. Every answer is the largest value found, and a bound of what the tru
 All this is compiled once. What evaluates a curve is compiled for each curve, and called by its address.
 """
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record
+from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record, lasting
 from camopt.kernels.by_address import Reached, address_of_values, call
 from camopt.kernels.compile import (
     PLAIN_RUN,
@@ -32,22 +33,26 @@ from camopt.numerics.climbing import Ask, allowed_gain, first_and_last, orient
 from camopt.numerics.curves import WITH_LOAD
 from camopt.numerics.evaluating import CURVE, evaluator
 from camopt.numerics.jet import larger
-from camopt.numerics.piecewise import PANEL_RECORD, MotionTable, panels_of
+from camopt.numerics.piecewise import PANEL_RECORD, MotionTable, Panels, panels_of
 from camopt.numerics.searching import blurred, look_again, search_panel
-from camopt.numerics.workspace import PLAIN_TILE, WORK, workspace
+from camopt.numerics.workspace import WORK, plain_workspace, workspace
 
 SHARP = 0.25  # of the tolerance: the rounding error allowed of a part that is looked at again
 TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
 
 
 class Precision(NamedTuple):
-    """The errors allowed: of extremes, relative; of their cam angles, rad, or inf."""
+    """The errors allowed: of extremes, relative; of their cam angles, rad, or inf.
+
+    An extreme counts as no less than the ``floor``: as no larger than −floor if it is the least value.
+    """
 
     value: float
     location: float
+    floor: float = -np.inf
 
 
-PRECISION = Record(Precision, (NUMBER, NUMBER))
+PRECISION = Record(Precision, (NUMBER, NUMBER, NUMBER))
 
 
 class Extremes(NamedTuple):
@@ -174,18 +179,20 @@ def _is_open_in_python(curve, first, count, panels, panel, node, goal, work):
 
 
 @called_by_kernels
-def begin(panels, kinds, goal, count, work):
+def begin(panels, kinds, goal, floor, count, work):
     """First extremes of a tile, from the nodes."""
     found = work.found
     best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
     for i in range(count):
+        found.best[i] = max(found.best[i], floor)
         found.top[i], found.rounding[i], found.at[i] = found.best[i], 0.0, node_angle(panels, found.node[i])
 
 
 @begin.uncompiled
-def _begin_in_python(panels, kinds, goal, count, work):
+def _begin_in_python(panels, kinds, goal, floor, count, work):
     found = work.found
     best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
+    found.best[:count] = larger(found.best[:count], floor)
     found.top[:count], found.rounding[:count] = found.best[:count], 0.0
     found.at[:count] = node_angle(panels, found.node[:count])
 
@@ -209,7 +216,7 @@ def search_open(curve, first, count, panels, place, aim, work):
 def search(curve, first, count, panels, question, precision, work):
     """The extremes of a tile: a question is the kinds of stroke to look at, and the goal."""
     kinds, goal = question
-    begin(panels, kinds, goal, count, work)
+    begin(panels, kinds, goal, precision.floor, count, work)
     for q in range(panels.kind.size):
         if panels.kind[q] & kinds:
             for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
@@ -220,7 +227,7 @@ def search(curve, first, count, panels, question, precision, work):
 @search.uncompiled
 def _search_in_python(curve, first, count, panels, question, precision, work):
     kinds, goal = question
-    begin(panels, kinds, goal, count, work)
+    begin(panels, kinds, goal, precision.floor, count, work)
     PLAIN_RUN.go_on()
     look_at_rows(curve, first, count, panels, np.unique(panels.group), work)
     panel, piece = perhaps_open(panels, kinds, goal, count, work)
@@ -299,7 +306,7 @@ def search_all(curve, panels, questions, precision, answers, work):
 
 @search_all.uncompiled
 def _search_all_in_python(curve, panels, questions, precision, answers, work):
-    search_all.py_func(curve, panels, questions, precision, answers, workspace(panels, PLAIN_TILE))
+    search_all.py_func(curve, panels, questions, precision, answers, plain_workspace(panels))
 
 
 @compiled_for_many
@@ -319,10 +326,28 @@ def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision
 
     questions (K, 2): the kinds of stroke to look at and the goal.
     """
-    answers = np.empty((3, len(questions), designs))
-    if type(f) not in WITH_LOAD:  # one kernel for both kinds of turn
-        table = table._replace(load=None)
-    panels, asked = panels_of(table), np.array(questions, np.int64)
+    answers, asked = np.empty((3, len(questions), designs)), np.array(questions, np.int64)
+    turn = _turn_of(Same(table), type(f) in WITH_LOAD)
     with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
-        search_curve(f, table, panels, asked, precision, answers, workspace(panels), SEARCH)
+        search_curve(f, *turn, asked, precision, answers, workspace(turn[1]), SEARCH)
     return Extremes(*answers)
+
+
+class Same:
+    """A key that is equal for one and the same object."""
+
+    def __init__(self, table: MotionTable) -> None:
+        self.table = table
+
+    def __hash__(self) -> int:
+        return id(self.table)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Same) and other.table is self.table
+
+
+@lru_cache(maxsize=64)
+def _turn_of(same: Same, loaded: bool) -> tuple[MotionTable, Panels]:
+    """A motion table and its panels, as kernels take them; without a load, one kernel for both kinds of turn."""
+    table = same.table if loaded else same.table._replace(load=None)
+    return lasting(table), lasting(panels_of(table))

@@ -1,11 +1,12 @@
 """The tables of the search for extremes for a tile of designs, made once and used for every tile."""
 
+from threading import local
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.kernels.arguments import BOOLEAN, NUMBER, Kind, Record
+from camopt.kernels.arguments import BOOLEAN, NUMBER, Kind, Record, lasting
 from camopt.numerics import FloatArray
 from camopt.numerics.piecewise import COUNTS, NUMBERS
 
@@ -13,6 +14,7 @@ TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the
 ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
 PLAIN_TILE = 1024  # of them uncompiled: a call of numpy takes as long as some thousand numbers in it
 DEPTH = 50  # halvings of a panel
+MOST_KEPT = 8  # workspaces of a thread, each of about a megabyte
 
 # rows of the table of climbs, one column for each that goes on
 LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, NEXT, EXACT = range(13)
@@ -102,9 +104,37 @@ WORK = Record(
 )
 
 
-def workspace(panels: Any, tile: int = TILE) -> Workspace:
-    """Tables for a turn that is divided into ``Panels``."""
-    nodes, rows, row = panels.kind.size + panels.centre.size, panels.rows, tile + ROW - TILE
+class OfThread(local):
+    """The tables that a thread has made, by their numbers of nodes and rows."""
+
+    def __init__(self) -> None:
+        self.made: dict[tuple[int, int], Workspace] = {}
+
+
+OF_THREAD = OfThread()
+
+
+def workspace(panels: Any) -> Workspace:
+    """The thread's tables for a turn that is divided into ``Panels``."""
+    size, made = _size(panels), OF_THREAD.made
+    if size not in made:
+        if len(made) >= MOST_KEPT:
+            made.clear()
+        made[size] = lasting(_workspace(*size, TILE))
+    return made[size]
+
+
+def plain_workspace(panels: Any) -> Workspace:
+    """Larger tables, for what is not compiled."""
+    return _workspace(*_size(panels), PLAIN_TILE)
+
+
+def _size(panels: Any) -> tuple[int, int]:
+    return panels.kind.size + panels.centre.size, panels.rows
+
+
+def _workspace(nodes: int, rows: int, tile: int) -> Workspace:
+    row = tile + ROW - TILE
     return Workspace(
         np.empty((nodes, row)),
         np.empty(rows, np.bool_),

@@ -9,10 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import EFFECTS, Case, Setup
+from camopt.effects.case import nothing
 from camopt.effects.crossing import find_crossing, round_bodies
 from camopt.effects.implied import Implied, LeastForce
 from camopt.effects.mean import Mean
 from camopt.effects.peak import DOUBLES, Bodies, OfBody, Peak
+from camopt.effects.peak_columns import extreme_of
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
@@ -24,6 +26,7 @@ UNDERCUT, SELF_CROSSING = "undercut", "self_crossing"  # names of limits that ev
 
 Decide = Callable[[Setup, Designs, Programme], bool | None]
 CLEAR = 1e-9  # relative, of what is further from a bound than rounding
+FLOOR = 4.0 * CLEAR  # and of what is further than that, within a tolerance
 
 
 class OnCurves(NamedTuple):
@@ -58,8 +61,13 @@ class Limit(ABC):
         """∂excess/∂bound of designs that just meet it; bound − excess/by_bound is the bound that a design meets."""
         return np.full(len(designs), np.nan)
 
-    def on_curves(self, case: Case) -> OnCurves | None:
-        """The bodies with which designs hold it whose pitch curves are those of a case, with what is found of them.
+    @property
+    def of_curves(self) -> tuple[str, ...] | None:
+        """The quantities from which pitch curves alone tell whether designs hold it; None if they do not."""
+        return None
+
+    def on_curves(self, case: Case, bodies: Bodies) -> OnCurves | None:
+        """With which of some bodies designs hold it that have the pitch curves of a case, and what is found of it.
 
         None if pitch curves do not tell.
         """
@@ -222,18 +230,37 @@ class QuantityLimit(Limit):
         finite = np.isfinite(extreme)
         return np.asarray(np.where(finite, np.where(finite, extreme, 0.0) * weight, extreme) - 1.0)
 
-    def on_curves(self, case: Case) -> OnCurves | None:
+    @cached_property
+    def of_curves(self) -> tuple[str, ...] | None:
+        if isinstance(self._weight, OfBody):
+            return ()
+        effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
+        return self.needs if all(effect.run is nothing for effect in effects) else None
+
+    @property
+    def _weight(self) -> Callable[[Designs], Any] | None:
+        """The weight of the extreme that a bound is compared with, if it is one."""
         peak = self.form
-        if not isinstance(peak, Peak) or not peak.extremes:
+        return peak.scale.weight(self.bound) if isinstance(peak, Peak) and peak.extremes else None
+
+    def on_curves(self, case: Case, bodies: Bodies) -> OnCurves | None:
+        peak, weight = self.form, self._weight
+        if not isinstance(peak, Peak) or not isinstance(weight, OfBody):
             return None
-        weight = peak.scale.weight(self.bound)
-        if not isinstance(weight, OfBody):
-            return None
-        far, near = ({name: case.shifted(name, side) for name in peak.extremes} for side in (1.0, -1.0))
-        return OnCurves(
-            weight.bodies(self._outward(peak, far, case.designs), CLEAR),
-            weight.bodies(self._outward(peak, near, case.designs), -CLEAR),
-        )
+        if case.found.keys() >= set(peak.extremes):
+            sides = [{name: case.shifted(name, side) for name in peak.extremes} for side in (1.0, -1.0)]
+            far, near = (self._outward(peak, columns, case.designs) for columns in sides)
+        else:
+            far, near = self._beyond_all(case, peak, weight.largest(bodies))
+        return OnCurves(weight.bodies(far, CLEAR), weight.bodies(near, -CLEAR))
+
+    def _beyond_all(self, case: Case, peak: Peak, weight: float) -> tuple[FloatArray, FloatArray]:
+        """The far and the near side of what ``_outward`` gives, or of what holds with the largest weight."""
+        allowed = peak.scale.extreme_at(self.bound, DOUBLES)
+        floor = (1.0 - FLOOR) / (weight * abs(allowed)) if weight > 0.0 else -np.inf
+        found = extreme_of(case, peak, floor=floor)
+        far, near = (allowed * found.value + side * abs(allowed) * found.width for side in (1.0, -1.0))
+        return far, near
 
     def _outward(self, peak: Peak, columns: Mapping[str, Any], designs: Designs) -> FloatArray:
         """The extreme as a share of what it is allowed to be, but for its weight."""
@@ -259,7 +286,11 @@ class SelfCrossing(Limit):
     def presumes(self) -> str:
         return UNDERCUT
 
-    def on_curves(self, case: Case) -> OnCurves | None:
+    @property
+    def of_curves(self) -> tuple[str, ...]:
+        return ("pressure_angle_max_deg",)
+
+    def on_curves(self, case: Case, bodies: Bodies) -> OnCurves | None:
         return OnCurves(surely=Bodies(most=round_bodies(case) * (1.0 - CLEAR)))
 
     def excess(self, columns: Columns, designs: Designs) -> FloatArray:

@@ -1,7 +1,8 @@
 """From a scene to a problem in inside units (mm, s, rad): its setup, programme, design and limits."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf, nan
 from typing import Any
 
@@ -68,7 +69,9 @@ class Problem:
 
     def with_programme(self, programme: Programme) -> "Problem":
         """The problem of another motion of the same follower, with the same limits."""
-        return replace(self, programme=programme)
+        problem = replace(self, programme=programme)
+        vars(problem)["wanted"] = self.wanted  # the same for all motions
+        return problem
 
     def with_numbers(self, numbers: Mapping[str, float | None]) -> "Problem":
         """The problem with other numbers of the scene, by key, at the same tolerance; sizes stay."""
@@ -143,7 +146,7 @@ class Problem:
         named = [n for n in offered(self.setup) if QUANTITIES[n].effect in outputs or EVERYTHING in outputs]
         return frozenset(named) | (frozenset(outputs) & QUANTITIES.keys())
 
-    @property
+    @cached_property
     def wanted(self) -> frozenset[str]:
         """The wanted quantities: the scene's outputs, or else motion and geometry; and those that limits need."""
         return self.needed | self.named
@@ -238,10 +241,10 @@ def claims_on(problem: Problem, made: Callable[[Designs, Programme], Any] | None
     return [claim for claim in problem.claims if claim.curve is made]
 
 
-def strictest(problem: Problem) -> list[Claim]:
-    """The claims of all limits, without those that a stricter one on the same curve and strokes implies."""
+def strictest(claims: Iterable[Claim]) -> list[Claim]:
+    """Some claims without those that a stricter one on the same curve and strokes implies."""
     found: dict[Any, Claim] = {}
-    for claim in problem.claims:
+    for claim in claims:
         same = claim.comparable
         if same not in found or claim.strictness > found[same].strictness:
             found[same] = claim

@@ -87,7 +87,7 @@ class Space:
         columns = {name: value + np.zeros(count) for name, value in fixed.sizes.items()}
         designs = fixed.with_values(columns | {each.field: rows.column(each.quantity) for each in brought})
         shared = [each for each in self.problem.choices.numbers if not each.is_ranged]
-        for motion in problems_of(self.problem):
+        for motion in map(self.problem.with_programme, {each.programme: None for each in self.problems}):
             rise, fall = (motion.programme.law_names(kind) for kind in (RISE, RETURN))
             here = np.flatnonzero((rows.column("law_rise") == rise) & (rows.column("law_return") == fall))
             for setting, which in _by_setting({v.key: rows.column(v.quantity)[here] for v in shared}, here.size):

@@ -41,7 +41,7 @@ def quantities(problem: Problem) -> dict[str, str]:
 
 def ceilings_of(demand: Demand) -> tuple[Claim, ...]:
     """The claims of a scene that are not linear; those that no motion can hold at its peak are left to the size."""
-    found = (claim for claim in strictest(demand.problem) if not is_linear(claim))
+    found = (claim for claim in strictest(demand.problem.claims) if not is_linear(claim))
     return tuple(claim for claim in found if claim.allowed() > 0.0 or claim.goal == LEAST)
 
 

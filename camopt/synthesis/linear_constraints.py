@@ -29,7 +29,7 @@ def floors_of(problem: Problem) -> list[LinearConstraint]:
 
 
 def _floors(problem: Problem) -> Iterator[LinearConstraint]:
-    asked = strictest(problem)
+    asked = strictest(problem.claims)
     for limit in problem.limits:
         for claim in limit.claims:
             if claim in asked and claim.curve in LINEAR:

@@ -113,14 +113,17 @@ def screened(problem: Problem, designs: Designs, wanted: frozenset[str]) -> Scre
     return _with_verdict(candidates, wanted)
 
 
-def screened_by_pitch(candidates: Candidates, wanted: frozenset[str]) -> Candidates:
-    """Those of some pitch curves, as designs of their own, that hold every limit which they decide, or may."""
-    of_sizes = tuple(limit for limit in candidates.pending if not limit.needs)
+def screened_by_pitch(candidates: Candidates, wanted: frozenset[str], later: tuple[Limit, ...] = ()) -> Candidates:
+    """Those of some pitch curves, as designs of their own, that hold every limit which they decide, or may.
+
+    Limits that are asked ``later`` call for no quantities here.
+    """
+    later = tuple(limit for limit in candidates.pending if limit in later or not limit.needs)
     found = candidates.unrefuted(candidates.problem.claims_of_pitch)
-    found = replace(found, pending=tuple(limit for limit in candidates.pending if limit.needs))
-    for effect, names in candidates.plan(wanted):
+    found = replace(found, pending=tuple(limit for limit in candidates.pending if limit not in later))
+    for effect, names in found.plan(wanted):
         found = found.asked(with_pitch_values(found.rows, found.case, effect, names))
-    return replace(found, pending=(*of_sizes, *found.pending))
+    return replace(found, pending=(*later, *found.pending))
 
 
 def screened_beyond_pitch(candidates: Candidates, wanted: frozenset[str]) -> Screened:

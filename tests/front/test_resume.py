@@ -220,7 +220,7 @@ def test_what_is_no_journal_is_as_none(data, tmp_path, whole):
 def test_a_batch_is_the_same_from_its_bytes():
     asked = sweep_plan(SCENE.replace(**{"limits.pressure_angle": None}), "all", BLOCK)
     batch = merged([asked.blocks.batch(n) for n in (11, 12)], asked.problem.objectives)  # of two laws
-    again = batch_of(encoded(batch, asked.names))
+    again = batch_of(encoded(batch, asked.row_names))
     for name in ("first", "last", "designs", "existing", "feasible", "effort", "reached"):
         assert getattr(again, name) == getattr(batch, name)
     for name in ("kept", "front", "best"):

@@ -158,7 +158,7 @@ def test_what_holds_rows_is_what_their_next_smaller_cams_exceed(scene, tables):
     rows = Rows({name: designs[name].to_numpy() for name in designs}, len(designs))
     space = space_of(resolve(scene))
     inside, smaller = next_smaller_cams(space, rows)
-    held = binding_limits(rows.count, inside, *to_compare(space, smaller))
+    held = binding_limits(rows.count, inside, *to_compare(space, frozenset(smaller.columns), smaller))
     for (*of_law, base), by in zip(designs[sizes].itertuples(index=False), held, strict=True):
         smaller = violated.get((*of_law, base - 4), None if base > 30 else "edge of the space")
         if smaller is not None:  # it can be assembled

@@ -10,7 +10,7 @@ from numba import typeof
 from numba.core.registry import cpu_target
 
 from camopt.kernels import compile
-from camopt.kernels.arguments import NONE, kind_of, numbers_of, types_in_c
+from camopt.kernels.arguments import NONE, kind_of, lasting, numbers_of, types_in_c
 from camopt.kernels.compile import compiled
 from camopt.kernels.numba_types import numba_type
 from camopt.numerics.extremes import SEARCH, Precision
@@ -30,6 +30,13 @@ def test_the_type_of_an_argument_is_numbas(value):
 
 
 IN_LLVM = {"c_void_p": "pointer", "c_long": "i64", "c_double": "double", "c_bool": "i8"}
+
+
+def test_a_tuple_that_lasts_is_taken_for_what_it_is():
+    value = Precision(MANY, (MANY[::2], None))
+    kept = lasting(value)
+    assert (kind_of(kept), numbers_of([kept, 2])) == (kind_of(value), numbers_of([value, 2]))
+    assert kept.location[0] is value.location[0]
 
 
 @pytest.mark.parametrize("value", [*ARGUMENTS, SEARCH])

@@ -243,6 +243,29 @@ def test_lines_have_the_extremes_of_their_polynomials():
         assert np.all(width[:, i] <= 1e-12 * np.abs(exact).max())
 
 
+@pytest.mark.parametrize("compiled_for", [8, 700])
+@pytest.mark.parametrize("goal", [LEAST, LARGEST, LARGEST_MAGNITUDE])
+def test_no_extreme_is_below_a_floor(goal, compiled_for):
+    """Random lines with floors near their extremes, against the roots of each panel's derivative."""
+    turn, rng = programme("poly4567", angular=False), np.random.default_rng(7)
+    f = Linear(*rng.normal(size=(3, compiled_for)), np.zeros(compiled_for))
+    ends = [span(turn, tuple(float(x[i]) for x in f[:3]), ALL_STROKES) for i in range(8)]
+    extreme = {
+        LEAST: lambda end: -end[0],
+        LARGEST: lambda end: end[1],
+        LARGEST_MAGNITUDE: lambda end: max(-end[0], end[1]),
+    }
+    exact = np.array([extreme[goal](end) for end in ends])
+    for floor in (*exact[:4] * (1 + 1e-6), *exact[4:] * (1 - 1e-6), -np.inf, 1e3):
+        value, _, width = extremes(
+            f, compiled_for, turn.table, [(ALL_STROKES, goal)], Precision(1e-9, np.inf, floor)
+        )
+        found, expected = (-value if goal == LEAST else value)[0, :8], np.maximum(exact, floor)
+        assert np.all(expected <= found + width[0, :8] + 1e-12 * expected)
+        assert np.all(found <= expected * (1 + 1e-12))
+        assert np.all(width[0, :8] <= 2e-9 * expected)
+
+
 def test_a_curve_that_is_nothing_is_known_exactly():
     turn, zero = programme("cycloidal", angular=False), np.zeros(1)
     questions = [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST), (ALL_STROKES, LARGEST_MAGNITUDE)]
