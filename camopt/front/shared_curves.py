@@ -137,6 +137,7 @@ class SharedCurves:
         self._known = np.zeros(len(self._locks), dtype=bool)
         self._exists, self._held = np.zeros((2, count), dtype=bool)
         self._surely, self._perhaps = (Bodies(*np.tile([[np.inf], [-np.inf]], count)) for _ in range(2))
+        self._from_below = False  # whether any body is too small
         self._columns: Columns = {}
         self._outward: Columns = {}
         self._half_width = np.zeros(count)
@@ -149,7 +150,8 @@ class SharedCurves:
         curves, bodies, parts = self._numbers.of_block(first, last)
         self._search(parts)
         surely, perhaps = (
-            Bodies(*(ends[curves] for ends in each)).hold(bodies) for each in (self._surely, self._perhaps)
+            Bodies(each.least[curves] if self._from_below else -np.inf, each.most[curves]).hold(bodies)
+            for each in (self._surely, self._perhaps)
         )
         existing = int(np.count_nonzero(self._exists[curves]))
         some = (np.flatnonzero(each) for each in (surely, perhaps & ~surely))
@@ -228,6 +230,7 @@ class SharedCurves:
         self._half_width[where], self._pending = found.rows.half_width, found.pending
         for bodies, told in zip((self._surely, self._perhaps), bodies_of(found, self._numbers.bodies), strict=True):
             bodies.least[where], bodies.most[where] = told
+            self._from_below |= bool(np.any(told.least > -np.inf))
         self._known[part] = True
 
 

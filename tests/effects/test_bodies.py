@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from camopt.effects.peak import BeyondBody, BodyRadiusPlus
+from camopt.effects.peak import BeyondBody, Bodies, BodyRadiusPlus
 from camopt.problem.limit import CLEAR
 
 
@@ -32,3 +32,11 @@ def test_bodies_hold_where_the_weight_times_the_extreme_is_at_most_one(weight, r
         np.abs(product - 1.0) > 3e-9 * (1.0 + radius * np.where(np.isfinite(extreme), np.abs(extreme), 0.0))
     )
     assert np.array_equal(surely[clear], held[clear])
+
+
+@pytest.mark.parametrize("weight", [BodyRadiusPlus, BeyondBody])
+@given(radius=st.sampled_from([0.0, 0.3, 25.0, 1e4]), ends=st.tuples(st.floats(0, 60), st.floats(0, 60)))
+def test_no_body_of_a_range_weighs_more_than_the_largest(weight, radius, ends):
+    range_ = Bodies(min(ends), max(ends))
+    bodies = np.linspace(*range_, 50)
+    assert weight(radius).largest(range_) == weight(radius)(SimpleNamespace(roller_radius=bodies)).max()
