@@ -42,9 +42,10 @@ if TYPE_CHECKING:
     from camopt.studies.sensitivities import Sensitivities, Sensitivity, sensitivities
     from camopt.studies.spectrum import Spectrum, response_spectrum
     from camopt.studies.timing import Passage, Timing, timing
-    from camopt.synthesis.frontier import Frontier, frontier
+    from camopt.synthesis.frontier import frontier
     from camopt.synthesis.synthesise import synthesise
     from camopt.synthesis.synthesised import Synthesis
+    from camopt.synthesis.traded import Frontier
     from camopt.tables.designs import Design, scene_of
     from camopt.tables.table import load
     from camopt.verdicts.certify import certify
@@ -60,7 +61,7 @@ _HOMES = {
     "Evaluation": "verdicts.evaluation",
     "Export": "exporting.exported",
     "Fit": "measured.fitted",
-    "Frontier": "synthesis.frontier",
+    "Frontier": "synthesis.traded",
     "Harmonics": "studies.harmonics",
     "LAWS": "motion",
     "MeasuredProfile": "measured.profile",
@@ -73,7 +74,7 @@ _HOMES = {
     "Stopped": "mistakes",
     "Sweep": "front.sweep",
     "SweepPart": "front.parts",
-    "Synthesis": "synthesis.synthesise",
+    "Synthesis": "synthesis.synthesised",
     "Timing": "studies.timing",
     "UnknownName": "mistakes",
     "Unmet": "mistakes",

@@ -1,5 +1,6 @@
 """``camopt`` and ``python -m camopt``: the command line."""
 
+import os
 import sys
 
 from camopt.cli.interrupts import code, interrupts
@@ -9,6 +10,7 @@ def main() -> int:
     """Run a command; the exit code. An interrupt is told as one from the first import on."""
     with interrupts():
         try:
+            os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # looked for among all installed packages
             from camopt.cli.main import main as run
 
             return run()

@@ -19,7 +19,7 @@ from camopt.storage.manifest import of_one_run, settled_file, settled_path, sett
 from camopt.storage.sealed import SCENE_KEY as SCENE_OF_TABLE
 from camopt.storage.sealed import TableFile, no_table
 from camopt.synthesis.files import KNOWN_FILE, SCENE_FILE, frontier_table
-from camopt.synthesis.frontier import Frontier
+from camopt.synthesis.traded import Frontier
 from camopt.tables.designs import OPTIMUM
 from camopt.tables.table import scene_in
 

@@ -9,7 +9,7 @@ from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.style import ALARM, COLOURS, INK, LIMIT, MUTED, PAGE_TITLE, TEXT, dress
 from camopt.motion.table import RISE
-from camopt.synthesis.frontier import Frontier
+from camopt.synthesis.traded import Frontier
 from camopt.synthesis.units import unit_of
 from camopt.tables.columns import joined_laws
 

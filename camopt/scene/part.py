@@ -23,8 +23,8 @@ from camopt.scene.tables import (
     Length,
     Materials,
     Positive,
-    SceneNumber,
     SceneTable,
+    Within,
     is_pair,
     one_line,
     or_text,
@@ -68,7 +68,7 @@ class Part(SceneTable):
     """Fit of that width, such as JS9."""
     keyway_depth: Length | None = None
     """Depth of the keyway in the hub (t₂ of DIN 6885), from the bore's surface at its middle; mm."""
-    keyway_angle: Annotated[SceneNumber, Field(ge=-360, le=360)] | None = None
+    keyway_angle: Annotated[float, Within(ge=-360, le=360)] | None = None
     """Direction of the keyway's middle in the cam's own frame, ccw from x; deg."""
     groove_depth: Length | None = None
     """Depth of the groove of a cylindrical cam; mm."""

@@ -14,9 +14,9 @@ from camopt.scene.tables import (
     LawName,
     Materials,
     Quantities,
-    SceneNumber,
     SceneTable,
     Switch,
+    Within,
     as_list,
     whole_number,
 )
@@ -94,7 +94,7 @@ class Search(SceneTable):
     """Quantities that a Pareto front minimises."""
     maximise: Quantities = ()
     """Quantities that it maximises."""
-    thin: Annotated[SceneNumber, Field(ge=1e-9, lt=1)] | None = None
+    thin: Annotated[float, Within(ge=1e-9, lt=1)] | None = None
     """Share of an objective's range within which rows of the front count as one; no unit."""
     refine: Switch = False
     """Move each row of the front off the grid, to an optimum of the continuous problem."""

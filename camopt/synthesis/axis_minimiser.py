@@ -11,7 +11,6 @@ from functools import cached_property, partial
 from math import inf
 from typing import Any, NamedTuple
 
-import cvxpy as cp
 import numpy as np
 
 from camopt.mistakes import Unsolved
@@ -23,6 +22,7 @@ from camopt.synthesis.convex import SOLVER_ERROR, Convex, convex
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, iterate_of
+from camopt.synthesis.modelling import cp
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from math import isfinite, isnan
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,12 +24,13 @@ from camopt.scene.scene import Scene
 from camopt.smallest.optimise import SECONDS, Optimum, optimise
 from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
-from camopt.synthesis.convex import SQUARES
-from camopt.synthesis.demand import TERM_ORDERS, Demand
+from camopt.synthesis.demand import SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.from_scene import objective_in
-from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.synthesised import Synthesis, free_names
 from camopt.tables.designs import Design, scene_with_row
+
+if TYPE_CHECKING:
+    from camopt.synthesis.iterate import Iterate
 
 LEAST_DERIVATIVE = 1e-12  # of the range of a derivative: rounding
 OFF = (1e-6, 1e-5, 1e-3, 0.1)  # of the lift by the stroke's angle: by how much a solver may miss a condition
@@ -102,7 +103,7 @@ def has_own_size(problem: Problem, objective: Collection[str]) -> bool:
     return not (limited or sought or isnan(problem.design.size[0]))
 
 
-def scene_with_laws(scene: Scene, demand: Demand, found: Iterate) -> Scene:
+def scene_with_laws(scene: Scene, demand: Demand, found: "Iterate") -> Scene:
     """The scene of a demand with free laws in place of its own."""
     data, strokes = scene.to_dict(), iter(strokes_with(demand, found))
     laws = data.setdefault("laws", {})
@@ -126,7 +127,7 @@ def scene_with_laws(scene: Scene, demand: Demand, found: Iterate) -> Scene:
     return Scene.from_dict(data, scene.file)
 
 
-def strokes_with(demand: Demand, found: Iterate) -> tuple[Stroke, ...]:
+def strokes_with(demand: Demand, found: "Iterate") -> tuple[Stroke, ...]:
     """The strokes of a demand with free laws."""
     free = iter(zip(free_names(demand.problem.segments), found.coefficients, strict=True))
     return tuple(
@@ -135,7 +136,7 @@ def strokes_with(demand: Demand, found: Iterate) -> tuple[Stroke, ...]:
     )
 
 
-def programme_with(demand: Demand, found: Iterate) -> Programme:
+def programme_with(demand: Demand, found: "Iterate") -> Programme:
     """The turn with free laws."""
     own, strokes = demand.problem.programme, strokes_with(demand, found)
     return replace(own, strokes=strokes, start=strokes[0].low / own.unit).on_base_circle()
@@ -167,7 +168,7 @@ def _meets(demand: Demand, stroke: Stroke, up: float, condition: Condition) -> b
     return bool(np.all((values >= condition.low - room) & (values <= condition.high + room)))
 
 
-def cam_for(asked: Scene, demand: Demand, found: Iterate) -> Synthesis | None:
+def cam_for(asked: Scene, demand: Demand, found: "Iterate") -> Synthesis | None:
     """The smallest cam for free laws, proved, under every limit of the scene; None if there is none."""
     scene = scene_with_laws(asked, demand, found)
     best = smallest_cams(scene).best
@@ -180,7 +181,7 @@ def cam_for(asked: Scene, demand: Demand, found: Iterate) -> Synthesis | None:
     return Synthesis(asked, scene_with_row(scene, best), best, objective)
 
 
-def objective_of(demand: Demand, found: Iterate, size: float) -> float:
+def objective_of(demand: Demand, found: "Iterate", size: float) -> float:
     """The objective of free laws and a size, from the motion itself."""
     programme = programme_with(demand, found)
     return sum(weight * term_of(demand, programme, name, size) for name, weight in demand.objective.items())

@@ -13,17 +13,14 @@ from functools import cached_property
 from math import inf, pi, sqrt
 from typing import Any
 
-import cvxpy as cp
-
 from camopt.mistakes import Unsolved
 from camopt.motion.table import DWELL
 from camopt.synthesis import residual
-from camopt.synthesis.demand import TERM_ORDERS, Demand
+from camopt.synthesis.demand import SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.fixed_motion import FixedMotion
+from camopt.synthesis.modelling import cp
 from camopt.synthesis.rows import ConvexRows, negated, stacked
 from camopt.synthesis.stroke_motion import DerivativeRange, MakeMotion, Ranges, Sizes, StrokeMotion
-
-SQUARES = {"acceleration_rms": 2, "jerk_rms": 3}
 
 
 @dataclass

@@ -21,6 +21,7 @@ from camopt.synthesis.residual import LeftOver, left_over
 from camopt.synthesis.splines import Splines
 
 TERM_ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
+SQUARES = {"acceleration_rms": 2, "jerk_rms": 3}
 
 SIZE_WORDS = "the size"
 

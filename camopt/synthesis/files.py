@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from camopt.synthesis.compare import KnownLaws
-    from camopt.synthesis.frontier import Frontier
     from camopt.synthesis.synthesised import Synthesis
+    from camopt.synthesis.traded import Frontier
 
 SCENE_FILE, LAWS_FILE, KNOWN_FILE, SUMMARY_FILE = SYNTHESIS = (
     "synthesised.toml",

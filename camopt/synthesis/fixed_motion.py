@@ -2,13 +2,13 @@
 
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Demand
+from camopt.synthesis.modelling import cp
 from camopt.synthesis.rows import ConvexRows, LinearTerm
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 

@@ -21,13 +21,13 @@ from collections.abc import Sequence
 from math import isfinite, sqrt
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 from scipy import sparse
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Demand, LinearConstraint
+from camopt.synthesis.modelling import cp
 from camopt.synthesis.rows import ConvexRows, LinearTerm, negated, stacked
 from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 

@@ -8,9 +8,10 @@ solver over the programme; a matrix is one expression.
 from collections.abc import Sequence
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 from scipy import sparse
+
+from camopt.synthesis.modelling import cp
 
 LinearTerm = tuple[Any, Any]
 """A coefficient and what it multiplies."""

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +22,7 @@ from camopt.synthesis.ceilings import Sampled, samples
 from camopt.synthesis.convex import SOLVER_ENDS, Convex, solve
 from camopt.synthesis.demand import TERM_ORDERS
 from camopt.synthesis.iterate import Iterate, iterate_of, moving, sampled_motions
+from camopt.synthesis.modelling import cp
 
 PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
 MOST_CONVEX_STEPS, FIRST_REACH = 60, 0.1

@@ -3,7 +3,6 @@
 from math import isfinite
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 from scipy import sparse
 
@@ -11,6 +10,7 @@ from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.quadratic import INDEPENDENT
 from camopt.synthesis.demand import Demand, LinearConstraint
+from camopt.synthesis.modelling import cp
 from camopt.synthesis.rows import ConvexRows, LinearTerm, negated
 from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 

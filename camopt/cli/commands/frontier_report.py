@@ -8,7 +8,7 @@ from camopt.problem.rows import finite
 from camopt.tables.cells import number
 
 if TYPE_CHECKING:
-    from camopt.synthesis.frontier import Frontier
+    from camopt.synthesis.traded import Frontier
 
 
 def show_frontier(found: "Frontier", as_json: bool) -> None:
