@@ -57,10 +57,17 @@ def test_a_closed_stderr_gives_its_number_to_no_file():
 @pytest.mark.parametrize("value", ["0", "-1", "many"])
 def test_an_environment_that_numba_refuses_is_told_in_a_line(value):
     code, out, err = shell(
-        "camopt sweep roller-1000rpm", NUMBA_NUM_THREADS=value, NUMBA_DISABLE_JIT="0", NUMBA_CACHE_DIR="empty"
+        "camopt accuracy roller-1000rpm", NUMBA_NUM_THREADS=value, NUMBA_DISABLE_JIT="0", NUMBA_CACHE_DIR="empty"
     )
     assert (code, out, err.count("\n")) == (exits.BAD_INPUT, "", 1)
     assert "numba does not start with its environment variables" in err
+
+
+def test_a_sweep_needs_no_numba():
+    code, _, err = shell(
+        "camopt sweep roller-1000rpm --quiet --out out", NUMBA_NUM_THREADS="0", NUMBA_CACHE_DIR="empty"
+    )
+    assert (code, err) == (0, "")
 
 
 @pytest.fixture
