@@ -1,5 +1,6 @@
 """Benchmarks are the functions ``bench_*`` of the files ``bench_*.py``; they run only when asked for."""
 
+import compiled  # noqa: F401
 import pytest
 
 

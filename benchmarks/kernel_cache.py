@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import camopt
+from camopt.kernels import compile
 from camopt.kernels.compile import compiled
 from camopt.kernels.compiling import COMPILING
 from camopt.kernels.kernel_cache import content_of
@@ -57,6 +58,7 @@ def totals() -> list[float]:
 
 def answer(what: str) -> None:
     """Work, and print the digest of what is found, and whether kernels were compiled."""
+    compile.SMALL_ARRAY = -1
     found = swept() if what == "sweep" else totals()
     print(sha256(repr(found).encode()).hexdigest(), COLD if COMPILING.seconds else WARM)
 

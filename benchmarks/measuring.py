@@ -16,6 +16,7 @@ from subprocess import CalledProcessError
 from time import perf_counter
 from typing import Any
 
+import compiled  # noqa: F401
 from c_library import c_library
 from record import TIMES
 from tasks import COUNTED, TASKS, Task

@@ -196,7 +196,9 @@ def test_folders_of_versions_long_unused_go(tmp_path):
 @pytest.mark.long  # it compiles twice; kernels alone are tested above
 def test_a_command_survives_a_torn_cache(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    command = [sys.executable, "-m", "camopt", "sweep", "roller-1000rpm", "--quiet", "--out"]
+    compiling = "from camopt.kernels import compile; compile.SMALL_ARRAY = -1"
+    main = f"{compiling}; from camopt.cli.main import main; raise SystemExit(main())"
+    command = [sys.executable, "-c", main, "sweep", "roller-1000rpm", "--quiet", "--out"]
 
     def swept(folder):
         run = subprocess.run([*command, folder], capture_output=True, text=True, timeout=600, env=environment)
