@@ -9,7 +9,7 @@ from typing import Any
 LONGEST_SHOWN, LONGEST_NAME, LONGEST_LINE = 100, 200, 1000  # characters of a value, of a file or key, of a message
 MOST_TOLD = 20  # mistakes
 ALIKE_SHARE = 0.75  # share of two words that is the same, in those that mean the same
-MOST_LISTED, MOST_MEANT = 30, 3  # known names; those that may have been meant
+MOST_LISTED, MOST_NEAR, MOST_MEANT = 30, 8, 3  # known names; of more the nearest; those that may have been meant
 
 
 @dataclass(frozen=True)
@@ -166,9 +166,10 @@ def _nearest(word: str, known: tuple[str, ...]) -> str:
         or _with_such_a_part(word, known)
         or get_close_matches(word, known, n=1, cutoff=0.5)
     )
-    first = known if len(known) <= MOST_LISTED else get_close_matches(word, known, n=len(known), cutoff=0.0)
+    few = len(known) <= MOST_LISTED
+    first = known if few else get_close_matches(word, known, n=len(known), cutoff=0.0)
     meant = f"did you mean {' or '.join(map(shortened, close))}? " if close else ""
-    return f"{meant}known: {listed_words(first)}"
+    return f"{meant}known: {listed_words(first, MOST_LISTED if few else MOST_NEAR)}"
 
 
 def _with_such_a_part(word: str, known: Sequence[str]) -> list[str]:

@@ -74,7 +74,8 @@ def _notes(scene: Scene) -> Iterator[str]:
     """Notes on the limits of the scene that the cam exceeds."""
     row = evaluate(scene)
     if not row["feasible"]:
-        yield f"the cam is not proved to meet the limits of the scene: {row['violated'] or row['status']}"
+        broken = f"breaks limits of the scene: {row['violated']}"
+        yield f"the cam {broken if row['violated'] else 'is not proved to meet the limits of the scene'}"
 
 
 def writer(suffix: str) -> Callable[..., Export]:

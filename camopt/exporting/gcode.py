@@ -95,8 +95,15 @@ def write(
         levels = levels[-1:]
     program.say(*program.words.end)
     write_text(path, program.text())
-    notes = () if depth is not None else ("neither a depth nor part.thickness is given: the program has no Z",)
-    return Export(path, told(cuts), notes=notes)
+    return Export(path, told(cuts), notes=tuple(_left_out(depth, spindle)))
+
+
+def _left_out(depth: float | None, spindle: float | None) -> Iterator[str]:
+    """What a machine needs, and the program does not say."""
+    if depth is None:
+        yield "neither a depth nor part.thickness is given: the program has no Z"
+    if spindle is None:
+        yield "no speed of the spindle is given: the program does not start it"
 
 
 def _start(program: Program, tool: int | None, spindle: float | None, coolant: bool) -> None:
@@ -303,7 +310,6 @@ def _begin(program: Program, work: Workpiece, cuts: Mapping[str, Followed], how:
     program.comment(f"camopt {VERSION}; {how}")
     for name, each in cuts.items():
         program.comment(f"{name}: {len(each.path)} {each.path.what}, within {each.deviation:.6f} mm")
-    program.comment(
-        "zero: centre of the cam, top face of the plate, a hub below it; X and Y as in the cam's drawing"
-    )
+    below = ", the hub below it" if work.part.stands_on_hub else ""
+    program.comment(f"zero: centre of the cam, top face of the plate{below}; X and Y as in the cam's drawing")
     program.say(*program.words.modes)

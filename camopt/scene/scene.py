@@ -27,7 +27,7 @@ from camopt.scene.part import Part, resolved
 from camopt.scene.profile import read_profile
 from camopt.scene.search import Search
 from camopt.scene.sources import shipped_scenes, shipped_toml
-from camopt.scene.speed import read_speed
+from camopt.scene.speed import OF_CRANK, read_speed
 from camopt.scene.tables import (
     MOST_SEGMENTS,
     Accuracy,
@@ -250,6 +250,8 @@ class Scene(HasHtml, Drawn, SceneTable):
         data = self.to_dict()
         if self.profile and changes.get("profile"):
             del data["cam"]["base_radius"]  # which follows from it
+        if changes.get(OF_CRANK) is not None:
+            data["cam"].pop("rpm", None)
         for key, value in changes.items():
             *tables, last = key.split(".")
             table: Any = data

@@ -6,6 +6,7 @@ from typing import Any
 from camopt.scene.law_forms import LawFault
 from camopt.scene.mapping import number_of
 
+OF_CRANK = "cam.rpm_of_crank"
 TURNS_OF_CRANK = 2.0  # in one turn of the camshaft
 
 
@@ -16,7 +17,7 @@ def read_speed(tables: dict[str, Any]) -> Iterator[LawFault]:
     if cam is None or crank is None:
         return
     if cam.get("rpm") is not None:
-        yield "cam.rpm_of_crank", crank, "not together with cam.rpm, which is half of it: give one of both"
+        yield OF_CRANK, crank, "not together with cam.rpm, which is half of it: give one of both"
     elif (speed := number_of(crank)) is not None and speed > 0.0:
         cam["rpm"] = speed / TURNS_OF_CRANK
         del cam["rpm_of_crank"]

@@ -16,6 +16,8 @@ from camopt.scene.tables import SceneTable
 from camopt.scene.text import TYPED
 
 ANGLE = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
+PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")
+"""How plates of motors write rev/min."""
 EXACT = 15
 """Digits to which a converted number is rounded: those that a rounding error cannot reach."""
 
@@ -74,6 +76,8 @@ def converted(text: str, unit: str) -> float:
     from pint import PintError
 
     target = "" if unit == "no unit" else unit.replace("·", "*").replace("rev", "turn")
+    if unit == "rev/min":
+        text = PER_MINUTE.sub("rev/min", text)
     allowed = (
         f"a number in {unit}, or with a unit of that kind, such as '1 {unit}'"
         if target

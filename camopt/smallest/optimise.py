@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, isclose
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -182,7 +182,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     ranked = ByLaw((laws, Design(found[laws], scene)) for laws in order)
     nearest = None if found else _least(misses, scene)
     best = next(iter(ranked.values()), None)
-    warnings = (*warnings_of(cams[order[0]]), *_held_by_shape_alone(problem, best)) if best else ()
+    warnings = (*warnings_of(cams[order[0]]), *_warnings(problem, best)) if best else ()
     return Optimum(scene, best, ranked, obstacles, nearest, out_of_time, warnings)
 
 
@@ -259,8 +259,13 @@ def _why(each: Answered, until: float) -> Reason:
     return Reason(f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)")
 
 
-def _held_by_shape_alone(problem: Problem, best: Design) -> Iterator[str]:
-    """A warning if the smallest cam meets only what every cam has to, as not to be undercut."""
+def _warnings(problem: Problem, best: Design) -> Iterator[str]:
+    """What to know of the smallest cam: numbers that do not hold its size; whether no limit that was set does."""
+    free = [each for each in problem.choices.numbers if each.is_free]
+    idle = [each.key for each in free if isclose(best[each.quantity], sum(each.ends) / 2.0, rel_tol=1e-12)]
+    if idle:
+        finds = "a sweep with it among its objectives finds the best"
+        yield f"the size does not depend on {listed(idle)} here: the middle of the range is given; {finds}"
     unasked = {limit.name for limit in problem.limits if not limit.asked}
     if best["binding"] and unasked.issuperset(best["binding"]):
         wanted = "pressure_angle, curvature_radius or contact_stress"

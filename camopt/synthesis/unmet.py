@@ -3,14 +3,14 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 from camopt.mistakes import Unmet, listed_words
 from camopt.motion.segments import MOVE
 from camopt.numerics.irreducible import irreducible
 from camopt.problem.limit import Limit
 from camopt.problem.problem import resolve
-from camopt.quantities import QUANTITIES
+from camopt.quantities import AT_LEAST, QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.scene.tables import OBJECTIVE_TERMS
 from camopt.smallest.optimise import Optimum
@@ -24,6 +24,17 @@ BestPossible = Callable[[Demand], float | None]
 """What no motion whatever can pass of a demand's objective; infinite if none holds its limits."""
 
 
+class Missed(NamedTuple):
+    """A limit that a design breaks."""
+
+    words: str
+    """What it reached beside the bound."""
+    by: float
+    """How far that is from the bound, as a share of it."""
+    easier: str
+    """Which bounds are easier to hold: larger, or smaller ones."""
+
+
 def no_cam(searches: Sequence[Optimum]) -> Unmet:
     """No cam of free laws holds the limits that are not convex: what the one that misses by least has of each."""
     held = "free laws hold the convex limits, but no cam was found that also holds"
@@ -32,13 +43,13 @@ def no_cam(searches: Sequence[Optimum]) -> Unmet:
     if not found:
         obstacles = dict.fromkeys(why for each in searches for why in each.obstacles.values())
         return Unmet(f"{held} the others: {listed_words(list(obstacles))}")
-    nearest = min(found, key=lambda each: (len(each), max(by for _, by in each.values())))
-    keys = [key for key in nearest if "." in key]
-    lifts = f"; what lifts this is a wider {' or '.join(keys)}, or none" if keys else ""
-    return Unmet(f"{held} {listed_words([f'{key} ({words})' for key, (words, _) in nearest.items()])}{lifts}")
+    nearest = min(found, key=lambda each: (len(each), max(missed.by for missed in each.values())))
+    wider = [f"{missed.easier} {key}" for key, missed in nearest.items() if "." in key]
+    lifts = f"; what lifts this is a {' or a '.join(wider)}, or no such limit" if wider else ""
+    return Unmet(f"{held} {listed_words([f'{key} ({missed.words})' for key, missed in nearest.items()])}{lifts}")
 
 
-def _missed(miss: Design) -> dict[str, tuple[str, float]]:
+def _missed(miss: Design) -> dict[str, Missed]:
     """By the key of each limit that a design breaks what it reached beside the bound, and by what share."""
     broken = str(miss["violated"]).split(",")
     limits = [limit for limit in resolve(miss.searched).limits if limit.name in broken]
@@ -50,15 +61,16 @@ def key_of(limit: Limit) -> str:
     return (limit.given_by or f"limits.{limit.name}") if limit.asked else limit.name
 
 
-def _reached(limit: Limit, row: Mapping[str, Any]) -> tuple[str, float]:
-    """The quantity that breaks a limit most, in words, and how far it is from the bound as a share of that."""
+def _reached(limit: Limit, row: Mapping[str, Any]) -> Missed:
+    """The quantity that breaks a limit most."""
     values = {name: float(row[name]) for name in limit.shown if isinstance(row.get(name), (int, float))}
     if not values or not limit.asked:
-        return "broken", inf
+        return Missed("broken", inf, "other")
     worst = max(values, key=lambda name: abs(values[name] - limit.bound))
     by = abs(values[worst] - limit.bound) / (abs(limit.bound) or 1.0)
     asked = f"{limit.relation} {number(limit.bound)} {QUANTITIES[worst].unit}".rstrip()
-    return f"{worst} = {number(values[worst])} was reached, {asked} is asked", by
+    easier = "smaller" if limit.relation.startswith((AT_LEAST, ">")) else "larger"
+    return Missed(f"{worst} = {number(values[worst])} was reached, {asked} is asked", by, easier)
 
 
 def contradiction(scene: Scene, demand: Demand, bound_of: BestPossible) -> Unmet:

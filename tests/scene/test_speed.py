@@ -26,6 +26,12 @@ def test_it_takes_a_search_over_the_speed_of_the_cam():
     assert camopt.sweep(scene).designs == 2
 
 
+def test_it_takes_the_place_of_the_speed_of_a_scene():
+    scene = valve(rpm_of_crank=7000)
+    assert scene.replace(**{"cam.rpm_of_crank": 5000}).cam.rpm == 2500.0
+    assert scene.replace(**{"cam.rpm": 100}).cam.rpm == 100.0
+
+
 @pytest.mark.parametrize("speed", [-1, 0, "fast", True, float("inf"), "3 mm"])
 def test_what_is_no_speed(speed):
     with pytest.raises(BadInput, match=r"cam\.rpm_of_crank = .*: must be"):

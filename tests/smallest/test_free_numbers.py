@@ -126,3 +126,17 @@ def test_a_number_below_0_is_taken_as_it_is():
     found = freedom.excesses(cam.limits, np.zeros((1, freedom.directions.shape[1])))[:, 0]
     expected = evaluate_designs(loaded, {"base_radius_mm": [loaded.cam.base_radius]})
     assert found == pytest.approx([expected[f"excess_{each.name}"][0] for each in cam.limits], rel=1e-9)
+
+
+def test_a_number_that_does_not_hold_the_size_is_told():
+    scene = find_scene("exhaust-valve").replace(
+        **{
+            "cam.rpm": 300,
+            "follower.dynamics": {"mass": 0.5, "preload": 200},
+            "limits": {"pressure_angle": 30, "contact_force_min": 10},
+            "search": {"follower": {"dynamics": {"spring_rate": {"start": 10, "stop": 30}}}},
+        }
+    )
+    found = optimise(scene)
+    assert found.best["spring_rate_N_per_mm"] == 20.0
+    assert any("the size does not depend on follower.dynamics.spring_rate here" in each for each in found.warnings)

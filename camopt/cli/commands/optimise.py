@@ -1,5 +1,6 @@
 """``camopt optimise``."""
 
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -59,7 +60,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
         walls = no_wall(scene, result.best.get("base_radius_mm")) if result.best else ()
         return Told(partial(show_optimum, result, costs), code, (*result.warnings, *walls))
 
-    before = terminal.unused_of(scene)
+    before = (*terminal.unused_of(scene), *_other_objectives(scene))
     if out:
         check_folder(scene, out, OPTIMUM)
         made = Once(out, "optimise", (OPTIMUM,), {"seconds": seconds}, before)
@@ -71,3 +72,10 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     if not quiet:
         terminal.say_notes(told.notes)
     return told.code
+
+
+def _other_objectives(scene: Any) -> Iterator[str]:
+    """What to know of objectives that are for sweeps: here the size alone is."""
+    named = [*scene.search.minimise, *scene.search.maximise]
+    if named and scene.mechanism.body.size_quantity not in named:
+        yield f"search: optimise minimises the size, and not {', '.join(named)}, which sweep does"

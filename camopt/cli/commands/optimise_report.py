@@ -39,7 +39,8 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
         if row["clear_above_mm"] > row[size_name]:
             clear = row["clear_above_mm"]
             upto = f"up to {number(clear)} mm" if isfinite(clear) else "the largest too"
-            show(f"{law or result.scene.name}: larger cams are not all feasible; some break a limit, {upto}")
+            some = f"some break a limit{', or were not looked at in the time' if result.out_of_time else ''}"
+            show(f"{law or result.scene.name}: larger cams are not all known to be feasible; {some}, {upto}")
     if result.out_of_time:
         show("The search ran out of time; --seconds gives it more.")
     if any(prices.values()):
