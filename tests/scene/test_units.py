@@ -11,6 +11,8 @@ LB, IN, LBF = 0.45359237, 25.4, 4.4482216152605  # kg, mm, N: NIST SP 811, appen
 GIVEN = [
     ("cam.base_radius", "2 in", 2 * IN),
     ("cam.rpm", "10 rev/s", 600.0),
+    ("cam.rpm", "240 1/min", 240.0),
+    ("cam.rpm", "240 min^-1", 240.0),
     ("cam.rpm", "100 rad/s", 100 * 30 / pi),
     ("motion.1.angle", "120 deg", 120.0),
     ("motion.1.angle", "0.33333333333333333 turn", 120.0),
