@@ -139,20 +139,6 @@ class Case:
         """The setup with the numbers of each design in it."""
         return self.setup.at(self.designs)
 
-    def by_setting(self, find: Callable[[Setup], Any]) -> Any:
-        """Values that depend on a design's numbers but not on its sizes, computed once for designs that share them.
-
-        A number, or a NamedTuple of numbers; arrays (designs,) where designs bring numbers.
-        """
-        numbers = self.designs.numbers
-        if not numbers:
-            return find(self.setup)
-        settings, which = np.unique(np.column_stack([*numbers.values()]), axis=0, return_inverse=True)
-        chosen = [dict(zip(numbers, row, strict=True)) for row in settings.tolist()] or [{}]  # of no design
-        found = [find(self.setup.with_numbers(each)) for each in chosen]
-        columns = np.array(found).T[..., which.reshape(-1)]
-        return type(found[0])(*columns) if isinstance(found[0], tuple) else columns
-
     def far(self, name: str) -> Any:
         """The far side of the enclosure of a quantity that an earlier effect found."""
         return self.shifted(name, 1.0)

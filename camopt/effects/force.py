@@ -11,10 +11,8 @@ its cam without force, which is no loss of contact.
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 8 and 9.
 """
 
-from collections.abc import Callable
-from dataclasses import replace
-from functools import lru_cache, partial
-from itertools import product
+from collections.abc import Callable, Sequence
+from functools import partial
 from math import inf, pi
 from typing import Any, NamedTuple
 
@@ -24,16 +22,20 @@ from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.given import GivenDynamics
 from camopt.effects.implied import Implied, LeastForce
 from camopt.effects.peak import Peak, at_corners
+from camopt.effects.settings import by_setting
 from camopt.effects.work import added, derivative
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import ALL_STROKES
-from camopt.numerics import BISECTIONS, LARGEST, LEAST, FloatArray
+from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import Linear, curve, formula
+from camopt.numerics.extremes import Precision, extremes
 from camopt.numerics.piecewise import load_series
 
 CONTACT = ("contact_force_min_N", "contact_force_max_N")
 STIFFEST = 1e12  # times the force over the lift: a spring that no stiffer one betters
+FAST = 1e9  # rad/s: a speed at which the inertia alone decides where F is least
+BESIDE = 1e-8  # relative: nearer than this to a root, its cam angle is not exact enough, and F itself tells more
 FORCE_ERROR = 1e-14  # of the largest force: less below 0 is rounding
 
 
@@ -82,11 +84,12 @@ def weights(dynamics: GivenDynamics, omega: Any) -> tuple[Any, Any, Any, Any]:
     return dynamics.stiffness, dynamics.damping * omega, dynamics.mass * omega**2, constant
 
 
-def force_series(programme: Programme, dynamics: GivenDynamics, omega: float) -> FloatArray:
-    """F on the panels, N (N·mm)."""
+def force_series(programme: Programme, factors: Sequence[Any]) -> FloatArray:
+    """F on the panels, N (N·mm), from its factors (``weights``), (settings,): (powers, settings, panels)."""
     table = programme.table
-    *factors, constant = weights(dynamics, omega)
-    along = added(*(factor * derivative(table, order) for order, factor in enumerate(factors)), load_series(table))
+    *moved, constant = (np.reshape(factor, (-1, 1)) for factor in factors)
+    terms = [factor * derivative(table, order)[:, None] for order, factor in enumerate(moved)]
+    along = added(*terms, load_series(table)[:, None])
     along[0] += constant
     return along
 
@@ -100,63 +103,120 @@ def force_span(programme: Programme, dynamics: GivenDynamics, omega: float) -> t
     return least + constant, largest + constant
 
 
-@lru_cache(maxsize=4096)
-def jump_speed(programme: Programme, dynamics: GivenDynamics) -> float:
-    """The largest ω up to which contact is kept, rad/s; 0 if there is none at rest.
+class Pressed(NamedTuple):
+    """The least and the largest F over a turn, N (N·mm), (settings,), and the motion next to where it is least."""
 
-    With damping, contact may be lost, won and lost again as ω grows. So ω goes up in steps over which it is proved
-    to be kept, longer and longer while that succeeds, and halved where it does not, down to rounding.
+    least: FloatArray
+    largest: FloatArray
+    y: FloatArray
+    y1: FloatArray
+    y2: FloatArray
+    load: FloatArray
+    """The external load there, if it changes over the turn; else 0."""
+
+    @property
+    def kept(self) -> Any:
+        """Whether such forces keep contact: less below 0 is rounding."""
+        return self.least >= -FORCE_ERROR * np.maximum(-self.least, self.largest)
+
+
+def pressed(programme: Programme, *factors: FloatArray) -> Pressed:
+    """F with these factors (``weights``), (settings,), over a turn without corners."""
+    count = len(factors[0])
+    made = with_load(Linear(*factors), np.ones(count), programme)
+    questions = [(ALL_STROKES, goal) for goal in (LEAST, LARGEST)]
+    found = extremes(made, count, programme.table, questions, Precision(FORCE_ERROR, inf))
+    at = programme.state(programme.one_sided(found.where[0], ALL_STROKES))
+    sides = np.array([*at[:3], np.zeros_like(at.y) if at.load is None else at.load.value])
+    force = factors[0] * sides[0] + factors[1] * sides[1] + factors[2] * sides[2] + sides[3]
+    return Pressed(*found.value, *sides[:, np.argmin(force, axis=0), np.arange(count)])
+
+
+@by_setting
+def jump_speed(programme: Programme, *factors: FloatArray) -> FloatArray:
+    """The largest ω up to which contact is kept, rad/s; 0 if there is none at rest. The factors are of F at ω = 1.
+
+    No jump speed is above that at which F reaches 0 at any one cam angle: the angle where F is least at one such
+    speed gives the next, until F is kept. With damping, contact may be lost, won and lost again as ω grows: then ω
+    goes up in steps over which it is proved to be kept (``_kept_between``), halved where it is not, doubled else.
     """
-    if programme.corners or not _kept(*(at_rest := force_span(programme, dynamics, 0.0))) or at_rest[1] <= 0.0:
-        return 0.0
-    omega, step = 0.0, 1.0
-    while omega + step > omega:
-        if kept_between(programme, dynamics, omega, omega + step):
-            omega, step = omega + step, 2.0 * step
-        else:
-            step *= 0.5
-    return omega
-
-
-def _kept(least: float, largest: float) -> bool:
-    """Whether a force with given extremes keeps contact."""
-    return least >= -FORCE_ERROR * max(-least, largest)
-
-
-def kept_between(programme: Programme, dynamics: GivenDynamics, low: float, high: float) -> bool:
-    """Whether F ≥ 0 over the turn is sure at all speeds between two: F is linear in ω·y' and in ω²·y''.
-
-    Undamped, that is so if it is at both ends.
-    """
-    stiffness, *_, constant = weights(dynamics, 1.0)
-    ends = {
-        (dynamics.damping * slow, (dynamics.mass or 0.0) * fast**2) for slow, fast in product((low, high), repeat=2)
-    }
-    spans = (span(programme, (stiffness, *pair), ALL_STROKES, 1.0) for pair in ends)
-    return all(_kept(least + constant, largest + constant) for least, largest in spans)
-
-
-@lru_cache(maxsize=4096)
-def required_stiffness(programme: Programme, dynamics: GivenDynamics, omega: float) -> float:
-    """The least spring rate that keeps contact with the preload as it is; infinite if none does."""
-    scale = max(map(abs, force_span(programme, replace(dynamics, stiffness=0.0), omega)))
-
-    def kept(stiffness: float) -> bool:
-        return force_span(programme, replace(dynamics, stiffness=stiffness), omega)[0] >= -FORCE_ERROR * scale
-
+    stiffness, _, mass, constant = factors
+    none = np.zeros_like(mass)
+    kept, step, top = none.copy(), np.full_like(mass, inf), none.copy()
     if programme.corners:
-        return inf
-    if kept(0.0):
-        return 0.0
-    low, high = 0.0, scale / programme.lift
-    while not kept(high):
-        low, high = high, 2.0 * high
-        if high > STIFFEST * scale / programme.lift:
-            return inf
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if kept(middle) else (middle, high)
-    return high
+        return kept
+    rest = pressed(programme, stiffness, none, none, constant)
+    fast = pressed(programme, stiffness, none, mass * FAST**2, constant)
+    presses = rest.kept & (rest.largest > 0.0)
+    top[presses] = _lost_at(fast, factors)[presses]
+    kept[top == inf] = inf
+    open_ = np.flatnonzero(top > kept)
+    while open_.size:
+        some = [each[open_] for each in factors]
+        low, high = kept[open_], np.minimum(kept + step, top)[open_]
+        here = pressed(programme, some[0], some[1] * high, some[2] * high**2, some[3])
+        sure = here.kept & _kept_between(programme, some, low, high)
+        lower = _lost_at(here, some)
+        with np.errstate(all="ignore"):
+            nearer = high - here.least / (some[1] * here.y1 + 2.0 * some[2] * here.y2 * high)
+        lower = np.where(lower < (1.0 - BESIDE) * high, lower, np.minimum(nearer, np.nextafter(high, 0.0)))
+        top[open_] = np.where(here.kept, top[open_], lower)
+        kept[open_] = np.where(sure, high, low)
+        step[open_] = np.where(sure, 2.0 * step[open_], np.where(here.kept, 0.5 * (high - low), step[open_]))
+        open_ = open_[np.minimum(kept + step, top)[open_] > kept[open_]]
+    return kept
+
+
+def _kept_between(programme: Programme, factors: Sequence[FloatArray], low: FloatArray, high: FloatArray) -> Any:
+    """Whether F ≥ 0 over the turn is sure at all speeds between two at which it is.
+
+    At a cam angle where y'' ≤ 0, F is concave in ω: so it is sure. Elsewhere F is at least what it is with the
+    inertia at the lower speed, which is linear in ω, and at that speed F itself.
+    """
+    stiffness, damping, mass, constant = factors
+    sure = damping == 0.0
+    if not sure.all():
+        sure |= pressed(programme, stiffness, damping * high, mass * low**2, constant).kept
+    return sure
+
+
+def _lost_at(here: Pressed, factors: Sequence[FloatArray]) -> FloatArray:
+    """The least ω at which F falls to 0, at cam angles where at rest it is not below; or infinite."""
+    stiffness, damping, mass, constant = factors
+    rest = np.maximum(stiffness * here.y + constant + here.load, 0.0)
+    slope, bend = damping * here.y1, mass * here.y2
+    with np.errstate(all="ignore"):
+        root = np.sqrt(slope**2 - 4.0 * rest * bend)  # not a number where F stays above 0
+        first = np.where(slope > 0.0, (slope + root) / (-2.0 * bend), 2.0 * rest / (root - slope))
+    falls = (bend < 0.0) | ((slope < 0.0) & (root >= 0.0))
+    return np.asarray(np.where(falls, first, inf))
+
+
+@by_setting
+def required_stiffness(programme: Programme, *others: FloatArray) -> FloatArray:
+    """The least spring rate that keeps contact with the other factors of F; infinite if none does.
+
+    Where F is least with one rate, the next is what makes it 0 there: none that is smaller is enough.
+    """
+    damping, mass, constant = others
+    needed, open_ = np.zeros_like(mass), np.arange(mass.size)
+    if programme.corners:
+        return needed + inf
+    bare = pressed(programme, needed, damping, mass, constant)
+    stiffest = STIFFEST * np.maximum(np.abs(bare.least), np.abs(bare.largest)) / programme.lift
+    while open_.size:
+        some = [each[open_] for each in (needed, damping, mass, constant)]
+        here = pressed(programme, *some)
+        rest = some[1] * here.y1 + some[2] * here.y2 + some[3] + here.load
+        with np.errstate(all="ignore"):
+            enough = np.where(here.y > 0.0, -rest / here.y, inf)
+            enough = np.where(enough > (1.0 + BESIDE) * some[0], enough, some[0] - here.least / here.y)
+        lost = ~here.kept
+        open_ = open_[lost]
+        needed[open_] = np.maximum(enough[lost], np.nextafter(some[0][lost], inf))
+        needed[needed > stiffest] = inf
+        open_ = open_[needed[open_] < inf]
+    return needed
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -184,7 +244,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup, programme, own = case.setup, case.programme, case.each
     columns: dict[str, Any] = {}
     if wanted & {"jump_speed_rpm", "jump_speed_ratio"}:
-        jump = case.by_setting(lambda each: jump_speed(programme, each.dynamics))
+        jump = jump_speed(programme, *weights(own.dynamics, 1.0))
         columns["jump_speed_rpm"] = jump * 30.0 / pi
         columns |= {} if setup.omega is None else {"jump_speed_ratio": jump / own.omega}
     if setup.omega is None:
@@ -197,8 +257,8 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     unit = 1e-3 if setup.angular else 1.0
     columns[f"preload_required_{per_length}"] = _preload(own.dynamics.preload, force[0], unit)
     if f"spring_rate_required_{per_rate}" in wanted:
-        required = case.by_setting(lambda each: required_stiffness(programme, each.dynamics, each.omega))
-        columns[f"spring_rate_required_{per_rate}"] = required * unit
+        _, *others = weights(own.dynamics, own.omega)
+        columns[f"spring_rate_required_{per_rate}"] = required_stiffness(programme, *others) * unit
     return columns
 
 
@@ -230,7 +290,12 @@ def force_of(setup: Setup, omega: Any, lever: Any, programme: Programme) -> Any:
     """F at a speed, rad/s, over a length, N (N·mm), as a curve."""
     assert omega is not None
     steady = Linear(*(weight / lever for weight in weights(setup.dynamics, omega)))
-    return steady if programme.load is None else ChangingForce(steady, 1.0 / lever)
+    return with_load(steady, 1.0 / lever, programme)
+
+
+def with_load(steady: Linear, share: FloatArray, programme: Programme) -> Any:
+    """A force, and a share of the load if it changes over the turn."""
+    return steady if programme.load is None else ChangingForce(steady, share)
 
 
 def over(force: Any, lever: Any) -> Any:

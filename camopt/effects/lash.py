@@ -7,19 +7,17 @@ the valve meets its seat. A ramp makes both small, wherever within lash ± varia
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 17 (valve trains; ramps).
 """
 
-from collections.abc import Iterator
-from functools import lru_cache, partial
-from math import degrees
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.motion import scale
+from camopt.effects.settings import by_setting
 from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, WAYS
-from camopt.numerics import FloatArray
+from camopt.numerics import BISECTIONS, FloatArray
 from camopt.numerics.piecewise import sign_changes
 
 LASH_OPEN = "lash_open_deg"
@@ -43,67 +41,74 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {name: wanting for name, wanting in keys.items() if wanting}
 
 
-@lru_cache(maxsize=4096)
-def speed_within(programme: Programme, low: float, high: float, ways: int) -> float:
-    """Largest |y'| of motion in given directions at displacements from ``low`` to ``high``; 0 if there is none."""
-    largest = 0.0
-    for y, half_width in _panels(programme, ways):
-        ends = polynomial.polyval(np.array([-1.0, 1.0]), y)
-        if ends.max() < low or ends.min() > high:
-            continue
-        first, last = sorted((_place(y, low), _place(y, high)))
-        slope = polynomial.polyder(y) / half_width
-        places = [first, last, *(u for u in _roots(polynomial.polyder(slope)) if first < u < last)]
-        largest = max(largest, float(np.abs(polynomial.polyval(np.array(places), slope)).max()))
-    return largest
+class Speeds(NamedTuple):
+    """Largest |y'| on the way out and on the way back; 0 where there is no such motion."""
+
+    opening: Any
+    closing: Any
 
 
-@lru_cache(maxsize=4096)
-def angle_above(programme: Programme, level: float) -> float:
+@by_setting
+def speeds_within(programme: Programme, low: FloatArray, high: FloatArray) -> Speeds:
+    """The speeds at displacements from ``low`` to ``high``."""
+    return Speeds(*(_fastest(programme, low[:, None], high[:, None], way) for way in (OUTWARD, INWARD)))
+
+
+def _fastest(programme: Programme, low: FloatArray, high: FloatArray, way: int) -> FloatArray:
+    """Largest |y'| of motion one way at displacements between two levels (settings, 1)."""
+    y, half_width = _panels(programme, way)
+    slope = polynomial.polyder(y) / half_width
+    ends = polynomial.polyval(np.array([-1.0, 1.0]), y).T
+    met = (ends.max(axis=0) >= low) & (ends.min(axis=0) <= high)
+    first, last = np.sort([_places(y, low), _places(y, high)], axis=0)
+    found = np.maximum(*(np.abs(polynomial.polyval(place, slope, tensor=False)) for place in (first, last)))
+    for panel, u in sign_changes(np.asarray(polynomial.polyder(slope))):
+        inside = (first[:, panel] < u) & (u < last[:, panel])
+        peak = np.where(inside, abs(polynomial.polyval(u, slope[:, panel])), 0.0)
+        found[:, panel] = np.maximum(found[:, panel], peak)
+    return np.asarray(np.where(met, found, 0.0).max(axis=1, initial=0.0))
+
+
+@by_setting
+def angle_above(programme: Programme, level: FloatArray) -> FloatArray:
     """The range of cam angle over which the displacement is above a level, rad."""
-    above = 0.0
-    for y, half_width in _panels(programme, WAYS):
-        start, end = polynomial.polyval(np.array([-1.0, 1.0]), y)
-        if start == end:
-            above += 2 * half_width * (start > level)
-        else:
-            above += half_width * (1.0 - _place(y, level) if end > start else _place(y, level) + 1.0)
-    return float(above)
+    y, half_width = _panels(programme, WAYS)
+    (start, end), place = polynomial.polyval(np.array([-1.0, 1.0]), y).T, _places(y, level[:, None])
+    moving = np.where(end > start, 1.0 - place, place + 1.0)
+    return np.asarray(np.where(start == end, 2.0 * (start > level[:, None]), moving) @ half_width)
 
 
-def _panels(programme: Programme, ways: int) -> Iterator[tuple[FloatArray, float]]:
-    """Powers and half-width of each panel on which the follower moves some ways."""
-    table = programme.table
-    for k in np.flatnonzero(programme.panels_of(ways)):
-        yield table.coefficients[k], table.half_width[k]
+def _panels(programme: Programme, ways: int) -> tuple[FloatArray, FloatArray]:
+    """Powers (powers, panels) and half-widths of the panels on which the follower moves some ways."""
+    table, chosen = programme.table, programme.panels_of(ways)
+    return table.coefficients[chosen].T, table.half_width[chosen]
 
 
-def _place(y: FloatArray, level: float) -> float:
-    """The place u in a panel where a monotone displacement reaches a level; the nearer end if it does not."""
-    start, end = polynomial.polyval(np.array([-1.0, 1.0]), y)
-    nearer = 1.0 if abs(end - level) < abs(start - level) else -1.0
-    if not min(start, end) < level < max(start, end):
-        return nearer
-    return next(iter(_roots(np.array([y[0] - level, *y[1:]]))), nearer)
+def _places(y: FloatArray, level: FloatArray) -> FloatArray:
+    """The place u in each panel where a monotone displacement reaches a level (settings, 1): (settings, panels).
 
-
-def _roots(powers: FloatArray) -> list[float]:
-    """The roots of a polynomial inside a panel where its sign may change."""
-    return [u for _, u in sign_changes(np.asarray(powers, dtype=float)[:, None])]
+    The nearer end if it does not.
+    """
+    start, end = polynomial.polyval(np.array([-1.0, 1.0]), y).T
+    nearer = np.where(np.abs(end - level) < np.abs(start - level), 1.0, -1.0)
+    setting, panel = np.nonzero((np.minimum(start, end) < level) & (level < np.maximum(start, end)))
+    below, above = np.where(end > start, 1.0, -1.0)[panel] * np.array([[-1.0], [1.0]])
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (below + above)
+        under = polynomial.polyval(middle, y[:, panel], tensor=False) < level[setting, 0]
+        below, above = np.where(under, middle, below), np.where(under, above, middle)
+    nearer[setting, panel] = 0.5 * (below + above)
+    return nearer
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    setup, programme = case.setup, case.programme
-
-    def fastest(each: Setup, ways: int) -> float:
-        lash, variation = each.dynamics.lash, each.dynamics.lash_variation
-        return speed_within(programme, lash - variation, lash + variation, ways)
-
-    columns: dict[str, Any] = {
-        LASH_OPEN: case.by_setting(lambda each: degrees(angle_above(programme, each.dynamics.lash)))
-    }
-    for name, ways in _speeds(setup).items() if setup.omega is not None else ():
-        columns[name] = case.by_setting(partial(fastest, ways=ways)) * scale(case.each, 1)
+    programme, own = case.programme, case.each
+    lash, variation = own.dynamics.lash, own.dynamics.lash_variation
+    columns: dict[str, Any] = {LASH_OPEN: np.degrees(angle_above(programme, lash))}
+    if own.omega is not None:
+        found = speeds_within(programme, lash - variation, lash + variation)
+        largest = {OUTWARD: found.opening, INWARD: found.closing, OUTWARD | INWARD: np.maximum(*found)}
+        columns |= {name: largest[ways] * scale(own, 1) for name, ways in _speeds(case.setup).items()}
     return {name: column for name, column in columns.items() if name in wanted}
 
 

@@ -21,9 +21,10 @@ downwards where it falls; W is not.
 Source: Norton, Design of Machinery, ch. 15 (camshaft torque) and 11 (flywheel).
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
-from math import inf, pi, sqrt
+from functools import partial
+from math import inf, pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,6 +40,7 @@ from camopt.effects.mean import Mean
 from camopt.effects.mean_columns import mean_column
 from camopt.effects.peak import AS_IT_IS, Peak, Scale, Times, at_corners
 from camopt.effects.peak_columns import extreme_of
+from camopt.effects.settings import by_setting
 from camopt.effects.work import WORK_ERROR, added, derivative, integral, largest_of_series, product, total
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import LEAST_JUMP, Programme
@@ -84,42 +86,47 @@ class TorqueExtremes(NamedTuple):
 
 
 class TorqueOverTurn(NamedTuple):
-    """Extremes and means of the torque over a turn, independent of the design, N·mm."""
+    """Extremes and means of the torque over a turn, whatever the sizes, N·mm."""
 
-    largest: float
-    least: float
-    mean: float
-    rms: float
-    fluctuation: float
-    room: float
+    largest: Any
+    least: Any
+    mean: Any
+    rms: Any
+    fluctuation: Any
+    room: Any
 
     @property
     def span(self) -> TorqueExtremes:
         return TorqueExtremes(self.largest, self.least, self.fluctuation, self.room)
 
 
-def torque_series(programme: Programme, dynamics: GivenDynamics, omega: float) -> FloatArray:
-    """T on the panels, N·mm; impulses at corners are apart."""
-    return product(force.force_series(programme, dynamics, omega), derivative(programme.table, 1))
+def torque_series(programme: Programme, factors: Sequence[Any]) -> FloatArray:
+    """T on the panels, N·mm, from the factors of F (``force.weights``); impulses at corners are apart."""
+    return product(force.force_series(programme, factors), derivative(programme.table, 1)[:, None])
 
 
-@lru_cache(maxsize=4096)
-def torque_over_turn(programme: Programme, dynamics: GivenDynamics, omega: float) -> TorqueOverTurn:
-    """Extremes, mean, root mean square and fluctuation of energy of the torque."""
-    series = torque_series(programme, dynamics, omega)
-    speed, half_width = derivative(programme.table, 1), programme.table.half_width
-    mean = total(half_width, product(lasting(programme, dynamics, omega), speed)) / (2.0 * pi)
-    rms = sqrt(total(half_width, product(series, series)) / (2.0 * pi))
+@by_setting
+def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTurn:
+    """Extremes, mean, root mean square and fluctuation of energy of the torque, from the factors of F."""
+    series, half_width = torque_series(programme, factors), programme.table.half_width
+    _, damping, *_ = factors
+    mean = total(half_width, product(lasting(programme, damping), _speed(programme))) / (2.0 * pi)
+    rms = np.sqrt(total(half_width, product(series, series)) / (2.0 * pi))
     upwards, downwards = _impulses(programme)
-    top, bottom = inf if upwards else largest_of_series(series), -inf if downwards else -largest_of_series(-series)
+    top, bottom = largest_of_series(series), -largest_of_series(-series)
     return TorqueOverTurn(
-        top,
-        bottom,
+        top + inf if upwards else top,
+        bottom - inf if downwards else bottom,
         mean,
-        inf if upwards or downwards else rms,
-        _fluctuation(programme, dynamics, omega, mean),
-        0.0 if upwards or downwards else WORK_ERROR * max(top, -bottom),
+        rms + inf if upwards or downwards else rms,
+        _fluctuation(programme, factors, mean),
+        np.zeros_like(mean) if upwards or downwards else WORK_ERROR * np.maximum(top, -bottom),
     )
+
+
+def _speed(programme: Programme) -> FloatArray:
+    """y', the same for all settings."""
+    return derivative(programme.table, 1)[:, None]
 
 
 def extremes_of_turn(case: Case) -> TorqueExtremes:
@@ -129,9 +136,9 @@ def extremes_of_turn(case: Case) -> TorqueExtremes:
     return TorqueExtremes(most.value, least.value, unknown, np.maximum(most.width, least.width))
 
 
-def lasting(programme: Programme, dynamics: GivenDynamics, omega: float) -> FloatArray:
-    """The part of F whose energy is not returned, on the panels: damping, and a changing load."""
-    return added(dynamics.damping * omega * derivative(programme.table, 1), load_series(programme.table))
+def lasting(programme: Programme, damping: FloatArray) -> FloatArray:
+    """The part of F whose energy is not returned, on the panels: damping, its factor of y', and a changing load."""
+    return added(damping[:, None] * _speed(programme), load_series(programme.table)[:, None])
 
 
 def _impulses(programme: Programme) -> tuple[bool, bool]:
@@ -140,18 +147,20 @@ def _impulses(programme: Programme) -> tuple[bool, bool]:
     return any(share > LEAST_JUMP for share in shares), any(1.0 - share > LEAST_JUMP for share in shares)
 
 
-def _fluctuation(programme: Programme, dynamics: GivenDynamics, omega: float, mean: float) -> float:
+def _fluctuation(programme: Programme, factors: Sequence[FloatArray], mean: FloatArray) -> FloatArray:
     """Largest minus least W. At a corner that reverses the motion, y' passes through 0."""
     table = programme.table
-    stiffness, _, mass, constant = force.weights(dynamics, omega)
-    y, speed = derivative(table, 0), derivative(table, 1)
-    angle, spent = np.array([table.centre, table.half_width]), product(lasting(programme, dynamics, omega), speed)
+    stiffness, _, mass, constant, taken = (each[:, None] for each in (*factors, mean))
+    y, speed = derivative(table, 0)[:, None], _speed(programme)
+    angle = np.array([table.centre, table.half_width])[:, None]
+    spent = integral(table.half_width, product(lasting(programme, factors[1]), speed))
     kinetic = 0.5 * mass * product(speed, speed)
-    rest = added(0.5 * stiffness * product(y, y), constant * y, integral(table.half_width, spent), -mean * angle)
+    rest = added(0.5 * stiffness * product(y, y), constant * y, spent, -taken * angle)
     turned = [corner.at for corner in programme.corners if 0.0 < corner.after / corner.size < 1.0]
-    within = np.asarray(polynomial.polyval(-1.0, rest))[np.searchsorted(table.centre, turned)]
+    within = np.asarray(polynomial.polyval(-1.0, rest))[:, np.searchsorted(table.centre, turned)]
     work = added(rest, kinetic)
-    return largest_of_series(work) - min([-largest_of_series(-work), *map(float, within)])
+    least = np.minimum(-largest_of_series(-work), within.min(axis=1, initial=inf))
+    return np.asarray(largest_of_series(work) - least)
 
 
 def guided_span(case: Case, runs: Any, wanted: frozenset[str]) -> TorqueExtremes:
@@ -189,7 +198,7 @@ def _fluctuation_of(half_width: FloatArray, series: FloatArray) -> float:
     """The fluctuation of energy of a torque on panels of these half-widths."""
     mean = total(half_width, series) / (2.0 * pi)
     work = integral(half_width, added(series, np.full((1, half_width.size), -mean)))
-    return largest_of_series(work) + largest_of_series(-work)
+    return float(largest_of_series(work) + largest_of_series(-work))
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -239,7 +248,7 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         return _of_span(guided_span(case, runs, wanted), dynamics, omega) | found
     if case.designs.numbers and wanted <= EXTREMES and not case.programme.corners:
         return _of_span(extremes_of_turn(case), dynamics, omega)
-    turn, unit = case.by_setting(lambda each: torque_over_turn(case.programme, each.dynamics, each.omega)), 1e-3
+    turn, unit = torque_over_turn(case.programme, *force.weights(dynamics, omega)), 1e-3
     columns = _of_span(turn.span, dynamics, omega)
     columns |= {"torque_mean_N_m": turn.mean * unit, "torque_rms_N_m": turn.rms * unit}
     return columns | {"power_mean_W": turn.mean * (unit * omega)}

@@ -1,11 +1,12 @@
 """Work over a turn: sums, products, integrals and extremes of panel polynomials.
 
-A series is an array (powers, panels): on each panel of a programme a polynomial in u ∈ [−1, 1]. What is made of the
-motion by sums, products and integrals is one again, so that nothing here is sampled.
+A series is an array (powers, panels), or (powers, settings, panels): on each panel of a programme a polynomial in
+u ∈ [−1, 1]. What is made of the motion by sums, products and integrals is one again: nothing here is sampled.
 """
 
 from functools import cache
 from math import comb, inf
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -23,14 +24,15 @@ def derivative(table: MotionTable, order: int) -> FloatArray:
 
 def added(*terms: FloatArray) -> FloatArray:
     """The sum of series of any degrees."""
-    total = np.zeros((max(len(term) for term in terms), terms[0].shape[1]))
+    shape = np.broadcast_shapes(*(term.shape[1:] for term in terms))
+    total = np.zeros((max(len(term) for term in terms), *shape))
     for term in terms:
         total[: len(term)] += term
     return total
 
 
 def product(a: FloatArray, b: FloatArray) -> FloatArray:
-    found = np.zeros((len(a) + len(b) - 1, a.shape[1]))
+    found = np.zeros((len(a) + len(b) - 1, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
     for power, row in enumerate(b):
         found[power : power + len(a)] += row * a
     return found
@@ -40,29 +42,33 @@ def integral(half_width: FloatArray, series: FloatArray) -> FloatArray:
     """The integral over the cam angle from the start of the turn, as a series on panels of these half-widths."""
     found = polynomial.polyint(series) * half_width
     found[0] -= polynomial.polyval(-1.0, found)
-    found[0, 1:] += np.cumsum(polynomial.polyval(1.0, found))[:-1]
+    found[0, ..., 1:] += np.cumsum(polynomial.polyval(1.0, found), axis=-1)[..., :-1]
     return np.asarray(found)
 
 
-def total(half_width: FloatArray, series: FloatArray) -> float:
-    """The integral over the whole turn; only even powers contribute."""
+def total(half_width: FloatArray, series: FloatArray) -> Any:
+    """The integral over the whole turn, (settings,) if there are some; only even powers contribute."""
     even = series[::2]
-    return float(np.sum(2.0 / np.arange(1, 2 * len(even), 2) @ even * half_width))
+    return np.sum(np.tensordot(2.0 / np.arange(1, 2 * len(even), 2), even, 1) * half_width, axis=-1)
 
 
-def largest_of_series(series: FloatArray) -> float:
-    """The largest value of a series, to WORK_ERROR of its largest magnitude.
+def largest_of_series(series: FloatArray) -> Any:
+    """The largest value of a series, (settings,) if there are some, to WORK_ERROR of its largest magnitude.
 
     Bernstein coefficients enclose a polynomial, and the first and the last are its values at the ends. Parts of
     panels that may hold more than the largest value seen are halved.
     """
-    parts, halving = bernstein(len(series) - 1) @ series, _halving(len(series) - 1)
-    room, best = WORK_ERROR * np.abs(parts).max(), -inf
-    while parts.size:
-        best = max(best, float(parts[[0, -1]].max()))
-        parts = parts[:, parts.max(axis=0) > best + room]
+    panels, degree = series.shape[-1], len(series) - 1
+    parts, halving = bernstein(degree) @ series.reshape(len(series), -1), _halving(degree)
+    owner = np.arange(parts.shape[1]) // panels
+    best = np.full(owner.size // panels, -inf)
+    room = WORK_ERROR * np.abs(parts).max(axis=0).reshape(-1, panels).max(axis=1)
+    while owner.size:
+        np.maximum.at(best, owner, parts[[0, -1]].max(axis=0))
+        open_ = parts.max(axis=0) > (best + room)[owner]
+        parts, owner = parts[:, open_], np.tile(owner[open_], 2)
         parts = np.concatenate([halving @ parts, (halving @ parts[::-1])[::-1]], axis=1)
-    return best
+    return best.reshape(series.shape[1:-1])[()]
 
 
 @cache
