@@ -64,7 +64,14 @@ class Quantity:
         return f"{words} ``{self.name}``; {self.unit or 'no unit'}."
 
 
-STROKE_WORDS = {"rise": " over the rises", "return": " over the returns", "": " over the turn"}
+AT_FOLLOWER = "follower"
+STROKE_WORDS = {
+    "rise": "over the rises",
+    "return": "over the returns",
+    "": "over the turn",
+    AT_FOLLOWER: "of the follower itself, where it drives a tool through a train",
+}
+"""Of what quantities of the motion are, by the part of their name that says so."""
 DERIVATIVES = {
     "velocity": ("v", {"m_s": "m/s", "rad_s": "rad/s", "mm_per_rad": "mm/rad", "deg_per_rad": "deg/rad"}),
     "acceleration": (
@@ -89,7 +96,7 @@ def _motion_quantities() -> list[Quantity]:
             f"{DERIVATIVES[derivative][0]}_max",
             list(DERIVATIVES[derivative][1].values())[2 * (not timed) + angular],
             "motion",
-            f"Largest |{derivative}| of the follower{words}.",
+            f"Largest |{derivative}| {words}.",
         )
         for derivative, (stroke, words), angular, timed in product(
             DERIVATIVES, STROKE_WORDS.items(), (False, True), (True, False)
@@ -113,7 +120,7 @@ def _mean_quantities() -> list[Quantity]:
             f"{DERIVATIVES[derivative][0]}_rms",
             list(DERIVATIVES[derivative][1].values())[2 * (not timed) + angular],
             "rms",
-            f"Root mean square of the {derivative} of the follower over the turn.",
+            f"Root mean square of the {derivative} over the turn.",
         )
         for derivative, angular, timed in product(RMS_ORDERS, (False, True), (True, False))
     ]
@@ -211,11 +218,18 @@ NUMBER_COLUMNS = tuple(dict.fromkeys(key for key, *_ in _NUMBERS))
 """Their keys."""
 
 
-def number_quantities(*, angular: bool) -> dict[str, str]:
-    """The quantity that each number of the scene is in tables, by key."""
-    rows = _NUMBERS if angular else _NUMBERS[::-1]  # the last row of a key counts
-    found = {key: name for key, name, *_ in rows}
-    return {key: found[key] for key in NUMBER_COLUMNS}
+OF_TOOL = ("follower.dynamics.lash", "follower.dynamics.lash_variation")
+"""Numbers of the tool's motion, which a train drives."""
+
+
+def number_quantities(*, angular: bool, tool_turns: bool) -> dict[str, str]:
+    """The quantity that each number of the scene is in tables, by key.
+
+    Of a follower, and of a tool, whose motion is an angle or not.
+    """
+    rows = {True: _NUMBERS, False: _NUMBERS[::-1]}  # the last row of a key counts
+    found = {turns: {key: name for key, name, *_ in rows[turns]} for turns in rows}
+    return {key: found[tool_turns if key in OF_TOOL else angular][key] for key in NUMBER_COLUMNS}
 
 
 _ALL = [

@@ -171,7 +171,7 @@ def _draw_peak(axes: Any, peak: MarkedPeak, factor: float) -> Label:
 
 def _name_strokes(axes: Any, picture: Picture) -> None:
     """Name, angle and law of each stroke above a diagram, shortened where there is little room."""
-    for stroke in picture.problem.programme.strokes:
+    for stroke in picture.problem.programme.tool.strokes:
         start, angle = np.degrees([stroke.start, stroke.angle])
         law, size = stroke.law.NAME if stroke.law else "", f"{angle:.4g}°"
         name, law = (law, "") if stroke.is_move else (STROKE_NAMES[stroke.kind], law)

@@ -14,6 +14,7 @@ from camopt.effects.force import force_curve, weights
 from camopt.effects.loads import torque_curve, ways
 from camopt.effects.motion import scale
 from camopt.effects.peak import Variant
+from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave
@@ -68,10 +69,10 @@ def _train(picture: Picture) -> list[Panel]:
     """The mass on the elastic train: its acceleration, its deviation from the motion, and the contact force."""
     setup, programme, given = (
         picture.problem.setup,
-        picture.problem.programme,
+        picture.problem.programme.tool,
         picture.problem.setup.dynamics,
     )
-    length, second = ("deg", "rad_s2") if setup.angular else ("mm", "m_s2")
+    length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     overshoot, acceleration = f"overshoot_max_{length}", f"acceleration_elastic_max_{second}"
     if not known(picture, overshoot, acceleration):
         return []
@@ -79,8 +80,8 @@ def _train(picture: Picture) -> list[Panel]:
     assert given.natural_frequency is not None
     ratio = 2.0 * pi * given.natural_frequency / setup.omega
     wave = vibration.response(programme, ratio, given.damping_ratio)
-    unit, factor = degrees(1.0) if setup.angular else 1.0, scale(setup, 2)
-    driven = _sampled(picture, vibration.mass_acceleration(wave, ratio), factor)
+    unit, factor = degrees(1.0) if setup.tool_turns else 1.0, scale(setup, 2)
+    driven = _sampled(picture, programme, vibration.mass_acceleration(wave, ratio), factor)
     mass = Panel(
         "Acceleration of the mass on its elastic train",
         QUANTITIES[acceleration].unit,
@@ -88,9 +89,9 @@ def _train(picture: Picture) -> list[Panel]:
         quantity=acceleration,
     )
     mass.peaks = [marked(picture, driven, acceleration)]
-    mass.reference = [rows[2] * factor for rows in picture.motion]
+    mass.reference = [rows[2] * factor for rows in picture.tool_motion]
     mass.note = "dash-dot: that of the motion"
-    moved = _sampled(picture, wave, unit)
+    moved = _sampled(picture, programme, wave, unit)
     travel = Panel("Deviation of the mass from the motion", length, moved, quantity=overshoot)
     travel.peaks = [marked(picture, moved, overshoot)]
     travel.limits = limit_lines(picture, f"residual_vibration_max_{length}", DWELL)
@@ -100,7 +101,7 @@ def _train(picture: Picture) -> list[Panel]:
         lever = float(picture.problem.design.arm_length[0]) if setup.angular else 1.0
         factors = weights(given, setup.omega)
         pressed = vibration.contact_wave(programme, factors, ratio, given.damping_ratio)
-        values = _sampled(picture, pressed, 1.0 / lever)
+        values = _sampled(picture, programme, pressed, 1.0 / lever)
         force = Panel(
             "Force with the elastic train",
             "N",
@@ -113,9 +114,9 @@ def _train(picture: Picture) -> list[Panel]:
     return found
 
 
-def _sampled(picture: Picture, wave: Wave, factor: float) -> list[FloatArray]:
-    """A wave on each piece of the motion."""
-    table = picture.problem.programme.table
+def _sampled(picture: Picture, programme: Programme, wave: Wave, factor: float) -> list[FloatArray]:
+    """A wave on each piece of the motion that drives it."""
+    table = programme.table
     starts = table.centre - table.half_width
     found = []
     for angles, first, end in zip(picture.pieces, table.first_panel[:-1], table.first_panel[1:], strict=True):

@@ -52,12 +52,12 @@ def draw(result: Fit, path: Target = None) -> "Figure":
 def _turn(picture: Picture, order: int) -> tuple[Any, Any]:
     """Cam angles (deg) and a derivative over the turn, with gaps between pieces."""
     angles = np.concatenate([np.append(np.degrees(each), np.nan) for each in picture.pieces])
-    return angles, np.concatenate([np.append(rows[order], np.nan) for rows in picture.motion])
+    return angles, np.concatenate([np.append(rows[order], np.nan) for rows in picture.tool_motion])
 
 
 def _lift(axes: Any, result: Fit, picture: Picture) -> None:
     angles, values = _turn(picture, 0)
-    per = np.degrees(1.0) if picture.problem.setup.angular else 1.0
+    per = np.degrees(1.0) if picture.problem.setup.tool_turns else 1.0
     axes.plot(angles, values * per, color=FIT_COLOUR, lw=1.4, label="motion")
     axes.fill_between(
         angles, values * per - result.band, values * per + result.band, color=FIT_COLOUR, alpha=0.15, lw=0

@@ -17,7 +17,7 @@ LEAST_SHARE = 1e-6  # of the largest amplitude: smaller ones fall off the pictur
 
 def draw(what: "Harmonics", path: Target = None) -> "Figure":
     """Draw the amplitudes of a motion's harmonics."""
-    unit = "deg" if what.scene.mechanism.motion.angular else "mm"
+    unit = "deg" if what.scene.tool_turns else "mm"
     amplitudes = (
         (f"Displacement, {unit}", what.displacement),
         (f"Acceleration, {what.acceleration_unit}", what.acceleration),

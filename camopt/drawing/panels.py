@@ -1,6 +1,6 @@
 """The contents of each diagram: values piece by piece, exact peaks, limits, impulses and notes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from math import isfinite, pi
@@ -72,20 +72,21 @@ def panels(picture: Picture) -> list[Panel]:
 
 
 def _displacement(picture: Picture) -> Panel:
-    angular = picture.problem.setup.angular
-    factor = np.degrees(1.0) if angular else 1.0
-    at, values = _derivative_at(picture, 0, factor), [rows[0] * factor for rows in picture.motion]
-    lift = picture.problem.programme.lift * factor
-    peaks = _peaks(picture, values, {ALL_STROKES: lift})
-    panel = Panel(
-        "Displacement", "deg" if angular else "mm", values, peaks, marks=moves_asked(picture, 0, factor), at=at
-    )
+    setup, tool = picture.problem.setup, picture.problem.programme.tool
+    factor, unit = (np.degrees(1.0), "deg") if setup.tool_turns else (1.0, "mm")
+    values = [rows[0] * factor for rows in picture.tool_motion]
+    panel = Panel(_titled("Displacement", picture), unit, values)
+    panel.peaks = _peaks(picture, picture.tool_kinds, values, {ALL_STROKES: tool.lift * factor})
+    panel.marks, panel.at = moves_asked(picture, 0, factor), _derivative_at(picture, 0, factor)
     notes = ["squares: asked of moves"] if panel.marks else []
-    if any(each.end > each.start for stroke in picture.problem.programme.strokes for each in stroke.through):
+    if setup.train is not None and setup.angular == setup.tool_turns:
+        panel.reference = [rows[0] * factor for rows in picture.motion]
+        notes.append(f"dash-dot: of the follower, up to {four_digits(picture.problem.programme.lift * factor)}")
+    if any(each.end > each.start for stroke in tool.strokes for each in stroke.through):
         notes = ["squares and bands: asked of moves"]
     if picture.problem.programme.radii:
         notes = ["squares: where arcs and lines meet"]
-    dynamics = picture.problem.setup.dynamics
+    dynamics = setup.dynamics
     if dynamics.lash is not None:
         low, high = ((dynamics.lash + side * dynamics.lash_variation) * factor for side in (-1, 1))
         panel.bands = [(low, high)]
@@ -96,7 +97,7 @@ def _displacement(picture: Picture) -> Panel:
 
 def moves_asked(picture: Picture, order: int, factor: float) -> list[MoveMark]:
     """The conditions of the scene's moves on a derivative."""
-    strokes = picture.problem.programme.strokes
+    strokes = picture.problem.programme.tool.strokes
     every = [each for stroke in strokes for each in stroke.asked(strokes[0].low) if each.order == order]
     per = 180 / pi
     return [MoveMark(each.start * per, each.end * per, each.low * factor, each.high * factor) for each in every]
@@ -104,15 +105,16 @@ def moves_asked(picture: Picture, order: int, factor: float) -> list[MoveMark]:
 
 def _derivative(picture: Picture, name: str, order: int) -> Panel:
     """Velocity, acceleration or jerk; impulses where the derivative below it jumps."""
-    setup, programme = picture.problem.setup, picture.problem.programme
+    setup, programme = picture.problem.setup, picture.problem.programme.tool
     timed, factor = setup.omega is not None, scale(setup, order)
-    values = [rows[order] * factor for rows in picture.motion]
+    values = [rows[order] * factor for rows in picture.tool_motion]
     found = {
-        kind: motion_quantity(name, STROKE_NAMES[kind], angular=setup.angular, timed=timed)
+        kind: motion_quantity(name, STROKE_NAMES[kind], angular=setup.tool_turns, timed=timed)
         for kind in (RISE, RETURN)
     }
     exact = {kind: picture.values[key] for kind, key in found.items()}
-    panel = Panel(name.capitalize(), QUANTITIES[found[RISE]].unit, values, _peaks(picture, values, exact))
+    panel = Panel(_titled(name.capitalize(), picture), QUANTITIES[found[RISE]].unit, values)
+    panel.peaks = _peaks(picture, picture.tool_kinds, values, exact)
     panel.marks, panel.at = moves_asked(picture, order, factor), _derivative_at(picture, order, factor)
     panel.impulses = [(np.degrees(j.at), j.size * factor) for j in programme.jumps if j.order == order - 1]
     if panel.impulses:
@@ -120,12 +122,12 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
         panel.note = f"arrows: impulses, where the {below} jumps"
     if order == 3 and programme.corners:
         panel.note = "no jerk at the corners, where the velocity jumps"
-    panel.limits = limit_lines(picture, motion_quantity(name, "", angular=setup.angular, timed=timed))
+    panel.limits = limit_lines(picture, motion_quantity(name, "", angular=setup.tool_turns, timed=timed))
     return panel
 
 
 def _derivative_at(picture: Picture, order: int, factor: float) -> Curve:
-    return lambda angles: picture.problem.programme.at(angles)[order] * factor
+    return lambda angles: picture.problem.programme.tool.at(angles)[order] * factor
 
 
 def _pressure(picture: Picture) -> Panel:
@@ -142,7 +144,7 @@ def _pressure(picture: Picture) -> Panel:
     tangent = partial(picture.curve_at, mechanism.pressure(design, programme))
     values = [np.degrees(np.arctan(tangent(angles))) for angles in picture.pieces]
     bounds = {kind: exact[f"pressure_angle_max_{STROKE_NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
-    panel = Panel("Pressure angle", "deg", values, _peaks(picture, values, bounds, "°"))
+    panel = Panel("Pressure angle", "deg", values, _peaks(picture, picture.kinds, values, bounds, "°"))
     panel.at = lambda angles: np.degrees(np.arctan(tangent(angles)))
     _mark_pitch_point(panel, exact)
     panel.limits = limit_lines(picture, "pressure_angle_max_deg")
@@ -228,11 +230,18 @@ def known(picture: Picture, *names: str) -> bool:
     return all(isfinite(picture.values.get(name, np.inf)) for name in names)
 
 
-def _peaks(picture: Picture, values: PieceValues, exact: dict[int, float], sign: str = "") -> list[MarkedPeak]:
+def _titled(title: str, picture: Picture) -> str:
+    """The title of a diagram of the motion that is asked."""
+    return title if picture.problem.setup.train is None else f"{title} of the tool"
+
+
+def _peaks(
+    picture: Picture, kinds_of: Sequence[int], values: PieceValues, exact: dict[int, float], sign: str = ""
+) -> list[MarkedPeak]:
     """The largest magnitude over strokes of given kinds: its place from the samples, its value exact."""
     found = []
     for kinds, largest in exact.items():
-        chosen = [k for k, kind in enumerate(picture.kinds) if kind & kinds]
+        chosen = [k for k, kind in enumerate(kinds_of) if kind & kinds]
         if chosen and isfinite(largest) and largest > 0.0:
             every = np.concatenate([values[k] for k in chosen])
             at = float(np.nanargmax(np.abs(every)))

@@ -62,6 +62,17 @@ class Picture:
         return [self.problem.programme.at(angles) for angles in self.pieces]
 
     @cached_property
+    def tool_motion(self) -> list[FloatArray]:
+        """As ``motion``, of what is asked: the tool, or without a train the follower itself."""
+        return [self.problem.programme.tool.at(angles) for angles in self.pieces]
+
+    @cached_property
+    def tool_kinds(self) -> list[int]:
+        """RISE, RETURN or DWELL of what is asked on each piece."""
+        middles = np.array([(angles[0] + angles[-1]) / 2 for angles in self.pieces])
+        return [int(kind) & ALL_STROKES for kind in self.problem.programme.tool.kinds_at(middles)]
+
+    @cached_property
     def start(self) -> float:
         """The displacement at cam angle 0, mm or rad: 0, unless moves go lower."""
         return float(self.problem.programme.at(np.zeros(1))[0, 0])

@@ -16,6 +16,7 @@ from camopt.mechanisms.design import Designs, Mechanism
 from camopt.mechanisms.follower import KNIFE, ROLLER, SPHERICAL, Tip
 from camopt.motion.programme import Programme
 from camopt.numerics.extremes import Extremes, Precision, extremes
+from camopt.trains.train import Train
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,8 @@ class Setup:
     given: GivenNumbers = field(default_factory=GivenNumbers)
     """Speed, loads and materials, as the scene gives them."""
     solid: SolidGiven = SolidGiven()
+    train: Train | None = None
+    """What is between the follower and the tool, whose motion is asked then."""
     varied: Mapping[str, str] = field(default_factory=dict)
     """The quantities that numbers of the scene are which a search varies, by key."""
     free: frozenset[str] = frozenset()
@@ -69,6 +72,11 @@ class Setup:
     def angular(self) -> bool:
         """Whether the follower oscillates, so that its displacement is an angle."""
         return self.mechanism.motion.angular
+
+    @property
+    def tool_turns(self) -> bool:
+        """Whether the displacement that is asked, of the tool or without a train of the follower, is an angle."""
+        return self.angular if self.train is None else self.train.angular
 
     @property
     def pointed(self) -> bool:

@@ -32,7 +32,7 @@ class GivenDynamics:
     damping_ratio: Number = 0.0
     fluctuation: Number = None
     lash: Number = None
-    """The clearance that the follower takes up before what it drives moves, mm (rad)."""
+    """The clearance that the tool takes up before what it drives moves, mm (rad)."""
     lash_variation: Number = 0.0
 
 
@@ -58,6 +58,8 @@ class GivenNumbers:
     values: Mapping[str, Number] = field(default_factory=dict)
     angular: bool = False
     """Whether the follower oscillates: what is a force and a mass elsewhere is a moment and an inertia."""
+    tool_turns: bool = False
+    """Whether the motion of the tool, or without a train of the follower, is an angle."""
 
     def with_numbers(self, numbers: Mapping[str, Number]) -> "GivenNumbers":
         """The same with other numbers."""
@@ -82,7 +84,7 @@ class GivenNumbers:
     @property
     def dynamics(self) -> GivenDynamics:
         """The follower's dynamics."""
-        torque, length = (1e3, pi / 180) if self.angular else (1.0, 1.0)
+        torque, length = 1e3 if self.angular else 1.0, pi / 180 if self.tool_turns else 1.0
         mass = self.times(f"{OF_FOLLOWER}inertia", 1e3) if self.angular else self.times(f"{OF_FOLLOWER}mass", 1e-3)
         weight = (0.0 if mass is None else mass) * self._of_follower("gravity", 1.0, 0.0) * 1e3
         return GivenDynamics(

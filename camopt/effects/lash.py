@@ -25,7 +25,7 @@ LASH_OPEN = "lash_open_deg"
 
 def _speeds(setup: Setup) -> dict[str, int]:
     """The names of the speeds, and the direction of motion of each."""
-    unit = "rad_s" if setup.angular else "m_s"
+    unit = "rad_s" if setup.tool_turns else "m_s"
     ways = {"opening": OUTWARD, "closing": INWARD, "lash": OUTWARD | INWARD}
     return {f"{name}_speed_max_{unit}": way for name, way in ways.items()}
 
@@ -102,7 +102,7 @@ def _places(y: FloatArray, level: FloatArray) -> FloatArray:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    programme, own = case.programme, case.each
+    programme, own = case.programme.tool, case.each
     lash, variation = own.dynamics.lash, own.dynamics.lash_variation
     columns: dict[str, Any] = {LASH_OPEN: np.degrees(angle_above(programme, lash))}
     if own.omega is not None:

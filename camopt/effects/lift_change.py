@@ -15,20 +15,20 @@ from camopt.numerics import LARGEST_MAGNITUDE
 
 def name_of(setup: Setup) -> str:
     """The quantity, in mm (deg) per deg."""
-    return f"lift_change_max_{'deg' if setup.angular else 'mm'}_per_deg"
+    return f"lift_change_max_{'deg' if setup.tool_turns else 'mm'}_per_deg"
 
 
 def per_degree(setup: Setup) -> float:
     """From mm (rad) by rad to mm (deg) by deg."""
-    return 1.0 if setup.angular else radians(1.0)
+    return 1.0 if setup.tool_turns else radians(1.0)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    return {name_of(case.setup): peak(case.programme, 1, ALL_STROKES) * per_degree(case.setup)}
+    return {name_of(case.setup): peak(case.programme.tool, 1, ALL_STROKES) * per_degree(case.setup)}
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    scale = InDegrees(0 if setup.angular else -1)
+    scale = InDegrees(0 if setup.tool_turns else -1)
     return {name_of(setup): Peak(((Derivative(1), RISE | RETURN),), LARGEST_MAGNITUDE, scale)}
 
 

@@ -27,7 +27,9 @@ def powers_of(case: Case, mean: Mean) -> Integrated:
     if mean.jumps(programme):
         return Integrated(np.full(count, inf), np.zeros(count))
     if isinstance(made := mean.curves[0][0], Derivative):
-        return Integrated(np.full(count, mean_of_powers(programme, made.order, mean.power)), np.zeros(count))
+        return Integrated(
+            np.full(count, mean_of_powers(made.of(programme), made.order, mean.power)), np.zeros(count)
+        )
     if mean.smooth is None:
         return _integrated(case, mean, cut_panels(programme.table, ()))
     found = Integrated(*np.zeros((2, count)))

@@ -9,13 +9,23 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
+
+Turn = TypeVar("Turn", bound="HasTool")
+
+
+class HasTool(Protocol):
+    """A motion that may drive a tool."""
+
+    @property
+    def tool(self) -> Any: ...
+
 
 Variant = tuple[Callable[[Designs, Programme], Any], int]
 """A curve and the kinds of piece over which it counts."""
@@ -358,16 +368,24 @@ def at_corners(programme: Programme) -> bool:
 
 @dataclass(frozen=True)
 class Derivative:
-    """The derivative of the follower's displacement by the cam angle of some order, as a curve of all designs."""
+    """The derivative of the displacement by the cam angle of some order, as a curve of all designs.
+
+    That which is asked: of the tool, or without a train of the follower, unless it is ``at_follower``.
+    """
 
     order: int
+    at_follower: bool = False
 
     def __call__(self, designs: Designs, programme: Programme) -> "Derivative":
         return self
 
     def jumps(self, programme: Programme) -> bool:
         """Whether it is infinite somewhere."""
-        return any(jump.order < self.order for jump in programme.jumps)
+        return any(jump.order < self.order for jump in self.of(programme).jumps)
+
+    def of(self, programme: Turn) -> Turn:
+        """The motion that it is of, from that of the follower: a programme, or its like in balls."""
+        return programme if self.at_follower else programme.tool
 
 
 @dataclass(frozen=True)

@@ -25,15 +25,13 @@ def _mean(setup: Setup, order: int) -> Mean:
 
 def _lift_area(setup: Setup) -> dict[str, Mean]:
     """360° times the mean displacement."""
-    name = f"lift_area_{'deg' if setup.angular else 'mm'}_deg"
-    return {name: Mean(((Derivative(0), ALL_STROKES),), 1, InDegrees(int(setup.angular), 360.0))}
+    name = f"lift_area_{'deg' if setup.tool_turns else 'mm'}_deg"
+    return {name: Mean(((Derivative(0), ALL_STROKES),), 1, InDegrees(int(setup.tool_turns), 360.0))}
 
 
 def means(setup: Setup) -> dict[str, Mean]:
-    timed = setup.omega is not None
-    roots = {
-        motion_mean(n, angular=setup.angular, timed=timed): _mean(setup, order) for n, order in RMS_ORDERS.items()
-    }
+    turns, timed = setup.tool_turns, setup.omega is not None
+    roots = {motion_mean(n, angular=turns, timed=timed): _mean(setup, order) for n, order in RMS_ORDERS.items()}
     return roots | _lift_area(setup)
 
 

@@ -51,7 +51,7 @@ ENDLESS = Vibration(*[inf] * 5)
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    length, second = ("deg", "rad_s2") if setup.angular else ("mm", "m_s2")
+    length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     moving = (
         f"overshoot_max_{length}",
         f"acceleration_elastic_max_{second}",
@@ -59,7 +59,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
         "dynamic_factor",
     )
     flat_swing = setup.angular and setup.mechanism.curvature is None  # its lever changes over the turn
-    return moving if flat_swing else (*moving, "contact_force_elastic_min_N")
+    return moving if flat_swing or setup.train else (*moving, "contact_force_elastic_min_N")
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -138,11 +138,11 @@ def dynamic_factor(elastic: Any, rigid: float) -> Any:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    setup, programme, own = case.setup, case.programme, case.each
+    setup, programme, own = case.setup, case.programme.tool, case.each
     train = train_ratio(own), own.dynamics.damping_ratio
     found = vibration(programme, *train)
-    length, second = ("deg", "rad_s2") if setup.angular else ("mm", "m_s2")
-    unit = degrees(1.0) if setup.angular else 1.0
+    length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
+    unit = degrees(1.0) if setup.tool_turns else 1.0
     columns: dict[str, Any] = {
         f"overshoot_max_{length}": _bounded(found.overshoot, found.overshoot_bound, unit),
         f"acceleration_elastic_max_{second}": _bounded(found.acceleration, found.acceleration_bound, scale(own, 2)),

@@ -186,7 +186,7 @@ def with_objectives(problem: Problem) -> Problem:
     if problem.objectives:
         return problem
     setup = problem.setup
-    acceleration = motion_quantity("acceleration", "", angular=setup.angular, timed=setup.omega is not None)
+    acceleration = motion_quantity("acceleration", "", angular=setup.tool_turns, timed=setup.omega is not None)
     names = [problem.size_name, acceleration]
     names += [] if setup.mechanism.curvature is None else ["pressure_angle_max_deg"]
     return replace(problem, objectives=dict.fromkeys(names, 1.0))

@@ -26,6 +26,7 @@ from camopt.mechanisms.follower import OSCILLATING, TRANSLATING
 from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
 from camopt.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.scene import Scene
+from camopt.scene.train import stages_in, tool_turns
 
 BAND_MARGINS = (1e-6, 1e-2)  # of the band, the least and the largest, for rounding and a solver's error
 SOLVER_SHARE = 1e-8  # of the range of the lifts: what a solver leaves of a limit
@@ -131,6 +132,8 @@ def fit(
     measured = read_points(points.points if isinstance(points, MeasuredProfile) else points, columns_)
     tables.setdefault("name", printable(Path(measured.file).stem))
     file = scene.file if isinstance(scene, Scene) else "scene"
+    if profile and tables.get("train"):
+        raise BadInput([Mistake(file, "train", None, "a measured profile moves its follower alone", bare=True)])
     seen = _touched(profile, measured, tables, file, keep_outliers) if profile else None
     measured = seen.positions if seen else measured
     least = _least(measured)
@@ -192,9 +195,10 @@ def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredProfile | None) -> str:
-    """The unit of the lifts, or of a profile: that of the follower's motion, or one that fits to it."""
+    """The unit of the lifts, or of a profile: that of the motion of follower or tool, or one that fits to it."""
     follower = tables.get("follower")
-    angular = isinstance(follower, Mapping) and follower.get("motion") == OSCILLATING.name and not profile
+    swings = isinstance(follower, Mapping) and follower.get("motion") == OSCILLATING.name
+    angular = tool_turns(stages_in(tables), swings) and not profile
     known = ("deg",) if angular else tuple(MM_PER_UNIT)
     if given is not None and given not in known:
         of = "a profile" if profile else f"{(OSCILLATING if angular else TRANSLATING).words} follower"
@@ -298,7 +302,7 @@ def _written(
             return None
         parts = fitted_segments(motion)
         scene = scene_with(parts)
-        found = prove_band(resolve(scene).programme, points, parts.start, parts.zero, room.band)
+        found = prove_band(resolve(scene).programme.tool, points, parts.start, parts.zero, room.band)
         if found.held:
             return Fit(scene, points, points.only([]), parts.start, parts.zero, room.band, found, free.square)
     return None

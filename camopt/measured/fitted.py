@@ -99,17 +99,17 @@ class Fit(HasHtml, Drawn):
     @property
     def unit(self) -> str:
         """The unit of the lifts."""
-        return "deg" if self._problem.setup.angular else "mm"
+        return "deg" if self._problem.setup.tool_turns else "mm"
 
     def quantity(self, derivative: str) -> str:
         """The quantity that a largest velocity, acceleration or jerk is."""
         setup = self._problem.setup
-        return motion_quantity(derivative, "", angular=setup.angular, timed=setup.omega is not None)
+        return motion_quantity(derivative, "", angular=setup.tool_turns, timed=setup.omega is not None)
 
     @property
     def _per(self) -> float:
         """From the unit of the lifts to that of a programme."""
-        return radians(1.0) if self._problem.setup.angular else 1.0
+        return radians(1.0) if self._problem.setup.tool_turns else 1.0
 
     def table(self) -> Table:
         """The deviations of the motion from the points, and its peaks."""
@@ -152,14 +152,15 @@ class Fit(HasHtml, Drawn):
     def left_out(self) -> tuple[LeftOut, ...]:
         """The points that are left out, by row."""
         angles = np.radians(angle_from(self.start, self.outliers.angles))
-        off = self._problem.programme.at(angles)[0] / self._per + self.zero - self.outliers.lifts
+        off = self._problem.programme.tool.at(angles)[0] / self._per + self.zero - self.outliers.lifts
         rows = zip(self.outliers.rows, self.outliers.angles, self.outliers.lifts, off, strict=True)
         return tuple(sorted(LeftOut(int(row), float(a), float(y), float(d)) for row, a, y, d in rows))
 
     @property
     def jerk_rms(self) -> float:
         """The root mean square of the jerk over the turn, in the unit of the scene's jerks."""
-        return float(root_mean_square(self._problem.programme, JERK_ORDER) * scale(self._problem.setup, JERK_ORDER))
+        setup, programme = self._problem.setup, self._problem.programme.tool
+        return float(root_mean_square(programme, JERK_ORDER) * scale(setup, JERK_ORDER))
 
     @property
     def least_jerk_rms(self) -> float:
@@ -177,7 +178,7 @@ class Fit(HasHtml, Drawn):
     def after(self) -> dict[str, float]:
         """The largest velocity, acceleration and jerk of the motion."""
         orders = {name: order for order, name in enumerate(DERIVATIVES, start=1)}
-        setup, programme = self._problem.setup, self._problem.programme
+        setup, programme = self._problem.setup, self._problem.programme.tool
         return {name: peak(programme, order, EVERY_STROKE) * scale(setup, order) for name, order in orders.items()}
 
     @property

@@ -73,6 +73,13 @@ class Programme:
     radii: tuple[float, ...] = ()
     """Of a cam that is given by its profile: of the arcs of the pitch curve (of a flat face: of the profile), mm;
     below 0 where hollow, infinite for a line."""
+    asked: "Programme | None" = None
+    """The motion of the tool that the follower drives through a train, if there is one; without loads."""
+
+    @property
+    def tool(self) -> "Programme":
+        """The motion that is asked: that of the tool, or without a train of the follower itself."""
+        return self.asked or self
 
     @classmethod
     def from_segments(
@@ -115,7 +122,7 @@ class Programme:
     @property
     def sampled(self) -> bool:
         """Whether a law comes from the points of a table, and is not known between them."""
-        return any(isinstance(s.law, SplineLaw) and s.law.sampled for s in self.strokes)
+        return any(isinstance(s.law, SplineLaw) and s.law.sampled for s in self.tool.strokes)
 
     @property
     def monotone(self) -> bool:

@@ -27,6 +27,8 @@ COLUMN_NOTES = {
     "cam_angle_deg": ("deg", "Cam angle."),
     "displacement_mm": ("mm", "Displacement of the follower."),
     "displacement_deg": ("deg", "Swing of the follower."),
+    "tool_displacement_mm": ("mm", "Displacement of the tool that the follower drives."),
+    "tool_displacement_deg": ("deg", "Swing of the tool that the follower drives."),
     "pitch": ("mm", "Pitch curve: the trace point."),
     "profile": ("mm", "Profile."),
     "profile_left": ("mm", "Flank of the groove to the left, seen along the motion of the roller in it."),
@@ -58,10 +60,11 @@ def cam_points(
 ) -> dict[str, FloatArray]:
     """Points of a scene's cam: columns by name, each an array (n,) with one value for each cam angle.
 
-    Columns: ``cam_angle_deg``; ``displacement_mm`` (``displacement_deg`` when oscillating); and the x and y
-    in mm of each curve, as ``profile_x_mm``, ``profile_y_mm``: ``pitch`` (not for a flat face, which has no
-    trace point), ``profile``, and ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has
-    ``profile_left`` and ``profile_right`` in place of ``profile``, and likewise two cutter paths.
+    Columns: ``cam_angle_deg``; ``displacement_mm`` (``displacement_deg`` when oscillating) of the follower, and
+    with a train ``tool_displacement_mm`` (``tool_displacement_deg``); and the x and y in mm of each curve, as
+    ``profile_x_mm``, ``profile_y_mm``: ``pitch`` (not for a flat face, which has no trace point), ``profile``, and
+    ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has ``profile_left`` and
+    ``profile_right`` in place of ``profile``, and likewise two cutter paths.
 
     Of each profile also the unit normal out of the steel (``profile_normal_x``, ``profile_normal_y``), the
     curvature (``profile_curvature_per_mm``, positive where convex), and on disc cams polar coordinates
@@ -113,6 +116,9 @@ def cam_points(
     unit = "deg" if problem.setup.angular else "mm"
     columns = {"cam_angle_deg": degrees}
     columns[f"displacement_{unit}"] = np.degrees(displacement) if unit == "deg" else displacement
+    if problem.setup.train is not None:
+        moved, turns = problem.programme.tool.at(radians)[0], problem.setup.tool_turns
+        columns[f"tool_displacement_{'deg' if turns else 'mm'}"] = np.degrees(moved) if turns else moved
     at = {name: curve.at(radians, curve.points) for name, curve in curves.items()}
     for name, points in at.items():
         columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}

@@ -61,10 +61,10 @@ ANGULAR = {
 def limited_quantity(key: str, setup: Setup) -> str:
     """The quantity that a key of ``[limits]`` bounds: of a short key in OF_QUANTITIES its quantity, else the key.
 
-    By a short key, a quantity of the motion is the angle of a follower that oscillates.
+    By a short key, a quantity of the motion is that of an angle where what is asked to move, turns.
     """
     quantity = OF_QUANTITIES.get(key, key)
-    for suffix, angular in ANGULAR.items() if setup.angular and key != quantity else ():
+    for suffix, angular in ANGULAR.items() if setup.tool_turns and key != quantity else ():
         swung = quantity.removesuffix(suffix) + angular
         if quantity.endswith(suffix) and swung in QUANTITIES:
             return swung
@@ -153,7 +153,7 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
         return [bound_on(key, named[key], setup, name) for key, name in quantities.items() if key in named]
 
     limits: list[Limit] = of(
-        {each: motion_quantity(each, "", angular=setup.angular, timed=True) for each in DERIVATIVES}
+        {each: motion_quantity(each, "", angular=setup.tool_turns, timed=True) for each in DERIVATIVES}
     )
     on_return = asked.pressure_angle if asked.pressure_angle_return is None else asked.pressure_angle_return
     for limit in pressure_limits(setup, asked.pressure_angle, on_return):

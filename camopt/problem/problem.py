@@ -18,6 +18,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment
 from camopt.problem.choices import Choices, choices_of
 from camopt.problem.claims import Claim
+from camopt.problem.driving import through_train
 from camopt.problem.limit import Limit
 from camopt.problem.limits import OF_QUANTITIES, limited_quantity, limits_of
 from camopt.problem.rows import Objectives
@@ -101,7 +102,19 @@ class Problem:
 
     def with_laws(self, rise: str | None, fall: str | None) -> Programme:
         """The scene's programme with other laws, by name, on its rises and returns (None keeps them)."""
-        return self.programme.with_laws(*(None if name is None else self.laws[name] for name in (rise, fall)))
+        chosen = (None if name is None else self.laws[name] for name in (rise, fall))
+        return self.driving(self.programme.tool.with_laws(*chosen))
+
+    def driving(self, asked: Programme) -> Programme:
+        """The turn of the follower that moves as asked, or drives a tool so, under the scene's load.
+
+        Raises
+        ------
+        BadInput
+            If the tool goes beyond a dead point of the train.
+        """
+        load, train = self.programme.load, self.setup.train
+        return through_train(asked, train, self.segments, load, self.file)
 
     @property
     def size_name(self) -> str:
@@ -193,7 +206,8 @@ def resolve(scene: Scene) -> Problem:
     if scene.profile:
         programme = programme_of(scene.profile, scene.cam, scene.follower, load)
     else:
-        programme = Programme.from_segments(turn, angular=setup.angular, laws=laws, load=load)
+        asked = Programme.from_segments(turn, angular=setup.tool_turns, laws=laws, load=load)
+        programme = through_train(asked, setup.train, turn, load, scene.file)
     return Problem(
         file=scene.file,
         setup=setup,

@@ -9,6 +9,7 @@ from camopt.quantities import NUMBER_COLUMNS
 from camopt.scene.load import constant_and_changing
 from camopt.scene.materials import MATERIALS
 from camopt.scene.scene import Scene
+from camopt.scene.train import train_from
 
 
 def setup_of(scene: Scene) -> Setup:
@@ -18,8 +19,9 @@ def setup_of(scene: Scene) -> Setup:
         mechanism=scene.mechanism,
         tip=scene.tip,
         tolerance=scene.accuracy.tolerance,
-        given=GivenNumbers(_numbers(scene), angular),
+        given=GivenNumbers(_numbers(scene), angular, scene.tool_turns),
         solid=_solid(scene),
+        train=train_from(scene.train, angular=angular),
         varied={each.key: each.quantity for each in variables_of(scene) if each.is_number and each.is_searched},
     )
 

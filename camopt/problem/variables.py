@@ -150,7 +150,9 @@ def variables_of(scene: Scene) -> tuple[Variable, ...]:
         *(Variable(k, "size", n, FIELDS[n], columns[FIELDS[n]], sizes.get(n)) for k, n in named.items()),
         *(
             Variable(key, "shared" if key in SHARED else "number", key, key, name, numbers.get(key))
-            for key, name in number_quantities(angular=mechanism.motion.angular).items()
+            for key, name in number_quantities(
+                angular=mechanism.motion.angular, tool_turns=scene.tool_turns
+            ).items()
         ),
     )
 

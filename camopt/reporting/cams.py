@@ -17,6 +17,7 @@ from camopt.reporting.sections import (
     limits_sheet,
     motion_sheet,
     quantities_sheet,
+    train_sheets,
     verdict_line,
 )
 from camopt.scene.oddities import no_wall
@@ -108,7 +109,8 @@ def chapters_of(shown: ShownCam, problem: Problem, *, several: bool = False) -> 
     prefix = f"{shown.label}: " if several else ""
     return [
         Chapter(
-            _titled(prefix, "Sizes, materials and motion"), [given_sheet(shown.scene), motion_sheet(shown.scene)]
+            _titled(prefix, "Sizes, materials and motion"),
+            [given_sheet(shown.scene), motion_sheet(shown.scene), *train_sheets(shown.scene)],
         ),
         Chapter(_titled(prefix, "Effects"), [effects_sheet(problem)]),
         Chapter(_titled(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),

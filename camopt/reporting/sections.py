@@ -161,8 +161,8 @@ def _meaning(name: str, found: Iterable[Evaluation]) -> str:
 def motion_sheet(scene: Scene) -> Table:
     """The segments of the motion, or the arcs and lines of the profile."""
     data = scene.to_dict()
-    unit = scene.mechanism.motion.unit
-    title = f"Motion, segment by segment (angles in deg, lifts in {unit})"
+    unit, whose = "deg" if scene.tool_turns else "mm", "Motion of the tool" if scene.train else "Motion"
+    title = f"{whose}, segment by segment (angles in deg, lifts in {unit})"
     if "motion" not in data:
         title = "Profile, arc by arc (lengths in mm)"
     parts = data.get("motion") or data.get("profile", [])
@@ -170,10 +170,18 @@ def motion_sheet(scene: Scene) -> Table:
     return Table.of(title, keys, ([_said(part.get(key, "")) for key in keys] for part in parts))
 
 
+def train_sheets(scene: Scene) -> list[Table]:
+    """The stages between the follower and its tool, if there are any."""
+    stages = scene.to_dict().get("train", [])
+    keys = list(dict.fromkeys(key for stage in stages for key in stage))
+    title = "Train, from the follower to the tool (lengths in mm, angles in deg)"
+    return [Table.of(title, keys, ([_said(s.get(key, "")) for key in keys] for s in stages))] if stages else []
+
+
 def given_sheet(scene: Scene) -> Table:
     """Sizes, speed, materials and loads that the scene gives, by key."""
-    angular = scene.mechanism.motion.angular
-    units = {key: QUANTITIES[name] for key, name in number_quantities(angular=angular).items()}
+    names = number_quantities(angular=scene.mechanism.motion.angular, tool_turns=scene.tool_turns)
+    units = {key: QUANTITIES[name] for key, name in names.items()}
     given = [pair for name, table in scene.to_dict().items() if name in GIVEN_TABLES for pair in _flat(name, table)]
     rows: list[list[Cell | str]] = [
         [

@@ -19,6 +19,7 @@ from camopt.scene.part import check_part
 from camopt.scene.profile import check_profile, highest_on_profile
 from camopt.scene.sizes import SIGNED_SIZES, mechanism_in, sizes_in
 from camopt.scene.tables import Cam, Follower
+from camopt.scene.train import check_train, follower_lift
 from camopt.scene.turn import LEAST_MOVE, POSITIONED, check_law, check_turn, highest_of
 
 FOLLOWER_SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in FIELDS) for table in (Follower, Cam))
@@ -40,14 +41,16 @@ def faults_of(data: Mapping[str, Any]) -> Iterator[LawFault]:
             yield "motion", None, "missing; a scene has [[motion]], or the [[profile]] of its cam"
         yield from check_turn(data)
         yield from _searched_angles(data)
+    yield from check_train(data)
     yield from _searched_laws(data)
     yield from _synthesis(data)
     if found := mechanism_in(data):
         mechanism, tip = found
         # of moves it is that of their polynomials, of a profile that of its follower, which are made for it
-        lift = highest_on_profile(data) if profiled else highest_of(data)
+        asked = highest_on_profile(data) if profiled else highest_of(data)
+        lift = follower_lift(data) if data.get("train") else asked
         yield from _dynamics(data, lift, mechanism, tip)
-        yield from _lash(data, lift)
+        yield from _lash(data, asked)
         yield from _keys(data, mechanism, tip)
         if lift is not None or not profiled:  # that a follower cannot be on its profile is told already
             yield from _fit(data, lift, mechanism, tip)

@@ -6,9 +6,11 @@ from functools import cache
 from itertools import pairwise
 from textwrap import dedent
 
+from camopt.quantities import OF_TOOL
 from camopt.scene.choices import StepRange
 from camopt.scene.scene import Scene
 from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, SceneTable, Segment, Through
+from camopt.scene.train import TrainStage
 
 TOP = ""
 """Where the keys before the first table of a scene stand."""
@@ -23,11 +25,12 @@ TABLES: dict[str, type[SceneTable]] = {
     "motion": Segment,
     "motion.through": Through,
     "profile": ProfileElement,
+    "train": TrainStage,
     "laws.NAME": OwnLaw,
     "search.KEY": StepRange,
 }
 """Every table by where it stands in a scene."""
-LISTS = ("motion", "motion.through", "profile")
+LISTS = ("motion", "motion.through", "train", "profile")
 """Those of which a scene has several."""
 
 
@@ -43,6 +46,12 @@ def said_of(model: type[SceneTable], key: str) -> tuple[str, str]:
     )
     sentence, mark, unit = text.removesuffix(".").rpartition("; ")
     return (sentence, unit) if mark else (text.removesuffix("."), "")
+
+
+def is_angle(key: str, angular: bool, tool_turns: bool) -> bool:
+    """Whether the motion that a key is about is an angle: that of the follower for its loads, else of the tool."""
+    key = key.removeprefix("search.")
+    return angular if key.startswith("follower.") and key not in OF_TOOL else tool_turns
 
 
 def unit_for(unit: str, angular: bool) -> str:

@@ -16,6 +16,6 @@ class Read(NamedTuple):
 
 def numbers_read(scene: Scene) -> list[Read]:
     """The speed, and numbers of follower, spring, load and materials; for oscillating followers moments by rad."""
-    names = number_quantities(angular=scene.mechanism.motion.angular)
+    names = number_quantities(angular=scene.mechanism.motion.angular, tool_turns=scene.tool_turns)
     given = {key: value for key, value in scene.numbers(NUMBER_COLUMNS).items() if value is not None}
     return [Read(key, value, QUANTITIES[names[key]].unit) for key, value in given.items()]

@@ -46,6 +46,7 @@ from camopt.scene.tables import (
     or_text,
 )
 from camopt.scene.text import is_typed, parsed, plain
+from camopt.scene.train import MOST_STAGES, TrainStage, tool_turns
 from camopt.shown import Drawn, HasHtml
 from camopt.storage.files import read_bytes
 from camopt.storage.manifest import settled_path
@@ -66,6 +67,8 @@ class Scene(HasHtml, Drawn, SceneTable):
         How it moves, what touches the cam, its sizes, and what presses it on the cam.
     motion : tuple of Segment
         Rises, dwells, returns and moves, one turn in all.
+    train : tuple of TrainStage
+        What is between the follower and the tool, whose motion is asked then.
     profile : tuple of ProfileElement
         In place of a motion: the arcs and lines of a disc cam, or the name of a DXF file (a path relative to the
         scene file) that is read when the scene is made.
@@ -109,6 +112,8 @@ class Scene(HasHtml, Drawn, SceneTable):
     """The follower."""
     motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
     """The turn, segment by segment."""
+    train: Annotated[tuple[TrainStage, ...], Field(max_length=MOST_STAGES)] = ()
+    """The train between the follower and the tool, whose motion it then is, stage by stage."""
     profile: Annotated[
         tuple[ProfileElement, ...], Field(min_length=1, max_length=MOST_SEGMENTS, json_schema_extra=or_text)
     ] = ()
@@ -157,6 +162,12 @@ class Scene(HasHtml, Drawn, SceneTable):
     def mechanism(self) -> Mechanism:
         """The pairing of its cam and follower."""
         return mechanism_for(self.cam.form, self.follower.motion, self.follower.contact)
+
+    @property
+    def tool_turns(self) -> bool:
+        """Whether the motion is an angle: that of the tool, or without a train of the follower."""
+        rows = [row.model_dump(exclude_none=True) for row in self.train]
+        return tool_turns(rows, self.mechanism.motion.angular)
 
     @property
     def tip(self) -> Tip:

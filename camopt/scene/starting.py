@@ -12,7 +12,7 @@ from camopt.mechanisms import MECHANISMS, Mechanism
 from camopt.mechanisms.follower import FLAT, Tip
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
-from camopt.scene.places import LISTS, TABLES, said_of, table_heading, unit_for
+from camopt.scene.places import LISTS, TABLES, is_angle, said_of, table_heading, unit_for
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml, with_schema
 
@@ -140,12 +140,12 @@ def _fits(words: list[str], form: str | None, follower: str | None) -> bool:
 
 def _written(scene: Scene, data: Mapping[str, Any], about: list[str]) -> str:
     """A scene as text: its own tables in order, each with the keys that it may have besides."""
-    more, angular = examples(scene), scene.mechanism.motion.angular
+    more = examples(scene)
     lines = [*about, *HELP, f"name = {_inline(data['name'])}"]
     for place, given in _tables(data):
         own = {key: value for key, value in given.items() if f"{place}.{key}" not in TABLES}
         if own or place in more:
-            lines += ["", *_table(place, own, more.get(place, {}), angular)]
+            lines += ["", *_table(place, own, more.get(place, {}), scene)]
     return "\n".join(_said_once(lines)) + "\n"
 
 
@@ -154,7 +154,7 @@ def _tables(data: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
     yield "cam", data["cam"]
     yield "follower", data["follower"]
     yield "follower.dynamics", data["follower"].get("dynamics", {})
-    for kind in ("motion", "profile"):
+    for kind in ("train", "motion", "profile"):
         for row in data.get(kind, []):
             yield kind, row
             yield from ((f"{kind}.through", each) for each in row.get("through", []))
@@ -170,7 +170,7 @@ HELP = [
 ]
 
 
-def _table(place: str, own: Mapping[str, Any], more: Mapping[str, Any], angular: bool) -> Iterator[str]:
+def _table(place: str, own: Mapping[str, Any], more: Mapping[str, Any], scene: Scene) -> Iterator[str]:
     """The lines of a table."""
     known = "laws.NAME" if place.startswith("laws.") else place
     yield ("" if own else "#") + (table_heading(place) if place in LISTS else f"[{place}]")
@@ -178,7 +178,7 @@ def _table(place: str, own: Mapping[str, Any], more: Mapping[str, Any], angular:
         if key in own or key in more:
             line = f"{key} = {_inline(own[key])}" if key in own else f"#{key} = {_inline(more[key])}"
             sentence, unit = said_of(TABLES[known], key)
-            unit = unit_for(unit, angular)
+            unit = unit_for(unit, is_angle(f"{place}.{key}", scene.mechanism.motion.angular, scene.tool_turns))
             yield (
                 f"{line:<26}  # {unit}: {sentence}" if unit not in ("", "no unit") else f"{line:<26}  # {sentence}"
             )

@@ -440,11 +440,11 @@ class ShortLimits(SceneTable):
     unbalance: Positive | None = None
     """Largest unbalance of the cam; g·mm."""
     velocity: Positive | None = None
-    """Largest |velocity| of the follower; m/s, oscillating rad/s."""
+    """Largest |velocity| of the follower, or of the tool that it drives; m/s, oscillating rad/s."""
     acceleration: Positive | None = None
-    """Largest |acceleration| of the follower; m/s², oscillating rad/s²."""
+    """Largest |acceleration| of the follower, or of the tool that it drives; m/s², oscillating rad/s²."""
     jerk: Positive | None = None
-    """Largest |jerk| of the follower; m/s³, oscillating rad/s³."""
+    """Largest |jerk| of the follower, or of the tool that it drives; m/s³, oscillating rad/s³."""
     contact_force_min: Anywhere | None = None
     """Least contact force along the motion; N."""
     jump_speed: Positive | None = None

@@ -10,6 +10,7 @@ from typing import Any
 from camopt.mistakes import nearest
 from camopt.motion import LAWS
 from camopt.motion.conditions import DERIVATIVE_NAMES
+from camopt.motion.programme import Programme
 from camopt.motion.run import Contradiction
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment, lifts_of, positions_of
 from camopt.quantities import DERIVATIVES
@@ -58,6 +59,17 @@ def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[LawFault]:
         yield key, law, f"must be a motion law; {nearest(law, laws)}"
 
 
+def turn_in(data: Mapping[str, Any]) -> tuple[list[GivenSegment], Programme] | None:
+    """The turn of the plain mapping of a scene as it is given; None where it is not known."""
+    given = _given(data)
+    if not given or not has_laws(data, given):
+        return None
+    try:
+        return given, turn_as_given(data, given)
+    except Contradiction:  # which is said
+        return None
+
+
 def highest_of(data: Mapping[str, Any]) -> float | None:
     """The highest displacement of the turn above its lowest, mm or deg; None where it is not known."""
     given = _given(data)
@@ -66,10 +78,7 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
     ends, laws = positions_of(given), own_law_tables(data)
     beyond = any(isinstance(law, Mapping) and law.get("overshoot") is True for law in laws.values())
     if (beyond or any(segment.segment == MOVE for segment in given)) and has_laws(data, given):
-        try:
-            return turn_as_given(data, given).lift
-        except Contradiction:  # which is said
-            return None
+        return found[1].lift if (found := turn_in(data)) else None
     return max(ends) - min(ends) if isfinite(hypot(*ends)) else None
 
 

@@ -10,10 +10,11 @@ from functools import cache
 from typing import Any
 
 from camopt.mistakes import Mistake
-from camopt.scene.places import TABLES, said_of, unit_for
+from camopt.scene.places import TABLES, is_angle, said_of, unit_for
 from camopt.scene.sizes import mechanism_in
 from camopt.scene.tables import SceneTable
 from camopt.scene.text import TYPED
+from camopt.scene.train import stages_in, tool_turns
 
 ANGLE = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
 PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")
@@ -25,15 +26,16 @@ EXACT = 15
 def with_units(tables: dict[str, Any], file: str) -> tuple[dict[str, Any], list[Mistake]]:
     """The tables of a scene with numbers in place of texts with units, and a mistake for each that is none."""
     found = mechanism_in(tables)
-    reader = _Reader(file, bool(found and found[0].motion.angular))
+    angular = bool(found and found[0].motion.angular)
+    reader = _Reader(file, angular, tool_turns(stages_in(tables), angular))
     return reader.table(tables, TABLES[""], "", ""), reader.mistakes
 
 
 class _Reader:
     """Goes through the tables of a scene."""
 
-    def __init__(self, file: str, angular: bool) -> None:
-        self.file, self.angular = file, angular
+    def __init__(self, file: str, angular: bool, tool_turns: bool) -> None:
+        self.file, self.angular, self.tool_turns = file, angular, tool_turns
         self.mistakes: list[Mistake] = []
 
     def table(self, given: Mapping[str, Any], model: type[SceneTable], place: str, known: str) -> dict[str, Any]:
@@ -48,7 +50,8 @@ class _Reader:
                 found[key] = self.tables(value, TABLES[stands], where, stands)
             else:
                 unit = said_of(model, key)[1] if key in model.model_fields else ""
-                found[key] = self.value(value, unit_for(unit, self.angular), where) if unit else value
+                unit = unit_for(unit, is_angle(where, self.angular, self.tool_turns))
+                found[key] = self.value(value, unit, where) if unit else value
         return found
 
     def tables(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:

@@ -46,12 +46,12 @@ def of_designs(claim: Claim) -> Claim:
 
 def curve_of_designs(made: Any, strokes: int) -> Any:
     """A curve as that of designs: what strokes have of a derivative of the motion at most is the same for all."""
-    return partial(_level, order=made.order, strokes=strokes) if isinstance(made, Derivative) else made
+    return partial(_level, derivative=made, strokes=strokes) if isinstance(made, Derivative) else made
 
 
-def _level(designs: Designs, programme: Programme, order: int, strokes: int) -> Linear:
+def _level(designs: Designs, programme: Programme, derivative: Derivative, strokes: int) -> Linear:
     """The largest magnitude of a derivative of the motion, as a curve."""
-    most, none = peak(programme, order, strokes), np.zeros(len(designs))
+    most, none = peak(derivative.of(programme), derivative.order, strokes), np.zeros(len(designs))
     return Linear(none, none, none, none + most)
 
 

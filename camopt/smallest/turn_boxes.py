@@ -136,9 +136,12 @@ class TurnSearch(Bisection):
         """The least angle of a stroke, deg, at which it holds the limits on velocity, acceleration and jerk."""
         least = 0.0
         for claim in self.problem.claims:
-            if isinstance(claim.curve, Derivative) and claim.kinds & stroke.kind:
+            if not isinstance(claim.curve, Derivative):
+                continue
+            asked = claim.curve.of(self.longest).strokes[self.longest.strokes.index(stroke)]
+            if claim.kinds & asked.kind:
                 order = claim.curve.order
-                ends = span(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
+                ends = span(Programme((asked,)), (0.0,) * order + (1.0,), ALL_STROKES)
                 share = max(-ends[0], ends[1]) / claim.allowed()
                 least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * SIDE_ROUNDING))
         return float(least)

@@ -108,10 +108,9 @@ class SegmentAngles:
         """The turn with these angles of its freed segments."""
         angles = self.angles(freed)
         segments = [s._replace(angle=angle) for s, angle in zip(self.segments, angles, strict=True)]
-        angular, laws = self.problem.setup.angular, self.problem.laws
-        load = self.problem.programme.load
-        programme = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
-        return self.problem.with_programme(programme).with_laws(*self.laws)
+        angular, laws, load = self.problem.setup.tool_turns, self.problem.laws, self.problem.programme.load
+        asked = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
+        return self.problem.with_programme(self.problem.driving(asked)).with_laws(*self.laws)
 
     def problem_of(self, freed: FloatArray) -> Problem:
         """The problem of the turn with these angles of its freed segments."""

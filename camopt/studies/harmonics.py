@@ -88,7 +88,7 @@ class Harmonics(Drawn, HasHtml):
     def table(self) -> Table:
         """A row for each harmonic."""
         rows = self.records()
-        angular = self.scene.mechanism.motion.angular
+        angular = self.scene.tool_turns
         units = {
             "frequency_Hz": "Hz",
             "displacement": "deg" if angular else "mm",
@@ -134,11 +134,11 @@ def harmonics(scene: Scene, orders: int = ORDERS) -> Harmonics:
     if isinstance(orders, bool) or not isinstance(orders, int) or not 1 <= orders <= MOST_ORDERS:
         raise BadInput([Mistake("camopt", "orders", orders, f"a whole number from 1 to {MOST_ORDERS:,}")])
     problem = resolve(scene)
-    setup, programme = problem.setup, problem.programme
+    setup, programme = problem.setup, problem.programme.tool
     order = np.arange(1, orders + 1)
     waves = _waves(programme, 0, np.arange(orders + 1)) / programme.unit
     timed = setup.omega is not None
-    name = motion_quantity("acceleration", "", angular=setup.angular, timed=timed)
+    name = motion_quantity("acceleration", "", angular=setup.tool_turns, timed=timed)
     return Harmonics(
         scene,
         order,

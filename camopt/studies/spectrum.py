@@ -182,7 +182,7 @@ def spectrum(scene: "Scene") -> "Rows":
 
     problem = resolve(scene)
     laws = {name: LAWS[name] for name in DRAWN}
-    laws |= {stroke.law.NAME: stroke.law for stroke in problem.programme.strokes if stroke.law}
+    laws |= {stroke.law.NAME: stroke.law for stroke in problem.programme.tool.strokes if stroke.law}
     damping = problem.setup.dynamics.damping_ratio
     return concatenate_rows(
         Rows(response_spectrum(law, damping_ratio=damping), len(RATIOS)) for law in laws.values()

@@ -76,7 +76,7 @@ class Timing(HasHtml):
         """A row for each passage."""
         angle = dict.fromkeys(("rises_at_deg", "falls_at_deg", "above_deg"), "deg")
         units = {
-            "lift": "deg" if self.scene.mechanism.motion.angular else "mm",
+            "lift": "deg" if self.scene.tool_turns else "mm",
             **angle,
             "rising": self.velocity_unit,
             "falling": self.velocity_unit,
@@ -112,18 +112,18 @@ def timing(scene: Scene, lifts: Iterable[float] | None = None) -> Timing:
     True
     """
     problem = resolve(scene)
-    setup, programme = problem.setup, problem.programme
+    setup, programme = problem.setup, problem.programme.tool
     most = programme.lift / programme.unit
     if lifts is None:
         lash = scene.follower.dynamics and scene.follower.dynamics.lash
         lifts = (lash or DEFAULT_SHARE * most,)
     levels = [*lifts]
-    unit = "deg" if setup.angular else "mm"
+    unit = "deg" if setup.tool_turns else "mm"
     allowed = f"numbers above 0 and below the largest lift ({most:.6g} {unit})"
     wrong = [each for each in levels if isinstance(each, bool) or not isinstance(each, Real) or not 0 < each < most]
     if wrong:
         raise BadInput([Mistake(problem.file, "lift", each, allowed) for each in wrong])
-    name = motion_quantity("velocity", "", angular=setup.angular, timed=setup.omega is not None)
+    name = motion_quantity("velocity", "", angular=setup.tool_turns, timed=setup.omega is not None)
     found = [each for lift in levels for each in _passages(programme, float(lift), scale(setup, 1))]
     return Timing(scene, tuple(found), QUANTITIES[name].unit)
 

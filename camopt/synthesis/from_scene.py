@@ -51,6 +51,9 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
     _check_train(problem, objective)
     if given := given_profile(problem, "the motion"):
         raise BadInput(given)
+    if problem.setup.train is not None:
+        why = "free laws are those of a follower itself; sweep and optimise choose among laws of the tool"
+        raise BadInput([Mistake(problem.file, "train", None, why, bare=True)])
     choices = problem.choices
     if freed := not_varied(problem.file, [*choices.angles, *choices.numbers], "free laws take"):
         raise BadInput(freed)

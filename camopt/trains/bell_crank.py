@@ -20,5 +20,6 @@ STAGE = Stage(
     "a bell crank",
     ("crank", "coupler", "angle"),
     ("offset", "input_arm", "input_angle"),
+    lambda keys, turns: False,
     _links,
 )

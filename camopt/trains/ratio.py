@@ -21,4 +21,8 @@ def _links(keys: Keys, turns: bool) -> tuple[Constant]:
     return (Constant(factor if turns else 1.0 / factor, (turns, not turns)),)
 
 
-STAGE = Stage("ratio", "a constant ratio", (), ("ratio", "radius"), _links)
+def _turns(keys: Keys, turns: bool) -> bool:
+    return turns != ("radius" in keys)
+
+
+STAGE = Stage("ratio", "a constant ratio", (), ("ratio", "radius"), _turns, _links)

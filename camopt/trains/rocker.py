@@ -29,4 +29,11 @@ def _links(keys: Keys, turns: bool) -> tuple[Link, ...]:
     return (*driven(keys, turns), output)
 
 
-STAGE = Stage("rocker", "a rocker", ("output_arm",), ("output_angle", "input_arm", "input_angle"), _links)
+STAGE = Stage(
+    "rocker",
+    "a rocker",
+    ("output_arm",),
+    ("output_angle", "input_arm", "input_angle"),
+    lambda keys, turns: False,
+    _links,
+)

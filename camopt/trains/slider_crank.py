@@ -10,4 +10,5 @@ def _links(keys: Keys, turns: bool) -> tuple[Link]:
     return (link if turns else Reversed(link),)
 
 
-STAGE = Stage("slider-crank", "a slider-crank", ("crank", "coupler", "angle"), ("offset",), _links)
+NEEDS = ("crank", "coupler", "angle")
+STAGE = Stage("slider-crank", "a slider-crank", NEEDS, ("offset",), lambda keys, turns: not turns, _links)

@@ -20,6 +20,8 @@ class Stage:
     """The keys that it has to have."""
     others: tuple[str, ...]
     """Those that it may have."""
+    turns: Callable[[Keys, bool], bool]
+    """Whether what it moves is an angle, if what comes to it is one or not."""
     links: Callable[[Keys, bool], Sequence[Link]]
     """Its links from values by key, and whether what comes to it is an angle; raises ``Unassembled``."""
 

@@ -89,5 +89,5 @@ def train_of(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Train:
                     raise StageFault(number, f"it starts at a dead point: {end.why}")
         links += found
         numbers += [number] * len(found)
-        angular = links[-1].turns[1]
+        angular = TRAIN_STAGES[name].turns(keys, angular)
     return Train(tuple(links), tuple(numbers))

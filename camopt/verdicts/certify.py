@@ -14,6 +14,7 @@ from flint import arb
 
 import camopt.verdicts.exact_point_contact  # noqa: F401  what formulas do to balls at a point contact
 from camopt.effects import Case
+from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
@@ -73,8 +74,9 @@ def claim_verdicts(
     if problem.profile and claim.curve in (mechanism.curvature, mechanism.profile_radius):
         yield from _on_arcs(problem, claim, design)
         return
+    turn = claim.curve.of(motion) if isinstance(claim.curve, Derivative) else motion
     for each in statements_of(claim, design, motion):
-        yield decide(each, motion, until)
+        yield decide(each, turn, until)
 
 
 def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
@@ -192,7 +194,7 @@ def certify(scene: Scene) -> dict[str, str]:
 
 def certify_problem(problem: Problem) -> dict[str, str]:
     """As ``certify``, for a scene already resolved."""
-    asked = conditions_verdict(problem.programme, exact_motion(problem.programme))
+    asked = conditions_verdict(problem.programme.tool, exact_motion(problem.programme).tool)
     return certify_design(problem, problem.design) | ({} if asked is None else {CONDITIONS: asked})
 
 

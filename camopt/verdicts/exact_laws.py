@@ -20,6 +20,7 @@ from camopt.motion.scca import SCCALaw
 from camopt.motion.spline import SplineLaw
 from camopt.motion.turned import MirroredLaw, SkewedLaw
 from camopt.verdicts.ball import precisely
+from camopt.verdicts.exact_driven import DrivenPiece
 from camopt.verdicts.exact_profile import ProfilePiece, piece_on_profile
 
 SineWave = tuple[arb, arb, arb]
@@ -235,7 +236,7 @@ def pieces_of(law: Law) -> tuple[Piece, ...]:
     return EXACT_BY_NAME[law.NAME]() if form is None else form(law)
 
 
-Stretch = Piece | ProfilePiece
+Stretch = Piece | ProfilePiece | DrivenPiece
 """Where a motion is smooth."""
 
 

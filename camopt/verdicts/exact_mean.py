@@ -20,6 +20,7 @@ from typing import Any, NamedTuple, cast
 from flint import arb, arb_series
 
 from camopt.effects.mean import Mean
+from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics.clock import now
@@ -118,6 +119,8 @@ class MeanOfPowers:
     def of(cls, mean: Mean, design: Designs, motion: ExactMotion) -> "MeanOfPowers":
         """The mean of a quantity."""
         turn = cast(Programme, motion)
+        if isinstance(derivative := mean.curves[0][0], Derivative):
+            motion = derivative.of(motion)
         return cls([(of_curve(make(design, turn)), kinds) for make, kinds in mean.curves], mean.power, motion)
 
     def enclosures(self, until: float = inf) -> Iterator[arb]:

@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 from flint import arb
 
-from camopt.motion.law import Law
+from camopt.motion.driven import DrivenLaw
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.verdicts.ball import Ball, precisely
+from camopt.verdicts.exact_driven import DrivenPiece, follower_at, narrowed, train_in_balls
 from camopt.verdicts.exact_laws import Stretch, stretches_of
 from camopt.verdicts.exact_load import LoadLine, lines_of
 
@@ -19,7 +20,8 @@ class ExactStroke(NamedTuple):
     """A segment of the turn in balls: cam angle in rad, displacement in mm or rad."""
 
     kind: int
-    law: Law | None
+    pieces: tuple[Stretch, ...]
+    """Where its motion is smooth; none in a dwell."""
     angle: arb
     low: arb
     size: arb
@@ -30,7 +32,7 @@ class ExactStroke(NamedTuple):
 
     def smooth(self) -> Iterator[tuple[Stretch | None, LoadLine | None, arb, arb]]:
         """Where motion and load are smooth: the piece of the law (None in a dwell), the line, and the ends in x."""
-        for piece in stretches_of(self.law) if self.law else (None,):
+        for piece in self.pieces or (None,):
             low, high = (piece.start, piece.end) if piece else (arb(0), arb(1))
             for line in self.lines or (None,):
                 start, end = (low, high) if line is None else (low.max(line.start), high.min(line.end))
@@ -46,6 +48,13 @@ class ExactMotion:
     load: ExternalLoad | None
     highest: arb | None = None
     """Of the turn, where that may be inside a stroke."""
+    asked: "ExactMotion | None" = None
+    """The motion of the tool that the follower drives through a train, if there is one."""
+
+    @property
+    def tool(self) -> "ExactMotion":
+        """The motion that is asked, as of a Programme."""
+        return self.asked or self
 
     @property
     def lift(self) -> Ball:
@@ -57,14 +66,33 @@ class ExactMotion:
 @precisely()
 def exact_motion(programme: Programme) -> ExactMotion:
     """The turn of a programme, the numbers that it was made from taken as exact."""
+    if programme.asked is not None:
+        return _driven(programme, exact_motion(programme.asked))
     degree, strokes, start = arb.pi() / 180, [], arb(0)
     level = arb(programme.start) * _unit(programme.strokes[0])
     for stroke in programme.strokes:
         angle, change, size = _given(stroke)
         lines = () if programme.load is None else tuple(lines_of(programme.load, start, angle))
-        strokes.append(ExactStroke(stroke.kind, stroke.law, angle * degree, level, size, change, lines))
+        pieces = stretches_of(stroke.law) if stroke.law else ()
+        strokes.append(ExactStroke(stroke.kind, pieces, angle * degree, level, size, change, lines))
         level, start = level + change, start + angle
     return ExactMotion(tuple(strokes), programme.load)
+
+
+def _driven(programme: Programme, tool: ExactMotion) -> ExactMotion:
+    """The turn of a follower that drives a tool, from that of the tool in balls."""
+    law = next(stroke.law for stroke in programme.strokes if isinstance(stroke.law, DrivenLaw))
+    train, zero = train_in_balls(law.train), arb(law.zero)
+    level, strokes, start = arb(programme.start), [], arb(0)
+    for stroke, asked in zip(programme.strokes, tool.strokes, strict=True):
+        low = zero + asked.low
+        begins, ends = (follower_at(train, each) for each in (low, low + asked.change))
+        pieces = tuple(DrivenPiece(piece, low, asked.size, train, begins) for piece in asked.pieces)
+        angle = asked.angle * 180 / arb.pi()
+        lines = () if programme.load is None else tuple(lines_of(programme.load, start, angle))
+        strokes.append(ExactStroke(stroke.kind, pieces, asked.angle, level, arb(1), ends - begins, lines))
+        level, start = level + ends - begins, start + angle
+    return ExactMotion(tuple(strokes), programme.load, asked=tool)
 
 
 def _unit(stroke: Stroke) -> arb:
@@ -85,21 +113,6 @@ def motion_at(stroke: ExactStroke, piece: Stretch | None, x: arb, line: LoadLine
     """Balls of y and its first four derivatives by the cam angle over a ball of x; load and slope of a line too."""
     rows = [arb(0)] * 5
     if piece is not None:
-        rows = [stroke.size * row / stroke.angle**k for k, row in enumerate(_derivatives(piece, x))]
+        rows = [stroke.size * row / stroke.angle**k for k, row in enumerate(narrowed(piece, 5, x))]
     load = [] if line is None else [line.at(x), line.slope / stroke.angle]
     return [Ball(stroke.low + rows[0]), *map(Ball, rows[1:] + load)]
-
-
-def _derivatives(piece: Stretch, x: arb) -> list[arb]:
-    """s and its first four derivatives over a ball: each where both the ball and its next derivative have it.
-
-    Beside a dwell s′ falls with the square of the distance, its ball only with the width of the ball of x.
-    """
-    rows = piece.derivatives(5, x)
-    if x.is_exact():
-        return rows
-    middle = x.mid()
-    there = piece.derivatives(4, middle)
-    for k in reversed(range(4)):
-        rows[k] = rows[k].intersection(there[k] + rows[k + 1] * (x - middle))
-    return rows

@@ -53,14 +53,14 @@ class FarthestPoint(NamedTuple):
 
 def _beyond_what_was_asked(problem: Problem) -> Iterator[str]:
     """Warnings on moves beyond every position asked, unless a given velocity causes that."""
-    programme = problem.programme
+    programme = problem.programme.tool
     for side in (side for side in SIDE_NAMES if _exceeds(programme, side)):
         extreme, asked = _extreme(programme, side), _farthest_asked(programme, side)
         if _has_to_go_on(programme, extreme.stroke):
             continue
         start = start_position(problem.segments) - programme.strokes[0].low / programme.unit
         at, most = (f"{start + position / programme.unit:.6g}" for position in (extreme.position, asked))
-        unit = "deg" if problem.setup.angular else "mm"
+        unit = "deg" if problem.setup.tool_turns else "mm"
         reached = f"the motion goes to {at} {unit} at {degrees(extreme.angle):.4g}°"
         stop = _stopped_by(programme, side)
         yield f"{reached}, {SIDE_NAMES[side]} every position asked ({most} {unit}); {stop}"

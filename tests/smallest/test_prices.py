@@ -81,7 +81,14 @@ def test_so_it_is_where_angles_are_free(name):
 
 
 HELD = ("roller-1000rpm", "two-pauses", "belt-matching", "bucket-valve", "feeder-with-stop", "indexing-overlap")
-HELD += ("press-with-drift", "rocker-valve", "valve-rod-offset", "valve-rod-radial")
+HELD += (
+    "press-with-drift",
+    "rocker-valve",
+    "slide-by-bell-crank",
+    "valve-rod-offset",
+    "valve-rod-radial",
+    "valve-with-rocker",
+)
 
 
 @pytest.mark.parametrize("name", HELD)

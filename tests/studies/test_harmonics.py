@@ -32,7 +32,7 @@ def turn(rise, fall=None, **cam):
 
 def by_quadrature(scene, order, derivative):
     """(1/π)∫ f·e^{−ikθ} dθ by Gauss's rule between the points at which the law is not smooth."""
-    programme, (nodes, weights) = resolve(scene).programme, np.polynomial.legendre.leggauss(60)
+    programme, (nodes, weights) = resolve(scene).programme.tool, np.polynomial.legendre.leggauss(60)
     found = 0.0
     for stroke in programme.strokes:
         breaks = stroke.law.BREAKS if stroke.law else (0.0, 1.0)
@@ -80,7 +80,7 @@ def test_the_mean_square_of_a_motion_is_that_of_its_harmonics():
     scene = turn("cycloidal", "poly345")
     found = harmonics(scene, 2000)
     angles = (np.arange(200_000) + 0.5) / 200_000 * 2 * np.pi
-    whole = np.mean(resolve(scene).programme.at(angles)[0] ** 2)
+    whole = np.mean(resolve(scene).programme.tool.at(angles)[0] ** 2)
     assert found.mean**2 + np.sum(found.displacement**2) / 2 == pytest.approx(whole, rel=1e-9)
 
 

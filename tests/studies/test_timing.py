@@ -19,7 +19,7 @@ DENSE = 36_000
 @given(st.sampled_from(SCENES), st.floats(1e-3, 1 - 1e-3))
 def test_it_is_above_just_between_the_angles_told(name, share):
     scene = find_scene(name)
-    programme = resolve(scene).programme
+    programme = resolve(scene).programme.tool
     lift = share * programme.lift / programme.unit
     passages = timing(scene, [lift]).passages
     assert passages

@@ -29,13 +29,13 @@ ROOMS = {
     "engines": "mistakes version kernels",
     "numerics": "kernels",
     "trains": "numerics",
-    "motion": "mistakes numerics",
+    "motion": "mistakes numerics trains",
     "mechanisms": "kernels numerics motion",
-    "effects": "quantities numerics motion mechanisms",
-    "scene": "mistakes version storage quantities shown numerics motion mechanisms",
-    "problem": "mistakes quantities numerics motion mechanisms effects scene",
+    "effects": "quantities numerics trains motion mechanisms",
+    "scene": "mistakes version storage quantities shown numerics trains motion mechanisms",
+    "problem": "mistakes quantities numerics trains motion mechanisms effects scene",
     "tables": "mistakes version storage quantities shown numerics motion scene problem",
-    "verdicts": "mistakes quantities shown numerics motion mechanisms effects scene problem tables",
+    "verdicts": "mistakes quantities shown numerics trains motion mechanisms effects scene problem tables",
     "smallest": (
         "mistakes progress quantities shown numerics motion mechanisms effects scene problem tables verdicts"
     ),

@@ -13,7 +13,7 @@ from camopt.verdicts.ball import as_arb, precisely
 from camopt.verdicts.certify import exact_turn
 from camopt.verdicts.deciding import HELD, Statement, decide
 from camopt.verdicts.exact_curve import of_curve
-from camopt.verdicts.exact_laws import Stretch, stretches_of
+from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_motion import ExactStroke, motion_at
 
 SECANT_STEPS = 40  # of the secant
@@ -49,7 +49,7 @@ def _candidates(side: Statement, motion: Any, programme: Programme, near: float)
         about = side.on(stroke)
         if about is None or not plain.start - 1e-6 <= near <= plain.end + 1e-6:
             continue
-        for piece in stretches_of(stroke.law) if stroke.law else (None,):
+        for piece in stroke.pieces or (None,):
             for x in _places(about, stroke, piece, (near - plain.start) / plain.angle):
                 moved = motion_at(stroke, piece, x)
                 if about.applies(moved[1].arb)[0]:

@@ -1,0 +1,97 @@
+"""The motion of a follower that drives a tool through a train: a law for each law of the tool, and their turn.
+
+The motion is asked at the tool, where z is; the follower is where the train has it, y = f⁻¹(z), and its derivatives
+are those of the series of both (``numerics.taylor``). So y has as many of them as z, and jumps where z does.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.motion.law import ByOrder, Law
+from camopt.motion.load import ExternalLoad
+from camopt.motion.programme import Programme
+from camopt.motion.stroke import AsGiven, Stroke
+from camopt.motion.table import RETURN, RISE
+from camopt.numerics import FloatArray
+from camopt.numerics.taylor import Taylor
+from camopt.trains.link import value_at
+from camopt.trains.train import StageFault, Train
+
+OTHER_WAY = {RISE: RETURN, RETURN: RISE}
+
+
+@dataclass(frozen=True)
+class DrivenLaw(ByOrder):
+    """The motion of a follower in a stroke of the tool, from its start and in units of ``size``, mm (rad)."""
+
+    law: Law
+    """The tool's."""
+    zero: float
+    """Where the tool is lowest in the turn, from the start position of the train, mm (rad)."""
+    low: float
+    """Where the tool starts, from its lowest position, mm (rad)."""
+    factor: float
+    """What the tool's law is multiplied by."""
+    train: Train
+    start: float
+    """Where the follower starts, mm (rad)."""
+    size: float
+
+    @property
+    def NAME(self) -> str:  # noqa: N802
+        return self.law.NAME
+
+    @property
+    def TITLE(self) -> str:  # noqa: N802
+        return f"{self.law.TITLE}, through the train"
+
+    @property
+    def SOURCE(self) -> str:  # noqa: N802
+        return self.law.SOURCE
+
+    @property
+    def BREAKS(self) -> tuple[float, ...]:  # noqa: N802
+        return self.law.BREAKS
+
+    def _at(self, x: ArrayLike, order: int) -> FloatArray:
+        verbs = (self.law.displacement, self.law.velocity, self.law.acceleration, self.law.jerk)
+        first, *rates = (self.factor * verb(x) for verb in verbs[: order + 1])
+        terms = [self.zero + self.low + first, *(rate / k for rate, k in zip(rates, (1.0, 2.0, 6.0), strict=False))]
+        found = self.train.follower(Taylor(terms)).derivative(order)
+        return np.asarray((found - self.start if order == 0 else found) / self.size)
+
+
+@lru_cache(maxsize=512)
+def driven(tool: Programme, train: Train, zero: float, load: ExternalLoad | None = None) -> Programme:
+    """The turn of the follower that drives a tool as asked.
+
+    Displacements of the tool count from where they are ``zero`` above the start position of the train, mm (rad).
+    ``load`` is an external load at the follower.
+
+    Raises
+    ------
+    StageFault
+        If the tool goes beyond a dead point.
+    """
+    low, high = (zero + level for level in tool.levels)
+    for side, end, at in zip((-1.0, 1.0), train.reach, (low, high), strict=True):
+        if not side * at < side * end.at:
+            raise StageFault(end.stage, f"the tool goes beyond a dead point: {end.why} there")
+    levels = {end: value_at(train.follower, zero + end) for each in tool.strokes for end in (each.low, each.high)}
+    base = levels[tool.strokes[0].low]
+    strokes = tuple(_driven(each, train, zero, levels, base) for each in tool.strokes)
+    return Programme(strokes, load, asked=tool).on_base_circle()
+
+
+def _driven(stroke: Stroke, train: Train, zero: float, levels: dict[float, float], base: float) -> Stroke:
+    """A stroke of the follower; where a rise of the tool lowers it, it is a return."""
+    low, high = levels[stroke.low], levels[stroke.high]
+    size = 1.0 if stroke.is_move or high == low else high - low
+    law = stroke.law and DrivenLaw(stroke.law, zero, stroke.low, stroke.size, train, low, size)
+    turned = (high - low) * (stroke.high - stroke.low) < 0.0
+    kind = OTHER_WAY.get(stroke.kind, stroke.kind) if turned else stroke.kind
+    given = stroke.given and AsGiven(stroke.given.angle, high - low, angular=False)
+    return Stroke(kind, law, stroke.start, stroke.angle, low - base, high - base, given, key=stroke.key)

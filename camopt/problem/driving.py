@@ -1,0 +1,30 @@
+"""From the motion that a scene asks of its tool to that of its follower."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion.driven import driven
+from camopt.motion.load import ExternalLoad
+from camopt.motion.programme import Programme
+from camopt.motion.segments import GivenSegment, start_position
+from camopt.trains.train import StageFault, Train
+
+
+def through_train(
+    asked: Programme, train: Train | None, segments: Sequence[GivenSegment], load: ExternalLoad | None, file: str
+) -> Programme:
+    """The turn of the follower, under a load; without a train it is what is asked.
+
+    Raises
+    ------
+    BadInput
+        If the tool goes beyond a dead point of the train.
+    """
+    if train is None:
+        return asked
+    zero = (start_position(segments) - asked.start) * asked.unit
+    try:
+        return driven(replace(asked, load=None), train, zero, load)
+    except StageFault as fault:
+        raise BadInput([Mistake(file, f"train.{fault.number}", None, str(fault), bare=True)]) from None

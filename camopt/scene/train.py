@@ -1,0 +1,179 @@
+"""The train between follower and tool: the keys of its stages, and their checks with the motion.
+
+The checks work on the plain mapping of a scene, as those of ``scene.checks`` do.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import degrees, radians
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from camopt.mechanisms.follower import MOTIONS
+from camopt.mistakes import BadInput
+from camopt.motion.programme import Programme
+from camopt.motion.segments import start_position
+from camopt.scene.law_forms import LawFault
+from camopt.scene.mapping import at, tables_in
+from camopt.scene.tables import Anywhere, Length, SceneNumber, SceneTable, Switch
+from camopt.scene.turn import turn_in
+from camopt.trains import TRAIN_STAGES
+from camopt.trains.link import value_at
+from camopt.trains.train import StageFault, Train, train_of
+
+NEAR_DEAD_POINT = 1e-6  # of its distance from the start position: a tool so near to a dead point is at it
+MOST_STAGES = 20
+LOOKED_AT = 3601  # cam angles of the turn at which a tool beyond a dead point is looked for
+Angle = Annotated[SceneNumber, Field(ge=-360, le=360)]
+
+
+class TrainStage(SceneTable):
+    """One stage of the train between the follower and the tool, in order from the follower.
+
+    With a train, ``[[motion]]`` is that of the tool, and so are velocity, acceleration, jerk, lift change, lash and
+    vibration, and limits on them; pressure angle, curvature and ``[follower.dynamics]`` are those of the follower.
+    Each stage takes a length or an angle from what is before it, and moves the next. Its angles are those of the
+    start position, in which the tool is at 0: where the turn starts, or at the position 0 of a motion that gives
+    positions.
+
+    - A ``rocker`` has two arms, with rollers or pads on faces square to the motions that they take and give.
+    - A ``bell-crank`` is a rocker whose second arm, the crank, moves a slide by a coupler.
+    - A ``slider-crank`` is a crank that moves a slide by a coupler; where what comes to it is a length, the slide
+      moves the crank.
+    - A ``four-bar`` is a crank that moves a rocker by a coupler.
+    - A ``ratio`` is that of levers, gears or belts, or has the ``radius`` of a pinion or drum between angle and
+      length; below 0 it turns the motion round.
+    - An ``incline`` is a wedge.
+
+    Rocker and bell crank have an ``input_arm`` where what comes to them is a length; an oscillating follower is
+    that arm itself. Angles grow as the follower goes outward; a slide goes away from the pivot of its crank.
+    """
+
+    stage: Literal[*TRAIN_STAGES]  # type: ignore[valid-type]
+    """What the stage is."""
+    crank: Length | None = None
+    """Length of the crank; mm."""
+    coupler: Length | None = None
+    """Length of the coupler; mm."""
+    rocker: Length | None = None
+    """Length of the rocker of a four-bar linkage; mm."""
+    ground: Length | None = None
+    """Distance between the two pivots of a four-bar linkage; mm."""
+    offset: Anywhere | None = None
+    """Distance of the slide's line from the pivot of its crank; mm."""
+    angle: Angle | None = None
+    """Angle of the crank at the start, from the slide's motion, or from the line to the other pivot; of an incline,
+    its slope to the motion that drives it; deg."""
+    crossed: Switch | None = None
+    """Whether coupler and ground of a four-bar linkage cross."""
+    input_arm: Length | None = None
+    """Length of the arm by which a rocker or bell crank is driven; mm."""
+    input_angle: Angle | None = None
+    """Angle of that arm at the start, from the line square to the motion that drives it; deg."""
+    output_arm: Length | None = None
+    """Length of the second arm of a rocker; mm."""
+    output_angle: Angle | None = None
+    """Angle of that arm at the start, from the line square to the motion that it gives; deg."""
+    ratio: Anywhere | None = None
+    """Output by input, below 0 if they go opposite ways; no unit."""
+    radius: Anywhere | None = None
+    """Radius of a pinion or drum between an angle and a length; mm."""
+    guide: Angle | None = None
+    """Angle between the motion that drives an incline and the one that it gives, 90 if not given; deg."""
+
+
+def train_from(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:
+    """The train of a scene, from a follower whose motion is an angle or not; None where there is none."""
+    stages = [(row.stage, row.model_dump(exclude={"stage"}, exclude_none=True)) for row in rows]
+    return train_of(stages, angular=angular) if stages else None
+
+
+def tool_turns(rows: Sequence[Mapping[str, Any]], turns: bool) -> bool:
+    """Whether the tool's motion is an angle, if the follower's is one or not."""
+    for row in rows:
+        if (name := row.get("stage")) in TRAIN_STAGES:
+            turns = TRAIN_STAGES[str(name)].turns(
+                {key: each for key, each in row.items() if each is not None}, turns
+            )
+    return turns
+
+
+def stages_in(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """The stages of the plain mapping of a scene."""
+    return tables_in(data.get("train"))
+
+
+def check_train(data: Mapping[str, Any]) -> Iterator[LawFault]:
+    """Every fault of a train: of its stages, and of a tool that goes beyond a dead point."""
+    if not stages_in(data):
+        return
+    if data.get("profile") is not None:
+        yield "train", None, "goes with [[motion]]: a [[profile]] moves its follower alone"
+        return
+    try:
+        train = _train_in(data)
+    except StageFault as fault:
+        yield f"train.{fault.number}", None, str(fault)
+        return
+    if train is not None:
+        yield from _beyond(data, train)
+
+
+def _train_in(data: Mapping[str, Any]) -> Train | None:
+    """The train of the plain mapping of a scene; None where a value of it, or the follower, is wrong."""
+    follower = at(data, "follower.motion")
+    if not (isinstance(follower, str) and follower in MOTIONS):
+        return None
+    try:
+        rows = [TrainStage(**row) for row in stages_in(data)]
+    except (BadInput, TypeError):  # which is said
+        return None
+    return train_from(rows, angular=MOTIONS[follower].angular)
+
+
+class ToolTurn(NamedTuple):
+    """The motion of the tool, mm or deg, and its lowest and its highest position as given."""
+
+    programme: Programme
+    low: float
+    high: float
+
+
+def _tool_in(data: Mapping[str, Any]) -> ToolTurn | None:
+    """The motion of the tool in the plain mapping of a scene; None where it is not known."""
+    if (found := turn_in(data)) is None:
+        return None
+    given, programme = found
+    low = start_position(given) - programme.start
+    return ToolTurn(programme, low, low + programme.lift)
+
+
+def _beyond(data: Mapping[str, Any], train: Train) -> Iterator[LawFault]:
+    """Where the tool does not stay between the dead points of the train."""
+    tool = _tool_in(data)
+    unit, word = (radians(1.0), "deg") if train.angular else (1.0, "mm")
+    for side, end in zip((-1.0, 1.0), train.reach, strict=True) if tool else ():
+        assert tool is not None
+        farthest, limit = tool.high if side > 0.0 else tool.low, end.at / unit
+        if side * farthest >= side * limit - NEAR_DEAD_POINT * abs(limit):
+            reached = f"the tool goes to {farthest:.6g} {word}, and a dead point is at {limit:.6g} {word}"
+            cam = _first_angle(tool, side, limit)
+            yield f"train.{end.stage}", None, f"{reached}, {cam:.4g} deg of the turn: {end.why} there"
+
+
+def _first_angle(tool: ToolTurn, side: float, limit: float) -> float:
+    """The cam angle, deg, at which a tool comes to a limit on one side of it, or nearest to it."""
+    angles = np.linspace(0.0, 2 * np.pi, LOOKED_AT)
+    ahead = side * (tool.low + tool.programme.at(angles)[0] - limit)
+    over = np.flatnonzero(ahead >= 0.0)
+    return float(np.degrees(angles[over[0] if over.size else int(ahead.argmax())]))
+
+
+def follower_lift(data: Mapping[str, Any]) -> float | None:
+    """The lift of the follower of a scene with a train, mm or deg; None where it is not known."""
+    if any(check_train(data)) or (train := _train_in(data)) is None or (tool := _tool_in(data)) is None:
+        return None
+    unit = radians(1.0) if train.angular else 1.0
+    low, high = (value_at(train.follower, level * unit) for level in (tool.low, tool.high))
+    return abs(high - low) * (degrees(1.0) if train.links[0].turns[0] else 1.0)

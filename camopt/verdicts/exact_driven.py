@@ -1,0 +1,89 @@
+"""The motion of a follower that drives a tool through a train in balls: the formulas of ``trains``, run on balls.
+
+What links are made from, numbers of their start position found and rounded among it, is taken as exact.
+"""
+
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cache
+from math import factorial
+from typing import Any
+
+from flint import arb, arb_series
+
+import camopt.verdicts.exact_profile  # noqa: F401  what roots and angles of series in balls are
+from camopt.trains.train import Train
+from camopt.verdicts.ball import precisely
+
+
+@dataclass(frozen=True)
+class DrivenPiece:
+    """The motion of the follower while that of the tool is smooth, over x from ``start`` to ``end``."""
+
+    tool: Any
+    """A smooth part of the tool's law."""
+    low: arb
+    """Where the tool's stroke starts, from the start position of the train, mm (rad)."""
+    size: arb
+    """What the tool's law is multiplied by."""
+    train: Train
+    """With balls in place of its numbers."""
+    begins: arb
+    """Where the follower's stroke starts."""
+
+    @property
+    def start(self) -> arb:
+        start: arb = self.tool.start
+        return start
+
+    @property
+    def end(self) -> arb:
+        end: arb = self.tool.end
+        return end
+
+    def derivative(self, order: int, x: arb) -> arb:
+        """A derivative by x over a ball of x; of the displacement, from where the stroke starts."""
+        return self.derivatives(order + 1, x)[order]
+
+    def derivatives(self, count: int, x: arb) -> list[arb]:
+        """The displacement from where the stroke starts, and its derivatives by x, over a ball of x."""
+        rows = narrowed(self.tool, count, x)
+        terms = [self.size * row / factorial(k) for k, row in enumerate(rows)]
+        series = self.train.follower(arb_series([self.low + terms[0], *terms[1:]], count))
+        first, *rest = (series[k] * factorial(k) for k in range(count))
+        return [first - self.begins, *rest]
+
+
+def narrowed(piece: Any, count: int, x: arb) -> list[arb]:
+    """s and its derivatives over a ball: each where both the ball and its next derivative have it.
+
+    Beside a dwell s′ falls with the square of the distance, its ball only with the width of the ball of x.
+    """
+    rows: list[arb] = piece.derivatives(count, x)
+    if x.is_exact():
+        return rows
+    middle = x.mid()
+    there = piece.derivatives(count - 1, middle)
+    for k in reversed(range(count - 1)):
+        rows[k] = rows[k].intersection(there[k] + rows[k + 1] * (x - middle))
+    return rows
+
+
+@cache
+@precisely()
+def train_in_balls(train: Train) -> Train:
+    """A train with balls in place of its numbers."""
+    return replace(train, links=tuple(map(_in_balls, train.links)))
+
+
+def _in_balls(value: Any) -> Any:
+    if isinstance(value, float):
+        return arb(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{each.name: _in_balls(getattr(value, each.name)) for each in fields(value)})
+    return value
+
+
+def follower_at(train: Train, tool: arb) -> arb:
+    """Where the follower is, of a train in balls."""
+    found: arb = train.follower(arb_series([tool], 1))[0]
+    return found
