@@ -696,7 +696,10 @@ def test_the_pages_have_the_units_that_are_read():
     assert len(keys) > 12
     for key, units in keys:
         for angular in ways.get(key, (False, True)):
-            assert QUANTITIES[number_quantities(angular=angular)[f"follower.dynamics.{key}"]].unit == units[angular]
+            assert (
+                QUANTITIES[number_quantities(angular=angular, tool_turns=angular)[f"follower.dynamics.{key}"]].unit
+                == units[angular]
+            )
 
 
 def test_the_schema_is_printed(run_json):

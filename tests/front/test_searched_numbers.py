@@ -96,7 +96,8 @@ def question(contact, seed):
         search[f"search.{key}"] = values if rng.random() < 0.5 else {"start": low, "stop": high, "step": high - low}
     offers = [name for name in offered(resolve(scene).setup) if QUANTITIES[name].kind is float]
     names = [name for name in offers if is_deep() or QUANTITIES[name].effect != "surface"]
-    search["search.minimise"] = [number_quantities(angular=scene.follower.motion == "oscillating")[free[0]]]
+    angular = scene.follower.motion == "oscillating"
+    search["search.minimise"] = [number_quantities(angular=angular, tool_turns=angular)[free[0]]]
     search["search.maximise"] = rng.permutation(names)[:1].tolist()
     limits = {"pressure_angle": 60} if rng.random() < 0.5 else {}
     return scene.replace(**search, limits=limits, outputs=["sizes", *rng.permutation(names)[:2].tolist()])
@@ -316,7 +317,7 @@ def test_commands_that_take_the_scene_s_own_numbers_say_so():
 @pytest.mark.parametrize("key", sorted(NUMBERS))
 @pytest.mark.parametrize("angular", [False, True])
 def test_every_number_of_the_scene_is_a_quantity(key, angular):
-    quantity = QUANTITIES[number_quantities(angular=angular)[key]]
+    quantity = QUANTITIES[number_quantities(angular=angular, tool_turns=angular)[key]]
     assert quantity.name.startswith(key.rpartition(".")[2])
     assert quantity.sentence
 
