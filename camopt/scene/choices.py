@@ -123,7 +123,8 @@ def _free(table: type[SceneTable], key: str, value: Any, where: str) -> Any:
 def numbers_of(table: type[SceneTable]) -> dict[str, Any]:
     """The keys of a table that ``[search]`` may free, each with the type of its number, or the table in it."""
     hints = get_type_hints(table, include_extras=True)
-    found = {key: _free_in(hints[key]) for key in table.model_fields if key not in SEARCHED}
+    left_out = {*SEARCHED, *table.read_as}
+    found = {key: _free_in(hints[key]) for key in table.model_fields if key not in left_out}
     return {key: hint for key, hint in found.items() if hint is not None}
 
 

@@ -113,6 +113,8 @@ class SceneTable(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
     elsewhere: ClassVar[Mapping[str, str]] = {}
     """Keys that do not belong here although they seem to, each with what the message says of it."""
+    read_as: ClassVar[Mapping[str, str]] = {}
+    """Keys that are read as others, in whose place they stand: no search varies them."""
 
     def __init__(self, /, **values: Any) -> None:
         try:
@@ -137,6 +139,7 @@ Speed = Annotated[
 class Cam(SceneTable):
     """The cam: form, sense of rotation, speed and size."""
 
+    read_as: ClassVar[Mapping[str, str]] = {"rpm_of_crank": "rpm"}
     form: CamForm
     """A disc cam turns about an axis square to the motion, a cylindrical one carries a groove on its mantle."""
     rotation: Literal["ccw", "cw"] = "ccw"

@@ -44,7 +44,7 @@ NUMBERS = {
     f"{table}.{key}"
     for table, model in TABLES.items()
     for key, hint in get_type_hints(model, include_extras=True).items()
-    if key in model.model_fields and key not in SEARCHED and "float" in str(hint)
+    if key in model.model_fields and key not in {*SEARCHED, *model.read_as} and "float" in str(hint)
 }
 """The keys of all numbers of the scene that are no sizes, as the tables declare them."""
 VALVE = find_scene("exhaust-valve").replace(

@@ -41,3 +41,10 @@ def test_what_is_no_speed(speed):
 def test_both_speeds_are_one_too_many():
     with pytest.raises(BadInput, match=r"not together with cam\.rpm, which is half of it: give one of both"):
         valve(rpm=3000, rpm_of_crank=6000)
+
+
+def test_a_search_varies_the_speed_of_the_cam_alone():
+    with pytest.raises(
+        BadInput, match=r"search\.cam\.rpm_of_crank = .*: not a number of this table; known: rpm, "
+    ):
+        valve(rpm=3000).replace(search={"cam": {"rpm_of_crank": [4000, 6000]}})
