@@ -172,5 +172,5 @@ def angles_of(search: Search, segments: Sequence[GivenSegment]) -> tuple[Variabl
 def not_varied(file: str, variables: Iterable[Variable], who: str) -> list[Mistake]:
     """A mistake for each of some variables that ``[search]`` varies, for those that take what the scene has."""
     found = {each.searched: OTHERS[each.enters] for each in variables if each.is_searched}
-    why = {key: f"{who} {other} (--set {key}= takes it out of the search)" for key, other in found.items()}
+    why = {key: f"{who} {other}: leave it out of [search]" for key, other in found.items()}
     return [Mistake(file, key, None, what, bare=True) for key, what in why.items()]

@@ -28,7 +28,14 @@ SAME_PLACE = 1e-12  # rad: roots nearer to each other are one, at the end of a p
 
 
 class Passage(NamedTuple):
-    """A stretch of the turn over which the follower is above a lift."""
+    """A stretch of the turn over which the follower is above a lift.
+
+    Examples
+    --------
+    >>> (above,) = camopt.timing(camopt.find_scene("bucket-valve"), [1.0]).passages
+    >>> round(above.rises_at_deg, 4), round(above.falls_at_deg, 4)
+    (34.1269, 149.8731)
+    """
 
     lift: float
     """mm (deg), from the lowest position."""

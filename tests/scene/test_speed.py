@@ -44,7 +44,5 @@ def test_both_speeds_are_one_too_many():
 
 
 def test_a_search_varies_the_speed_of_the_cam_alone():
-    with pytest.raises(
-        BadInput, match=r"search\.cam\.rpm_of_crank = .*: not a number of this table; known: rpm, "
-    ):
+    with pytest.raises(BadInput, match=r"search\.cam\.rpm_of_crank = .*: not a number of this table; known: rpm, "):
         valve(rpm=3000).replace(search={"cam": {"rpm_of_crank": [4000, 6000]}})
