@@ -31,7 +31,7 @@ NO_MATTER = {"as_json", "quiet", "again", "workers", "scheduler"}
 
 
 @dataclass(frozen=True)
-class Said:
+class KeptReport:
     """What a command said of its result, as its manifest keeps it."""
 
     text: str
@@ -43,7 +43,7 @@ class Said:
     """Those of the question; empty if they do not tell what was asked."""
 
     @classmethod
-    def of(cls, answer: Any) -> "Said | None":
+    def of(cls, answer: Any) -> "KeptReport | None":
         """What an answer says; None if it is none of a command."""
         with suppress(KeyError, TypeError):
             found = cls(**{name: answer[name] for name in cls.__annotations__})
@@ -65,8 +65,8 @@ class Said:
         return self.code
 
 
-class Told(NamedTuple):
-    """What a command tells of its result."""
+class Report(NamedTuple):
+    """What a command reports of its result."""
 
     show: Callable[[bool], None]
     """Prints it: for people, or as JSON."""
@@ -87,7 +87,7 @@ class Told(NamedTuple):
         """The same as a manifest keeps it, with what was to know before the work."""
         text, document = (_printed(partial(self.show, as_json)) for as_json in (False, True))
         known = "" if self.code == NOT_REACHED else words  # how far it is exact is said each time
-        return asdict(Said(text, document, self.code, [*before, *self.notes], known))
+        return asdict(KeptReport(text, document, self.code, [*before, *self.notes], known))
 
 
 class Once(NamedTuple):
@@ -111,7 +111,7 @@ class OnceCommand(Command):
     def invoke(self, ctx: click.Context) -> Any:
         ctx.obj = _words(ctx)
         place = self.place(**ctx.params) if ctx.obj and not ctx.params["again"] else None
-        said = Said.of(answered_in_words(*place, ctx.obj)) if place else None
+        said = KeptReport.of(answered_in_words(*place, ctx.obj)) if place else None
         as_json, quiet = ctx.params["as_json"], ctx.params["quiet"]
         if place and said and said.fits(as_json):
             return said.repeat(place[0], as_json, quiet)
@@ -139,22 +139,22 @@ def _words(context: click.Context) -> str:
     return digest.hexdigest()
 
 
-def once(made: Once, scene: Any, again: bool, as_json: bool, quiet: bool, work: Callable[[Unit], Told]) -> int:
-    """Do the work, or tell what it told if it is done already; the exit code."""
+def once(made: Once, scene: Any, again: bool, as_json: bool, quiet: bool, work: Callable[[Unit], Report]) -> int:
+    """Do the work, or repeat its report if it is done already; the exit code."""
     from camopt.cli import terminal
 
     words, question = words_read(), {"scene": scene.to_toml(), "version": version_of_rows(), **made.asked}
-    if not again and (said := Said.of(answered(made.folder, made.command, question))):
+    if not again and (said := KeptReport.of(answered(made.folder, made.command, question))):
         return said.repeat(made.folder, as_json, quiet)
     terminal.say_notes(() if quiet else made.before)
     with published(made.folder, made.command, made.may_write, question=question) as unit:
-        told = work(unit)
-        unit.answer = told.kept(words, made.before)
-    told.tell(as_json, unit.answer)
+        report = work(unit)
+        unit.answer = report.kept(words, made.before)
+    report.tell(as_json, unit.answer)
     if not quiet:
-        terminal.say_notes(told.notes)
+        terminal.say_notes(report.notes)
         terminal.say_written(unit.files)
-    return told.code
+    return report.code
 
 
 def _printed(show: Callable[[], None]) -> str:

@@ -22,7 +22,7 @@ def resumed(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> t
 
     BadInput if options ask for something else than it was asked, or nothing tells what it was asked.
     """
-    from camopt.front.asked import KEPT, asked_again, asked_of_result, sweep_plan
+    from camopt.front.asked import KEPT, asked_of_result, plan_of_key, sweep_plan
     from camopt.front.journal import interrupted
     from camopt.mistakes import BadInput, Mistake
     from camopt.scene.scene import find_scene
@@ -48,4 +48,4 @@ def resumed(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> t
         if other:
             why = f"goes on with the sweep in {folder}, which differs in {', '.join(other)}"
             raise BadInput([Mistake("camopt", "--resume", None, why, bare=True)])
-    return asked_again(question).scene, question.keep
+    return plan_of_key(question).scene, question.keep

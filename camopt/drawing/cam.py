@@ -92,7 +92,7 @@ def draw_body(axes: Any, picture: Picture) -> None:
 def remaining(picture: Picture) -> ComplexArray:
     """The outline of an undercut cam: all that no position of the follower covers."""
     pitch = np.concatenate([c.pitch for c in picture.curves])
-    if picture.problem.setup.mechanism.curvature is None:
+    if picture.problem.setup.mechanism.flat_faced:
         from scipy.spatial import HalfspaceIntersection
 
         normal = np.concatenate([c.normal for c in picture.curves])
@@ -124,7 +124,7 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
     if radius > 0.0:
         label = f"prime circle, R {four_digits(base + radius)}"
         draw_circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
-    if problem.setup.mechanism.curvature is not None:
+    if not problem.setup.mechanism.flat_faced:
         through = values["pitch_circle_radius_mm"]
         label = f"pitch circle, R {four_digits(through)}"
         draw_circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
@@ -187,7 +187,7 @@ def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
     starts = np.array([s.start for s in problem.programme.strokes])
     mechanism, design = problem.setup.mechanism, problem.design
     found = cam_curves(mechanism, design, problem.programme, starts)
-    feet = np.exp(-1j * design.sense * starts) * (0.0 if mechanism.curvature is None else design.offset[0])
+    feet = np.exp(-1j * design.sense * starts) * (0.0 if mechanism.flat_faced else design.offset[0])
     labels = []
     for angle, point, foot in zip(starts, found.profile[0], feet, strict=True):
         draw_line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)

@@ -24,7 +24,7 @@ class Parts(NamedTuple):
 
 def draw_follower(parts: Parts, picture: Picture, size: float) -> list[ComplexArray]:
     """Draw the follower of a disc cam; the points it spans. ``size`` is the largest radius of the cam, mm."""
-    flat = picture.problem.setup.mechanism.curvature is None
+    flat = picture.problem.setup.mechanism.flat_faced
     if picture.problem.setup.angular:
         return (_swinging_face if flat else _swinging_tip)(parts, picture, size)
     return (_sliding_face if flat else _sliding_tip)(parts, picture, size)

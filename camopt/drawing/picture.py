@@ -119,7 +119,7 @@ class Picture:
     @property
     def undercut(self) -> bool:
         """Whether a part of the theoretical profile is cut away; a knife edge leaves every corner as it is."""
-        return not self.problem.setup.pointed and bool(
+        return not self.problem.setup.is_knife and bool(
             self.values["undercut"] or self.values.get("self_crossing", False)
         )
 

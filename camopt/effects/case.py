@@ -79,7 +79,7 @@ class Setup:
         return self.angular if self.train is None else self.train.angular
 
     @property
-    def pointed(self) -> bool:
+    def is_knife(self) -> bool:
         """Whether the follower is a knife edge."""
         return self.tip == KNIFE
 
@@ -196,8 +196,8 @@ class Effect:
     reads: Callable[[Setup], tuple[str, ...]] = lambda setup: ()
     """Quantities that ``run`` reads from ``Case.found``: of other effects, or found of the pitch curve."""
     of_pitch: Callable[[Case, frozenset[str]], dict[str, Any]] = nothing
-    """As ``run``, and before it: what the pitch curve decides, which designs with rollers of many sizes share."""
-    of_motion: Callable[[Setup], bool] = lambda setup: False
+    """Runs before ``run``, for what the pitch curve alone decides: designs that share it share the result."""
+    is_of_motion: Callable[[Setup], bool] = lambda setup: False
     """Whether its quantities depend on the motion and the speed alone, whatever the design."""
     peaks: Callable[[Setup], Mapping[str, Peak]] = lambda setup: {}
     """Its quantities that extremes of curves decide; of those that it offers, or more."""
@@ -205,7 +205,7 @@ class Effect:
     """And those that are means of curves over the turn."""
     implies: Callable[[Setup, str, float], Implied] = lambda setup, name, bound: Implied()
     """What a bound on one of its quantities implies of the cam, whatever else it is."""
-    of_sizes: bool = False
+    is_of_sizes: bool = False
     """Whether it is arithmetic on sizes, which runs on ranges of them (Intervals) too."""
     last: bool = False
     """Whether it costs so much that a limit on its quantities is checked only for designs that meet all others."""

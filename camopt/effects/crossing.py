@@ -48,16 +48,16 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 
 def reads(setup: Setup) -> tuple[str, ...]:
-    if setup.pointed:
+    if setup.is_knife:
         return ()
-    round_body = setup.mechanism.curvature is not None
+    round_body = not setup.mechanism.flat_faced
     return ("undercut", "profile_radius_min_mm", *(("pressure_angle_max_deg",) if round_body else ()))
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    if case.setup.pointed:
+    if case.setup.is_knife:
         return {"self_crossing": False}
-    trace_point = case.setup.mechanism.curvature is not None
+    trace_point = not case.setup.mechanism.flat_faced
     sharp = trace_point & (case.designs.roller_radius == 0.0)
     crossing = np.array(case.found["undercut"])
     undecided = ~crossing & ~sharp & (case.far("profile_radius_min_mm") <= 0.0)

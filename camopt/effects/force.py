@@ -56,7 +56,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
     force = "N_m" if setup.angular else "N"
     rate = "N_m_per_rad" if setup.angular else "N_per_mm"
     names = (f"preload_required_{force}", f"spring_rate_required_{rate}", "jump_speed_rpm", "jump_speed_ratio")
-    flat_swing = setup.angular and setup.mechanism.curvature is None  # its lever changes over the turn
+    flat_swing = setup.angular and setup.mechanism.flat_faced  # its lever changes over the turn
     return names if flat_swing else (*CONTACT, *names)
 
 
@@ -322,4 +322,4 @@ def implies(setup: Setup, name: str, bound: float) -> Implied:
     return Implied()
 
 
-EFFECT = Effect("force", offers, run, lacks, of_motion=lambda setup: True, peaks=peaks, implies=implies)
+EFFECT = Effect("force", offers, run, lacks, is_of_motion=lambda setup: True, peaks=peaks, implies=implies)

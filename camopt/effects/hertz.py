@@ -49,7 +49,7 @@ EITHER = "contact_stress_either_MPa"
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    if setup.pointed:
+    if setup.is_knife:
         return (STRESS,)
     flanks = (*FLANKS, EITHER) if setup.mechanism.pulls else ()
     return (*(POINT_CONTACT if setup.spherical else LINE_CONTACT), *flanks)
@@ -61,11 +61,11 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
         keys += ("materials.cam", "materials.follower")
     if not setup.bodies.face_width and not setup.spherical:
         keys += ("materials.face_width",)
-    return {name: keys for name in offers(setup) if keys and not setup.pointed}
+    return {name: keys for name in offers(setup) if keys and not setup.is_knife}
 
 
 def reads(setup: Setup) -> tuple[str, ...]:
-    if setup.pointed:
+    if setup.is_knife:
         return ()
     return ("undercut", *(("jamming_margin",) if has_guide_friction(setup) else ()))
 
@@ -102,7 +102,7 @@ def stress_of(setup: Setup, load: Any, designs: Designs) -> Any:
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    if setup.pointed or lacks(setup):
+    if setup.is_knife or lacks(setup):
         return {}
     curves, stress = tuple(variant for *_, variant in stress_variants(setup)), stress_scale(setup)
     found = {STRESS: Peak(curves, LARGEST, stress, at_corners)}
@@ -121,7 +121,7 @@ def _on_flank(setup: Setup, name: str) -> list[Variant]:
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup = case.setup
-    if setup.pointed:
+    if setup.is_knife:
         return {STRESS: np.inf}
     known, sound = peaks(setup), is_sound(case)
     columns: dict[str, Any] = {
@@ -170,4 +170,4 @@ def _patch(
     return 2.0 * np.abs(force) / (np.pi * bodies.face_width * stress), np.full_like(force, 0.5 * bodies.face_width)
 
 
-EFFECT = Effect("hertz", offers, run, lacks, reads, of_motion=lambda setup: setup.pointed, peaks=peaks)
+EFFECT = Effect("hertz", offers, run, lacks, reads, is_of_motion=lambda setup: setup.is_knife, peaks=peaks)

@@ -112,4 +112,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {name: column for name, column in columns.items() if name in wanted}
 
 
-EFFECT = Effect("lash", offers, run, lacks, of_motion=lambda setup: True)
+EFFECT = Effect("lash", offers, run, lacks, is_of_motion=lambda setup: True)

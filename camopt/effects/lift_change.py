@@ -32,4 +32,4 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     return {name_of(setup): Peak(((Derivative(1), RISE | RETURN),), LARGEST_MAGNITUDE, scale)}
 
 
-EFFECT = Effect("lift_change", lambda setup: (name_of(setup),), run, of_motion=lambda setup: True, peaks=peaks)
+EFFECT = Effect("lift_change", lambda setup: (name_of(setup),), run, is_of_motion=lambda setup: True, peaks=peaks)

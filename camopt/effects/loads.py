@@ -202,7 +202,7 @@ def shaft_torque(f, i, at):
 def has_guide_friction(setup: Setup) -> bool:
     """Whether the follower runs in a guide with friction."""
     given = setup.dynamics
-    guided = not setup.angular and setup.mechanism.curvature is not None
+    guided = not setup.angular and not setup.mechanism.flat_faced
     return bool(guided and given.friction and given.guide_length is not None and given.overhang is not None)
 
 

@@ -72,4 +72,4 @@ def _peak(setup: Setup, made: Derivative, kinds: int) -> Peak:
     return Peak(((made, kinds),), LARGEST_MAGNITUDE, unit, made.jumps)
 
 
-EFFECT = Effect("motion", offers, run, of_motion=lambda setup: True, peaks=peaks)
+EFFECT = Effect("motion", offers, run, is_of_motion=lambda setup: True, peaks=peaks)

@@ -43,4 +43,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {name: mean_column(case, mean) for name, mean in means(case.setup).items() if name in wanted}
 
 
-EFFECT = Effect("rms", offers, run, of_motion=lambda setup: True, means=means)
+EFFECT = Effect("rms", offers, run, is_of_motion=lambda setup: True, means=means)

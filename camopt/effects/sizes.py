@@ -13,7 +13,7 @@ from camopt.motion.table import RETURN, RISE
 def offers(setup: Setup) -> tuple[str, ...]:
     mechanism = setup.mechanism
     names = ["law_rise", "law_return", *mechanism.size_quantities.values()]
-    if mechanism.body.closed and mechanism.curvature is not None:
+    if mechanism.body.closed and not mechanism.flat_faced:
         names += ["prime_radius_mm"]
     if setup.shaft_radius is not None:
         names += ["shaft_clearance_mm"]
@@ -32,4 +32,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     }
 
 
-EFFECT = Effect("sizes", offers, run, of_sizes=True)
+EFFECT = Effect("sizes", offers, run, is_of_sizes=True)

@@ -152,7 +152,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.sliding is None:
         return ()
     worn = () if setup.spherical or setup.rolls else (WEAR,)
-    carried = () if setup.spherical or setup.pointed else (FILM, RATIO)
+    carried = () if setup.spherical or setup.is_knife else (FILM, RATIO)
     return (SPIN if setup.rolls else SLIDING, FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, *worn, *carried)
 
 
@@ -173,7 +173,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def reads(setup: Setup) -> tuple[str, ...]:
-    return (*(() if setup.pointed else ("undercut",)), *(("jamming_margin",) if has_guide_friction(setup) else ()))
+    return (*(() if setup.is_knife else ("undercut",)), *(("jamming_margin",) if has_guide_friction(setup) else ()))
 
 
 def turning(setup: Setup, designs: Designs) -> FloatArray:
@@ -204,7 +204,7 @@ def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> A
 
 def wear_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
     """N·|v|/c, N; a knife edge has v = c."""
-    if setup.pointed:
+    if setup.is_knife:
         return normal_curve(setup, designs, programme, way)
     load, sliding = contact_load(setup, designs, programme), sliding_curve(setup, designs, programme)
     return FaceWear(load, sliding, turning(setup, designs))
@@ -259,7 +259,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 def _speeds(setup: Setup) -> dict[str, Peak]:
     sliding, carrying = ((partial(each, setup), ALL_STROKES) for each in (sliding_curve, entrainment_curve))
-    jumps = never if setup.pointed else at_corners
+    jumps = never if setup.is_knife else at_corners
     speed = of_setting(setup, Times(setup.omega / 1e3), AS_IT_IS, lambda each: each.omega / 1e3)
     scale = speed
     if setup.rolls:

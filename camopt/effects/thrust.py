@@ -48,7 +48,7 @@ JAMMING = ("jamming_margin", "jamming_angle_deg")
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    if setup.mechanism.curvature is None:
+    if setup.mechanism.flat_faced:
         return ("normal_force_max_N",)
     names = ("normal_force_max_N", "side_thrust_max_N")
     return names if setup.angular else (*names, *NEEDS, *JAMMING)

@@ -275,7 +275,7 @@ EFFECT = Effect(
     offers,
     lacks=lacks,
     of_pitch=of_pitch,
-    of_motion=lambda setup: not has_guide_friction(setup),
+    is_of_motion=lambda setup: not has_guide_friction(setup),
     peaks=peaks,
     means=means,
 )

@@ -58,7 +58,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
         f"residual_vibration_max_{length}",
         "dynamic_factor",
     )
-    flat_swing = setup.angular and setup.mechanism.curvature is None  # its lever changes over the turn
+    flat_swing = setup.angular and setup.mechanism.flat_faced  # its lever changes over the turn
     return moving if flat_swing or setup.train else (*moving, "contact_force_elastic_min_N")
 
 
@@ -167,4 +167,4 @@ def _bounded(value: Any, bound: Any, unit: Any) -> Bounded:
     return Bounded(value * unit, outward * unit, np.abs(value) * unit)
 
 
-EFFECT = Effect("vibration", offers, run, lacks, of_motion=lambda setup: True)
+EFFECT = Effect("vibration", offers, run, lacks, is_of_motion=lambda setup: True)

@@ -81,7 +81,7 @@ def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     right, high = (max(float(each.max()), hub) for each in (corners.real, corners.imag))
     beyond = MARK_OVERRUN * max(right - left, high - low)
     yield Layer("base-circle", CHAIN_LINE, circles=(base,))
-    if prime > base and work.problem.setup.mechanism.curvature is not None:
+    if prime > base and not work.problem.setup.mechanism.flat_faced:
         yield Layer("prime-circle", CHAIN_LINE, circles=(prime,))
     if part.hub_diameter:
         yield Layer("hub", VISIBLE, circles=(part.hub_diameter / 2,))

@@ -129,7 +129,7 @@ class SweepPlan:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Only the key goes to another process."""
-        return asked_again, (self.question(),)
+        return plan_of_key, (self.question(),)
 
     def evaluated(self, numbers: Sequence[int]) -> Batch:
         """The results of consecutive blocks."""
@@ -173,7 +173,7 @@ def sweep_plan(scene: Scene, keep: str, block: int = BLOCK) -> SweepPlan:
     return SweepPlan(scene, problem, space, keep, block)
 
 
-def asked_again(question: SweepKey) -> SweepPlan:
+def plan_of_key(question: SweepKey) -> SweepPlan:
     """The plan of a key, on another machine or in a later run."""
     return sweep_plan(Scene.embedded(question.scene, "sweep"), question.keep, question.block)
 
@@ -188,7 +188,7 @@ def with_objectives(problem: Problem) -> Problem:
     setup = problem.setup
     acceleration = motion_quantity("acceleration", "", angular=setup.tool_turns, timed=setup.omega is not None)
     names = [problem.size_name, acceleration]
-    names += [] if setup.mechanism.curvature is None else ["pressure_angle_max_deg"]
+    names += [] if setup.mechanism.flat_faced else ["pressure_angle_max_deg"]
     return replace(problem, objectives=dict.fromkeys(names, 1.0))
 
 

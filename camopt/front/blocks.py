@@ -64,7 +64,7 @@ def merged(batches: Sequence[Batch], objectives: Objectives) -> Batch:
     )
 
 
-class Block(NamedTuple):
+class BlockResult(NamedTuple):
     """The results of the designs of one block."""
 
     existing: int
@@ -145,17 +145,17 @@ class Blocks:
             best=best_of_laws(front, objectives),
         )
 
-    def _alone(self, problem: Problem, first: int, last: int) -> Block:
+    def _alone(self, problem: Problem, first: int, last: int) -> BlockResult:
         """Designs first … last − 1, of which each is looked at alone."""
         designs = self.space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
         if self._every:
             rows, effort = evaluate_with_effort(problem, designs, self._names)
-            return Block(len(designs), int(np.count_nonzero(rows.column("feasible"))), rows, effort)
+            return BlockResult(len(designs), int(np.count_nonzero(rows.column("feasible"))), rows, effort)
         rows, _, effort = screened(problem, designs, self._names)
-        return Block(len(designs), rows.count, rows, effort)
+        return BlockResult(len(designs), rows.count, rows, effort)
 
-    def _of_curves(self, part: int, problem: Problem, first: int, last: int) -> Block:
+    def _of_curves(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:
         """The same by what their pitch curves say of them."""
         shared = self._curves_of(part, problem)
         existing, surely, perhaps = shared.verdicts(first, last)
@@ -167,7 +167,7 @@ class Blocks:
             left, which, effort = shared.judged(perhaps, self._names)
             order = np.argsort(np.concatenate([surely.designs, perhaps.designs[which]]))
             rows, count = concatenate_rows([rows, left]).take(order), count + left.count
-        return Block(existing, count, rows, effort)
+        return BlockResult(existing, count, rows, effort)
 
     def _curves_of(self, part: int, problem: Problem) -> SharedCurves:
         """The pitch curves of a motion, kept while a thread uses them or until those of another are made."""

@@ -49,7 +49,7 @@ TIMES = 4.0  # the tolerance, and the rounding at a point, by which kernels may 
 
 def is_ranged(effect: Effect, setup: Setup) -> bool:
     """Whether an effect runs on ranges of what designs bring."""
-    return effect.of_sizes or (effect.of_motion(setup) and not setup.free)
+    return effect.is_of_sizes or (effect.is_of_motion(setup) and not setup.free)
 
 
 def form_of(name: str, sign: float, setup: Setup) -> Peak | Mean | None:
@@ -62,7 +62,7 @@ def form_of(name: str, sign: float, setup: Setup) -> Peak | Mean | None:
 def is_bounded(name: str, sign: float, setup: Setup) -> bool:
     """Whether boxes of designs bound an objective from its better side, at least those of one setting."""
     effect = EFFECTS.get(QUANTITIES[name].effect)
-    if effect is None or effect.of_sizes or effect.of_motion(setup):
+    if effect is None or effect.is_of_sizes or effect.is_of_motion(setup):
         return effect is not None
     return form_of(name, sign, setup) is not None
 
@@ -76,7 +76,7 @@ def is_hopeless(problem: Problem) -> bool:
     """Whether no design of a motion meets the limits, whatever its sizes."""
     if any(limit.infinite_at(problem.programme) for limit in problem.limits):
         return True
-    of_motion = [limit for limit in problem.limits if limit.of_motion]
+    of_motion = [limit for limit in problem.limits if limit.is_of_motion]
     return bool(np.any(_by_arithmetic(problem, of_motion, problem.design) > 0.0))
 
 
@@ -106,13 +106,15 @@ class BoxBounds(NamedTuple):
     @property
     def claims(self) -> list[Claim]:
         """The claims of limits on curves, without those that the motion decides."""
-        on_size = replace(self.problem, limits=tuple(limit for limit in self.problem.limits if not limit.of_motion))
-        return present_claims(self.problem, [of_designs(claim) for claim in strictest(on_size.claims)])
+        on_size = tuple(limit for limit in self.problem.limits if not limit.is_of_motion)
+        return present_claims(
+            self.problem, [of_designs(claim) for claim in strictest(replace(self.problem, limits=on_size).claims)]
+        )
 
     @np.errstate(all="ignore")
     def impossible(self, box: Designs) -> Any:
         """Which boxes hold no design that can be assembled, or only such as break a limit on sizes (n,)."""
-        limits = [each for each in self.problem.limits if not each.claims and not each.of_motion]
+        limits = [each for each in self.problem.limits if not each.claims and not each.is_of_motion]
         over = _by_arithmetic(self.problem, limits, box)
         return self.problem.setup.mechanism.impossible(box, self.problem.programme) | np.any(over > 0.0, axis=0)
 
@@ -172,7 +174,7 @@ class BoxBounds(NamedTuple):
             return same, np.zeros((len(self.free), len(box)))
         value = sign * as_interval(ranged(self.problem, {name}, box)[name]) + np.zeros(len(box))
         change = _relative(sloped.slopes, _widths(box, self.free), value.largest_magnitude)
-        return value.low if EFFECTS[QUANTITIES[name].effect].of_sizes else _lowered(value.low), change
+        return value.low if EFFECTS[QUANTITIES[name].effect].is_of_sizes else _lowered(value.low), change
 
     def _by_form(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
         """The least cost of an objective that a curve decides, and its relative change."""

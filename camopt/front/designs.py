@@ -16,7 +16,7 @@ from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, missing, resolve
-from camopt.problem.settings import freed_of, given_profile, set_up
+from camopt.problem.settings import freed_of, given_profile, in_settings
 from camopt.problem.variables import Variable
 from camopt.quantities import QUANTITIES
 from camopt.scene.complaints import mistakes_of
@@ -186,7 +186,7 @@ def _by_motion(problem: Problem, frame: "pd.DataFrame") -> Iterator[tuple[Proble
     for rows in frame.reset_index(drop=True).groupby(named, sort=False).indices.values():
         first = frame.iloc[rows[0]]
         laws = (None if name is None else first[name] for name in (rise, fall))
-        (set_,) = set_up(problem, [{each.key: float(first[each.quantity]) for each in shared}])
+        (set_,) = in_settings(problem, [{each.key: float(first[each.quantity]) for each in shared}])
         yield set_.with_programme(problem.with_laws(*laws)), np.asarray(rows)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.front.asked import SWEEP_PARTS, SweepKey, SweepPlan, asked_again, sweep_plan
+from camopt.front.asked import SWEEP_PARTS, SweepKey, SweepPlan, plan_of_key, sweep_plan
 from camopt.front.blocks import Batch
 from camopt.front.estimate import foresee
 from camopt.front.journal import (
@@ -314,7 +314,7 @@ def _questions(files: Iterable[Path]) -> tuple[dict[Path, SweepKey], list[Mistak
 def _oddity(question: SweepKey) -> str:
     """The fault of the key of a part; empty if there is none."""
     try:
-        asked = asked_again(question)
+        asked = plan_of_key(question)
     except BadInput as refused:
         first = refused.mistakes[0]
         return f"its scene has mistakes, such as {first.key}: {first.allowed}"
@@ -362,7 +362,7 @@ def _checked(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepP
         listed = ", ".join(map(str, missing[:MOST_NAMED])) + (" …" if len(missing) > MOST_NAMED else "")
         why = f"not complete: of {parts} parts there is no part {listed}"
         mistakes.append(Mistake("camopt", "parts", None, why, bare=True))
-    asked = asked_again(whole)
+    asked = plan_of_key(whole)
     if asked.question().version != whole.version:
         why = f"of this version of camopt and its kernels ({asked.question().version}), not {whole.version}"
         mistakes.append(Mistake("camopt", "parts", None, why))

@@ -85,7 +85,7 @@ def decided_objectives(problem: Problem) -> list[str]:
     moves = any(each.is_free for each in numbers)
     listed = {each.quantity for each in problem.choices.numbers if not (each in numbers and each.is_free)}
     names = [name for name in problem.objectives if name not in listed]
-    return [name for name in names if moves or not EFFECTS[QUANTITIES[name].effect].of_motion(problem.setup)]
+    return [name for name in names if moves or not EFFECTS[QUANTITIES[name].effect].is_of_motion(problem.setup)]
 
 
 def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:

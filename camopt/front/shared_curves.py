@@ -159,7 +159,7 @@ class SharedCurves:
         return existing, one, other
 
     def promising(self, held: Sharing) -> Sharing:
-        """Designs that surely hold all limits, but for some that others of them dominate."""
+        """Designs that surely hold all limits, less some that others of them dominate."""
         objectives = self._problem.objectives
         of_curves = [name for name in objectives if name in self._columns]
         others = [name for name in objectives if name not in of_curves]
@@ -178,7 +178,7 @@ class SharedCurves:
     def _is_shared(self, name: str) -> bool:
         """Whether a quantity is the same for designs of the motion that have the same size of the cam."""
         setup, effect = self._problem.setup, EFFECTS[QUANTITIES[name].effect]
-        return name == self._problem.size_name or (effect.of_motion(setup) and not setup.free)
+        return name == self._problem.size_name or (effect.is_of_motion(setup) and not setup.free)
 
     def feasible(self, held: Sharing, names: frozenset[str]) -> Rows:
         """Quantities of designs that surely hold all limits, with their verdict."""
@@ -252,9 +252,9 @@ def told_by_curves(limits: tuple[Limit, ...], wanted: frozenset[str]) -> tuple[L
 
     None unless of every other limit the quantities of pitch curves tell everything too.
     """
-    if any(limit.of_curves is None and not limit.of_motion for limit in limits):
+    if any(limit.of_curves is None and not limit.is_of_motion for limit in limits):
         return ()
-    found = (limit for limit in limits if limit.of_motion or limit.of_curves != limit.needs)
+    found = (limit for limit in limits if limit.is_of_motion or limit.of_curves != limit.needs)
     return tuple(limit for limit in found if not wanted.issuperset(limit.needs))
 
 
@@ -263,7 +263,7 @@ def bodies_of(curves: Candidates, bodies: Bodies) -> OnCurves:
     case = replace(curves.case, found=curves.rows.columns, outward=curves.rows.outward)
     claims = strictest(curves.claims)
     limits = [each for each in curves.pending if not each.claims or any(claim in claims for claim in each.claims)]
-    told = [of_motion(curves, each) if each.of_motion else each.on_curves(case, bodies) for each in limits]
+    told = [of_motion(curves, each) if each.is_of_motion else each.on_curves(case, bodies) for each in limits]
     found = OnCurves()
     for each in filter(None, told):
         found = found.both(each)

@@ -22,7 +22,7 @@ from camopt.front.journal import Journal, Tell, all_batches, journal_at, recalle
 from camopt.front.pareto import Front, best_of_laws, front_of, thinned
 from camopt.front.refine import refined
 from camopt.front.streaming import Seen, gathered
-from camopt.front.told import numbers_of, told_of
+from camopt.front.summary import from_summary, summary_of
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, exactly, resolve
@@ -312,7 +312,7 @@ def result_of(
                 if table in tables and (table != "designs" or asked.keep == "pareto"):
                     tables[table].append(found)
             write_text(unit.path(SWEEP_SCENE), scene.to_toml())
-            unit.answer = told_of(result) | (beside(result) if beside else {})
+            unit.answer = summary_of(result) | (beside(result) if beside else {})
     return result
 
 
@@ -325,7 +325,7 @@ def swept_already(asked: SweepPlan, out: str | os.PathLike[str], tell: Tell | No
     """The result of a sweep that is in a folder already; None if it is not."""
 
     def found(answer: Any) -> Sweep:
-        numbers = numbers_of(answer, asked.scene)
+        numbers = from_summary(answer, asked.scene)
         files = _places(asked, Path(out))
         return Sweep(scene=asked.scene, designs=len(asked.space), files=files, already_done=True, **numbers)
 

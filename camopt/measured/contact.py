@@ -38,7 +38,7 @@ def touching(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> 
     """The follower of a problem, whose motion does not count, where it touches points with outward normals."""
     mechanism, design = problem.setup.mechanism, problem.design
     trace = profile + design.roller_radius[0] * normals
-    flat = mechanism.curvature is None
+    flat = mechanism.flat_faced
     reach = (profile * normals.conjugate()).real if flat else np.abs(trace) - design.roller_radius[0]
     same = design.take(np.zeros(profile.size, dtype=int))
     on_base = replace(same, size=reach)

@@ -202,7 +202,7 @@ def _between(points: MeasuredPoints, band: float) -> FloatArray:
 
 def _depth(problem: Problem, profile: ComplexArray, normals: ComplexArray, around: ComplexArray) -> FloatArray:
     """The depth by which a follower that touches points of a profile cuts into the rest of it, mm."""
-    if problem.setup.mechanism.curvature is not None:
+    if not problem.setup.mechanism.flat_faced:
         radius = problem.design.roller_radius[0]
         centres = profile + radius * normals
         nearest, _ = cKDTree(_pairs(around)).query(_pairs(centres))

@@ -210,6 +210,11 @@ class Mechanism:
         return (f"cam.{self.body.size}", *(f"follower.{key}" for key in self.follower_keys(tip)))
 
     @property
+    def flat_faced(self) -> bool:
+        """Whether the follower's face is flat: no trace point, so that there is no pitch curve."""
+        return self.curvature is None
+
+    @property
     def of_pitch(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
         """Its curves that designs with the same pitch curve share."""
         return self.pressure, self.curvature, self.sliding, self.path

@@ -48,7 +48,7 @@ def distances(mechanism: Mechanism, design: Designs, cutter_radius: float | None
     likewise: left and right are seen along the motion of the roller in it.
     """
     radius = float(design.roller_radius[0])
-    found = {} if mechanism.curvature is None else {"pitch": 0.0}
+    found = {} if mechanism.flat_faced else {"pitch": 0.0}
     out = {"profile": -radius} | ({} if cutter_radius is None else {"cutter": cutter_radius - radius})
     for name, distance in out.items():
         for flank in reversed(mechanism.flanks):

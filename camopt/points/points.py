@@ -240,7 +240,7 @@ def check_cutter(problem: Problem, radius: float | None) -> None:
 
 def _deepest(problem: Problem) -> float:
     """The largest cutter that reaches every concave flank."""
-    if problem.setup.mechanism.curvature is None:
+    if problem.setup.mechanism.flat_faced:
         return np.inf  # a flat face leaves no concave flank
     case = Case(problem.setup, problem.programme, problem.design)
     return float(run_effects(case, ["cutter_radius_max_mm"]).column("cutter_radius_max_mm")[0])

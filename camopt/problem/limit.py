@@ -138,10 +138,10 @@ class Limit(ABC):
         return False
 
     @cached_property
-    def of_motion(self) -> bool:
+    def is_of_motion(self) -> bool:
         """Whether motion and speed alone decide it, not the design."""
         effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
-        return bool(effects) and not self.setup.free and all(effect.of_motion(self.setup) for effect in effects)
+        return bool(effects) and not self.setup.free and all(effect.is_of_motion(self.setup) for effect in effects)
 
     @property
     def key(self) -> str:

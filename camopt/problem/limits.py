@@ -106,10 +106,10 @@ def _implied(setup: Setup) -> list[Limit]:
     Without undercut, only a round body can make a profile that crosses itself.
     """
     limits: list[Limit] = []
-    if not setup.pointed:
+    if not setup.is_knife:
         limits.append(replace(bound_on(UNDERCUT, 0.0, setup, CONVEX), asked=False))
     limits += _within_base(setup)
-    if setup.mechanism.curvature is not None and setup.mechanism.body.closed and not setup.pointed:
+    if not setup.mechanism.flat_faced and setup.mechanism.body.closed and not setup.is_knife:
         limits.append(SelfCrossing(SELF_CROSSING, 0.0, setup, asked=False))
     return limits
 
@@ -161,7 +161,7 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     limits += [] if asked.face_reach is None else _face_reach(asked.face_reach, setup)
     limits += of({"outer_radius": outline.RADIUS} if mechanism.outline is not None else {})
     limits += of({"curvature_radius": CONVEX})
-    limits += of({"cutter_radius": CUTTER} if mechanism.curvature is not None else {})
+    limits += of({"cutter_radius": CUTTER} if not mechanism.flat_faced else {})
     limits += of({key: limited_quantity(key, setup) for key in PART_LIMITS})
     limits += of({name: name for name in named if name in BOUNDED and name not in LOAD_LIMITS})
     limits += _implied(setup)

@@ -17,7 +17,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 from camopt.problem.settings import freed_of, problems_of, too_many_settings
-from camopt.problem.space import Block, Space, space_of, unswept
+from camopt.problem.space import DesignRange, Space, space_of, unswept
 
 NEARBY = 0.01  # of a cam's size: how much smaller the next one is said to be
 
@@ -38,7 +38,7 @@ class Sample(Space):
     def designs_each(self) -> int:
         return int(self.ends[-1])
 
-    def parts(self) -> Iterator[Block]:
+    def parts(self) -> Iterator[DesignRange]:
         ends = self.ends.tolist()
         for problem, (first, last) in zip(self.problems, cycle(pairwise([0, *ends])), strict=False):
             yield problem, first, last

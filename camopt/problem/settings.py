@@ -31,8 +31,8 @@ def problems_of(problem: Problem, settings: Sequence[Setting] = ({},)) -> tuple[
     BadInput
         If a quantity that the problem calls for cannot be computed in one of the settings.
     """
-    set_ = set_up(problem, settings)
-    return tuple(each.with_programme(programme) for programme in laws_of(problem) for each in set_)
+    problems = in_settings(problem, settings)
+    return tuple(each.with_programme(programme) for programme in laws_of(problem) for each in problems)
 
 
 def freed_of(problem: Problem) -> Problem:
@@ -46,22 +46,22 @@ def freed_of(problem: Problem) -> Problem:
     ends = {each.key: each.ends for each in problem.choices.numbers if each.is_ranged}
     if not ends:
         return problem
-    set_up(problem, [{key: least for key, (least, _) in ends.items()}])
+    in_settings(problem, [{key: least for key, (least, _) in ends.items()}])
     return problem.freed({key: largest for key, (_, largest) in ends.items()})
 
 
-def set_up(problem: Problem, settings: Iterable[Setting]) -> list[Problem]:
+def in_settings(problem: Problem, settings: Iterable[Setting]) -> list[Problem]:
     """The problem in some settings; raises as ``problems_of``."""
-    set_ = [problem.with_numbers(setting) for setting in settings]
-    if mistakes := list(_lacking(problem, set_)):
+    problems = [problem.with_numbers(setting) for setting in settings]
+    if mistakes := list(_lacking(problem, problems)):
         raise BadInput(mistakes)
-    return set_
+    return problems
 
 
-def _lacking(problem: Problem, set_: Iterable[Problem]) -> Iterator[Mistake]:
+def _lacking(problem: Problem, problems: Iterable[Problem]) -> Iterator[Mistake]:
     """A mistake for each number that is 0 in some settings where a wanted quantity needs more, as jamming does."""
     wanted, found = problem.wanted, dict[str, set[str]]()
-    for each in set_:
+    for each in problems:
         for name, keys in lacking(each.setup).items():
             for key in keys if name in wanted else ():
                 found.setdefault(key, set()).add(name)

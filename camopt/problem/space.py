@@ -27,7 +27,7 @@ MOST_VALUES = 10_000_000  # of one axis; a space may have far more designs, it i
 EDGE_OF_SPACE = "edge of the space"
 """In the place of the limits that hold a design, where the space has no smaller cam to compare it with."""
 
-Block = tuple[Problem, int, int]
+DesignRange = tuple[Problem, int, int]
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,12 @@ class Space:
     def __len__(self) -> int:
         return sum(last - first for _, first, last in self.parts())
 
-    def parts(self) -> Iterator[Block]:
+    def parts(self) -> Iterator[DesignRange]:
         """The problems in order, each with the number of its first design and that after its last."""
         for problem in self.problems:
             yield problem, 0, self.designs_each
 
-    def blocks(self, size: int) -> Iterator[Block]:
+    def blocks(self, size: int) -> Iterator[DesignRange]:
         """The space in order, as (problem, first, last) of at most ``size`` designs."""
         for problem, start, stop in self.parts():
             for first in range(start, stop, size):

@@ -67,7 +67,7 @@ def motion_pieces(picture: Picture) -> dict[str, Any]:
 
 
 def _has_trace(problem: Problem) -> bool:
-    return problem.setup.mechanism.curvature is not None
+    return not problem.setup.mechanism.flat_faced
 
 
 def _strokes(problem: Problem) -> list[dict[str, Any]]:

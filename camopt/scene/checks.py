@@ -11,7 +11,7 @@ from typing import Any
 from camopt.mechanisms import FIELDS, Mechanism
 from camopt.mechanisms.body import BODIES
 from camopt.mechanisms.follower import FLAT, MOTIONS, Tip
-from camopt.scene.law_forms import NEAR_END, LawFault
+from camopt.scene.law_forms import NEAR_END, Fault
 from camopt.scene.load import check_load
 from camopt.scene.mapping import at, length, number_of, segments
 from camopt.scene.own_laws import check_laws, law_names
@@ -28,7 +28,7 @@ SEARCHED = (*FOLLOWER_SIZES, *CAM_SIZES)
 """Those in ``[search]``."""
 
 
-def faults_of(data: Mapping[str, Any]) -> Iterator[LawFault]:
+def faults_of(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault that needs more than one value to be seen."""
     yield from check_laws(data)
     yield from check_load(data)
@@ -63,7 +63,7 @@ def _size(data: Mapping[str, Any], key: str) -> float | None:
     return number_of(at(data, key))
 
 
-def _searched_motion(data: Mapping[str, Any]) -> Iterator[LawFault]:
+def _searched_motion(data: Mapping[str, Any]) -> Iterator[Fault]:
     """With a profile, no size that the motion follows from may be searched."""
     laws, angles = ("law", "law_rise", "law_return"), ("angle_rise", "angle_return", "angle_dwell")
     for key in (*SEARCHED, *laws, *angles):
@@ -72,14 +72,14 @@ def _searched_motion(data: Mapping[str, Any]) -> Iterator[LawFault]:
             yield f"search.{key}", None, why
 
 
-def _searched_laws(data: Mapping[str, Any]) -> Iterator[LawFault]:
+def _searched_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
     for key in ("search.law", "search.law_rise", "search.law_return"):
         named = at(data, key)
         for place, law in enumerate(named if isinstance(named, list) else [named], start=1):
             yield from check_law(law, f"{key}.{place}", law_names(data))
 
 
-def _searched_angles(data: Mapping[str, Any]) -> Iterator[LawFault]:
+def _searched_angles(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Each freed angle has its segment, and the ranges can hold the degrees that the angles share."""
     ranges, freed, reached = {}, [], True
     for kind in ("rise", "return", "dwell"):
@@ -126,7 +126,7 @@ def _searched_angles(data: Mapping[str, Any]) -> Iterator[LawFault]:
         )
 
 
-def _synthesis(data: Mapping[str, Any]) -> Iterator[LawFault]:
+def _synthesis(data: Mapping[str, Any]) -> Iterator[Fault]:
     for key in ("synthesis.peak_velocity", "synthesis.peak_acceleration", "synthesis.peak_jerk"):
         yield from check_law(at(data, key), key, law_names(data))
     degree, continuity = _size(data, "synthesis.degree"), _size(data, "synthesis.continuity")
@@ -139,7 +139,7 @@ def _named(mechanism: Mechanism, tip: Tip) -> str:
     return f"{mechanism.body.form} cam with {mechanism.motion.words} {tip.name} follower"
 
 
-def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[LawFault]:
+def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """A mechanism has all its sizes, and no sizes of other mechanisms."""
     what, body, own = _named(mechanism, tip), mechanism.body, mechanism.follower_keys(tip)
     if tip not in mechanism.tips:
@@ -160,7 +160,7 @@ def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[L
             yield f"follower.{name}", None, f"missing; a {what} needs it"
 
 
-def _dynamics(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[LawFault]:
+def _dynamics(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """A follower that swings has an inertia and no guide; the guide never reaches the trace point."""
     motion = mechanism.motion
     for name in (key for other in MOTIONS.values() if other != motion for key in other.dynamics):
@@ -176,7 +176,7 @@ def _dynamics(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism,
         yield "search.follower.dynamics.load", at(data, "search.follower.dynamics.load"), why
 
 
-def _lash(data: Mapping[str, Any], lift: float | None) -> Iterator[LawFault]:
+def _lash(data: Mapping[str, Any], lift: float | None) -> Iterator[Fault]:
     """A lash is taken up before the highest position, and its variation is smaller than the lash."""
     key = "follower.dynamics.lash"
     for name in _both(key):
@@ -192,7 +192,7 @@ def _both(key: str) -> tuple[str, str]:
     return key, f"search.{key}"
 
 
-def _fit(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[LawFault]:
+def _fit(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """Whether the design can be put together, at its lowest and its highest position."""
     base, shaft = length(data, "cam.base_radius"), length(data, "cam.shaft_diameter")
     if base and shaft and shaft / 2 > base:
@@ -208,7 +208,7 @@ def _trace_radius(data: Mapping[str, Any], tip: Tip) -> float | None:
     return length(data, f"follower.{tip.radius}") if tip.radius else 0.0
 
 
-def _search(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[LawFault]:
+def _search(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     search = data.get("search")
     if not isinstance(search, Mapping):
         return
@@ -243,7 +243,7 @@ def _values(choice: Any) -> list[float | None]:
     return [number_of(v) for v in choice] if isinstance(choice, list) else [number_of(choice)]
 
 
-def _limits(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[LawFault]:
+def _limits(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     limits = data.get("limits")
     if not isinstance(limits, Mapping):
         return

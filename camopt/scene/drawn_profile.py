@@ -20,7 +20,7 @@ from camopt.mechanisms.design import BoolArray, ComplexArray
 from camopt.motion.profile import GivenElement, PlacedElement, Unfit, parts_of
 from camopt.numerics import FloatArray
 from camopt.scene.dxf import Outline, profile_in
-from camopt.scene.law_forms import LawFault
+from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at
 from camopt.scene.own_laws import LARGEST_NUMBER
 
@@ -32,7 +32,7 @@ SHARP_CORNER = 0.02  # rad
 DRAWN_WITHIN = 1e-3  # mm: how far a vertex of the drawing may be from the arcs made of it
 
 
-def read_drawing(data: dict[str, Any], folder: Path | None) -> Iterator[LawFault]:
+def read_drawing(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
     """Put the arcs and lines of a profile that names a file in place of the name, in ``data`` itself.
 
     ``folder`` is where the file is looked for; None if none may be named.

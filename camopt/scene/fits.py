@@ -11,7 +11,7 @@ from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from camopt.scene.law_forms import LawFault
+from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, length
 
 FIT = r"[A-Z]{1,2}\d{1,2}"
@@ -36,7 +36,7 @@ def depth_tolerance(width: float) -> float:
     return next((allowed for most, allowed in DEPTH_TOLERANCES.items() if width <= most), 0.3)
 
 
-def read_part(data: dict[str, Any]) -> Iterator[LawFault]:
+def read_part(data: dict[str, Any]) -> Iterator[Fault]:
     """Put what short forms stand for in their place, in ``data`` itself."""
     part = data.get("part")
     if not isinstance(part, dict):
@@ -48,7 +48,7 @@ def read_part(data: dict[str, Any]) -> Iterator[LawFault]:
         yield from _standard_keyway(data, part)
 
 
-def _standard_keyway(data: Mapping[str, Any], part: dict[str, Any]) -> Iterator[LawFault]:
+def _standard_keyway(data: Mapping[str, Any], part: dict[str, Any]) -> Iterator[Fault]:
     for key in ("keyway_width", "keyway_depth"):
         if part.get(key) is not None:
             yield f"part.{key}", part[key], f"follows from part.keyway = {STANDARD_KEYWAY!r}: leave one of them out"

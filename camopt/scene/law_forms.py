@@ -16,7 +16,7 @@ from camopt.motion.spline import SplineLaw, tabulated
 from camopt.motion.turned import MirroredLaw
 from camopt.numerics.neighbours import noise_of_table
 
-LawFault = tuple[str, Any, str]
+Fault = tuple[str, Any, str]
 LawValues = Mapping[str, Any]
 """The values of a law by key: of the plain mapping of a scene, or of ``tables.OwnLaw``."""
 DEGREES = range(3, 13)  # a jerk is its third derivative, and the panels of a motion hold polynomials of degree 12
@@ -37,7 +37,7 @@ class LawForm(NamedTuple):
     keys: tuple[str, ...]
     make: Callable[[str, LawValues, bool], Law]
     """The law of a name, from a faultless table; mirrored it is 1 − s(1 − x)."""
-    check: Callable[[str, LawValues], Iterator[LawFault]]
+    check: Callable[[str, LawValues], Iterator[Fault]]
     """Every fault that needs more than one value to be seen, below the law's key."""
     of_moves: bool = False
     """Whether it gives positions, for a move; if not, a unit stroke."""
@@ -94,7 +94,7 @@ def _with_exact_ends(values: Sequence[float], count: int) -> tuple[float, ...]:
     return (*[0.0] * count, *(float(v) for v in values[count:-count]), *[1.0] * count)
 
 
-def _table(key: str, law: LawValues) -> Iterator[LawFault]:
+def _table(key: str, law: LawValues) -> Iterator[Fault]:
     x, s = law["x"], law["s"]
     least = 3 if law.get("rest") == "none" else 2
     if len(x) < least:
@@ -114,19 +114,19 @@ def _table(key: str, law: LawValues) -> Iterator[LawFault]:
             return
 
 
-def _spline(key: str, law: LawValues) -> Iterator[LawFault]:
+def _spline(key: str, law: LawValues) -> Iterator[Fault]:
     yield from _ends(f"{key}.coefficients", law["coefficients"], "s(0) = 0 and s(1) = 1, the first and the last")
     yield from _knots(key, law, "coefficients")
 
 
-def _positions(key: str, law: LawValues) -> Iterator[LawFault]:
+def _positions(key: str, law: LawValues) -> Iterator[Fault]:
     for name in ("mirror", "crossing", "peaks", "overshoot"):
         if law.get(name) not in (None, False):
             yield f"{key}.{name}", law[name], "is for a law that runs from 0 to 1; this one has positions"
     yield from _knots(key, law, "positions")
 
 
-def _knots(key: str, law: LawValues, values: str) -> Iterator[LawFault]:
+def _knots(key: str, law: LawValues, values: str) -> Iterator[Fault]:
     degree, knots, count = law["degree"], law["knots"], len(law[values])
     needed = max(count, degree + 1) + degree + 1
     if count <= degree:
@@ -148,7 +148,7 @@ def _knots(key: str, law: LawValues, values: str) -> Iterator[LawFault]:
             yield f"{key}.knots", knot, f"is there {times} times; more than the degree makes the motion jump"
 
 
-def _ends(key: str, values: Sequence[float], why: str) -> Iterator[LawFault]:
+def _ends(key: str, values: Sequence[float], why: str) -> Iterator[Fault]:
     for place, end in LAW_ENDS:
         if abs(values[place] - end) > NEAR_END:
             yield f"{key}.{place % len(values) + 1}", values[place], f"must be {end:g}: {why}"
@@ -163,7 +163,7 @@ def _polynomial_of(name: str, law: LawValues, mirror: bool) -> PolynomialLaw:
     return PolynomialLaw(name, (0.0, *start), (1.0, *end))
 
 
-def _polynomial(key: str, law: LawValues) -> Iterator[LawFault]:
+def _polynomial(key: str, law: LawValues) -> Iterator[Fault]:
     for side, end in (("start", 0.0), ("end", 1.0)):
         if abs(law[side][0] - end) > NEAR_END:
             yield f"{key}.{side}.1", law[side][0], f"must be {end:g}: a stroke runs from s = 0 to s = 1"
@@ -179,7 +179,7 @@ def _scca_of(name: str, law: LawValues, mirror: bool) -> SCCALaw:
     return SCCALaw(name, (b, c, d, e))
 
 
-def _scca(key: str, law: LawValues) -> Iterator[LawFault]:
+def _scca(key: str, law: LawValues) -> Iterator[Fault]:
     shares = law["scca"]
     if len(shares) not in (3, 4):
         what = "must be three shares of the stroke, sine ramps, constant acceleration and cosine"
@@ -204,7 +204,7 @@ def _known(name: str, law: LawValues, mirror: bool) -> Law:
     return MirroredLaw(name, LAWS[law["law"]]) if mirror else LAWS[law["law"]]
 
 
-def _built_in(key: str, law: LawValues) -> Iterator[LawFault]:
+def _built_in(key: str, law: LawValues) -> Iterator[Fault]:
     name = law["law"]
     if name not in LAWS:
         yield f"{key}.law", name, f"must be a built-in motion law; {nearest(name, LAWS)}"

@@ -11,7 +11,7 @@ from typing import Any
 
 from camopt.motion.load import ExternalLoad
 from camopt.scene.csv_columns import MOST_SPANS, read_columns
-from camopt.scene.law_forms import LEAST_GAP, LawFault
+from camopt.scene.law_forms import LEAST_GAP, Fault
 from camopt.scene.own_laws import LARGEST_NUMBER
 
 KEY = "follower.dynamics.load"
@@ -39,7 +39,7 @@ def _given(data: Mapping[str, Any]) -> tuple[Any, Any]:
     return (dynamics, dynamics.get("load")) if isinstance(dynamics, Mapping) else (None, None)
 
 
-def read_load(data: dict[str, Any], folder: Path | None) -> Iterator[LawFault]:
+def read_load(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
     """Put the rows of a load that names a file in place of the name, in ``data`` itself.
 
     ``folder`` is where files are looked for; None if none may be named.
@@ -54,7 +54,7 @@ def read_load(data: dict[str, Any], folder: Path | None) -> Iterator[LawFault]:
             dynamics["load"] = [list(row) for row in zip(*columns.values(), strict=True)]
 
 
-def check_load(data: Mapping[str, Any]) -> Iterator[LawFault]:
+def check_load(data: Mapping[str, Any]) -> Iterator[Fault]:
     """The first fault of the rows of a load."""
     _, rows = _given(data)
     if not isinstance(rows, list):
@@ -76,7 +76,7 @@ def check_load(data: Mapping[str, Any]) -> Iterator[LawFault]:
     yield from _order([row[0] for row in rows])
 
 
-def _order(angles: list[float]) -> Iterator[LawFault]:
+def _order(angles: list[float]) -> Iterator[Fault]:
     """Cam angles go up; two are the same where the load jumps, 0 and 360 deg too."""
     for number, (before, after) in enumerate(pairwise(angles), start=2):
         if before != after and not after - before >= LEAST_GAP:

@@ -16,7 +16,7 @@ from camopt.motion.run import Contradiction
 from camopt.motion.segments import MOVE, GivenSegment, positions_of
 from camopt.motion.stroke import Stroke, asked_range
 from camopt.motion.table import ALL_STROKES
-from camopt.scene.law_forms import NEAR_END, LawFault
+from camopt.scene.law_forms import NEAR_END, Fault
 from camopt.scene.mapping import tables_in
 from camopt.scene.own_laws import are_faultless, law_in, own_law_tables
 from camopt.scene.segments import asked_value
@@ -27,7 +27,7 @@ MOVE_SAMPLES = 257  # angles of a move
 
 def check_moves(
     data: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], given: Sequence[GivenSegment]
-) -> Iterator[LawFault]:
+) -> Iterator[Fault]:
     """Every fault of the conditions on moves, if segments and laws are faultless by themselves."""
     faults = list(_conditions(rows))
     yield from faults
@@ -51,7 +51,7 @@ def turn_as_given(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Pro
     return Programme.from_segments(given, angular=False, laws={**LAWS, **own})
 
 
-def _laws_of_moves(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Iterator[LawFault]:
+def _laws_of_moves(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Iterator[Fault]:
     """Check that a law of positions starts and ends where its move does, and meets the conditions at its end."""
     tables, ends = own_law_tables(data), positions_of(given)
     named = (tables[segment.law]["positions"] for segment in given if segment.segment == MOVE and segment.law)
@@ -71,7 +71,7 @@ def _laws_of_moves(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> It
         yield from _missed(law_in(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}")
 
 
-def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[LawFault]:
+def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[Fault]:
     """Check that conditions on the way of a move are at angles inside it, and are not empty."""
     turned = 0.0
     for k, row in enumerate(rows, start=1):
@@ -96,7 +96,7 @@ def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[LawFault]:
                 yield f"{key}.angle", each["angle"], what
 
 
-def _contradictions(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Iterator[LawFault]:
+def _contradictions(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> Iterator[Fault]:
     """Check that the conditions on moves can be met."""
     if not any(segment.segment == MOVE and segment.law is None for segment in given):
         return
@@ -111,7 +111,7 @@ def _contradictions(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> I
         yield first, None, f"{why}; leave one out, or ask for a wider range"
 
 
-def _missed(law: Law, segment: GivenSegment, before: float, turned: float, key: str) -> Iterator[LawFault]:
+def _missed(law: Law, segment: GivenSegment, before: float, turned: float, key: str) -> Iterator[Fault]:
     """The conditions of a move that its law does not meet."""
     start, angle = radians(turned), radians(segment.angle)
     stroke = Stroke(

@@ -15,7 +15,7 @@ from camopt.motion.programme import unit_span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.turned import SkewedLaw
 from camopt.scene.csv_columns import MOST_SPANS, read_columns
-from camopt.scene.law_forms import DEGREES, LAW_FORMS, LawFault, LawValues, form_of, leeway
+from camopt.scene.law_forms import DEGREES, LAW_FORMS, Fault, LawValues, form_of, leeway
 from camopt.scene.tables import OwnLaw
 
 GIVEN_BY = "law, scca, start and end, degree, knots and coefficients (of a move: positions), x and s, or a file"
@@ -97,7 +97,7 @@ def own_law_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
 # ------------------------------------------------------------------------------------------------- from files
 
 
-def read_files(data: dict[str, Any], folder: Path | None) -> Iterator[LawFault]:
+def read_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
     """Put the points of each law that names a file in place of the name, in ``data`` itself.
 
     ``folder`` is where files are looked for; None if none may be named.
@@ -121,7 +121,7 @@ def read_files(data: dict[str, Any], folder: Path | None) -> Iterator[LawFault]:
 # ----------------------------------------------------------------------------------------------------- checks
 
 
-def check_laws(data: Mapping[str, Any]) -> Iterator[LawFault]:
+def check_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault of a scene's own laws that needs more than one value to be seen."""
     for name, law in own_law_tables(data).items():
         if name in LAWS:
@@ -141,7 +141,7 @@ def are_faultless(data: Mapping[str, Any]) -> bool:
     return all(values) and not any(check_laws(data))
 
 
-def _check_law(name: str, law: LawValues) -> Iterator[LawFault]:
+def _check_law(name: str, law: LawValues) -> Iterator[Fault]:
     key = f"laws.{name}"
     if law.get("file") is not None:  # it could not be read, which is said
         return
@@ -188,7 +188,7 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
 
 
-def _skew(key: str, law: LawValues) -> Iterator[LawFault]:
+def _skew(key: str, law: LawValues) -> Iterator[Fault]:
     """Check that the zero crossing of a law's acceleration can be moved."""
     named = [k for k in ("crossing", "peaks") if law.get(k) is not None]
     if not named:
@@ -206,13 +206,13 @@ def _skew(key: str, law: LawValues) -> Iterator[LawFault]:
         yield where, value, why
 
 
-def _mirror(name: str, law: LawValues) -> Iterator[LawFault]:
+def _mirror(name: str, law: LawValues) -> Iterator[Fault]:
     """Check that mirroring a law makes another law."""
     if law.get("mirror") is True and is_symmetric(law_in(name, {**law, "mirror": False})):
         yield f"laws.{name}.mirror", True, f"{law.get('law') or 'the law'} is the same from both ends; leave it out"
 
 
-def _shape(name: str, law: LawValues) -> Iterator[LawFault]:
+def _shape(name: str, law: LawValues) -> Iterator[Fault]:
     """Check that the law stays between the ends of its stroke, unless it may go beyond them."""
     if law.get("overshoot") is True or form_of(law).of_moves:
         return

@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, Field
 from camopt.mechanisms import Mechanism
 from camopt.mechanisms.body import BODIES, DISC
 from camopt.scene.fits import FIT
-from camopt.scene.law_forms import LawFault
+from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, length
 from camopt.scene.materials import MATERIALS
 from camopt.scene.tables import (
@@ -133,7 +133,7 @@ def resolved(part: Part, title: str, cam: Cam, materials: Materials) -> Part:
 
 def check_part(
     data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
-) -> Iterator[LawFault]:
+) -> Iterator[Fault]:
     """Check that the given sizes of the part fit together and lie inside the cam.
 
     ``travel`` of the follower is in mm, or in deg of its arm; ``radius`` is that of a roller or spherical face.
@@ -166,7 +166,7 @@ def _reach(data: Mapping[str, Any]) -> float | None:
     return None if bore is None else reach_of(bore, width if depth else 0.0, depth)
 
 
-def _keyway(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[LawFault]:
+def _keyway(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[Fault]:
     """A keyway has a width, a depth and a bore that it is in."""
     given = [key for key in (*KEYWAY, "keyway_angle") if part.get(key) is not None]
     if not given:
@@ -181,7 +181,7 @@ def _keyway(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[LawFau
         yield "part.keyway_width", width, f"must be below the diameter of the bore ({bore:g})"
 
 
-def _hub(data: Mapping[str, Any], part: Mapping[str, Any], base: float | None) -> Iterator[LawFault]:
+def _hub(data: Mapping[str, Any], part: Mapping[str, Any], base: float | None) -> Iterator[Fault]:
     """A hub has a diameter and a length, is longer and wider than what it holds, and lies behind the profile."""
     given = [key for key in HUB if part.get(key) is not None]
     for key in (*HUB, "thickness") if given else ():
@@ -197,7 +197,7 @@ def _hub(data: Mapping[str, Any], part: Mapping[str, Any], base: float | None) -
         yield "part.hub_diameter", diameter, f"must be at most twice the base radius ({2 * base:g})"
 
 
-def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterator[LawFault]:
+def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterator[Fault]:
     """Bore and keyway are inside a circle about the axis."""
     reach, bore = _reach(data), _bore(data)
     if not radius or not reach or not bore or reach < radius:
@@ -211,7 +211,7 @@ def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterato
 
 def _groove(
     data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
-) -> Iterator[LawFault]:
+) -> Iterator[Fault]:
     """A groove lies within the length of the cylinder, and leaves a wall to the bore."""
     mean, depth = length(data, f"cam.{mechanism.body.size}"), length(data, "part.groove_depth")
     if mean and depth and depth >= 2 * mean:

@@ -17,7 +17,7 @@ from camopt.motion.profile import TOUCHING_SHARE, GivenElement, Unfit, least_rad
 from camopt.motion.profile_law import programme_on
 from camopt.motion.programme import Programme
 from camopt.scene import tables
-from camopt.scene.law_forms import LawFault
+from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, number_of, tables_in
 from camopt.scene.own_laws import LARGEST_NUMBER
 from camopt.scene.sizes import mechanism_in, sizes_in, sizes_of
@@ -69,7 +69,7 @@ def highest_on_profile(data: Mapping[str, Any]) -> float | None:
     return degrees(programme.lift) if at(data, "follower.motion") == OSCILLATING.name else programme.lift
 
 
-def check_profile(data: Mapping[str, Any]) -> Iterator[LawFault]:
+def check_profile(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault of a profile that needs more than one value to be seen."""
     if data.get("motion"):
         yield "profile", None, "a scene has either [[motion]] or [[profile]]: one follows from the other"
@@ -86,7 +86,7 @@ def check_profile(data: Mapping[str, Any]) -> Iterator[LawFault]:
             yield f"profile.{unfit.number}" if unfit.number else "profile", None, unfit.why
 
 
-def _base(data: Mapping[str, Any], least: float) -> Iterator[LawFault]:
+def _base(data: Mapping[str, Any], least: float) -> Iterator[Fault]:
     base = number_of(at(data, "cam.base_radius"))
     if base is not None and abs(base - least) > TOUCHING_SHARE * least:
         yield "cam.base_radius", base, f"the least radius of the profile is {least:.10g}: leave it out"
@@ -100,7 +100,7 @@ def _rows(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return tables_in(data.get("profile"))
 
 
-def _element(row: Mapping[str, Any], key: str) -> Iterator[LawFault]:
+def _element(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
     if row.get("element") == "line":
         for name in ("radius", "x", "y"):
             if row.get(name) is not None:

@@ -3,14 +3,14 @@
 from collections.abc import Iterator
 from typing import Any
 
-from camopt.scene.law_forms import LawFault
+from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import number_of
 
 OF_CRANK = "cam.rpm_of_crank"
 TURNS_OF_CRANK = 2.0  # in one turn of the camshaft
 
 
-def read_speed(tables: dict[str, Any]) -> Iterator[LawFault]:
+def read_speed(tables: dict[str, Any]) -> Iterator[Fault]:
     """Put ``cam.rpm`` in the place of ``cam.rpm_of_crank``; a fault if both are given."""
     cam = tables.get("cam")
     crank = cam.get("rpm_of_crank") if isinstance(cam, dict) else None

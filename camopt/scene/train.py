@@ -14,7 +14,7 @@ from camopt.mechanisms.follower import MOTIONS
 from camopt.mistakes import BadInput
 from camopt.motion.programme import Programme
 from camopt.motion.segments import start_position
-from camopt.scene.law_forms import LawFault
+from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, tables_in
 from camopt.scene.tables import Anywhere, Length, SceneNumber, SceneTable, Switch
 from camopt.scene.turn import turn_in
@@ -104,7 +104,7 @@ def stages_in(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return tables_in(data.get("train"))
 
 
-def check_train(data: Mapping[str, Any]) -> Iterator[LawFault]:
+def check_train(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault of a train: of its stages, and of a tool that goes beyond a dead point."""
     if not stages_in(data):
         return
@@ -149,7 +149,7 @@ def _tool_in(data: Mapping[str, Any]) -> ToolTurn | None:
     return ToolTurn(programme, low, low + programme.lift)
 
 
-def _beyond(data: Mapping[str, Any], train: Train) -> Iterator[LawFault]:
+def _beyond(data: Mapping[str, Any], train: Train) -> Iterator[Fault]:
     """Where the tool does not stay between the dead points of the train."""
     tool = _tool_in(data)
     unit, word = (radians(1.0), "deg") if train.angular else (1.0, "mm")

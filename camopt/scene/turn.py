@@ -14,7 +14,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.run import Contradiction
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment, lifts_of, positions_of
 from camopt.quantities import DERIVATIVES
-from camopt.scene.law_forms import NEAR_END, LawFault
+from camopt.scene.law_forms import NEAR_END, Fault
 from camopt.scene.mapping import at, number_of, segments, tables_in
 from camopt.scene.moves import check_moves, has_laws, turn_as_given
 from camopt.scene.own_laws import LARGEST_NUMBER, is_of_moves, law_names, laws_of_moves, own_law_tables
@@ -35,7 +35,7 @@ KEYS_OF_SEGMENT = {
 """What a segment of a kind may have, beside its angle and the unit of its derivatives."""
 
 
-def check_turn(data: Mapping[str, Any]) -> Iterator[LawFault]:
+def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
     """The turn closes in angle and displacement, and one of rises and returns never goes below its start."""
     rows = segments(data)
     for k, row in enumerate(rows, start=1):
@@ -53,7 +53,7 @@ def check_turn(data: Mapping[str, Any]) -> Iterator[LawFault]:
         yield from faults or check_moves(data, rows, given)
 
 
-def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[LawFault]:
+def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
     """Check that a named law exists."""
     if isinstance(law, str) and law not in laws:
         yield key, law, f"must be a motion law; {nearest(law, laws)}"
@@ -117,7 +117,7 @@ def _given(data: Mapping[str, Any]) -> list[GivenSegment] | None:
 
 def _segment(
     data: Mapping[str, Any], row: Mapping[str, Any], before: Mapping[str, Any], key: str
-) -> Iterator[LawFault]:
+) -> Iterator[Fault]:
     kind = row.get("segment")
     if not isinstance(kind, str) or kind not in KEYS_OF_SEGMENT:
         return
@@ -142,7 +142,7 @@ def _segment(
         yield from _per_second(data, key)
 
 
-def _named(data: Mapping[str, Any], kind: str, law: Any, key: str) -> Iterator[LawFault]:
+def _named(data: Mapping[str, Any], kind: str, law: Any, key: str) -> Iterator[Fault]:
     """Check that a named law exists, and that a move has a law of positions."""
     if not isinstance(law, str):
         return  # which is said
@@ -196,7 +196,7 @@ def _instead(kind: str, name: str) -> str:
     return ""
 
 
-def _stroke(row: Mapping[str, Any], key: str) -> Iterator[LawFault]:
+def _stroke(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
     """A rise or return has a law, and a lift or the position at its end."""
     if row.get("law") is None:
         yield f"{key}.law", None, "missing; a rise or return needs a motion law"
@@ -210,7 +210,7 @@ def _stroke(row: Mapping[str, Any], key: str) -> Iterator[LawFault]:
         yield f"{key}.lift", row.get("lift"), f"must be at least {LEAST_MOVE['lift']:g} in a rise or return"
 
 
-def _stretch(row: Mapping[str, Any], before: Mapping[str, Any], key: str) -> Iterator[LawFault]:
+def _stretch(row: Mapping[str, Any], before: Mapping[str, Any], key: str) -> Iterator[Fault]:
     """A constant velocity has a position at its end or a velocity; both if the move before it ends as it starts."""
     if row.get("to") is None and row.get("velocity") is None:
         yield f"{key}.to", None, "missing; give the position at its end (to), or the velocity"
@@ -221,7 +221,7 @@ def _stretch(row: Mapping[str, Any], before: Mapping[str, Any], key: str) -> Ite
         yield f"{key}.velocity", row["velocity"], why
 
 
-def _per_second(data: Mapping[str, Any], key: str) -> Iterator[LawFault]:
+def _per_second(data: Mapping[str, Any], key: str) -> Iterator[Fault]:
     if at(data, "cam.rpm") is None:
         yield f"{key}.per", "s", "derivatives by time need the speed: give cam.rpm, or use per deg or per rad"
     elif at(data, "search.cam.rpm") is not None:
@@ -231,7 +231,7 @@ def _per_second(data: Mapping[str, Any], key: str) -> Iterator[LawFault]:
 # ----------------------------------------------------------------------------------------------------- levels
 
 
-def _levels(given: Sequence[GivenSegment]) -> Iterator[LawFault]:
+def _levels(given: Sequence[GivenSegment]) -> Iterator[Fault]:
     """Whether rises go up and returns down, and, where positions are not given, the turn closes above its start."""
     ends, largest = positions_of(given), max(map(abs, lifts_of(given)), default=0.0)
     positioned = any(segment.to is not None for segment in given)
@@ -256,7 +256,7 @@ def _levels(given: Sequence[GivenSegment]) -> Iterator[LawFault]:
         yield "motion.lift", None, why
 
 
-def _below(given: Sequence[GivenSegment], k: int, before: float) -> LawFault:
+def _below(given: Sequence[GivenSegment], k: int, before: float) -> Fault:
     """A turn of rises and returns starts where the follower is lowest."""
     segment = given[k - 1]
     if "rise" not in [each.segment for each in given[:k]]:

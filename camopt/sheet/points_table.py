@@ -54,7 +54,7 @@ def printed(cam: TrueCam, step: float) -> list[Printed]:
             *columns,
             *(Printed((word, axis, "mm"), _written(values)) for word, axis, values in places),
         ]
-    centred = not (problem.setup.pointed or problem.setup.mechanism.curvature is None)
+    centred = not (problem.setup.is_knife or problem.setup.mechanism.flat_faced)
     columns += _polar(cam.say("profile"), curves.profile[0], cam.sense)
     return [*columns, *(_polar(cam.say("centre"), curves.pitch, cam.sense) if centred else ())]
 

@@ -36,7 +36,7 @@ Present = TypeVar("Present", Claim, MeanClaim, AnyClaim)
 
 def claims_on_size(problem: Problem) -> list[Claim]:
     """The claims of the limits that depend on the sizes of the cam, or on numbers that it brings."""
-    return [of_designs(claim) for limit in problem.limits if not limit.of_motion for claim in limit.claims]
+    return [of_designs(claim) for limit in problem.limits if not limit.is_of_motion for claim in limit.claims]
 
 
 def of_designs(claim: Claim) -> Claim:
@@ -57,7 +57,7 @@ def _level(designs: Designs, programme: Programme, derivative: Derivative, strok
 
 def means_on_size(problem: Problem) -> list[MeanClaim]:
     """The claims on means of the limits that depend on the size of the cam."""
-    return [limit.mean for limit in problem.limits if limit.mean is not None and not limit.of_motion]
+    return [limit.mean for limit in problem.limits if limit.mean is not None and not limit.is_of_motion]
 
 
 def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs) -> Any:

@@ -102,7 +102,7 @@ def _blocks(points: Designs, until: float) -> Iterator[Designs]:
 
 def _whatever_the_size(problem: Problem, excess: FloatArray) -> bool:
     for limit, over in zip(problem.limits, excess, strict=True):
-        if limit.of_motion and np.all(over > 0.0):
+        if limit.is_of_motion and np.all(over > 0.0):
             return True
         if limit.needs and problem.programme.corners and np.all(over == inf):
             return True

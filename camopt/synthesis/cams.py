@@ -98,7 +98,7 @@ def smallest_design(problem: Problem, objective: Collection[str]) -> Designs | N
 
 def has_own_size(problem: Problem, objective: Collection[str]) -> bool:
     """Whether the size is the scene's own: neither its search, nor limits, nor the objective bear on it."""
-    limited = any(limit.asked and not limit.of_motion for limit in problem.limits)
+    limited = any(limit.asked and not limit.is_of_motion for limit in problem.limits)
     sought = "size" in problem.choices.variables or "size" in objective
     return not (limited or sought or isnan(problem.design.size[0]))
 

@@ -201,7 +201,7 @@ def _points(problem: Problem, asked: SynthesisSettings, ground: Ground) -> Itera
 def _body(problem: Problem) -> float:
     """The largest radius of the roller or spherical face; 0 for what has none."""
     own = float(problem.design.roller_radius[0])
-    if problem.setup.pointed or problem.setup.mechanism.curvature is None:
+    if problem.setup.is_knife or problem.setup.mechanism.flat_faced:
         return own
     return _ends(problem, "roller_radius")[1]
 

@@ -88,7 +88,7 @@ def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
     for side, radius in product(claim.sides, problem.profile):
         if isinf(radius):  # a line
             yield sign_of(-allowed)
-        elif problem.setup.mechanism.curvature is None:
+        elif problem.setup.mechanism.flat_faced:
             yield sign_of(factor * side * radius - allowed)
         else:
             of_pitch = as_arb(design.roller_radius) + radius

@@ -146,10 +146,10 @@ def _overloaded(name: str, problem: Problem) -> str:
     if effect == "force":
         return "the force is too low where the follower is at its lowest, and no spring rate adds to it there"
     case = Case(setup, problem.programme, problem.design)
-    shaped = effect in ("hertz", "surface") and not setup.pointed
+    shaped = effect in ("hertz", "surface") and not setup.is_knife
     if shaped and run_effects(case, ["undercut"]).column("undercut")[0]:
         return "the profile is undercut"
-    if setup.mechanism.curvature is not None:
+    if not setup.mechanism.flat_faced:
         return "the follower jams in its guide"
     return "the contact stands still" if effect == "surface" else "the contact passes the follower's pivot"
 
@@ -164,7 +164,7 @@ def _reason(name: str, problem: Problem) -> str:
     jumps = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.jumps if j.kinds & kinds)
     if name.startswith("jerk") and not corners:
         return f"the acceleration jumps at {jumps}"
-    if name == "contact_stress_max_MPa" and problem.setup.pointed:
+    if name == "contact_stress_max_MPa" and problem.setup.is_knife:
         return "a knife edge has no width"
     if QUANTITIES[name].effect in LOAD_EFFECTS and not corners:
         return _overloaded(name, problem)
@@ -172,7 +172,7 @@ def _reason(name: str, problem: Problem) -> str:
         return f"the velocity jumps at {corners}"
     if name == "cutter_radius_max_mm":
         return "no flank of the profile is concave"
-    if not corners and problem.setup.angular and problem.setup.mechanism.curvature is None:
+    if not corners and problem.setup.angular and problem.setup.mechanism.flat_faced:
         return "the face turns as fast as the cam"
     if not corners:
         return "no part of the profile is convex"

@@ -124,7 +124,7 @@ def _motion(stroke: ExactStroke, piece: Stretch | None, x: arb) -> arb_series:
 def _contact(problem: Problem, exact: Designs) -> Any:
     """The contact point and the normal as series, from the displacement and the cam angle."""
     setup, sizes = problem.setup, {name: as_arb(value) for name, value in exact.sizes.items()}
-    if setup.mechanism.curvature is not None:
+    if not setup.mechanism.flat_faced:
         assert setup.mechanism.start is not None
         at = partial(_of_trace, setup.angular, sizes, as_arb(setup.mechanism.start(exact)))
     elif setup.angular:

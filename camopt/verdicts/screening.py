@@ -70,7 +70,7 @@ class Candidates:
         return self.take(np.flatnonzero(~broken)) if broken.any() else self
 
     def asked(self, rows: Rows) -> "Candidates":
-        """With more quantities, those that hold the limits that these decide, or may."""
+        """Adds quantities, and drops designs that now surely break a limit."""
         if rows is self.rows:
             return self
         ready = tuple(limit for limit in self.pending if rows.columns.keys() >= set(limit.needs))

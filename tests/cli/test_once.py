@@ -182,7 +182,7 @@ def test_what_was_not_exact_enough_is_said_each_time(command):
 
 
 def test_a_table_is_printed_anew_for_a_screen_that_it_does_not_fit(monkeypatch):
-    said = once.Said("a wide table\n", "{}", 0, [], "words")
+    said = once.KeptReport("a wide table\n", "{}", 0, [], "words")
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     for columns, fits in ((11, False), (12, True)):
         monkeypatch.setattr(once, "get_terminal_size", lambda columns=columns: os.terminal_size((columns, 20)))

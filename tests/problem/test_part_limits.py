@@ -133,9 +133,8 @@ def test_a_sweep_keeps_the_designs_that_hold_it(key):
     bound = float(table[name][np.isfinite(table[name])].median()) * (1 + 1e-3)
     held = table["feasible"] & (side * table[name] <= side * bound)
     assert held.any()
-    of_motion = next(
-        limit.of_motion for limit in resolve(base.replace(**{f"limits.{key}": bound})).limits if limit.name == key
-    )
+    limits = resolve(base.replace(**{f"limits.{key}": bound})).limits
+    of_motion = next(limit.is_of_motion for limit in limits if limit.name == key)
     assert of_motion or not held.all()
     assert sweep(base.replace(**{f"limits.{key}": bound})).feasible == held.sum()
     inside = evaluate_designs(

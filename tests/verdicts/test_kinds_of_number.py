@@ -279,9 +279,9 @@ def test_a_limit_is_decided_alike_on_either_side_of_its_bound(contact, key, side
     problem = replace(problem, limits=tuple(each for each in problem.limits if each.name == key))
     assert in_doubles(scene, key) == broken
     assert in_balls(problem, key) == broken
-    if limit.mean is not None and not limit.of_motion:
+    if limit.mean is not None and not limit.is_of_motion:
         assert in_ranges(problem) == broken
-    elif limit.claims and not limit.of_motion:
+    elif limit.claims and not limit.is_of_motion:
         assert in_ranges(problem) == broken
         assert contact in DRIVING or in_planes(problem, key, monkeypatch) == broken  # free laws drive no tool
     elif limit.implies is not None and contact not in DRIVING:

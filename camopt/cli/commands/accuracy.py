@@ -38,16 +38,16 @@ def accuracy(
     """Measure how much time accuracy costs, as a table and a picture."""
     from camopt.cli import terminal
     from camopt.cli.commands.accuracy_report import show_accuracy
-    from camopt.cli.once import Once, Told, once
+    from camopt.cli.once import Once, Report, once
     from camopt.studies.accuracy import ACCURACY, measure, write_accuracy
 
     if engine is None:
         refuse_without("--scheduler", {"workers": workers})
 
-    def work(unit: Any) -> Told:
+    def work(unit: Any) -> Report:
         with terminal.progress(quiet, "laws") as advance:
             rows = measure(scene, advance, engine)
             write_accuracy(rows, scene, unit.staging)
-        return Told(partial(show_accuracy, rows, scene), 0)
+        return Report(partial(show_accuracy, rows, scene), 0)
 
     return once(Once(out, "accuracy", ACCURACY, {}), scene, again, as_json, quiet, work)

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from camopt.cli.once import Once, OnceCommand, Told, once
+from camopt.cli.once import Once, OnceCommand, Report, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
     OutputPlace,
@@ -43,10 +43,10 @@ def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path, a
         from camopt.studies.spectrum import SPECTRUM, write_spectrum
         from camopt.studies.spectrum import spectrum as spectra
 
-        def work(unit: Any) -> Told:
+        def work(unit: Any) -> Report:
             rows = spectra(scene)
             write_spectrum(rows, unit.staging)
-            return Told(partial(show_spectrum, rows), 0)
+            return Report(partial(show_spectrum, rows), 0)
 
         return once(Once(out, "effects", SPECTRUM, {}), scene, again, as_json, quiet, work)
     refuse_without("--spectrum", {"again": again or None})

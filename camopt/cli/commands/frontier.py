@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from camopt.cli.exits import NOTHING_FEASIBLE
-from camopt.cli.once import Once, OnceCommand, Told, once
+from camopt.cli.once import Once, OnceCommand, Report, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
     OutputPlace,
@@ -63,7 +63,7 @@ def frontier(
 
     traded = [axis.strip() for axis in axes.split(",")]
 
-    def work(unit: Any) -> Told:
+    def work(unit: Any) -> Report:
         from camopt.drawing.plot import plot
         from camopt.synthesis.frontier import frontier as run
 
@@ -72,7 +72,7 @@ def frontier(
             found = run(scene, traded, points, workers, advance, engine, tell)
             write_frontier(found, unit.staging)
             plot(found, unit.path(PICTURE))
-        return Told(partial(show_frontier, found), 0 if found.rows else NOTHING_FEASIBLE)
+        return Report(partial(show_frontier, found), 0 if found.rows else NOTHING_FEASIBLE)
 
     made = Once(out, "frontier", (FRONTIER, PICTURE), {"axes": traded, "points": points})
     return once(made, scene, again, as_json, quiet, work)

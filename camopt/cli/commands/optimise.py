@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from camopt.cli.exits import NOTHING_FEASIBLE, reached
-from camopt.cli.once import Once, OnceCommand, Told, once
+from camopt.cli.once import Once, OnceCommand, Report, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
     OutputPlace,
@@ -49,7 +49,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     from camopt.smallest.prices import prices
     from camopt.tables.designs import OPTIMUM, write_scenes
 
-    def work(unit: Any) -> Told:
+    def work(unit: Any) -> Report:
         with terminal.progress(quiet, "laws") as advance:
             end = now() + seconds
             result = run(scene, advance, seconds)
@@ -58,7 +58,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
             costs = prices(result, max(end - now(), NO_SECONDS))
         code = reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
         walls = no_wall(scene, result.best.get("base_radius_mm")) if result.best else ()
-        return Told(partial(show_optimum, result, costs), code, (*result.warnings, *walls))
+        return Report(partial(show_optimum, result, costs), code, (*result.warnings, *walls))
 
     before = (*terminal.unused_of(scene), *_other_objectives(scene))
     if out:
@@ -67,11 +67,11 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
         return once(made, scene, again, as_json, quiet, work)
     refuse_without("--out", {"again": again or None})
     terminal.say_notes(() if quiet else before)
-    told = work(None)
-    told.show(as_json)
+    report = work(None)
+    report.show(as_json)
     if not quiet:
-        terminal.say_notes(told.notes)
-    return told.code
+        terminal.say_notes(report.notes)
+    return report.code
 
 
 def _other_objectives(scene: Any) -> Iterator[str]:

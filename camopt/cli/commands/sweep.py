@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from camopt.cli.exits import NOT_REACHED, NOTHING_FEASIBLE, exit_code, reached
-from camopt.cli.once import OnceCommand, Told, words_read
+from camopt.cli.once import OnceCommand, Report, words_read
 from camopt.cli.options import (
     DEFAULT_SCENE,
     Axis,
@@ -93,33 +93,33 @@ def sweep(
     if resume:
         scene, keep = resumed(scene, keep, out, part)
     check_folder(scene, out)
-    tell = terminal.say_lost if quiet else terminal.say_note
+    notify = terminal.say_lost if quiet else terminal.say_note
     unit = "boxes of designs" if keep == "front-only" else "designs"
 
-    def told(made: Any) -> Told:
+    def report_of(made: Any) -> Report:
         notes = terminal.unused_of(scene)
         if part:
-            return Told(partial(show_part, made), 0, notes)
+            return Report(partial(show_part, made), 0, notes)
         code = exit_code(scene, made.reached) if made.pareto else NOTHING_FEASIBLE
-        return Told(partial(show_sweep, made), code, notes)
+        return Report(partial(show_sweep, made), code, notes)
 
     def beside(made: Any) -> dict[str, Any]:
-        kept.update(told(made).kept(words))
+        kept.update(report_of(made).kept(words))
         return kept
 
     kept: dict[str, Any] = {}
     made: Any
     with terminal.progress(quiet, unit) as advance:
         if part:
-            made = sweep_part(scene, part, out, keep, workers, advance, engine, tell, again, beside)
+            made = sweep_part(scene, part, out, keep, workers, advance, engine, notify, again, beside)
         else:
-            made = run(scene, out, keep, workers, advance, engine=engine, tell=tell, again=again, beside=beside)
-    end = told(made)
-    end.tell(as_json, kept)
+            made = run(scene, out, keep, workers, advance, engine=engine, tell=notify, again=again, beside=beside)
+    report = report_of(made)
+    report.tell(as_json, kept)
     if not quiet:
-        terminal.say_notes(end.notes)
+        terminal.say_notes(report.notes)
         terminal.say_written([] if made.already_done else [made.file] if part else made.files)
-    return reached(scene, made.reached) if end.code == NOT_REACHED else end.code
+    return reached(scene, made.reached) if report.code == NOT_REACHED else report.code
 
 
 def _searched(

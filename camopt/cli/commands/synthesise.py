@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from camopt.cli.exits import reached
-from camopt.cli.once import Once, OnceCommand, Told, once
+from camopt.cli.once import Once, OnceCommand, Report, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
     PICTURES,
@@ -39,7 +39,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     from camopt.cli.commands.synthesise_report import show_synthesis
     from camopt.synthesis.files import SCENE_FILE, SYNTHESIS, write_comparison, write_laws
 
-    def work(unit: Any) -> Told:
+    def work(unit: Any) -> Report:
         from camopt.smallest.prices import prices
         from camopt.synthesis.compare import known_laws_of
         from camopt.synthesis.synthesise import synthesise as run
@@ -55,7 +55,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 
             plot(result, picture, known=known)
         code = reached(scene, result.design["relative_half_width"])
-        return Told(partial(show_synthesis, result, known, costs), code)
+        return Report(partial(show_synthesis, result, known, costs), code)
 
     check_folder(scene, out, SCENE_FILE)
     code = once(Once(out, "synthesise", SYNTHESIS, {}), scene, again or bool(picture), as_json, quiet, work)

@@ -20,7 +20,7 @@ KEPT_FIELDS: dict[str, Any] = {
 """Fields that are kept as they are, and of which types they are."""
 
 
-def told_of(result: Any) -> dict[str, Any]:
+def summary_of(result: Any) -> dict[str, Any]:
     """The summary of a ``Sweep`` as plain values for JSON."""
     front, miss = result.front, result.nearest_miss
     return {
@@ -32,8 +32,8 @@ def told_of(result: Any) -> dict[str, Any]:
     }
 
 
-def numbers_of(told: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
-    """The same as fields of a ``Sweep``; an error of some kind if it was not ``told_of`` one."""
+def from_summary(told: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
+    """The same as fields of a ``Sweep``; an error of some kind if it was not ``summary_of`` one."""
     front, miss = told["front"], told["nearest_miss"]
     if not all(isinstance(told[name], kind) for name, kind in KEPT_FIELDS.items()):
         raise TypeError
