@@ -28,7 +28,7 @@ import psutil
 
 import camopt
 from camopt.engines.dask_cluster import RATE, items_of_task
-from camopt.front.asked import sweep_plan
+from camopt.front.plan import sweep_plan
 
 KEEP = "pareto"
 EACH = 6.0  # seconds between the deaths of workers

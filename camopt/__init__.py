@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from camopt.exporting.exported import Export
     from camopt.front.designs import evaluate_designs
     from camopt.front.parts import SweepPart, merge, sweep_part
-    from camopt.front.sweep import Sweep, sweep
+    from camopt.front.result import Sweep
+    from camopt.front.sweep import sweep
     from camopt.measured.fit import fit
     from camopt.measured.fitted import Fit
     from camopt.measured.profile import MeasuredProfile
@@ -72,7 +73,7 @@ _HOMES = {
     "Scene": "scene.scene",
     "Spectrum": "studies.spectrum",
     "Stopped": "mistakes",
-    "Sweep": "front.sweep",
+    "Sweep": "front.result",
     "SweepPart": "front.parts",
     "Synthesis": "synthesis.synthesised",
     "Timing": "studies.timing",

@@ -22,14 +22,14 @@ def resumed(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> t
 
     BadInput if options ask for something else than it was asked, or nothing tells what it was asked.
     """
-    from camopt.front.asked import KEPT, asked_of_result, plan_of_key, sweep_plan
     from camopt.front.journal import interrupted
+    from camopt.front.plan import KEPT, key_of_result, plan_of_key, sweep_plan
     from camopt.mistakes import BadInput, Mistake
     from camopt.scene.scene import find_scene
     from camopt.storage.manifest import has_result
 
     folder, command = place_of(out, part)
-    question = interrupted(folder, command) or asked_of_result(folder, command)
+    question = interrupted(folder, command) or key_of_result(folder, command)
     context = click.get_current_context()
     sources = {name: context.get_parameter_source(name) for name in context.params}
     asks = any(source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in SAME_SWEEP)

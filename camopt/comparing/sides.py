@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 
 from camopt.comparing.design_table import DesignTable, is_of_designs, type_of
-from camopt.front.sweep import Sweep
+from camopt.front.result import Sweep
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes

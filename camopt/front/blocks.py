@@ -9,8 +9,9 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
+from camopt.front.curve_numbers import curve_numbers
 from camopt.front.pareto import best_of_laws, non_dominated
-from camopt.front.shared_curves import SharedCurves, curve_numbers
+from camopt.front.shared_curves import SharedCurves
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Objectives, Rows, concatenate_rows
 from camopt.problem.space import Space

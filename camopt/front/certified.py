@@ -6,8 +6,8 @@ from collections import Counter
 import numpy as np
 import pyarrow as pa
 
-from camopt.front.asked import column_names
 from camopt.front.oddities import table_oddities
+from camopt.front.plan import column_names
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows
 from camopt.problem.settings import problems_of

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from camopt.front.asked import SweepKey, SweepPlan
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import GridBoxes
 from camopt.front.journal import Tell, say_of_another
+from camopt.front.plan import SweepKey, SweepPlan
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
 from camopt.storage.files import whole_file
@@ -53,9 +53,9 @@ class Checkpoint:
 
 
 @contextmanager
-def checkpoint_at(path: Path, asked: SweepPlan, tell: Tell | None = None) -> Iterator[Checkpoint]:
+def checkpoint_at(path: Path, plan: SweepPlan, tell: Tell | None = None) -> Iterator[Checkpoint]:
     """The checkpoint of a search. ``tell`` is told if there was one of another question."""
-    checkpoint = Checkpoint(path, asked.question())
+    checkpoint = Checkpoint(path, plan.question())
     say_of_another(path, checkpoint.question, tell)
     yield checkpoint
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.front.asked import TABLED, SweepPlan
 from camopt.front.journal import Journal, Tell, encoded
+from camopt.front.plan import TABLED, SweepPlan
 from camopt.numerics.clock import now
 from camopt.tables.cells import duration
 
@@ -45,7 +45,7 @@ class Estimate(NamedTuple):
         )
 
 
-def estimated(asked: SweepPlan, numbers: range, own: Threads, workers: int, folder: Path) -> Estimate | None:
+def estimated(plan: SweepPlan, numbers: range, own: Threads, workers: int, folder: Path) -> Estimate | None:
     """An estimate for blocks of a sweep by some workers, from some of them on a few threads; None for few.
 
     Neighbours of those that are timed come first: they find what a motion has to be known for.
@@ -54,14 +54,14 @@ def estimated(asked: SweepPlan, numbers: range, own: Threads, workers: int, fold
         return None
     places = np.linspace(0, len(numbers) - 2, BLOCKS_A_THREAD * own.workers + 2).astype(int)[1:-1]
     before, timed = ([numbers[place + step] for place in places.tolist()] for step in (0, 1))
-    for _ in own.in_order(asked.evaluated, before):
+    for _ in own.in_order(plan.evaluated, before):
         pass
     start = now()
-    batches = [*own.in_order(asked.evaluated, timed)]
+    batches = [*own.in_order(plan.evaluated, timed)]
     seconds = (now() - start) * own.workers / workers
     share = len(numbers) / len(timed)
-    kept = sum(len(encoded(batch, asked.row_names)) for batch in batches) if asked.keep in TABLED else 0
-    designs = asked.blocks.designs_before(numbers.stop) - asked.blocks.designs_before(numbers.start)
+    kept = sum(len(encoded(batch, plan.row_names)) for batch in batches) if plan.keep in TABLED else 0
+    designs = plan.blocks.designs_before(numbers.stop) - plan.blocks.designs_before(numbers.start)
     return Estimate(designs, share * seconds, share * kept, shutil.disk_usage(folder).free)
 
 
@@ -85,7 +85,7 @@ def foresee(journal: Journal, own: Threads, engine: Engine, tell: Tell | None) -
     Where a journal is, it was told already, and the room that it takes is not free any more.
     """
     if not journal.path.exists():
-        estimate = estimated(journal.asked, journal.numbers, own, engine.workers, journal.path.parent)
+        estimate = estimated(journal.plan, journal.numbers, own, engine.workers, journal.path.parent)
         if estimate and tell:
             tell(str(estimate))
         if estimate:

@@ -19,9 +19,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from camopt.engines import Engine
-from camopt.front.asked import SweepKey, SweepPlan
 from camopt.front.blocks import Batch, merged
 from camopt.front.oddities import table_oddities
+from camopt.front.plan import SweepKey, SweepPlan
 from camopt.mistakes import Stopped
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
@@ -46,8 +46,8 @@ class Journal:
     ----------
     path : pathlib.Path
         The file; a new one if there is none.
-    asked : SweepPlan
-        What is asked now.
+    plan : SweepPlan
+        Of the sweep as it is asked now.
     question : SweepKey
         Its key, as texts. A journal of another key is replaced.
 
@@ -59,9 +59,9 @@ class Journal:
         Why no more could be written. A sweep goes on without it; what was written is kept.
     """
 
-    def __init__(self, path: Path, asked: SweepPlan, question: SweepKey) -> None:
-        self.path, self.asked, self.question = path, asked, question
-        self.numbers = asked.numbers(question.part, question.parts)
+    def __init__(self, path: Path, plan: SweepPlan, question: SweepKey) -> None:
+        self.path, self.plan, self.question = path, plan, question
+        self.numbers = plan.numbers(question.part, question.parts)
         self.done = self.numbers.start
         self.trouble: OSError | None = None
         self._whole = 0  # bytes
@@ -74,7 +74,7 @@ class Journal:
     def replayed(self) -> Iterator[Batch]:
         """The batches of a journal of the same question, in order, up to where it is whole."""
         with suppress(FileNotFoundError), self.path.open("rb") as file:
-            for batch, end in batches_of(file, self.question, self.asked):
+            for batch, end in batches_of(file, self.question, self.plan):
                 self.done, self._whole = batch.last, end
                 yield batch
         self._since = now()
@@ -125,7 +125,7 @@ class Journal:
     def progress(self) -> str:
         """The number of finished designs, in words."""
         places = (self.numbers.start, self.done, self.numbers.stop)
-        before, done, after = map(self.asked.blocks.designs_before, places)
+        before, done, after = map(self.plan.blocks.designs_before, places)
         return f"{done - before:,} of {after - before:,} designs"
 
     def _write_pending(self) -> None:
@@ -133,7 +133,7 @@ class Journal:
         self._wait()
         some, self._pending = self._pending, []
         if some and not self.trouble:
-            batch = merged(some, self.asked.problem.objectives)
+            batch = merged(some, self.plan.problem.objectives)
             self._writing = self._thread.submit(self._write, batch)
 
     def _wait(self) -> None:
@@ -146,7 +146,7 @@ class Journal:
         self._writing = None
 
     def _write(self, batch: Batch) -> None:
-        self._append(encoded(batch, self.asked.row_names))
+        self._append(encoded(batch, self.plan.row_names))
         self.done = batch.last
 
     def _append(self, payload: bytes) -> None:
@@ -180,10 +180,10 @@ class Lost(str):
 
 @contextmanager
 def journal_at(
-    path: Path, asked: SweepPlan, part: int = 1, parts: int = 1, tell: Tell | None = None
+    path: Path, plan: SweepPlan, part: int = 1, parts: int = 1, tell: Tell | None = None
 ) -> Iterator[Journal]:
     """The journal of a sweep or of a part of one, closed in the end. ``tell`` is told if another one was there."""
-    journal = Journal(path, asked, asked.question(part, parts))
+    journal = Journal(path, plan, plan.question(part, parts))
     say_of_another(path, journal.question, tell)
     try:
         yield journal
@@ -221,7 +221,7 @@ def all_batches(journal: Journal, engine: Engine, tell: Tell | None = None) -> I
     yield from journal.replayed()
     if tell and journal.done > journal.numbers.start:
         tell(f"going on where an interrupted sweep ended: {journal.progress} are done")
-    for batch in journal.asked.batches(range(journal.done, journal.numbers.stop), engine):
+    for batch in journal.plan.batches(range(journal.done, journal.numbers.stop), engine):
         journal.add(batch)
         yield batch
 
@@ -245,9 +245,9 @@ def question_of(path: Path) -> SweepKey | None:
     return None
 
 
-def batches_of(file: BinaryIO, question: SweepKey, asked: SweepPlan) -> Iterator[tuple[Batch, int]]:
+def batches_of(file: BinaryIO, question: SweepKey, plan: SweepPlan) -> Iterator[tuple[Batch, int]]:
     """The batches of a journal up to an odd one, each with where it ends; none if it is of another question."""
-    numbers = asked.numbers(question.part, question.parts)
+    numbers = plan.numbers(question.part, question.parts)
     found, expected = records(file), numbers.start
     for payload, _ in found:
         if payload != question.encoded():
@@ -256,7 +256,7 @@ def batches_of(file: BinaryIO, question: SweepKey, asked: SweepPlan) -> Iterator
     for payload, end in found:
         if payload == END_RECORD:
             return
-        batch = _sound(payload, asked)
+        batch = _sound(payload, plan)
         if batch is None or batch.first != expected or batch.last > numbers.stop:
             return
         expected = batch.last
@@ -292,7 +292,7 @@ class Broken(ValueError):
     """A part of a sweep is damaged; the message says where."""
 
 
-def whole_batches(path: Path, question: SweepKey, asked: SweepPlan) -> Iterator[Batch]:
+def whole_batches(path: Path, question: SweepKey, plan: SweepPlan) -> Iterator[Batch]:
     """The batches of a part of a sweep.
 
     Raises
@@ -300,10 +300,10 @@ def whole_batches(path: Path, question: SweepKey, asked: SweepPlan) -> Iterator[
     Broken
         If it is not as it was written; after the batches before that place.
     """
-    numbers = asked.numbers(question.part, question.parts)
+    numbers = plan.numbers(question.part, question.parts)
     done, whole = numbers.start, len(JOURNAL_MAGIC + record(question.encoded()))
     with regular_file(path) as file:
-        for batch, end in batches_of(file, question, asked):
+        for batch, end in batches_of(file, question, plan):
             done, whole = batch.last, end
             yield batch
         file.seek(whole)
@@ -326,30 +326,30 @@ def batch_of(payload: bytes) -> Batch:
     return _batch(*_parted(payload))
 
 
-def _sound(payload: bytes, asked: SweepPlan) -> Batch | None:
+def _sound(payload: bytes, plan: SweepPlan) -> Batch | None:
     """A batch from its bytes; None if no sweep can have made it, though its digest may be right."""
     try:
         numbers, tables = _parted(payload)
-        names, of = asked.row_names, (asked.scene, asked.problem)
+        names, of = plan.row_names, (plan.scene, plan.problem)
         if any(why for table in tables.values() for why in table_oddities(table, names, *of)):
             return None
         batch = _batch(numbers, tables)
-        return batch if _counted(batch, asked) else None
+        return batch if _counted(batch, plan) else None
     except (*ARROW_ERRORS, LookupError, TypeError, AttributeError, RecursionError) as trouble:
         raise_if_of_the_disk(trouble)
         return None
 
 
-def _counted(batch: Batch, asked: SweepPlan) -> bool:
+def _counted(batch: Batch, plan: SweepPlan) -> bool:
     """Whether the numbers of a batch can be those of its blocks."""
     counts = (batch.first, batch.last, batch.designs, batch.existing, batch.feasible, *batch.effort)
     if not all(type(count) is int and count >= 0 for count in counts) or batch.first >= batch.last:
         return False
     if type(batch.reached) not in (int, float) or not batch.reached >= 0.0:
         return False
-    before = asked.blocks.designs_before
+    before = plan.blocks.designs_before
     rows = max(batch.kept.count, batch.front.count, batch.best.count)
-    most = batch.existing if asked.keep == "all" else batch.feasible
+    most = batch.existing if plan.keep == "all" else batch.feasible
     designs = before(batch.last) - before(batch.first)
     return designs == batch.designs >= batch.existing >= batch.feasible and rows <= most
 

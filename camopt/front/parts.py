@@ -10,7 +10,6 @@ from typing import Any
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.front.asked import SWEEP_PARTS, SweepKey, SweepPlan, plan_of_key, sweep_plan
 from camopt.front.blocks import Batch
 from camopt.front.estimate import foresee
 from camopt.front.journal import (
@@ -24,8 +23,10 @@ from camopt.front.journal import (
     what_is_kept,
     whole_batches,
 )
+from camopt.front.plan import SWEEP_PARTS, SweepKey, SweepPlan, plan_of_key, sweep_plan
+from camopt.front.result import Sweep
 from camopt.front.streaming import Seen, gathered
-from camopt.front.sweep import Beside, Keeps, Sweep, Write, result_of, swept_already
+from camopt.front.sweep import Beside, Keeps, Write, result_of, swept_already
 from camopt.mistakes import BadInput, Mistake
 from camopt.progress import Progress
 from camopt.scene.scene import Scene
@@ -149,34 +150,34 @@ def sweep_part(
     >>> camopt.merge(["parts"]).designs
     3
     """
-    asked, own = _part_of(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
+    plan, own = _part_of(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
     folder, name = Path(out) / name_of_part(*part), f"{name_of_part(*part)}{PART_ENDING}"
-    question, journal = asked.question(*part), None
+    question, journal = plan.question(*part), None
 
     def found(answer: Any) -> SweepPart:
         effort = Effort(*answer["effort"])
         counts = {name: answer[name] for name in PART_COUNTS}
-        return SweepPart(asked.scene, *part, **counts, effort=effort, file=folder / name, already_done=True)
+        return SweepPart(plan.scene, *part, **counts, effort=effort, file=folder / name, already_done=True)
 
     if not again and (done := recalled(folder, PART_COMMAND, question, found, tell)):
         return done
     with ExitStack() as stack:
         stack.enter_context(what_is_kept(lambda: journal.kept if journal else ""))
         unit = stack.enter_context(published(folder, PART_COMMAND, (name,), question=question.plain))
-        journal = stack.enter_context(journal_at(unit.journal, asked, *part, tell))
+        journal = stack.enter_context(journal_at(unit.journal, plan, *part, tell))
         foresee(journal, own, engine or own, tell)
         batches = all_batches(journal, engine or own, tell)
-        seen = gathered(asked.space, batches, asked.block, lambda rows: None, progress)
+        seen = gathered(plan.space, batches, plan.block, lambda rows: None, progress)
         journal.finish(unit.path(name))
         existing, feasible = seen.existing or 0, seen.feasible or 0
         impossible = seen.evaluated - existing
-        result = SweepPart(asked.scene, *part, seen.evaluated, impossible, feasible, seen.effort, folder / name)
+        result = SweepPart(plan.scene, *part, seen.evaluated, impossible, feasible, seen.effort, folder / name)
         unit.answer = {name: getattr(result, name) for name in PART_COUNTS} | {"effort": [*seen.effort]}
         unit.answer |= beside(result) if beside else {}
     return result
 
 
-def _part_of(asked: SweepPlan, part: tuple[int, int]) -> SweepPlan:
+def _part_of(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
     """The sweep in blocks of which each part has some; BadInput if there is no such part.
 
     Rows do not depend on the size of blocks.
@@ -190,12 +191,12 @@ def _part_of(asked: SweepPlan, part: tuple[int, int]) -> SweepPlan:
         mistakes.append(Mistake("camopt", "part", part, f"one of at most {SWEEP_PARTS:,} parts"))
     elif not 1 <= number <= parts:
         mistakes.append(Mistake("camopt", "part", part, f"the number of a part, from 1 to {parts:,}"))
-    if asked.front_only:
+    if plan.front_only:
         why = "decides boxes of the whole space together, which have no parts; pareto gives the same front"
-        mistakes.append(Mistake("camopt", "keep", asked.keep, why, bare=True))
+        mistakes.append(Mistake("camopt", "keep", plan.keep, why, bare=True))
     if mistakes:
         raise BadInput(mistakes)
-    return replace(asked, block=min(asked.block, max(len(asked.space) // (BLOCKS_OF_A_PART * parts), 1)))
+    return replace(plan, block=min(plan.block, max(len(plan.space) // (BLOCKS_OF_A_PART * parts), 1)))
 
 
 def merge(
@@ -243,10 +244,10 @@ def merge(
     """
     places = [parts] if isinstance(parts, (str, os.PathLike)) else [*parts]
     questions, damaged = _questions(_files(places))
-    asked = _checked(questions, damaged)
+    plan = _checked(questions, damaged)
     if out is not None:
-        _check_folder(Path(out), asked)
-    if out is not None and not again and (done := swept_already(asked, out, tell)):
+        _check_folder(Path(out), plan)
+    if out is not None and not again and (done := swept_already(plan, out, tell)):
         return done
     in_order = sorted(questions, key=lambda path: questions[path].part)
 
@@ -254,20 +255,20 @@ def merge(
         for path in in_order:
             question = questions[path]
             try:
-                yield from whole_batches(path, question, asked)
+                yield from whole_batches(path, question, plan)
             except Broken as why:
                 raise BadInput([_no_part(path, str(why))]) from None
 
     def searched(kept: Keeps | None, write: Write) -> Seen:
-        return gathered(asked.space, batches(), asked.block, write, progress)
+        return gathered(plan.space, batches(), plan.block, write, progress)
 
-    return result_of(asked, out, searched, progress)
+    return result_of(plan, out, searched, progress)
 
 
-def _check_folder(folder: Path, asked: SweepPlan) -> None:
+def _check_folder(folder: Path, plan: SweepPlan) -> None:
     """BadInput if an interrupted sweep of another question is kept in a folder: it would go."""
     found = interrupted(folder, "sweep")
-    if found and found.asks_other_than(asked.question()):
+    if found and found.asks_other_than(plan.question()):
         why = "another folder: an interrupted sweep is kept in this one, which would go"
         raise BadInput([Mistake("camopt", "out", str(folder), why)])
 
@@ -314,11 +315,11 @@ def _questions(files: Iterable[Path]) -> tuple[dict[Path, SweepKey], list[Mistak
 def _oddity(question: SweepKey) -> str:
     """The fault of the key of a part; empty if there is none."""
     try:
-        asked = plan_of_key(question)
+        plan = plan_of_key(question)
     except BadInput as refused:
         first = refused.mistakes[0]
         return f"its scene has mistakes, such as {first.key}: {first.allowed}"
-    return "it says that boxes of designs were decided together, which have no parts" if asked.front_only else ""
+    return "it says that boxes of designs were decided together, which have no parts" if plan.front_only else ""
 
 
 def _other_than_named(path: Path, question: SweepKey) -> str:
@@ -362,10 +363,10 @@ def _checked(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepP
         listed = ", ".join(map(str, missing[:MOST_NAMED])) + (" …" if len(missing) > MOST_NAMED else "")
         why = f"not complete: of {parts} parts there is no part {listed}"
         mistakes.append(Mistake("camopt", "parts", None, why, bare=True))
-    asked = plan_of_key(whole)
-    if asked.question().version != whole.version:
-        why = f"of this version of camopt and its kernels ({asked.question().version}), not {whole.version}"
+    plan = plan_of_key(whole)
+    if plan.question().version != whole.version:
+        why = f"of this version of camopt and its kernels ({plan.question().version}), not {whole.version}"
         mistakes.append(Mistake("camopt", "parts", None, why))
     if mistakes:
         raise BadInput(mistakes)
-    return asked
+    return plan

@@ -8,7 +8,7 @@ from functools import partial, singledispatch
 from pathlib import Path
 from typing import Any
 
-from camopt.front.sweep import Sweep
+from camopt.front.result import Sweep
 from camopt.mistakes import BadInput, Mistake
 from camopt.reporting.cams import ShownCam, cams_page
 from camopt.reporting.results import ResultRows, of_frame, results_page

@@ -17,15 +17,17 @@ from support.depth import times
 from camopt import Scene, evaluate, find_scene, load, sweep
 from camopt.effects import Case, offered
 from camopt.engines.threads import Threads
+from camopt.front import curve_numbers as numbering
 from camopt.front import dominance, front_search, shared_curves
-from camopt.front.asked import column_names, compared_names, with_objectives
 from camopt.front.blocks import Blocks
 from camopt.front.box_bounds import BoxBounds, all_bounded, is_bounded
+from camopt.front.curve_numbers import curve_numbers
 from camopt.front.dominance import Dominators, Known
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
 from camopt.front.pareto import LARGEST_COST, non_dominated, row_costs
-from camopt.front.shared_curves import SharedCurves, curve_numbers
+from camopt.front.plan import column_names, compared_names, with_objectives
+from camopt.front.shared_curves import SharedCurves
 from camopt.front.streaming import gathered
 from camopt.problem.limits import LOAD_LIMITS
 from camopt.problem.problem import resolve
@@ -186,8 +188,8 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
     for worth, kept in ((1.0, True), (1.0, False), (np.inf, False)):
         rows = []
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(shared_curves, "AT_ONCE", 16)
-            patch.setattr(shared_curves, "WORTH", worth)
+            patch.setattr(numbering, "AT_ONCE", 16)
+            patch.setattr(numbering, "WORTH", worth)
             patch.setattr(refuting, "MANY", 0)
             found = streamed(space, names if kept else compared_names(problem), block, rows.append, kept)
         assert (found.existing, found.feasible) == (existing, expected.count)
@@ -209,9 +211,9 @@ def test_curves_that_designs_share_change_no_bit(contact, seed, block):
     for at_once, worth in ((4, 1.0), (4096, np.inf)):
         rows = []
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(shared_curves, "AT_ONCE", at_once)
-            patch.setattr(shared_curves, "WORTH", worth)
-            shared = shared_curves.curve_numbers(space) is not None
+            patch.setattr(numbering, "AT_ONCE", at_once)
+            patch.setattr(numbering, "WORTH", worth)
+            shared = curve_numbers(space) is not None
             found = streamed(space, names, block, rows.append)
         tables.append((shared, found.existing, found.effort, found.reached, concatenate_rows(rows)))
     (shared, *counts, rows), (alone, *others, expected) = tables
@@ -225,8 +227,8 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
     scene = find_scene("roller-1000rpm")
     search = {"base_radius": [144.0, 145.0, 146.0, 160.0], "roller_radius": [14.0, 15.0, 16.0, 17.0]}
     problem = with_objectives(resolve(scene.replace(search=search)))
-    monkeypatch.setattr(shared_curves, "AT_ONCE", 3)
-    monkeypatch.setattr(shared_curves, "WORTH", 1.0)
+    monkeypatch.setattr(numbering, "AT_ONCE", 3)
+    monkeypatch.setattr(numbering, "WORTH", 1.0)
     space, names = space_of(problem), column_names(problem)
     curves = SharedCurves(space, problem, curve_numbers(space), frozenset(names))
     together = Barrier(2)

@@ -12,8 +12,8 @@ from support import hostile
 import camopt
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
-from camopt.front.asked import SweepKey
 from camopt.front.journal import BATCH_TABLES, _parted, _table_bytes
+from camopt.front.plan import SweepKey
 from camopt.storage.records import END_RECORD, JOURNAL_MAGIC, record, records
 
 SCENE = camopt.find_scene("roller-1000rpm").replace(

@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 import camopt
 from camopt.engines.threads import Threads
 from camopt.front import checkpoint, estimate, journal
-from camopt.front.asked import sweep_plan
 from camopt.front.blocks import merged
 from camopt.front.certified import certify_table
 from camopt.front.estimate import Estimate, check_room, estimated, size_in_words
 from camopt.front.front_search import FrontSearch
 from camopt.front.journal import batch_of, encoded, interrupted
+from camopt.front.plan import sweep_plan
 from camopt.front.sweep import sweep
 from camopt.mistakes import BadInput, Stopped
 from camopt.storage.manifest import manifest_of
@@ -109,7 +109,7 @@ def test_another_error_has_a_note_of_what_is_kept(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("camopt.front.sweep._compared", full)
+    monkeypatch.setattr("camopt.front.sweep.compared_rows", full)
     with pytest.raises(OSError, match="No space") as trouble:
         run(tmp_path)
     assert trouble.value.__notes__ == [
@@ -329,7 +329,7 @@ def test_parts_may_lie_anywhere(tmp_path, whole):
 
 
 def test_an_interrupted_part_goes_on(tmp_path, at_once, monkeypatch):
-    monkeypatch.setattr("camopt.front.asked.BLOCK", BLOCK)
+    monkeypatch.setattr("camopt.front.plan.BLOCK", BLOCK)
     monkeypatch.setattr("camopt.front.parts.sweep_plan", lambda scene, keep: sweep_plan(scene, keep, BLOCK))
     told = []
     with pytest.raises(Stopped, match=r"[67]00 of 1,200 designs are done"):

@@ -11,7 +11,7 @@ from support.depth import covering
 
 from camopt import QUANTITIES, BadInput, Scene, evaluate, find_scene, load, optimise, sweep
 from camopt.engines.threads import Threads
-from camopt.front.sweep import binding_limits, next_smaller_cams, to_compare
+from camopt.front.compared import binding_limits, next_smaller_cams, to_compare
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows
 from camopt.problem.space import space_of
@@ -218,7 +218,7 @@ def test_nothing_feasible_names_the_nearest_miss(scene):
 def test_the_nearest_miss_of_many_designs_is_that_of_some_blocks(scene, monkeypatch):
     hopeless = scene.replace(**{"limits.pressure_angle": 5, "limits.pressure_angle_return": 5})
     exact = sweep(hopeless, block=50)
-    monkeypatch.setattr("camopt.front.sweep.MOST_LOOKED_AT", exact.designs // 2)
+    monkeypatch.setattr("camopt.front.compared.MOST_LOOKED_AT", exact.designs // 2)
     some = sweep(hopeless, block=50)
     assert some.nearest_miss["violated"] == exact.nearest_miss["violated"]
     assert some.nearest_miss["pressure_angle_max_deg"] >= exact.nearest_miss["pressure_angle_max_deg"]

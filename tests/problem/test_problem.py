@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import pytest
 
-from camopt.front.asked import sweep_plan, with_objectives
+from camopt.front.plan import sweep_plan, with_objectives
 from camopt.front.sweep import sweep
 from camopt.problem.problem import Problem, SceneValues, resolve
 from camopt.scene.scene import Scene, find_scene

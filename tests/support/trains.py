@@ -14,6 +14,7 @@ from camopt.trains.train import StageFault, Train, train_of
 Keys = dict[str, Any]
 Stages = list[tuple[str, Keys]]
 STEPS = 60
+WALKED: dict[tuple[Any, ...], Any] = {}
 
 
 def radian(keys: Keys, name: str) -> Any:
@@ -49,17 +50,24 @@ def slider_crank(keys: Keys, turns: bool, x: Any) -> Any:
     first = slide_at(keys, start)
     if turns:
         return slide_at(keys, start + x) - first
-    return followed(lambda phi, slide: pin(keys, phi, slide), start, first, x) - start
+    return followed(lambda phi, slide: pin(keys, phi, slide), keys, start, first, x) - start
 
 
-def followed(gap: Callable[[Any, Any], Any], start: Any, first: Any, x: Any) -> Any:
-    """The root that grows from the start as the input goes to x, in steps."""
+def followed(gap: Callable[[Any, Any], Any], keys: Keys, start: Any, first: Any, x: Any) -> Any:
+    """The root that grows from the start as the input goes to x, in steps; those next to x share the steps."""
+    path = (*keys.items(), start, first, round(float(x), 9))
+    if path not in WALKED:
+        WALKED[path] = walked(gap, start, first, x)
+    return mpmath.findroot(lambda phi: gap(phi, first + x), (WALKED[path], WALKED[path] + 1e-5))
+
+
+def walked(gap: Callable[[Any, Any], Any], start: Any, first: Any, x: Any) -> Any:
     found = start
     with mpmath.workdps(15):
         for k in range(1, STEPS + 1):
             here = first + x * (mpf(k) / STEPS) ** 2
             found = mpmath.findroot(lambda phi, here=here: gap(phi, here), (found, found + 1e-5))
-    return mpmath.findroot(lambda phi: gap(phi, first + x), (found, found + 1e-5))
+    return found
 
 
 def bell_crank(keys: Keys, turns: bool, x: Any) -> Any:
@@ -75,7 +83,7 @@ def four_bar_loop(keys: Keys, turns: bool, x: Any) -> Any:
 
     known = four_bar(*(keys[n] for n in ("crank", "coupler", "rocker", "ground", "angle")), crossed=keys["crossed"])
     first = mpmath.findroot(lambda psi: gap(psi, start), known.asked_start)
-    return followed(gap, first, start, x) - first
+    return followed(gap, keys, first, start, x) - first
 
 
 def ratio(keys: Keys, turns: bool, x: Any) -> Any:

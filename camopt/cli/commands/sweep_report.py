@@ -11,7 +11,7 @@ from camopt.tables.design_tables import design_table
 
 if TYPE_CHECKING:
     from camopt.front.parts import SweepPart
-    from camopt.front.sweep import Sweep
+    from camopt.front.result import Sweep
     from camopt.tables.designs import Design
 
 

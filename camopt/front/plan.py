@@ -145,7 +145,7 @@ class SweepPlan:
         return range(len(self.blocks) * (part - 1) // parts, len(self.blocks) * part // parts)
 
 
-def asked_of_result(folder: Path, command: str) -> SweepKey | None:
+def key_of_result(folder: Path, command: str) -> SweepKey | None:
     """The key of the sweep whose result is in a folder; None if there is none, or it is unknown."""
     found = question_in(folder, command)
     with suppress(ValueError, TypeError):

@@ -1,0 +1,134 @@
+"""Rows that people compare: the front, the best of each law with what binds it, and the nearest miss."""
+
+from dataclasses import replace
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camopt.front.blocks import BLOCK
+from camopt.front.pareto import best_of_laws, thinned
+from camopt.front.plan import SweepPlan, column_names
+from camopt.front.refine import refined
+from camopt.front.streaming import Seen
+from camopt.mechanisms import Designs
+from camopt.problem.problem import Problem, exactly
+from camopt.problem.rows import Rows, concatenate_rows
+from camopt.problem.space import EDGE_OF_SPACE, Space
+from camopt.progress import Progress
+from camopt.quantities import QUANTITIES
+from camopt.scene.scene import Scene
+from camopt.tables.columns import joined_laws
+from camopt.tables.designs import ByLaw, Design
+from camopt.verdicts.judging import bound_excesses, by_excess, evaluate_rows, least_excess
+
+MOST_LOOKED_AT = 1 << 22  # designs for the nearest miss: to find nothing does not take twice as long
+
+
+class Compared(NamedTuple):
+    """The rows that people compare, with the digits of ``evaluate``."""
+
+    front: Rows
+    """As the scene asks for it, refined and thinned."""
+    grid: Rows
+    """The front of the grid."""
+    best: Rows
+    """The best design of each pair of laws, the best law first."""
+    held: list[str]
+    """What the next smaller cam of the space would exceed, of each of these."""
+
+
+def compared_rows(plan: SweepPlan, found: Seen, progress: Progress | None) -> Compared:
+    """What people compare of a search."""
+    space, search, objectives = plan.space, plan.scene.search, plan.problem.objectives
+    rows = refined(space, found.front, progress) if search.refine else found.front
+    rows = rows if search.thin is None else thinned(rows, objectives, search.thin)
+    best = best_of_laws(found.best, objectives)
+    index, smaller = next_smaller_cams(space, best)
+    tables = [best, smaller, rows] if rows is found.front else [best, smaller, rows, found.front]
+    best, smaller, *fronts = to_compare(space, frozenset(plan.names), *tables)
+    return Compared(fronts[0], fronts[-1], best, binding_limits(best.count, index, smaller))
+
+
+def best_of_each_law(scene: Scene, compared: Compared) -> dict[str, Design]:
+    """The best row of each pair of laws as a design, the best law first."""
+    told = ({**row, "held_by": by} for row, by in zip(compared.best.records(), compared.held, strict=True))
+    return ByLaw((joined_laws(row["law_rise"], row["law_return"]), Design(row, scene)) for row in told)
+
+
+def to_compare(space: Space, names: frozenset[str], *tables: Rows) -> list[Rows]:
+    """Rows that people compare, with columns that ``evaluate`` gives them: equal designs have equal rows.
+
+    Columns are in the order of the quantities, wherever the rows come from.
+    """
+    everywhere = names.intersection(*(rows.columns for rows in tables))
+    parts, places = [], []
+    for problem, index, designs in space.designs_apart(concatenate_rows(rows.only(everywhere) for rows in tables)):
+        for first in range(0, index.size, BLOCK):
+            some = slice(first, first + BLOCK)
+            parts.append(as_evaluated(problem, designs.take(some), names))
+            places.append(index[some])
+    if not parts:
+        return [*tables]
+    found, ends = concatenate_rows(parts), np.cumsum([rows.count for rows in tables])
+    order = np.split(np.argsort(np.concatenate(places)), ends[:-1])
+    return [_renewed(rows, found.take(index)) for rows, index in zip(tables, order, strict=True)]
+
+
+def _renewed(rows: Rows, found: Rows) -> Rows:
+    """Rows with the columns that were found, in the order of the quantities."""
+    columns = rows.columns | found.columns
+    return replace(rows, columns={name: columns[name] for name in QUANTITIES if name in columns})
+
+
+def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> Rows:
+    """Quantities of designs as ``evaluate`` gives them: what else it is asked for shows in their last digits."""
+    return evaluate_rows(exactly(problem), designs, names | problem.wanted).only(names)
+
+
+def next_smaller_cams(space: Space, rows: Rows) -> tuple[NDArray[np.intp], Rows]:
+    """The rows that are not at the edge of the space, and their designs with the next smaller size of the cam.
+
+    Of a sample, with one that is one per cent smaller.
+    """
+    name = space.problem.size_name
+    sizes = [space.next_smaller(size) for size in rows.column(name).tolist()]
+    inside = np.flatnonzero([size is not None for size in sizes])
+    smaller = rows.take(inside)
+    return inside, replace(smaller, columns=smaller.columns | {name: np.array([sizes[row] for row in inside])})
+
+
+def binding_limits(count: int, index: NDArray[np.intp], smaller: Rows) -> list[str]:
+    """The limits that bind rows: those that the next smaller cam exceeds, if there is one."""
+    held = [EDGE_OF_SPACE] * count
+    for row, names in zip(index, smaller.column("violated"), strict=True):
+        held[row] = str(names).replace(",", ", ")
+    return held
+
+
+def nearest_miss_of_space(plan: SweepPlan) -> Design | None:
+    """The design of the space that misses its limits the least, with its quantities; of many, of some blocks."""
+    space = plan.space
+    best: tuple[tuple[float, float], Problem, Designs] | None = None
+    step = max(len(space) // MOST_LOOKED_AT, 1)
+    for problem, first, last in islice(space.blocks(plan.block), step // 2, None, step):
+        designs = space.designs(np.arange(first, last))
+        designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
+        if not len(designs):
+            continue
+        excess = bound_excesses(problem, designs, frozenset()).outer
+        i = least_excess(excess)
+        key = by_excess(excess[:, i])
+        if best is None or key < best[0]:
+            best = key, problem, designs.take([i])
+    if best is None:
+        return None
+    _, problem, design = best
+    (row,) = as_evaluated(problem, design, frozenset(column_names(problem))).records()
+    return Design(row, plan.scene)
+
+
+def half_width_of(rows: Rows) -> float:
+    """The largest relative half-width of an enclosure of any of some rows."""
+    return float(np.max(rows.columns.get("relative_half_width", 0.0), initial=0.0))
