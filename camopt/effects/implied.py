@@ -20,5 +20,7 @@ class Implied(NamedTuple):
     """A base (mean) radius below which none does, mm."""
     most_size: float = inf
     """And one above which none does, mm."""
+    reach: float = inf
+    """The reach along a flat face beyond which none does, mm."""
     force: LeastForce | None = None
     """The contact force without which none does."""

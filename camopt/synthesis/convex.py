@@ -18,8 +18,9 @@ from camopt.motion.table import DWELL
 from camopt.synthesis import residual
 from camopt.synthesis.demand import SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.fixed_motion import FixedMotion
+from camopt.synthesis.means import MeanConstraint
 from camopt.synthesis.modelling import cp
-from camopt.synthesis.rows import ConvexRows, negated, stacked
+from camopt.synthesis.rows import ConvexRows, LinearTerm, negated, stacked
 from camopt.synthesis.stroke_motion import DerivativeRange, MakeMotion, Ranges, Sizes, StrokeMotion
 
 
@@ -129,6 +130,8 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     limits = [*rows.limits, *reach, *(terms[name] <= bound for name, bound in held.items())]
     if demand.residual is not None:
         limits.append(terms[residual.TERM] / demand.residual <= 1.0)
+    lowest = _lowest(demand, motions)
+    limits += [_on_mean(mean, motions, lowest, demand.scale) for mean in demand.means]
     unit = sum(weight * _order_of(demand, name) for name, weight in demand.objective.items()) or 1.0
     goal = sum([weight / unit * terms[name] for name, weight in demand.objective.items()])
     return Convex(demand, cp.Problem(cp.Minimize(goal), limits), unit, sizes, motions, largest)
@@ -147,9 +150,7 @@ def _ranges(demand: Demand, number: int, largest: Mapping[str, Any]) -> Ranges:
 def _of_sizes(demand: Demand, sizes: Sizes, motions: list[StrokeMotion], rows: ConvexRows) -> list[Any]:
     """The intervals of the sizes, but for what is no row; the size is that where the follower is lowest."""
     unit, height = demand.length, [(1.0, sizes.height)]
-    if demand.dip is not None:
-        number, x = demand.place(demand.dip)
-        height += [(weight * (demand.scale / unit), lowest) for weight, lowest in motions[number].lowest(x)]
+    height += [(weight * (demand.scale / unit), lowest) for weight, lowest in _lowest(demand, motions)]
     for size, (low, high) in ((sizes.lead, demand.lead), (sizes.prime, demand.prime)):
         rows.at_least((1.0, size), (-low / unit, 1.0))
         if high < inf:
@@ -158,6 +159,14 @@ def _of_sizes(demand: Demand, sizes: Sizes, motions: list[StrokeMotion], rows: C
         rows.at_least((1.0, sizes.prime), *negated(height))
         return []
     return [sizes.prime >= cp.norm(stacked([[(1.0, sizes.lead)], height]))]
+
+
+def _lowest(demand: Demand, motions: list[StrokeMotion]) -> list[LinearTerm]:
+    """The displacement where the follower is lowest, if no position that is given need be."""
+    if demand.dip is None:
+        return []
+    number, x = demand.place(demand.dip)
+    return motions[number].lowest(x)
 
 
 def _join(demand: Demand, motions: list[StrokeMotion], rows: ConvexRows) -> None:
@@ -212,3 +221,17 @@ def _left_over(parts: list[Any]) -> Any:
     if any(part is None for part in parts):
         return cp.Constant(0.0)
     return cp.max(cp.norm(sum(parts), axis=1))
+
+
+def _on_mean(mean: MeanConstraint, motions: list[StrokeMotion], lowest: list[LinearTerm], unit: float) -> Any:
+    """The limit on motions in a unit; ``lowest`` is the displacement from which the area counts."""
+    if mean.power == 1:
+        return mean.side * _area(motions, lowest) <= mean.side * 2.0 * pi * mean.bound / unit
+    squares = cp.norm(cp.hstack([motion.square(mean.order) for motion in motions]))
+    return squares <= sqrt(2.0 * pi) * mean.bound / unit
+
+
+def _area(motions: list[StrokeMotion], lowest: list[LinearTerm]) -> Any:
+    """∮y dθ from the lowest displacement, in units of the lift."""
+    every = [term for motion in motions for term in motion.area()]
+    return cp.sum(stacked([[*every, *((2.0 * pi * weight, each) for weight, each in negated(lowest))]]))

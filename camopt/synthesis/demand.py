@@ -17,6 +17,7 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES, RETURN, RISE
 from camopt.problem.problem import Problem
 from camopt.synthesis import residual
+from camopt.synthesis.means import MeanConstraint
 from camopt.synthesis.residual import LeftOver, left_over
 from camopt.synthesis.splines import Splines
 
@@ -78,6 +79,7 @@ class Demand:
     ranges: tuple[dict[int, LowHigh], ...]
     """For each stroke, the range of each limited derivative, by its order."""
     floors: tuple[LinearConstraint, ...]
+    means: tuple[MeanConstraint, ...]
     residual: float | None
     """The largest residual vibration, mm or deg."""
     rest: int
@@ -133,7 +135,7 @@ class Demand:
     def names(self) -> list[str]:
         """The names of its limits and conditions, each of which can be left out."""
         orders = [name for name, order in TERM_ORDERS.items() if any(order in row for row in self.ranges)]
-        limits = [*orders, *(floor.name for floor in self.floors)]
+        limits = [*orders, *(floor.name for floor in self.floors), *(mean.name for mean in self.means)]
         limits += [SIZE_WORDS] if self.prime[1] < inf else []
         limits += [] if self.residual is None else [residual.TERM]
         return list(dict.fromkeys([*limits, *(condition.key for condition in self.conditions)]))
@@ -145,6 +147,7 @@ class Demand:
             self,
             ranges=tuple({order: ends for order, ends in row.items() if order in kept} for row in self.ranges),
             floors=tuple(floor for floor in self.floors if floor.name in names),
+            means=tuple(mean for mean in self.means if mean.name in names),
             prime=self.prime if SIZE_WORDS in names else (self.prime[0], inf),
             residual=self.residual if residual.TERM in names else None,
             conditions=tuple(condition for condition in self.conditions if condition.key in names),

@@ -18,6 +18,7 @@ class FixedMotion:
 
     def __init__(self, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
         self.low, self.change = stroke.low / demand.scale, (stroke.high - stroke.low) / demand.scale
+        self.angle = stroke.angle
         self.velocity = self.change / stroke.angle
         self.rows = ConvexRows()
         for each in ranges.get(1, []):
@@ -57,6 +58,9 @@ class FixedMotion:
 
     def square(self, order: int) -> Any:
         return cp.Constant(0.0)
+
+    def area(self) -> list[LinearTerm]:
+        return [((self.low + self.change / 2.0) * self.angle, 1.0)]
 
     def left_over(self) -> Any:
         """What it leaves is part of the constant (``residual.LeftOver``)."""

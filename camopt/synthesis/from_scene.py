@@ -23,6 +23,7 @@ from camopt.synthesis import residual
 from camopt.synthesis.conditions import Ground, conditions_of, ground_of
 from camopt.synthesis.demand import TERM_ORDERS, Demand, LowHigh, roller_of
 from camopt.synthesis.linear_constraints import floors_of
+from camopt.synthesis.means import means_of
 from camopt.synthesis.splines import Splines
 from camopt.synthesis.symmetry import mirrored
 
@@ -79,6 +80,7 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
         body=body,
         ranges=tuple(_ranges(problem, asked, strokes, _orders(objective))),
         floors=tuple(floors_of(problem)),
+        means=tuple(means_of(problem)),
         residual=_residual(problem),
         rest=asked.rest,
         monotone=asked.monotone or (isinstance(asked.peak_velocity, tuple) and asked.peak_velocity[0] == 0.0),

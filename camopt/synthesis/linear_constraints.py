@@ -7,6 +7,7 @@ steps.
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from math import inf
 from typing import Any
 
 from camopt.effects import force
@@ -34,6 +35,8 @@ def _floors(problem: Problem) -> Iterator[LinearConstraint]:
         for claim in limit.claims:
             if claim in asked and claim.curve in LINEAR:
                 yield from LINEAR[claim.curve](limit.name, claim)
+        if limit.implied.reach < inf:
+            yield from _on_reach(limit.name, limit.implied.reach)
         if limit.implies is not None:
             yield _on_contact(problem, limit.name, limit.implies)
 
@@ -68,8 +71,13 @@ def _face_radius(name: str, claim: Claim) -> Iterator[LinearConstraint]:
 
 def _face_reach(name: str, claim: Claim) -> Iterator[LinearConstraint]:
     """|y' − e| ≤ t."""
-    for side in claim.sides:
-        yield LinearConstraint(name, velocity=-side, lead=side, constant=claim.allowed())
+    return _on_reach(name, claim.allowed())
+
+
+def _on_reach(name: str, most: float) -> Iterator[LinearConstraint]:
+    """Either way along a flat face no further than so much."""
+    for side in (1.0, -1.0):
+        yield LinearConstraint(name, velocity=-side, lead=side, constant=most)
 
 
 LINEAR: dict[Any, Callable[[str, Claim], Iterator[LinearConstraint]]] = {

@@ -12,9 +12,13 @@ with the first two Legendre polynomials, over a panel
 
     ∫ y''² ≥ Δv²/h + 12·(Δy − h·(v₀ + v₁)/2)²/h³
 
-and so on for the jerk, with the third as well: 5·(Δa − 6·(v₀ + v₁)/h + 12·Δy/h²)²/h. A linear limit holds at each
-node and on the mean over each panel, and one on y and y' alone as Grönwall's inequality. All of this is convex: the
-optimum under it bounds every cam from below, and closes on the truth as h².
+and so on for the jerk, with the third as well: 5·(Δa − 6·(v₀ + v₁)/h + 12·Δy/h²)²/h.
+
+The area below y over a panel is h·(y₀ + y₁)/2 to h²/4·|y'| or h³/12·|y''|, and, less h²·(v₁ − v₀)/12, to
+h⁴/192·|y'''| at the largest of them (the Peano kernels of the trapezoidal rule and of the corrected one).
+
+A linear limit holds at each node and on the mean over each panel, and one on y and y' alone as Grönwall's
+inequality. All of this is convex: the optimum under it bounds every cam from below, and closes on the truth as h².
 """
 
 from collections.abc import Sequence
@@ -31,6 +35,7 @@ from camopt.synthesis.modelling import cp
 from camopt.synthesis.rows import ConvexRows, LinearTerm, negated, stacked
 from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 
+AREA = {1: 1.0 / 4.0, 2: 1.0 / 12.0, 3: 1.0 / 192.0}
 CUBIC = 2.0 / (9.0 * sqrt(3.0))
 LEAST_PANEL = 0.25  # of a panel: the least length of one beside a condition
 
@@ -50,7 +55,9 @@ class RelaxedMotion:
         self.first, self.last = self.each[:-1], self.each[1:]
         self.change, self.both = self.last - self.first, self.last + self.first
         self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))
+        self.whole = cp.Variable()
         self.rows = ConvexRows()
+        self._area(ranges)
         if not stroke.is_move:
             self._unit_stroke(stroke, demand.monotone)
         whole = slice(0, x.size)
@@ -169,6 +176,22 @@ class RelaxedMotion:
 
     def variation(self) -> Any:
         return cp.Constant(0.0)
+
+    def area(self) -> list[LinearTerm]:
+        return [(self.angle, self.whole)]
+
+    def _area(self, ranges: Ranges) -> None:
+        """How far the area below y may be from that below chords, or below cubics of the same ends and slopes."""
+        h, sides = self.h, sparse.csr_array(self.h[None] / 2.0 @ self.both)
+        chords: list[LinearTerm] = [(1.0, self.whole), (-sides, self.y)]
+        bent: list[LinearTerm] = [*chords, (sparse.csr_array(h[None] ** 2 / 12.0 @ self.change), self.v)]
+        for order, every in ranges.items():
+            for each in every:
+                limited = each.times(self.angle**order)
+                largest = max(-limited.low, limited.high)
+                if order in AREA and isfinite(largest):
+                    most = AREA[order] * float(np.sum(h ** (order + 1))) * largest
+                    self._within(bent if order == 3 else chords, [(most, limited.unit)])
 
     def left_over(self) -> None:
         """Between its nodes a motion may add anything."""

@@ -139,6 +139,10 @@ class SplineMotion:
         share = np.sqrt(weights / 2 * lengths * self.stroke.angle).ravel()
         return cp.norm(cp.multiply(share, self._values(self.splines.at(x, order), order)))
 
+    def area(self) -> list[LinearTerm]:
+        weights = sparse.csr_array(self.splines.integrals[None])
+        return [(self.stroke.angle * self.change * weights, self.coefficients), (self.stroke.angle * self.low, 1.0)]
+
     def left_over(self) -> Any:
         found, place = self.demand.left_over, self.demand.free.index(self.stroke)
         own = cp.vstack([each @ self.coefficients for each in found.rows[place]])

@@ -64,6 +64,11 @@ class Splines:
         """The number of coefficients of a spline."""
         return self.knots.size - self.degree - 1
 
+    @property
+    def integrals(self) -> FloatArray:
+        """What each coefficient adds to the integral over the stroke: its support over the degree + 1."""
+        return (self.knots[self.degree + 1 :] - self.knots[: self.count]) / (self.degree + 1)
+
     def at(self, x: FloatArray, order: int) -> sparse.csr_array:
         """The matrix from coefficients to values of a derivative at x, from 0 to 1."""
         basis = BSpline(self.knots, np.eye(self.count), self.degree)

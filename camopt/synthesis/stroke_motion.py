@@ -71,6 +71,9 @@ class StrokeMotion(Protocol):
     def square(self, order: int) -> Any:
         """√∫ (y⁽ᵏ⁾)² dθ over the stroke, or no more than that."""
 
+    def area(self) -> list[LinearTerm]:
+        """∫ y dθ over the stroke; of a bound, what it may be."""
+
     def left_over(self) -> Any:
         """What it adds to the vibration at the start of each dwell, mm (dwells, 2); None if that is not known."""
 

@@ -128,6 +128,9 @@ def _best(scene: Scene, demand: Demand, advance: Progress) -> tuple[Synthesis, I
     free = cam is not None and cam.objective <= least + WORSE * (abs(least) + model.unit)
     steps = [] if free or not ceilings else list(_by_convex_steps(scene, model, demand, start, advance))
     found += [(each, last) for each, last in steps if each]
+    if not found:  # steps may end where a limit is missed by little, or that they do not know
+        known = list(_known(demand, start))
+        found = [(cam, laws) for laws in known if (cam := cam_for(scene, demand, laws))]
     if not found:
         tried = [start, *(last for _, last in steps)][:MISSES_SHOWN]
         raise no_cam([smallest_cams(scene_with_laws(scene, demand, each)) for each in tried])
@@ -204,6 +207,7 @@ def tightened(demand: Demand, margin: float) -> Demand:
         conditions=tuple(each.widened(max(0.0, -margin)) for each in demand.conditions),
         ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
         floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
+        means=tuple(mean.closer(CONE * margin if mean.power > 1 else margin) for mean in demand.means),
         prime=(demand.prime[0], max(demand.prime[0], kept * demand.prime[1])),
         residual=None if demand.residual is None else (1.0 - CONE * margin) * demand.residual,
     )
@@ -235,20 +239,23 @@ def starting_laws(demand: Demand, start: Iterate, objective: Collection[str]) ->
 
 
 def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
-    """The known laws that are splines of this kind to rounding, or near them, and within the limits."""
-    for law in LAWS.values():
+    """The scene's own motion and the known laws, as splines of this kind or near them, where within the limits."""
+    own = {id(stroke.law) for stroke in demand.free if not stroke.is_move}
+    others = [law for law in LAWS.values() if own and own != {id(law)}]
+    for law in (None, *others):
         fits = [_fit(demand, stroke, law) for stroke in demand.free]
         known = start._replace(coefficients=cleaned(demand, fits))
         if within(demand, programme_with(demand, known)):
             yield known
 
 
-def _fit(demand: Demand, stroke: Stroke, law: Law) -> FloatArray:
-    """The spline nearest to a known law on a rise or return, or to a move as the scene itself has it."""
+def _fit(demand: Demand, stroke: Stroke, law: Law | None) -> FloatArray:
+    """The spline nearest to a known law on a rise or return, or to the scene's own, which a move keeps."""
     splines = demand.splines_of(stroke)
     x = (np.arange(4 * splines.count) + 0.5) / (4 * splines.count)
-    own = stroke.motion(stroke.start + x * stroke.angle)[0] / demand.scale
-    values = own if stroke.is_move else law.displacement(x)
+    low, change = demand.law_scale(stroke)
+    own = (stroke.motion(stroke.start + x * stroke.angle)[0] / demand.scale - low) / change
+    values = own if law is None or stroke.is_move else law.displacement(x)
     return np.asarray(np.linalg.lstsq(splines.at(x, 0).toarray(), values, rcond=None)[0])
 
 

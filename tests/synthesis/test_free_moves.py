@@ -4,13 +4,14 @@ import tomllib
 from functools import cache
 from math import isclose, pi, radians, sqrt
 
+import cvxpy as cp
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.depth import times
 
-from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, synthesise
+from camopt import BadInput, Scene, Unmet, certify, evaluate, find_scene, frontier, synthesise
 from camopt.effects.vibration import vibration
 from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment
@@ -18,6 +19,8 @@ from camopt.problem.problem import resolve
 from camopt.synthesis.cams import programme_with
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.iterate import cleaned, moving
+from camopt.synthesis.relaxation import RelaxedMotion
+from camopt.synthesis.stroke_motion import DerivativeRange, Sizes
 from camopt.synthesis.symmetry import mirrored
 from camopt.synthesis.synthesise import solved
 
@@ -349,3 +352,79 @@ def test_what_free_moves_cannot_do_is_said():
     )
     with pytest.raises(BadInput, match="has nothing to choose: it needs a rise, a return or a move"):
         synthesise(still)
+
+
+VALVE = {
+    "cam": {"form": "disc", "rpm": 3500, "base_radius": 22},
+    "follower": {
+        "motion": "translating",
+        "contact": "flat",
+        "dynamics": {"mass": 0.11, "spring_rate": 28, "preload": 250},
+    },
+    "motion": [
+        {"segment": "move", "angle": 12, "to": 0.08, "velocity": 0.8, "acceleration": 0},
+        {"segment": "move", "angle": 83.3, "to": 9.2, "through": [{"angle": 35.3, "position": 1.2}]},
+        {"segment": "move", "angle": 83.3, "to": 0.08, "velocity": -0.8, "acceleration": 0},
+        {"segment": "move", "angle": 12, "to": 0},
+        {"segment": "dwell", "angle": 169.4},
+    ],
+    "limits": {"curvature_radius": 3, "face_diameter_min_mm": 24, "contact_stress": 700, "jump_speed": 3500},
+    "materials": {"cam": "steel", "follower": "steel", "face_width": 11},
+    "synthesis": {"pieces": 24, "minimise": "acceleration"},
+}
+
+
+@pytest.mark.parametrize("minimise", ["acceleration", "size"])
+def test_lift_area_and_face_diameter_are_limits_of_the_programme(minimise):
+    """The area by a fine sum over the motion; the scene's own motion holds all limits, so free laws do."""
+    own = Scene.from_dict(VALVE)
+    area = evaluate(own.replace(outputs=["lift_area_mm_deg"]))["lift_area_mm_deg"]
+    asked = own.replace(**{"limits.lift_area_mm_deg": 0.998 * area, "synthesis.minimise": minimise})
+    assert evaluate(asked)["feasible"]
+    found = synthesise(asked)
+    angles = np.deg2rad((np.arange(36000) + 0.5) / 100)
+    y = resolve(found.scene).programme.at(angles)[0]
+    assert found.design["feasible"]
+    assert (y - y.min()).sum() / 100 >= 0.998 * area * (1 - 1e-6)
+    loose = synthesise(own.replace(**{"synthesis.minimise": minimise}))
+    assert loose.objective <= found.objective * (1 + 1e-3)
+    assert found.bound is not None
+    assert found.bound <= found.objective
+
+
+def test_more_lift_area_than_any_motion_has_is_said():
+    too_much = Scene.from_dict(VALVE).replace(**{"limits.lift_area_mm_deg": 1300})
+    with pytest.raises(Unmet, match=r"limits\.lift_area_mm_deg"):
+        synthesise(too_much)
+
+
+@pytest.mark.parametrize(("order", "law"), [(1, "harmonic"), (2, "parabolic"), (3, "poly345")])
+def test_the_area_of_a_motion_lies_where_its_values_at_nodes_say(order, law):
+    """By the least and the largest area that nodes on a known motion leave, against its own, half of its box.
+
+    Of two parabolas the largest second derivative is reached everywhere: trapezoids miss all that the bound allows.
+    """
+    rise = {"segment": "rise", "angle": 120, "lift": 40, "law": law}
+    rest = [{"segment": "dwell", "angle": 60}, {"segment": "return", "angle": 120, "lift": 40, "law": law}]
+    scene = turn(rise, *rest, {"segment": "dwell", "angle": 60}).replace(
+        **{"synthesis.rest": 1 if order < 3 else 2}
+    )
+    demand = demand_of(scene)
+    stroke, sizes = demand.strokes[0], Sizes(cp.Variable(), cp.Variable(), cp.Variable())
+    largest = np.abs(stroke.motion(stroke.start + stroke.angle * np.linspace(0, 1, 100001))[order]).max()
+    bound = largest / demand.scale
+    motion = RelaxedMotion(9, demand, stroke, {order: [DerivativeRange(-bound, bound)]}, sizes)
+    x = np.linspace(0, 1, 10)
+    y, v, a, _ = stroke.motion(stroke.start + x * stroke.angle) / demand.scale
+    fixed = [
+        cp.abs(motion.y - y) <= 1e-9,
+        cp.abs(motion.v - v * stroke.angle) <= 1e-9,
+        *([cp.abs(motion.a - a * stroke.angle**2) <= 1e-9] if order == 3 else []),
+    ]
+    ((factor, whole),) = motion.area()
+    limits = cp.Problem(cp.Minimize(0), [*motion.rows.limits, *fixed]).constraints
+    ends = [cp.Problem(goal(factor * whole), limits) for goal in (cp.Minimize, cp.Maximize)]
+    least, most = (each.solve(solver=cp.CLARABEL) for each in ends)
+    half = stroke.angle / 2
+    assert least - 1e-6 <= half <= most + 1e-6
+    assert most - least <= {1: 0.2, 2: 0.1, 3: 2e-3}[order] * half
