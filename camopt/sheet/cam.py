@@ -14,6 +14,7 @@ from camopt.contour.path import ArcPath
 from camopt.drawing.picture import END_SHARE, STROKE_NAMES, Picture
 from camopt.effects import Case, offered
 from camopt.mechanisms.design import ComplexArray
+from camopt.mechanisms.geometry import cam_curves
 from camopt.motion.stroke import Stroke
 from camopt.problem.problem import Problem
 from camopt.scene.part import Part
@@ -23,6 +24,7 @@ from camopt.sheet.words import LANGUAGES
 from camopt.verdicts.judging import run_effects
 
 FINENESS = 2e-5  # of the cam's size: how far lines may be off its curves
+IN_LINE = 1e-5  # rad: what is no further aside is rounding
 POINT_STEP = 0.005  # of the cam's size: from one point that is drawn to the next
 
 
@@ -118,6 +120,22 @@ class TrueCam:
         if self.problem.segments:
             found = [(_named(each, found), each.start, each.end) for each in self.problem.programme.strokes]
         return [(f"{self.say(name)} {decimal(degrees(end - begin), 2)}°", begin, end) for name, begin, end in found]
+
+    @cached_property
+    def start(self) -> float:
+        """The direction of the trace point at cam angle 0, rad: from there the ring counts cam angles."""
+        return float(np.angle(self.picture.curves[0].pitch[0]))
+
+    @cached_property
+    def asides(self) -> list[float]:
+        """By how much (rad) the profile is touched beside the direction of the cam angle where each segment begins.
+
+        Not at all where the trace point is in the direction that it had at cam angle 0, straight above its contact.
+        """
+        problem, angles = self.problem, np.array([begin for _, begin, _ in self.segments])
+        curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
+        found = np.angle(curves.profile[0] * np.exp(1j * (self.sense * angles - self.start)))
+        return [float(aside) if abs(aside) > IN_LINE else 0.0 for aside in found]
 
     def quantity(self, name: str) -> float | None:
         """One quantity; None if the scene lacks a value that it needs."""

@@ -34,6 +34,7 @@ from camopt.sheet.marks import (
 from camopt.sheet.ring import RingSector, ring
 
 TO_RING = 10.0  # mm: between the cam, or its pitch curve, and the ring
+BENT = 6.0  # mm: from the ring to where lines to it bend
 OVER = 4.0  # mm: centre lines past the cam
 BETWEEN_RAYS = 0.3  # rad: from one line along a radius to the next is enough
 SAME_RADIUS = 1e-9  # relative: radii that are the greatest, or the base circle's
@@ -64,10 +65,10 @@ class FrontView:
     def base(self) -> float:
         return self.cam.size * self.scale
 
-    @cached_property
+    @property
     def start(self) -> float:
-        """The direction of the trace point at cam angle 0, rad."""
-        return float(np.angle(self.cam.picture.curves[0].pitch[0]))
+        """The direction of the ring's 0, rad."""
+        return self.cam.start
 
     @cached_property
     def segments(self) -> list[RingSector]:
@@ -81,6 +82,11 @@ class FrontView:
     def rays(self) -> list[float]:
         """The directions (rad) of the ring where segments meet."""
         return [begin for _, begin, _ in self.segments]
+
+    @cached_property
+    def joints(self) -> list[float]:
+        """The directions (rad) of the points of the profile that are touched where segments meet."""
+        return [ray + aside for ray, aside in zip(self.rays, self.cam.asides, strict=True)]
 
     @cached_property
     def highest(self) -> complex:
@@ -101,7 +107,7 @@ class FrontView:
     @property
     def _lines(self) -> FloatArray:
         """The directions (rad) of centre lines, keyway and rays of the ring."""
-        return np.array([0, pi / 2, pi, -pi / 2, keyway_turn(self.part), *self.rays])
+        return np.array([0, pi / 2, pi, -pi / 2, keyway_turn(self.part), *self.rays, *self.joints])
 
     @cached_property
     def values(self) -> tuple[str, str]:
@@ -165,10 +171,11 @@ class FrontView:
         return marks
 
     def _rays(self) -> Iterator[Line]:
-        """Lines from the cam to the ring where segments meet."""
-        for turn in self.rays:
-            ray = np.exp(1j * turn)
-            yield line((self.radius_at(turn) + 1.5) * ray, (self.ring + 2.0) * ray)
+        """Lines to the ring from where the follower touches the cam as segments meet; bent where that is aside."""
+        for turn, joint, aside in zip(self.rays, self.joints, self.cam.asides, strict=True):
+            ray, touched = np.exp(1j * turn), np.exp(1j * joint)
+            bent = [(self.ring - BENT) * touched, self.ring * ray] if aside else []
+            yield line((self.radius_at(joint) + 1.5) * touched, *bent, (self.ring + 2.0) * ray)
 
     def _radii(self) -> Marks:
         low, high = self.values

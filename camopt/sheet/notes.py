@@ -86,7 +86,8 @@ def _turning(cam: TrueCam) -> Iterator[str]:
         return
     turns = f"Turns {SENSES[scene.cam.rotation]}{{}}, as seen in the front view, which is at cam angle 0."
     yield cam.say(turns).format(speed)
-    yield cam.say(f"Angles round the cam: from 0°, the direction of the {_trace_point(cam)} at cam angle 0.")
+    angles = cam.say(f"Angles round the cam: from 0°, the direction of the {_trace_point(cam)} at cam angle 0.")
+    yield angles + (cam.say(" Bent lines lead to where the profile is touched then.") if any(cam.asides) else "")
 
 
 def _trace_point(cam: TrueCam) -> str:

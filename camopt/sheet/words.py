@@ -72,6 +72,9 @@ GERMAN = {
     "Angles round the cam: from 0°, the direction of the point of contact at cam angle 0.": (
         "Winkel um die Kurve: ab 0°, der Richtung zum Berührpunkt bei Drehwinkel 0."
     ),
+    " Bent lines lead to where the profile is touched then.": (
+        " Geknickte Linien führen zum Berührpunkt auf der Kontur."
+    ),
     "The keyway is at cam angle {}°.": "Die Nut liegt bei Drehwinkel {}°.",
     "The keyway is at cam angle {}°, where the section is.": "Die Nut liegt bei Drehwinkel {}°, im Schnitt.",
     "Middle of the keyway at φ {}°.": "Mitte der Nut bei φ {}°.",

@@ -20,6 +20,7 @@ from support.sheets import faults_of
 from camopt import Scene, cam_points, evaluate, export, find_scene, shipped_scenes
 from camopt.problem.problem import resolve_design
 from camopt.sheet.cam import TrueCam
+from camopt.sheet.front_view import FrontView
 from camopt.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, decimal, fitted_words, width_of
 from camopt.sheet.notes import texts_of
 from camopt.sheet.paper import A3, A4, scale_name, scales
@@ -507,3 +508,29 @@ def test_a_groove_has_a_sheet_for_every_tip(tip, tmp_path):
     words = pymupdf.open(tmp_path / "groove.pdf")[0].get_text()
     point = {"knife": "knife edge", "spherical": "face centre"}[tip["contact"]]
     assert f"lift s; {point} x round the mean radius" in words
+
+
+@pytest.mark.parametrize("offset", [0, 12, -12])
+def test_lines_of_angles_lead_to_the_ends_of_the_arcs_of_the_profile(offset):
+    """Ends of the upper dwell's arc as the profile's own radius says: the largest, to rounding."""
+    kept = {"cam.base_radius": 45, "follower.roller_radius": 8, "follower.offset": offset}
+    motion = turning([("rise", 100), ("dwell", 80), ("return", 120), ("dwell", 60)], 20)
+    scene = find_scene("roller-1000rpm").replace(**kept, motion=motion)
+    cam = TrueCam(scene, resolve_design(scene))
+    view = FrontView(cam, 1.0)
+    points = cam.curve("profile")
+    top = np.angle(points[np.abs(points) > np.abs(points).max() - 1e-3])
+    middle = np.angle(np.exp(1j * top).sum())
+    ends = np.sort(np.angle(np.exp(1j * (top - middle))))[[0, -1]]
+    joints = np.sort(np.angle(np.exp(1j * (np.array(view.joints[1:3]) - middle))))
+    assert joints == pytest.approx(ends, abs=0.05)
+    assert np.ptp(joints) == pytest.approx(np.radians(80), abs=1e-9)
+    aside = np.degrees(cam.asides)
+    turned = np.degrees(
+        np.arctan2(offset, np.sqrt(53**2 - 12**2)) - np.arctan2(offset, np.sqrt(53**2 - 12**2) + 20)
+    )
+    assert np.abs(aside) == pytest.approx([0, *[abs(turned) if offset else 0] * 2, 0], abs=1e-6)
+    feet = sorted(np.angle(mark.points[0]) for mark in view._rays())
+    assert feet == pytest.approx(sorted(np.angle(np.exp(1j * np.array(view.joints)))))
+    noted = " ".join(mark.text for mark in sheet_of(scene, resolve_design(scene)).marks if isinstance(mark, Words))
+    assert ("Bent lines" in noted) == bool(offset)
