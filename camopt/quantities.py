@@ -328,7 +328,7 @@ _ALL = [
                 "jump_speed_rpm",
                 "",
                 "rpm",
-                "Speed above which contact is lost; 0 where nothing presses the follower.",
+                "Speed of the cam above which contact is lost; 0 where nothing presses the follower.",
             ),
             ("jump_speed_ratio", "", "", "Jump speed over the speed of the cam."),
         )

@@ -23,14 +23,15 @@ DISTANCES = (6.0, 10.0, 16.0)  # points: of a label from its point
 LEFT_BELOW = 1.25 * pi
 UNIT_LETTERS = str.maketrans({"·": "_", "/": "_", "µ": "u"})  # units as the names of quantities write them
 AXIS_NAMES = {
-    "size": "radius of the cam",
-    "velocity": "peak velocity",
-    "acceleration": "peak acceleration",
-    "jerk": "peak jerk",
-    "acceleration_rms": "acceleration, root mean square",
-    "jerk_rms": "jerk, root mean square",
-    "residual_vibration": "residual vibration in a dwell",
+    "size": "size (radius of the cam)",
+    "velocity": "velocity (largest)",
+    "acceleration": "acceleration (largest)",
+    "jerk": "jerk (largest)",
+    "acceleration_rms": "acceleration rms (root mean square)",
+    "jerk_rms": "jerk rms (root mean square)",
+    "residual_vibration": "residual vibration (in a dwell)",
 }
+"""Words for terms, which begin with the name that tables have for them."""
 
 
 def draw(found: Frontier, path: Target = None) -> "Figure":

@@ -22,6 +22,7 @@ BANDS_AWAY = 8.0  # bands away: what is left as a cubic is then twice as far as 
 LEAST_LEFT = 2.0  # bands, where the points go no further
 EARLIER = 2.0  # beginning a little early costs hardly any jerk, beginning late much
 LEAST_DWELL = 2.0  # times what it takes to leave it: a nose is within the band of a constant for a while, too
+ONE_FLANK = "; a table of one flank, from the nose on, needs the other flank too, at angles below 0 or back to 360"
 SPARSE = 4.0  # median steps: in a wider gap than that, if it is not narrow, points are missing
 ANGLE_DIGITS = 4  # of the angles of dwells and turns, deg
 IN_DWELL = 1e-9  # deg: a point so near to the end of a dwell is in it
@@ -183,7 +184,8 @@ def _check_gaps(points: MeasuredPoints, dwells: Sequence[Dwell]) -> None:
     for k in gaps(points):
         after = (k + 1) % points.angles.size
         if not any({k, after} <= set(dwell.stretch) for dwell in dwells):
-            raise no_points(points, k, "the lift is not at rest there")
+            nose = points.lifts.argmax() in (k, after)
+            raise no_points(points, k, "the lift is not at rest there" + (ONE_FLANK if nose else ""))
 
 
 # ------------------------------------------------------------------------------------------------------ turns

@@ -135,6 +135,7 @@ class Scene(HasHtml, Drawn, SceneTable):
     outputs: Outputs = ()
     """Quantities or effects to report besides those that limits and objectives need, or ``all``."""
     _file: str = PrivateAttr("scene")
+    _by_crank: bool = PrivateAttr(False)
 
     @property
     def shown_cam(self) -> "Scene":
@@ -157,6 +158,11 @@ class Scene(HasHtml, Drawn, SceneTable):
     def file(self) -> str:
         """The name of the scene's file, or the name that messages use if it has none."""
         return self._file
+
+    @property
+    def by_crank(self) -> bool:
+        """Whether its speed was given as that of a crankshaft, ``cam.rpm_of_crank``."""
+        return self._by_crank
 
     @property
     def mechanism(self) -> Mechanism:
@@ -197,6 +203,7 @@ class Scene(HasHtml, Drawn, SceneTable):
             given, found = with_units(given, file)
         tables = with_named_laws(given, own_law_tables(given))
         unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
+        by_crank = isinstance(cam := tables.get("cam"), dict) and "rpm_of_crank" in cam
         unread += read_speed(tables)
         read_profile(tables)
         try:
@@ -209,7 +216,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         found += [Mistake(file, *fault, bare=True) for fault in faults if fault[0] not in keys]
         if found:
             raise BadInput(found)
-        self._file = file
+        self._file, self._by_crank = file, by_crank
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], file: str = "scene") -> "Scene":
@@ -276,7 +283,9 @@ class Scene(HasHtml, Drawn, SceneTable):
                 table.pop(last, None)
             else:
                 table[last] = plain(value, self.file)
-        return Scene.from_dict(data, self.file)
+        scene = Scene.from_dict(data, self.file)
+        scene._by_crank |= self._by_crank and "cam.rpm" not in changes
+        return scene
 
     def numbers(self, keys: Iterable[str]) -> dict[str, Any]:
         """Values by dotted key; None for those that the scene does not give."""

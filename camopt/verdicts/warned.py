@@ -55,7 +55,7 @@ def _beyond_what_was_asked(problem: Problem) -> Iterator[str]:
     """Warnings on moves beyond every position asked, unless a given velocity causes that."""
     programme = problem.programme.tool
     for side in (side for side in SIDE_NAMES if _exceeds(programme, side)):
-        extreme, asked = _extreme(programme, side), _farthest_asked(programme, side)
+        extreme, asked = farthest(programme, side), _farthest_asked(programme, side)
         if _has_to_go_on(programme, extreme.stroke):
             continue
         start = start_position(problem.segments) - programme.strokes[0].low / programme.unit
@@ -70,7 +70,7 @@ def _exceeds(programme: Programme, side: float) -> bool:
     """Whether moves go to one side beyond every position asked."""
     if not any(stroke.is_open for stroke in programme.strokes):
         return False
-    beyond = side * (_extreme(programme, side).position - _farthest_asked(programme, side))
+    beyond = side * (farthest(programme, side).position - _farthest_asked(programme, side))
     return beyond > REACHED_SHARE * programme.lift
 
 
@@ -84,7 +84,7 @@ def _farthest_asked(programme: Programme, side: float) -> float:
     return side * max(asked, default=-inf)
 
 
-def _extreme(programme: Programme, side: float) -> FarthestPoint:
+def farthest(programme: Programme, side: float) -> FarthestPoint:
     """The farthest position to one side: at an end of a panel, or where its slope changes sign."""
     table = programme.table
     series, panels = table.coefficients.T, range(table.centre.size)
@@ -118,7 +118,7 @@ def _is_free(strokes: Sequence[Stroke], number: int) -> bool:
 
 def _stopped_by(programme: Programme, side: float) -> str:
     """The remedy that keeps the motion within the positions asked: rest at an end, or more positions."""
-    strokes, here = programme.strokes, _extreme(programme, side).stroke
+    strokes, here = programme.strokes, farthest(programme, side).stroke
     noses = [k for k in range(len(strokes)) if _turns(strokes[k], strokes[(k + 1) % len(strokes)])]
     for some in ([here], [here - 1], noses):
         ends = [strokes[k] for k in some if _is_free(strokes, k)]

@@ -290,6 +290,7 @@ def test_optimise_says_what_bounds_cost(run, run_json):
     _, text, _ = run("optimise", "two-pauses", "--max-pressure", "30")
     for cell in ("limits.pressure_angle_return", "≤ 30 deg", "−2.93 mm per deg", "20 mm", "40.8913 deg"):
         assert cell in text
+    assert "—" not in text
 
 
 def test_optimise_without_time_has_prices_alone(run):
@@ -297,6 +298,7 @@ def test_optimise_without_time_has_prices_alone(run):
     assert "What each bound costs" in text
     assert "tightened" not in text
     assert "—" in text
+    assert "— without a limit: that cam was not found and proved in the time" in text
 
 
 def test_optimise_shows_both_prices_where_one_bound_would_be_enough(run):

@@ -670,6 +670,32 @@ def test_what_is_no_measured_cam_is_refused(rows, more, line):
         fit(rows, **{"scene": CAM, **more})
 
 
+def from_the_nose(angles):
+    """A symmetric lobe of 9 mm over ±75 deg."""
+    return 9.0 * np.maximum(1.0 - (angles / 75.0) ** 2, 0.0) ** 4
+
+
+@pytest.mark.parametrize("mark", ["\t", ";"])
+@pytest.mark.parametrize("step", [1.0, 0.5])
+def test_a_suppliers_table_about_the_nose_is_read(tmp_path, mark, step):
+    """Decimal commas, angles below 0 before the nose, no row on the base circle far from it."""
+    angles = np.arange(-80.0, 80.0 + step / 2, step)
+    rows = [f"{a:.1f}{mark}{s:.4f}".replace(".", ",") for a, s in zip(angles, from_the_nose(angles), strict=True)]
+    file = tmp_path / "supplier.txt"
+    file.write_text("\n".join([f"Nockenwinkel [°]{mark}Hub [mm]", *rows]))
+    found = fit(file, CAM)
+    top = resolve(found.scene).programme.lift
+    assert top == pytest.approx(9.0, abs=2e-3)
+    assert kinds(found) == ["rise", "return", "dwell"]
+
+
+@pytest.mark.parametrize("last", [80, 180])
+def test_a_table_of_one_flank_is_told_what_it_needs(last):
+    angles = np.arange(last + 1.0)
+    with pytest.raises(BadInput, match=r"a table of one flank, from the nose on, needs the other flank too"):
+        fit(np.column_stack([angles, np.round(from_the_nose(angles), 4)]), CAM)
+
+
 # ------------------------------------------------------------------------------------------------------ scenes
 
 

@@ -11,6 +11,7 @@ from support.pictures import faults_of
 from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, plot, synthesise
 from camopt.cli.commands.frontier_report import show_frontier
 from camopt.cli.main import main
+from camopt.drawing.frontier import AXIS_NAMES
 from camopt.mistakes import Unmet
 from camopt.scene.tables import OBJECTIVE_TERMS
 from camopt.smallest.optimise import optimise
@@ -210,6 +211,16 @@ def test_the_printed_table_has_units_and_no_column_of_zeros(capsys):
     assert "Least acceleration" in printed
     assert "m/s²;" in printed
     assert "smallest cams" in printed
+    told = " ".join(printed.split())
+    assert "An axis has no limit by default: synthesise, which minimises size, also holds acceleration" in told
+
+
+def test_the_picture_names_axes_as_the_table_does(found):
+    axes = plot(found).axes[0]
+    for axis, words in zip(found.axes, (axes.get_ylabel(), axes.get_xlabel()), strict=True):
+        assert words.startswith(axis.replace("_", " "))
+    assert AXIS_NAMES.keys() == {*OBJECTIVE_TERMS}
+    assert all(words.startswith(axis.replace("_", " ")) for axis, words in AXIS_NAMES.items())
 
 
 def test_units_of_terms_are_those_of_the_quantities(scene):

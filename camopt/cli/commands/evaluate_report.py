@@ -1,13 +1,16 @@
 """The output of ``camopt evaluate``."""
 
+from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from camopt.cli.terminal import print_json, room_across, show
 from camopt.scene.read import numbers_read
+from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import number
 from camopt.tables.layout import table_of
 
 if TYPE_CHECKING:
+    from camopt.scene.scene import Scene
     from camopt.verdicts.evaluation import Evaluation
 
 
@@ -15,11 +18,30 @@ def show_evaluation(result: "Evaluation", as_json: bool) -> None:
     """Every quantity of a design, one a line."""
     if as_json:
         return print_json(result.to_json())
-    show(result.table(explained=room_across() >= ROOM_TO_EXPLAIN))
+    show(result.table(explained=room_across() >= ROOM_TO_EXPLAIN), _highest(result.scene))
     if read := numbers_read(result.scene):
         rows = [{"key": each.key, "value": as_read(each.value), "unit": each.unit} for each in read]
         show("", table_of("Numbers of the scene, as they are read", rows, ["key", "value", "unit"]))
+        if result.scene.by_crank:
+            show(_of_crank(result))
     return None
+
+
+def _highest(scene: "Scene") -> str:
+    """The largest lift, and where it is."""
+    from camopt.problem.problem import resolve
+    from camopt.verdicts.warned import farthest
+
+    programme, unit = resolve(scene).programme.tool, "deg" if scene.tool_turns else "mm"
+    angle = degrees(farthest(programme, 1.0).angle)
+    return f"Largest lift: {number(programme.lift / programme.unit)} {unit}, reached at {number(angle)}°."
+
+
+def _of_crank(result: "Evaluation") -> str:
+    """What speeds are in the results of a scene that gives that of a crankshaft."""
+    what = "Results are at the speed of the cam, and speeds among them are the cam's, half those of the crankshaft"
+    jump = result.get("jump_speed_rpm")
+    return what + ("." if jump is None else f": a jump speed of {number(TURNS_OF_CRANK * jump)} rpm there.")
 
 
 def as_read(value: Any) -> str:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def show_frontier(found: "Frontier", as_json: bool) -> None:
     """The free laws along the frontier, the known laws, and the least value of each axis."""
-    from camopt.synthesis.from_scene import default_peaks
+    from camopt.synthesis.from_scene import default_peaks, objective_in
 
     defaults = default_peaks(found.scene, found.axes)
     if as_json:
@@ -28,6 +28,10 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
     show(found.table() or f"{found.scene.name}: the frontier")
     show("The known laws are on the smallest cams that the limits allow them.")
     show_limits_of_motion(found.scene, found.known, defaults)
+    if others := default_peaks(found.scene).keys() - defaults.keys():
+        alone = " and ".join(objective_in(found.scene.synthesis))
+        more = " and ".join(sorted(name.removeprefix("peak_") for name in others))
+        show(f"An axis has no limit by default: synthesise, which minimises {alone}, also limits {more}.")
     for term, (least, bound) in found.least.items():
         most = "" if not bound else f"; no motion within the other limits has less than {number(bound)}"
         local = " (a local optimum)" if term in found.local else ""

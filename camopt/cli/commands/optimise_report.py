@@ -1,6 +1,6 @@
 """The output of ``camopt optimise``."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING
 
@@ -45,6 +45,7 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
         show("The search ran out of time; --seconds gives it more.")
     if any(prices.values()):
         _show_prices(prices)
+        show(*_unknown(result, [price for each in prices.values() for price in each]))
     if result.nearest_miss:
         show_miss(result.nearest_miss)
     return None
@@ -57,6 +58,18 @@ def _show_prices(prices: "Mapping[str, list[Price]]") -> None:
     names += ["bound", "as set", "price", *(["tightened"] if any(row["tightened"] for row in rows) else [])]
     names += ["size without it", "holds to", "then held by"]
     show("", table_of(COSTS, rows, names))
+
+
+def _unknown(result: "Optimum", prices: "Sequence[Price]") -> Iterator[str]:
+    """Why prices and cams without a limit are not known."""
+    limits = {limit.key for limit in resolve(result.scene).limits}
+    if any(price.price is None or price.tightened is None for price in prices):
+        yield f"{UNKNOWN_PRICE} as a price: what has no bound, such as no undercut, holds the cam as well."
+    if any(price.next is None and price.key in limits for price in prices):
+        late = "that cam was not found and proved in the time; --seconds gives more"
+        yield f"{UNKNOWN_PRICE} without a limit: {late}."
+    if any(price.next is None and price.key not in limits for price in prices):
+        yield f"{UNKNOWN_PRICE} without the end of a range: it is not sought."
 
 
 COSTS, UNKNOWN_PRICE = "What each bound costs", "—"
