@@ -2,11 +2,12 @@
 
     F = m·ω²·y'' + c·ω·y' + k·y + F₀ + F_ext            contact is lost where F < 0
 
-It is linear in the motion, and F_ext constant or straight between corners (``motion.load``), so that its extremes
-over the turn are those of a polynomial on each panel: exact, and the same for all designs of a programme. For an
-oscillating follower F is the moment about the pivot, and forces are those at the trace point, F/l. The jump speed
-is the ω up to which F is nowhere below 0, to 1e-14 of its largest value: a follower that nothing preloads rests on
-its cam without force, which is no loss of contact.
+It is linear in the motion, and F_ext constant or straight between corners (``motion.load``), or S + ω²·I of what
+comes through a train (``motion.train_load``), so that its extremes over the turn are those of a polynomial on each
+panel: exact, and the same for all designs of a programme. For an oscillating follower F is the moment about the
+pivot, and forces are those at the trace point, F/l. The jump speed is the ω up to which F is nowhere below 0, to
+1e-14 of its largest value: a follower that nothing preloads rests on its cam without force, which is no loss of
+contact.
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 8 and 9.
 """
@@ -27,10 +28,12 @@ from camopt.effects.work import added, derivative
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import ALL_STROKES
+from camopt.motion.train_load import TrainLoad
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import Linear, curve, formula
 from camopt.numerics.extremes import Precision, extremes
-from camopt.numerics.piecewise import load_series
+from camopt.numerics.piecewise import carried_series, load_series
+from camopt.numerics.state import TrainForces
 
 CONTACT = ("contact_force_min_N", "contact_force_max_N")
 STIFFEST = 1e12  # times the force over the lift: a spring that no stiffer one betters
@@ -44,6 +47,22 @@ class ChangingForce(NamedTuple):
 
     steady: Linear
     share: FloatArray
+
+
+class TrainForce(NamedTuple):
+    """F with what a train brings to the follower: share·S + carried·I."""
+
+    steady: Linear
+    share: FloatArray
+    carried: FloatArray
+
+
+@formula(TrainForce, loaded=True)
+def train_force(f, i, at):
+    force, force1 = curve(f.steady, i, at)
+    share, carried = f.share[i], f.carried[i]
+    slope = force1 + share * at.load.slope + carried * at.load.carried_slope
+    return force + share * at.load.value + carried * at.load.carried, slope
 
 
 @formula(ChangingForce, loaded=True)
@@ -84,12 +103,17 @@ def weights(dynamics: GivenDynamics, omega: Any) -> tuple[Any, Any, Any, Any]:
     return dynamics.stiffness, dynamics.damping * omega, dynamics.mass * omega**2, constant
 
 
+def factors_of(dynamics: GivenDynamics, omega: Any) -> tuple[Any, ...]:
+    """As ``weights``, with the factor ω² of the inertia of what a train carries."""
+    return *weights(dynamics, omega), omega**2
+
+
 def force_series(programme: Programme, factors: Sequence[Any]) -> FloatArray:
-    """F on the panels, N (N·mm), from its factors (``weights``), (settings,): (powers, settings, panels)."""
+    """F on the panels, N (N·mm), from its factors (``factors_of``), (settings,): (powers, settings, panels)."""
     table = programme.table
-    *moved, constant = (np.reshape(factor, (-1, 1)) for factor in factors)
+    *moved, constant, carried = (np.reshape(factor, (-1, 1)) for factor in factors)
     terms = [factor * derivative(table, order)[:, None] for order, factor in enumerate(moved)]
-    along = added(*terms, load_series(table)[:, None])
+    along = added(*terms, load_series(table)[:, None], carried * carried_series(table)[:, None])
     along[0] += constant
     return along
 
@@ -99,7 +123,7 @@ def force_span(programme: Programme, dynamics: GivenDynamics, omega: float) -> t
     if programme.corners:
         return -inf, inf
     *factors, constant = weights(dynamics, omega)
-    least, largest = span(programme, tuple(factors), ALL_STROKES, 1.0)
+    least, largest = span(programme, tuple(factors), ALL_STROKES, 1.0, omega**2)
     return least + constant, largest + constant
 
 
@@ -113,6 +137,8 @@ class Pressed(NamedTuple):
     y2: FloatArray
     load: FloatArray
     """The external load there, if it changes over the turn; else 0."""
+    carried: FloatArray
+    """The inertia there of what a train carries, by ω²; else 0."""
 
     @property
     def kept(self) -> Any:
@@ -121,14 +147,15 @@ class Pressed(NamedTuple):
 
 
 def pressed(programme: Programme, *factors: FloatArray) -> Pressed:
-    """F with these factors (``weights``), (settings,), over a turn without corners."""
-    count = len(factors[0])
-    made = with_load(Linear(*factors), np.ones(count), programme)
+    """F with these factors (``factors_of``), (settings,), over a turn without corners."""
+    count, (*steady, carried) = len(factors[0]), factors
+    made = with_load(Linear(*steady), np.ones(count), carried, programme)
     questions = [(ALL_STROKES, goal) for goal in (LEAST, LARGEST)]
     found = extremes(made, count, programme.table, questions, Precision(FORCE_ERROR, inf))
     at = programme.state(programme.one_sided(found.where[0], ALL_STROKES))
-    sides = np.array([*at[:3], np.zeros_like(at.y) if at.load is None else at.load.value])
-    force = factors[0] * sides[0] + factors[1] * sides[1] + factors[2] * sides[2] + sides[3]
+    load = (at.load.value if at.load else 0.0, at.load.carried if isinstance(at.load, TrainForces) else 0.0)
+    sides = np.array([*at[:3], *(each + np.zeros_like(at.y) for each in load)])
+    force = factors[0] * sides[0] + factors[1] * sides[1] + factors[2] * sides[2] + sides[3] + carried * sides[4]
     return Pressed(*found.value, *sides[:, np.argmin(force, axis=0), np.arange(count)])
 
 
@@ -140,13 +167,13 @@ def jump_speed(programme: Programme, *factors: FloatArray) -> FloatArray:
     speed gives the next, until F is kept. With damping, contact may be lost, won and lost again as ω grows: then ω
     goes up in steps over which it is proved to be kept (``_kept_between``), halved where it is not, doubled else.
     """
-    stiffness, _, mass, constant = factors
+    stiffness, _, mass, constant, carried = factors
     none = np.zeros_like(mass)
     kept, step, top = none.copy(), np.full_like(mass, inf), none.copy()
     if programme.corners:
         return kept
-    rest = pressed(programme, stiffness, none, none, constant)
-    fast = pressed(programme, stiffness, none, mass * FAST**2, constant)
+    rest = pressed(programme, stiffness, none, none, constant, none)
+    fast = pressed(programme, stiffness, none, mass * FAST**2, constant, carried * FAST**2)
     presses = rest.kept & (rest.largest > 0.0)
     top[presses] = _lost_at(fast, factors)[presses]
     kept[top == inf] = inf
@@ -154,11 +181,11 @@ def jump_speed(programme: Programme, *factors: FloatArray) -> FloatArray:
     while open_.size:
         some = [each[open_] for each in factors]
         low, high = kept[open_], np.minimum(kept + step, top)[open_]
-        here = pressed(programme, some[0], some[1] * high, some[2] * high**2, some[3])
+        here = pressed(programme, some[0], some[1] * high, some[2] * high**2, some[3], some[4] * high**2)
         sure = here.kept & _kept_between(programme, some, low, high)
         lower = _lost_at(here, some)
         with np.errstate(all="ignore"):
-            nearer = high - here.least / (some[1] * here.y1 + 2.0 * some[2] * here.y2 * high)
+            nearer = high - here.least / (some[1] * here.y1 + 2.0 * _bend(here, some) * high)
         lower = np.where(lower < (1.0 - BESIDE) * high, lower, np.minimum(nearer, np.nextafter(high, 0.0)))
         top[open_] = np.where(here.kept, top[open_], lower)
         kept[open_] = np.where(sure, high, low)
@@ -170,21 +197,27 @@ def jump_speed(programme: Programme, *factors: FloatArray) -> FloatArray:
 def _kept_between(programme: Programme, factors: Sequence[FloatArray], low: FloatArray, high: FloatArray) -> Any:
     """Whether F ≥ 0 over the turn is sure at all speeds between two at which it is.
 
-    At a cam angle where y'' ≤ 0, F is concave in ω: so it is sure. Elsewhere F is at least what it is with the
-    inertia at the lower speed, which is linear in ω, and at that speed F itself.
+    At a cam angle where the inertia pulls, F is concave in ω: so it is sure. Elsewhere F is at least what it is
+    with the inertia at the lower speed, which is linear in ω, and at that speed F itself.
     """
-    stiffness, damping, mass, constant = factors
+    stiffness, damping, mass, constant, carried = factors
     sure = damping == 0.0
     if not sure.all():
-        sure |= pressed(programme, stiffness, damping * high, mass * low**2, constant).kept
+        sure |= pressed(programme, stiffness, damping * high, mass * low**2, constant, carried * low**2).kept
     return sure
+
+
+def _bend(here: Pressed, factors: Sequence[FloatArray]) -> FloatArray:
+    """The force of inertia by ω²."""
+    _, _, mass, _, carried = factors
+    return mass * here.y2 + carried * here.carried
 
 
 def _lost_at(here: Pressed, factors: Sequence[FloatArray]) -> FloatArray:
     """The least ω at which F falls to 0, at cam angles where at rest it is not below; or infinite."""
-    stiffness, damping, mass, constant = factors
+    stiffness, damping, _, constant, _ = factors
     rest = np.maximum(stiffness * here.y + constant + here.load, 0.0)
-    slope, bend = damping * here.y1, mass * here.y2
+    slope, bend = damping * here.y1, _bend(here, factors)
     with np.errstate(all="ignore"):
         root = np.sqrt(slope**2 - 4.0 * rest * bend)  # not a number where F stays above 0
         first = np.where(slope > 0.0, (slope + root) / (-2.0 * bend), 2.0 * rest / (root - slope))
@@ -198,16 +231,16 @@ def required_stiffness(programme: Programme, *others: FloatArray) -> FloatArray:
 
     Where F is least with one rate, the next is what makes it 0 there: none that is smaller is enough.
     """
-    damping, mass, constant = others
+    damping, mass, constant, carried = others
     needed, open_ = np.zeros_like(mass), np.arange(mass.size)
     if programme.corners:
         return needed + inf
-    bare = pressed(programme, needed, damping, mass, constant)
+    bare = pressed(programme, needed, damping, mass, constant, carried)
     stiffest = STIFFEST * np.maximum(np.abs(bare.least), np.abs(bare.largest)) / programme.lift
     while open_.size:
-        some = [each[open_] for each in (needed, damping, mass, constant)]
+        some = [each[open_] for each in (needed, damping, mass, constant, carried)]
         here = pressed(programme, *some)
-        rest = some[1] * here.y1 + some[2] * here.y2 + some[3] + here.load
+        rest = some[1] * here.y1 + _bend(here, some) + some[3] + here.load
         with np.errstate(all="ignore"):
             enough = np.where(here.y > 0.0, -rest / here.y, inf)
             enough = np.where(enough > (1.0 + BESIDE) * some[0], enough, some[0] - here.least / here.y)
@@ -244,7 +277,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup, programme, own = case.setup, case.programme, case.each
     columns: dict[str, Any] = {}
     if wanted & {"jump_speed_rpm", "jump_speed_ratio"}:
-        jump = jump_speed(programme, *weights(own.dynamics, 1.0))
+        jump = jump_speed(programme, *factors_of(own.dynamics, 1.0))
         columns["jump_speed_rpm"] = jump * 30.0 / pi
         columns |= {} if setup.omega is None else {"jump_speed_ratio": jump / own.omega}
     if setup.omega is None:
@@ -257,7 +290,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     unit = 1e-3 if setup.angular else 1.0
     columns[f"preload_required_{per_length}"] = _preload(own.dynamics.preload, force[0], unit)
     if f"spring_rate_required_{per_rate}" in wanted:
-        _, *others = weights(own.dynamics, own.omega)
+        _, *others = factors_of(own.dynamics, own.omega)
         columns[f"spring_rate_required_{per_rate}"] = required_stiffness(programme, *others) * unit
     return columns
 
@@ -290,11 +323,13 @@ def force_of(setup: Setup, omega: Any, lever: Any, programme: Programme) -> Any:
     """F at a speed, rad/s, over a length, N (N·mm), as a curve."""
     assert omega is not None
     steady = Linear(*(weight / lever for weight in weights(setup.dynamics, omega)))
-    return with_load(steady, 1.0 / lever, programme)
+    return with_load(steady, 1.0 / lever, omega**2 / lever, programme)
 
 
-def with_load(steady: Linear, share: FloatArray, programme: Programme) -> Any:
-    """A force, and a share of the load if it changes over the turn."""
+def with_load(steady: Linear, share: Any, carried: Any, programme: Programme) -> Any:
+    """A force, with a share of the load if it changes over the turn, and one of the inertia through a train."""
+    if isinstance(programme.load, TrainLoad):
+        return TrainForce(steady, share, carried)
     return steady if programme.load is None else ChangingForce(steady, share)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects.case import Setup
-from camopt.effects.force import force_series, weights
+from camopt.effects.force import factors_of, force_series
 from camopt.effects.given import GivenDynamics
 from camopt.effects.loads import torque_curve, ways
 from camopt.effects.panel_parts import PanelParts, cut_panels, motion_in
@@ -64,7 +64,7 @@ def _smooth_parts(
 @lru_cache(maxsize=64)
 def _cuts(programme: Programme, dynamics: GivenDynamics, omega: float) -> Cuts:
     """Where F and y'' change sign, whatever the design: (panel, u)."""
-    force = force_series(programme, weights(dynamics, omega))[:, 0]
+    force = force_series(programme, factors_of(dynamics, omega))[:, 0]
     return *sign_changes(force), *sign_changes(derivative(programme.table, 2))
 
 

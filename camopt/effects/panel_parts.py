@@ -8,9 +8,10 @@ from numpy.polynomial import polynomial
 
 from camopt.effects.work import derivative
 from camopt.motion.programme import Programme
+from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray, IntArray
-from camopt.numerics.piecewise import MotionTable, load_series
-from camopt.numerics.state import Load, State
+from camopt.numerics.piecewise import MotionTable, carried_series, load_series
+from camopt.numerics.state import Load, State, TrainForces
 
 
 class PanelParts(NamedTuple):
@@ -44,5 +45,10 @@ def motion_in(programme: Programme, parts: PanelParts, u: FloatArray) -> State:
     y, y1, y2 = (polynomial.polyval(u, series[:, parts.panel], tensor=False) for series in orders)
     if programme.load is None:
         return State(y, y1, y2, 0.0)
-    load = polynomial.polyval(u, load_series(table)[:, parts.panel], tensor=False)
+    load, carried = (
+        polynomial.polyval(u, series[:, parts.panel], tensor=False)
+        for series in (load_series(table), carried_series(table))
+    )
+    if isinstance(programme.load, TrainLoad):
+        return State(y, y1, y2, 0.0, TrainForces(load, 0.0, carried, 0.0))
     return State(y, y1, y2, 0.0, Load(load, 0.0))

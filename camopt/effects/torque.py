@@ -16,7 +16,7 @@ extremes and means are found as those of other curves (``effects.peak``, ``effec
 panel polynomials (``effects.guided``). It is infinite where the follower jams, and none of it is known at a corner.
 
 At a corner of the motion y' passes from one value to the other at once: T is infinite, upwards where |y'| grows,
-downwards where it falls; W is not.
+downwards where it falls; W is not. With masses that a train carries, what depends on energy is infinite then too.
 
 Source: Norton, Design of Machinery, ch. 15 (camshaft torque) and 11 (flywheel).
 """
@@ -32,7 +32,7 @@ from numpy.polynomial import polynomial
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
-from camopt.effects.force import ChangingForce
+from camopt.effects.force import with_load
 from camopt.effects.given import GivenDynamics
 from camopt.effects.guided import guided_torque, smooth_parts
 from camopt.effects.loads import ShaftTorque, drag_of, driven, has_guide_friction, torque_curve, ways
@@ -45,9 +45,10 @@ from camopt.effects.work import WORK_ERROR, added, derivative, integral, largest
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import LEAST_JUMP, Programme
 from camopt.motion.table import ALL_STROKES, INWARD, OUTWARD
+from camopt.motion.train_load import TrainLoad
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import Linear
-from camopt.numerics.piecewise import load_series
+from camopt.numerics.piecewise import carried_series, load_series
 
 TORQUE_NAMES = (
     "torque_max_N_m",
@@ -101,7 +102,7 @@ class TorqueOverTurn(NamedTuple):
 
 
 def torque_series(programme: Programme, factors: Sequence[Any]) -> FloatArray:
-    """T on the panels, N·mm, from the factors of F (``force.weights``); impulses at corners are apart."""
+    """T on the panels, N·mm, from the factors of F (``force.factors_of``); impulses at corners are apart."""
     return product(force.force_series(programme, factors), derivative(programme.table, 1)[:, None])
 
 
@@ -109,17 +110,17 @@ def torque_series(programme: Programme, factors: Sequence[Any]) -> FloatArray:
 def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTurn:
     """Extremes, mean, root mean square and fluctuation of energy of the torque, from the factors of F."""
     series, half_width = torque_series(programme, factors), programme.table.half_width
-    _, damping, *_ = factors
-    mean = total(half_width, product(lasting(programme, damping), _speed(programme))) / (2.0 * pi)
+    mean = total(half_width, product(lasting(programme, factors), _speed(programme))) / (2.0 * pi)
     rms = np.sqrt(total(half_width, product(series, series)) / (2.0 * pi))
     upwards, downwards = _impulses(programme)
+    unknown = inf if has_lost_energy(programme) else 0.0
     top, bottom = largest_of_series(series), -largest_of_series(-series)
     return TorqueOverTurn(
         top + inf if upwards else top,
         bottom - inf if downwards else bottom,
-        mean,
+        mean + unknown,
         rms + inf if upwards or downwards else rms,
-        _fluctuation(programme, factors, mean),
+        _fluctuation(programme, factors, mean) + unknown,
         np.zeros_like(mean) if upwards or downwards else WORK_ERROR * np.maximum(top, -bottom),
     )
 
@@ -136,9 +137,17 @@ def extremes_of_turn(case: Case) -> TorqueExtremes:
     return TorqueExtremes(most.value, least.value, unknown, np.maximum(most.width, least.width))
 
 
-def lasting(programme: Programme, damping: FloatArray) -> FloatArray:
-    """The part of F whose energy is not returned, on the panels: damping, its factor of y', and a changing load."""
-    return added(damping[:, None] * _speed(programme), load_series(programme.table)[:, None])
+def lasting(programme: Programme, factors: Sequence[FloatArray]) -> FloatArray:
+    """The part of F whose energy is not returned, on the panels, with all that comes from a train."""
+    _, damping, _, _, carried = (each[:, None] for each in factors)
+    table = programme.table
+    load = added(load_series(table)[:, None], carried * carried_series(table)[:, None])
+    return added(damping * _speed(programme), load)
+
+
+def has_lost_energy(programme: Programme) -> bool:
+    """Whether corners of the motion leave the energy unknown: that of what a train carries passes there at once."""
+    return bool(programme.corners) and isinstance(programme.load, TrainLoad) and programme.load.train.has_mass
 
 
 def _impulses(programme: Programme) -> tuple[bool, bool]:
@@ -150,10 +159,10 @@ def _impulses(programme: Programme) -> tuple[bool, bool]:
 def _fluctuation(programme: Programme, factors: Sequence[FloatArray], mean: FloatArray) -> FloatArray:
     """Largest minus least W. At a corner that reverses the motion, y' passes through 0."""
     table = programme.table
-    stiffness, _, mass, constant, taken = (each[:, None] for each in (*factors, mean))
+    stiffness, _, mass, constant, _, taken = (each[:, None] for each in (*factors, mean))
     y, speed = derivative(table, 0)[:, None], _speed(programme)
     angle = np.array([table.centre, table.half_width])[:, None]
-    spent = integral(table.half_width, product(lasting(programme, factors[1]), speed))
+    spent = integral(table.half_width, product(lasting(programme, factors), speed))
     kinetic = 0.5 * mass * product(speed, speed)
     rest = added(0.5 * stiffness * product(y, y), constant * y, spent, -taken * angle)
     turned = [corner.at for corner in programme.corners if 0.0 < corner.after / corner.size < 1.0]
@@ -227,7 +236,7 @@ def means(setup: Setup) -> dict[str, Mean]:
         found = {name: Mean(whole, 1, unit, at_corners, smooth) for name, unit in units.items()}
         return found | {"torque_rms_N_m": Mean(whole, 2, Times(1e-3), at_corners, smooth)}
     spent = ((partial(spent_curve, setup), ALL_STROKES),)
-    return {name: Mean(spent, 1, unit) for name, unit in units.items()} | {
+    return {name: Mean(spent, 1, unit, has_lost_energy) for name, unit in units.items()} | {
         "torque_rms_N_m": Mean(whole, 2, Times(1e-3), at_corners)
     }
 
@@ -236,7 +245,7 @@ def spent_curve(setup: Setup, designs: Designs, programme: Programme) -> ShaftTo
     """The torque of forces whose energy is not returned (``lasting``), without impulses at corners."""
     each, ones = setup.at(designs), np.ones(len(designs))
     damped = Linear(0.0 * ones, each.dynamics.damping * each.omega * ones, 0.0 * ones, 0.0 * ones)
-    return ShaftTorque(damped if programme.load is None else ChangingForce(damped, ones))
+    return ShaftTorque(with_load(damped, ones, each.omega**2 * ones, programme))
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -248,7 +257,7 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         return _of_span(guided_span(case, runs, wanted), dynamics, omega) | found
     if case.designs.numbers and wanted <= EXTREMES and not case.programme.corners:
         return _of_span(extremes_of_turn(case), dynamics, omega)
-    turn, unit = torque_over_turn(case.programme, *force.weights(dynamics, omega)), 1e-3
+    turn, unit = torque_over_turn(case.programme, *force.factors_of(dynamics, omega)), 1e-3
     columns = _of_span(turn.span, dynamics, omega)
     columns |= {"torque_mean_N_m": turn.mean * unit, "torque_rms_N_m": turn.rms * unit}
     return columns | {"power_mean_W": turn.mean * (unit * omega)}

@@ -4,7 +4,7 @@ The motion is asked at the tool, where z is; the follower is where the train has
 are those of the series of both (``numerics.taylor``). So y has as many of them as z, and jumps where z does.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -15,6 +15,7 @@ from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import AsGiven, Stroke
 from camopt.motion.table import RETURN, RISE
+from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
 from camopt.trains.link import value_at
@@ -65,11 +66,11 @@ class DrivenLaw(ByOrder):
 
 
 @lru_cache(maxsize=512)
-def driven(tool: Programme, train: Train, zero: float, load: ExternalLoad | None = None) -> Programme:
+def driven(tool: Programme, train: Train, zero: float, load: ExternalLoad | TrainLoad | None = None) -> Programme:
     """The turn of the follower that drives a tool as asked.
 
     Displacements of the tool count from where they are ``zero`` above the start position of the train, mm (rad).
-    ``load`` is an external load at the follower.
+    ``load`` is an external load at the follower, or what comes to it through the train.
 
     Raises
     ------
@@ -83,7 +84,10 @@ def driven(tool: Programme, train: Train, zero: float, load: ExternalLoad | None
     levels = {end: value_at(train.follower, zero + end) for each in tool.strokes for end in (each.low, each.high)}
     base = levels[tool.strokes[0].low]
     strokes = tuple(_driven(each, train, zero, levels, base) for each in tool.strokes)
-    return Programme(strokes, load, asked=tool).on_base_circle()
+    turn = Programme(strokes, load, asked=tool).on_base_circle()
+    if not isinstance(load, TrainLoad):
+        return turn
+    return replace(turn, load=replace(load, zero=base - turn.strokes[0].low))
 
 
 def _driven(stroke: Stroke, train: Train, zero: float, levels: dict[float, float], base: float) -> Stroke:

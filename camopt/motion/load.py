@@ -6,7 +6,10 @@ from math import pi, radians
 
 import numpy as np
 
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
+from camopt.numerics.loading import LoadTable, tabulated_load
+from camopt.numerics.piecewise import MotionTable
+from camopt.numerics.state import Load
 
 
 @dataclass(frozen=True)
@@ -51,3 +54,12 @@ class ExternalLoad:
         left = np.clip(np.searchsorted(corners, angles, side="right") - 1, 0, len(corners) - 2)
         slope = (loads[left + 1] - loads[left]) / (corners[left + 1] - corners[left])
         return loads[left] + slope * (angles - corners[left]), slope
+
+    def state(self, angles: FloatArray, motion: FloatArray, way: FloatArray) -> Load:
+        """The load as curves take it, whatever the motion."""
+        return Load(*self.at(angles))
+
+    def tabulated(self, table: MotionTable, strokes: IntArray) -> LoadTable:
+        """The load on the panels of a turn, which are cut where it has corners."""
+        centre, slope = self.at(table.centre)
+        return tabulated_load(centre, slope, self.largest, table.half_width, table.first_panel, table.group)

@@ -27,19 +27,21 @@ from camopt.motion.table import (
     cut_at,
     stroke_coefficients,
     turnings,
+    way_of,
 )
+from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray, IntArray
-from camopt.numerics.loading import tabulated_load
+from camopt.numerics.panels import TABLE_DEGREE
 from camopt.numerics.piecewise import (
-    TABLE_DEGREE,
     MotionTable,
     bernstein,
-    fill_nodes,
+    carried_series,
     groups_of,
     load_series,
+    node_values,
     ranges,
 )
-from camopt.numerics.state import Load, State
+from camopt.numerics.state import State
 
 TURN_PANELS = 24
 LEAST_JUMP = 1e-9  # jumps below this share of the largest value in the turn are rounding
@@ -66,8 +68,8 @@ class Programme:
     """
 
     strokes: tuple[Stroke, ...]
-    load: ExternalLoad | None = None
-    """What the external load is over the turn, unless it is constant."""
+    load: ExternalLoad | TrainLoad | None = None
+    """What the external load is over the turn, unless it is constant; with a train, all that it brings."""
     start: float = 0.0
     """The displacement at the start of the turn, as a proof takes it: mm, or deg where it is angular."""
     radii: tuple[float, ...] = ()
@@ -88,7 +90,7 @@ class Programme:
         *,
         angular: bool,
         laws: Mapping[str, Law] = LAWS,
-        load: ExternalLoad | None = None,
+        load: ExternalLoad | TrainLoad | None = None,
     ) -> "Programme":
         """From segments as they are given; those of no length drop out. Displacements are in deg if ``angular``."""
         start, strokes = strokes_from([GivenSegment(*each) for each in segments], angular=angular, laws=laws)
@@ -109,6 +111,12 @@ class Programme:
         up = start * self.unit - self.strokes[0].low
         moved = tuple(replace(s, low=s.low + up, high=s.high + up) for s in self.strokes)
         return replace(self, strokes=moved, start=start)
+
+    @property
+    def load_at_follower(self) -> ExternalLoad | None:
+        """The external load where nothing comes through a train, as in free laws, which take no train."""
+        assert not isinstance(self.load, TrainLoad)
+        return self.load
 
     @property
     def unit(self) -> float:
@@ -181,8 +189,10 @@ class Programme:
 
     def state(self, angles: FloatArray) -> State:
         """The state of the follower at the given cam angles, which curves take."""
-        y, y1, y2, y3 = self.at(angles)
-        return State(y, y1, y2, y3, None if self.load is None else Load(*self.load.at(angles)))
+        motion = self.at(angles)
+        load = None if self.load is None else self.load.state(angles, motion, way_of(self.kinds_at(angles)))
+        y, y1, y2, y3 = motion
+        return State(y, y1, y2, y3, load)
 
     def panels_of(self, kinds: int) -> NDArray[np.bool_]:
         """The panels of the table in pieces of some kinds, or of some ways."""
@@ -235,25 +245,25 @@ def _table(programme: Programme) -> MotionTable:
             pieces.append(pieces[-1] + count)
             kinds.append(_kind(stroke, way) | way)
     coefficients, centre, half_width = np.concatenate(rows), np.concatenate(centres), np.concatenate(halves)
-    first_panel, load = np.array(pieces), programme.load
+    first_panel, number = np.array(pieces), np.concatenate(numbers)
     group = groups_of(first_panel)
-    low, high, most, error = ranges(coefficients, half_width, np.concatenate(numbers), group)
+    low, high, most, error = ranges(coefficients, half_width, number, group)
     table = MotionTable(
         coefficients,
         centre,
         half_width,
         first_panel,
         np.array(kinds),
-        np.empty((pieces[-1] + len(kinds), 4)),
+        np.empty(0),
         group,
         low,
         high,
         most,
         error,
-        None if load is None else tabulated_load(*load.at(centre), load.largest, half_width, first_panel, group),
+        None,
     )
-    fill_nodes(table)
-    return table
+    table = table._replace(nodes=node_values(table, first_panel))
+    return table if programme.load is None else table._replace(load=programme.load.tabulated(table, number))
 
 
 def _ways(coefficients: FloatArray, counts: Sequence[int]) -> list[int]:
@@ -302,16 +312,19 @@ LEAST_SLOPE = 1e-100  # of a slope's largest coefficient: no more of it is seen,
 
 
 @lru_cache(maxsize=4096)
-def span(programme: Programme, weights: tuple[float, ...], kinds: int, load: float = 0.0) -> tuple[float, float]:
+def span(
+    programme: Programme, weights: tuple[float, ...], kinds: int, load: float = 0.0, carried: float = 0.0
+) -> tuple[float, float]:
     """Least and largest value of w₀·y + w₁·y' + w₂·y'' + … over the strokes of the given kinds.
 
-    ``load`` is the factor of an external load that changes. Exact: the extremes of each panel's polynomial, found
-    from the roots of its derivative; one-sided values at jumps. (inf, -inf) if there is no such stroke.
+    ``load`` is the factor of an external load that changes, ``carried`` that of what a train carries. Exact: the
+    extremes of each panel's polynomial, found from the roots of its derivative; one-sided values at jumps.
+    (inf, -inf) if there is no such stroke.
     """
     found = _derivatives(programme, len(weights), kinds)
     if found is None:
         return inf, -inf
-    factors = np.array((*weights, load))
+    factors = np.array((*weights, load, carried))
     series, slope, ends, slopes, bounds = (_summed(factors, terms) for terms in found)
     low, high = bounds.min(axis=0), bounds.max(axis=0)
     least, largest, rounding = float(ends.min()), float(ends.max()), OVERSHOOT * max(-low.min(), high.max())
@@ -323,9 +336,9 @@ def span(programme: Programme, weights: tuple[float, ...], kinds: int, load: flo
 
 @lru_cache(maxsize=256)
 def _derivatives(programme: Programme, orders: int, kinds: int) -> tuple[FloatArray, ...] | None:
-    """Of y, y', y'' … and the load on the panels of some kinds: coefficients, slopes', ends, and bounds of both.
+    """Of y, y', y'' …, load and inertia on the panels of some kinds: coefficients, slopes', ends, bounds of both.
 
-    Each is (orders + 1, …, panels), but for ends, (orders + 1, panels, 2). Bounds are Bernstein coefficients, those
+    Each is (orders + 2, …, panels), but for ends, (orders + 2, panels, 2). Bounds are Bernstein coefficients, those
     of slopes first: where they are of one sign, a slope has no root.
     """
     table = programme.table
@@ -333,10 +346,11 @@ def _derivatives(programme: Programme, orders: int, kinds: int) -> tuple[FloatAr
     if not chosen.any():
         return None
     y, h = table.coefficients[chosen].T, table.half_width[chosen]
-    series = np.zeros((orders + 1, *y.shape))
+    series = np.zeros((orders + 2, *y.shape))
     for order in range(orders):
         series[order, : len(y) - order] = polynomial.polyder(y, order) / h**order
-    series[orders, :2] = load_series(table)[:, chosen]
+    for place, force in enumerate((load_series(table), carried_series(table)), start=orders):
+        series[place, : len(force)] = force[:, chosen]
     slope = series[:, 1:] * np.arange(1.0, len(y))[:, None]
     ends = polynomial.polyval(np.array([-1.0, 1.0]), np.moveaxis(series, 1, 0))
     return series, slope, ends, bernstein(len(y) - 2) @ slope, bernstein(len(y) - 1) @ series

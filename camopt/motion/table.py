@@ -7,8 +7,9 @@ import numpy as np
 from numpy.polynomial import chebyshev, polynomial
 
 from camopt.motion.law import Law
-from camopt.numerics import UNIT, FloatArray
-from camopt.numerics.piecewise import TABLE_DEGREE, sign_changes
+from camopt.numerics import UNIT, FloatArray, IntArray
+from camopt.numerics.panels import TABLE_DEGREE
+from camopt.numerics.piecewise import sign_changes
 
 RISE, RETURN, DWELL = 1, 2, 4  # bits, so that a question can ask for several kinds at once
 ALL_STROKES = RISE | RETURN | DWELL
@@ -26,6 +27,11 @@ def chebyshev_series(degree: int) -> tuple[FloatArray, FloatArray]:
     """Nodes inside (−1, 1) and the matrix from values there to coefficients of Chebyshev polynomials."""
     u = chebyshev.chebpts1(degree + 1)
     return u, np.asarray(np.linalg.inv(chebyshev.chebvander(u, degree)))
+
+
+def way_of(kinds: IntArray) -> FloatArray:
+    """Which way the follower moves in pieces of some kinds: out (1), in (−1), or not (0)."""
+    return np.asarray(((kinds & OUTWARD) != 0) * 1.0 - ((kinds & INWARD) != 0))
 
 
 def ways_of(kinds: int) -> int:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from camopt.kernels.compile import chosen_by_type, inlined
 from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.jet import Jet
-from camopt.numerics.state import Load
+from camopt.numerics.panels import derivatives, jets_over_part, jets_over_row
+from camopt.numerics.state import Load, TrainForces
 
 LOAD_ERRORS, ANGLE_ERRORS = (
     8.0,
@@ -26,6 +27,25 @@ class LoadTable(NamedTuple):
     low: FloatArray  # (P + G,) least load
     high: FloatArray  # (P + G,) and the largest
     error: FloatArray  # (P + G, 2) bounds of the error of load and slope
+
+
+class ForceTable(NamedTuple):
+    """A force on the panels; sizes and rows as in a MotionTable."""
+
+    coefficients: FloatArray
+    half_width: FloatArray
+    nodes: FloatArray
+    low: FloatArray
+    high: FloatArray
+    most: FloatArray
+    error: FloatArray
+
+
+class TrainLoadTable(NamedTuple):
+    """What a train brings to the follower, for the kernels."""
+
+    still: ForceTable  # its load, as at rest
+    carried: ForceTable  # the inertia of what it carries, by ω²
 
 
 def tabulated_load(
@@ -59,49 +79,94 @@ def tabulated_load(
     )
 
 
-def load_of_all_rows(load: LoadTable) -> LoadTable:
+ROWS = ("low", "high", "most", "error")
+
+
+def _as_columns(force: ForceTable) -> ForceTable:
+    return force._replace(**{name: getattr(force, name).T[:, :, None] for name in ("nodes", *ROWS)})
+
+
+def load_of_all_rows(load: LoadTable | TrainLoadTable) -> LoadTable | TrainLoadTable:
     """The load as formulas take it for all rows or nodes at once, ``...``: numbers are columns, (rows, 1)."""
+    if isinstance(load, TrainLoadTable):
+        return TrainLoadTable(*map(_as_columns, load))
     columns = {name: getattr(load, name)[:, None] for name in ("nodes", "slope", "low", "high")}
     return load._replace(**columns, error=load.error.T[:, :, None])
 
 
-def load_of_some_rows(load: LoadTable, rows: NDArray[np.intp]) -> LoadTable:
+def load_of_some_rows(load: LoadTable | TrainLoadTable, rows: NDArray[np.intp]) -> LoadTable | TrainLoadTable:
     """The load on some panels or groups."""
+    if isinstance(load, TrainLoadTable):
+        return TrainLoadTable(
+            *(force._replace(**{name: getattr(force, name)[rows] for name in ROWS}) for force in load)
+        )
     return load._replace(**{name: getattr(load, name)[rows] for name in ("slope", "low", "high", "error")})
 
 
-def where_loaded(function):
-    """Mark what kernels make of a load, (load, row, place): None without one."""
+def by_load(of_train):
+    """Mark what kernels make of a load, (load, row, place), and of that of a train; None without one."""
 
-    def marked(load, row, place):
-        return None if load is None else function(load, row, place)
+    def marking(function):
+        def marked(load, row, place):
+            if load is None:
+                return None
+            return of_train(load, row, place) if isinstance(load, TrainLoadTable) else function(load, row, place)
 
-    @chosen_by_type(marked)
-    def _chosen(load, row, place):
-        return (lambda load, row, place: None) if load is NoneType else function
+        @chosen_by_type(marked)
+        def _chosen(load, row, place):
+            if load is NoneType:
+                return lambda load, row, place: None
+            return of_train if load is TrainLoadTable else function
 
-    return marked
+        return marked
+
+    return marking
 
 
-@where_loaded
+def _of_train(load, row, place):
+    u = place / load.still.half_width[row]
+    value, slope, _, _ = derivatives(load.still, row, u)
+    carried, carried_slope, _, _ = derivatives(load.carried, row, u)
+    return TrainForces(value, slope, carried, carried_slope)
+
+
+def _of_train_at_node(load, row, place):
+    still, carried = load.still.nodes[row], load.carried.nodes[row]
+    return TrainForces(still[0], still[1], carried[0], carried[1])
+
+
+def _of_train_over_row(load, row, place):
+    value, slope, _, _ = jets_over_row(load.still, row)
+    carried, carried_slope, _, _ = jets_over_row(load.carried, row)
+    return TrainForces(value, slope, carried, carried_slope)
+
+
+def _of_train_over_part(load, row, place):
+    h = load.still.half_width[row]
+    value, slope, _, _ = jets_over_part(load.still, row, place[0] / h, place[1] / h)
+    carried, carried_slope, _, _ = jets_over_part(load.carried, row, place[0] / h, place[1] / h)
+    return TrainForces(value, slope, carried, carried_slope)
+
+
+@by_load(_of_train)
 def loaded(load, row, place):
     """The load on a panel, ``place`` from its middle by the cam angle."""
     return Load(load.centre[row] + load.slope[row] * place, load.slope[row])
 
 
-@where_loaded
+@by_load(_of_train_at_node)
 def loaded_node(load, row, place):
     """As ``loaded``, at a node."""
     return Load(load.nodes[row, 0], load.nodes[row, 1])
 
 
-@where_loaded
+@by_load(_of_train_over_row)
 def loaded_row(load, row, place):
     """As ``loaded``, in jets over a whole panel or group."""
     return load_jets(load, row, load.low[row], load.high[row])
 
 
-@where_loaded
+@by_load(_of_train_over_part)
 def loaded_part(load, row, place):
     """As ``loaded``, in jets over a part of a panel: ``place`` is (its middle, half its width) by the cam angle."""
     value, room = load.centre[row] + load.slope[row] * place[0], abs(load.slope[row]) * place[1]

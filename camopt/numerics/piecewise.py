@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from functools import cache
 from itertools import pairwise
 from math import comb
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record
 from camopt.kernels.compile import inlined
 from camopt.numerics import UNIT, FloatArray
-from camopt.numerics.jet import Jet, smaller
 from camopt.numerics.loading import (
     LoadTable,
+    TrainLoadTable,
     load_of_all_rows,
     load_of_some_rows,
     loaded,
@@ -28,10 +28,10 @@ from camopt.numerics.loading import (
     loaded_part,
     loaded_row,
 )
+from camopt.numerics.panels import derivatives, jets_over_part, jets_over_row
 from camopt.numerics.state import State
 
 GROUPED = 4  # panels of a group
-TABLE_DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
 CONVERTED = 1e-10  # relative, for rounding in the ranges below
 LEAST_VALUE = 1e-12  # of a polynomial's largest value: less is rounding
 NEARLY_REAL = 1e-6  # imaginary part of a root that is taken for real: a double root, and no change of sign
@@ -54,7 +54,7 @@ class MotionTable(NamedTuple):
     high: FloatArray  # (P + G, 4) and the largest
     most: FloatArray  # (P + G, 6) largest magnitudes of y and its first five derivatives
     error: FloatArray  # (P + G, 4) bounds of the error of y, y', y'', y'''
-    load: LoadTable | None  # what curves get with the motion
+    load: LoadTable | TrainLoadTable | None  # what curves get with the motion
 
 
 class Panels(NamedTuple):
@@ -91,20 +91,6 @@ def of_some_rows(table: MotionTable, rows: NDArray[np.intp]) -> MotionTable:
 
 
 @inlined
-def derivatives(table, panel, u):
-    """(y, y', y'', y''') by cam angle on a panel, by Horner's scheme for a polynomial and its derivatives."""
-    y = table.coefficients[panel, TABLE_DEGREE]
-    d1 = d2 = d3 = 0.0
-    for k in range(TABLE_DEGREE - 1, -1, -1):
-        d3 = d3 * u + d2
-        d2 = d2 * u + d1
-        d1 = d1 * u + y
-        y = y * u + table.coefficients[panel, k]
-    h = table.half_width[panel]
-    return y, d1 / h, 2.0 * d2 / (h * h), 6.0 * d3 / (h * h * h)
-
-
-@inlined
 def motion(table, panel, u):
     """The state on a panel."""
     y, y1, y2, y3 = derivatives(table, panel, u)
@@ -121,40 +107,26 @@ def node_motion(table, node):
 @inlined
 def row_jets(table, row):
     """The state over a whole panel or group, in jets."""
-    low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
-    return State(
-        Jet(low[0], high[0], error[0], most[1], most[2], most[3]),
-        Jet(low[1], high[1], error[1], most[2], most[3], most[4]),
-        Jet(low[2], high[2], error[2], most[3], most[4], most[5]),
-        Jet(low[3], high[3], error[3], most[4], most[5], np.inf),
-        loaded_row(table.load, row, 0.0),
-    )
+    y, y1, y2, y3 = jets_over_row(table, row)
+    return State(y, y1, y2, y3, loaded_row(table.load, row, 0.0))
 
 
 @inlined
 def part_jets(table, panel, u, r):
     """The state over the part [u − r, u + r] of a panel, in jets: mean values from its middle."""
-    y, y1, y2, y3 = derivatives(table, panel, u)
-    most, error, h = table.most[panel], table.error[panel], table.half_width[panel]
-    w = r * h
-    d3 = smaller(abs(y3) + w * most[4], most[3])
-    d2 = smaller(abs(y2) + w * d3, most[2])
-    d1 = smaller(abs(y1) + w * d2, most[1])
-    return State(
-        Jet(y - w * d1, y + w * d1, error[0], d1, d2, d3),
-        Jet(y1 - w * d2, y1 + w * d2, error[1], d2, d3, most[4]),
-        Jet(y2 - w * d3, y2 + w * d3, error[2], d3, most[4], most[5]),
-        Jet(-d3, d3, error[3], most[4], most[5], np.inf),
-        loaded_part(table.load, panel, (u * h, w)),
-    )
+    y, y1, y2, y3 = jets_over_part(table, panel, u, r)
+    h = table.half_width[panel]
+    return State(y, y1, y2, y3, loaded_part(table.load, panel, (u * h, r * h)))
 
 
-def fill_nodes(table: MotionTable) -> None:
-    """Tabulate the motion at the ends of all panels; where two of a piece meet, as the second has it."""
-    panels = np.arange(table.centre.size)
-    pieces = np.repeat(np.arange(table.kind.size), np.diff(table.first_panel))
+def node_values(table: Any, first_panel: NDArray[np.int64]) -> FloatArray:
+    """Values and derivatives (N, 4) at the ends of all panels; where two of a piece meet, as the second has it."""
+    panels = np.arange(len(table.coefficients))
+    pieces = np.repeat(np.arange(len(first_panel) - 1), np.diff(first_panel))
+    nodes = np.empty((len(panels) + len(first_panel) - 1, 4))
     for side in (1, 0):
-        table.nodes[panels + pieces + side] = np.stack(derivatives(table, panels, 2.0 * side - 1.0), axis=1)
+        nodes[panels + pieces + side] = np.stack(derivatives(table, panels, 2.0 * side - 1.0), axis=1)
+    return nodes
 
 
 @cache
@@ -222,7 +194,17 @@ def ranges(
 
 
 def load_series(table: MotionTable) -> FloatArray:
-    """The external load on the panels, (2, P) in powers of u; 0 where it does not change over the turn."""
-    if table.load is None:
+    """The external load on the panels, in powers of u (powers, P); 0 where it does not change over the turn."""
+    load = table.load
+    if load is None:
         return np.zeros((2, len(table.centre)))
-    return np.array([table.load.centre, table.load.slope[: len(table.centre)] * table.half_width])
+    if isinstance(load, TrainLoadTable):
+        return np.asarray(load.still.coefficients.T)
+    return np.array([load.centre, load.slope[: len(table.centre)] * table.half_width])
+
+
+def carried_series(table: MotionTable) -> FloatArray:
+    """The inertia of what a train carries, by ω², on the panels (powers, P); 0 where it carries nothing."""
+    if isinstance(table.load, TrainLoadTable):
+        return np.asarray(table.load.carried.coefficients.T)
+    return np.zeros((1, len(table.centre)))

@@ -10,6 +10,15 @@ class Load(NamedTuple):
     slope: Any
 
 
+class TrainForces(NamedTuple):
+    """What a train brings to the follower: its load, the inertia of what it carries by ω², and slopes of both."""
+
+    value: Any
+    slope: Any
+    carried: Any
+    carried_slope: Any
+
+
 class State(NamedTuple):
     """Displacement y, its derivatives by the cam angle (rad), and the external load if it changes over the turn.
 
@@ -21,4 +30,4 @@ class State(NamedTuple):
     y1: Any
     y2: Any
     y3: Any
-    load: Load | None = None
+    load: Load | TrainForces | None = None

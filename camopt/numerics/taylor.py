@@ -109,6 +109,12 @@ def quotient(a: Series, b: Series) -> Series:
 
 
 @singledispatch
+def slope_of(series: Series) -> Series:
+    """The series of the derivative, shorter by a term."""
+    return series.slope
+
+
+@singledispatch
 def direction(angle: Series) -> Direction:
     """Cosine and sine, from c' = −s·α' and s' = c·α'."""
     rates = angle.slope.terms

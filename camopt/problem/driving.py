@@ -8,11 +8,16 @@ from camopt.motion.driven import driven
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment, start_position
+from camopt.motion.train_load import TrainLoad
 from camopt.trains.train import StageFault, Train
 
 
 def through_train(
-    asked: Programme, train: Train | None, segments: Sequence[GivenSegment], load: ExternalLoad | None, file: str
+    asked: Programme,
+    train: Train | None,
+    segments: Sequence[GivenSegment],
+    load: ExternalLoad | TrainLoad | None,
+    file: str,
 ) -> Programme:
     """The turn of the follower, under a load; without a train it is what is asked.
 

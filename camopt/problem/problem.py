@@ -30,6 +30,7 @@ from camopt.scene.own_laws import law_of
 from camopt.scene.profile import programme_of
 from camopt.scene.scene import Scene
 from camopt.scene.segments import given_segments
+from camopt.scene.train import train_load
 
 VERDICT = ("feasible", "violated", "status", "relative_half_width")
 WITHOUT_SIZE = (
@@ -207,7 +208,8 @@ def resolve(scene: Scene) -> Problem:
         programme = programme_of(scene.profile, scene.cam, scene.follower, load)
     else:
         asked = Programme.from_segments(turn, angular=setup.tool_turns, laws=laws, load=load)
-        programme = through_train(asked, setup.train, turn, load, scene.file)
+        brought = train_load(scene.train, setup.train, load)
+        programme = through_train(asked, setup.train, turn, brought, scene.file)
     return Problem(
         file=scene.file,
         setup=setup,

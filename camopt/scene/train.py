@@ -4,6 +4,7 @@ The checks work on the plain mapping of a scene, as those of ``scene.checks`` do
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import degrees, radians
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -12,13 +13,26 @@ from pydantic import Field
 
 from camopt.mechanisms.follower import MOTIONS
 from camopt.mistakes import BadInput
+from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.segments import start_position
+from camopt.motion.train_load import TrainLoad
 from camopt.scene.law_forms import Fault
+from camopt.scene.load import constant_and_changing
 from camopt.scene.mapping import at, tables_in
-from camopt.scene.tables import Anywhere, Length, SceneNumber, SceneTable, Switch
+from camopt.scene.tables import (
+    Anywhere,
+    GivenLoad,
+    Length,
+    NotNegative,
+    Positive,
+    SceneNumber,
+    SceneTable,
+    Switch,
+)
 from camopt.scene.turn import turn_in
 from camopt.trains import TRAIN_STAGES
+from camopt.trains.carried import Carried
 from camopt.trains.link import value_at
 from camopt.trains.train import StageFault, Train, train_of
 
@@ -48,6 +62,9 @@ class TrainStage(SceneTable):
 
     Rocker and bell crank have an ``input_arm`` where what comes to them is a length; an oscillating follower is
     that arm itself. Angles grow as the follower goes outward; a slide goes away from the pivot of its crank.
+
+    Masses, springs and forces of a stage act on what it moves, and come to the follower by virtual work. A force is
+    above 0 if it is against the displacement that the stage gives.
     """
 
     stage: Literal[*TRAIN_STAGES]  # type: ignore[valid-type]
@@ -81,12 +98,83 @@ class TrainStage(SceneTable):
     """Radius of a pinion or drum between an angle and a length; mm."""
     guide: Angle | None = None
     """Angle between the motion that drives an incline and the one that it gives, 90 if not given; deg."""
+    mass: Positive | None = None
+    """Mass of what the stage moves, where that slides; kg."""
+    inertia: Positive | None = None
+    """Moment of inertia of what the stage moves about its pivot, where that turns; kg·m²."""
+    arm_inertia: Positive | None = None
+    """Moment of inertia about its pivot of a rocker or bell crank with an ``input_arm``; kg·m²."""
+    spring_rate: NotNegative | None = None
+    """Rate of a spring against the motion of what the stage moves; N/mm, oscillating N·m/rad."""
+    preload: Anywhere | None = None
+    """Force (moment) of that spring at the start, below 0 if it acts with the motion; N, oscillating N·m."""
+    load: GivenLoad | None = None
+    """External force (moment) against the motion of what the stage moves; N, oscillating N·m."""
+    gravity: Anywhere | None = None
+    """Acceleration of gravity, positive if it acts against the motion of that mass; m/s²."""
+    friction_force: NotNegative | None = None
+    """Force (moment) of friction in the guide of what the stage moves; N, oscillating N·m."""
+
+
+CARRIED = (*("mass", "inertia", "arm_inertia", "spring_rate", "preload", "load", "gravity", "friction_force"),)
+"""Keys of what a stage carries, and of what acts on it."""
 
 
 def train_from(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:
-    """The train of a scene, from a follower whose motion is an angle or not; None where there is none."""
-    stages = [(row.stage, row.model_dump(exclude={"stage"}, exclude_none=True)) for row in rows]
-    return train_of(stages, angular=angular) if stages else None
+    """The train of a scene, from a follower whose motion is an angle or not; None where there is none.
+
+    Raises
+    ------
+    StageFault
+        For the first stage that cannot be put together, or carries what it cannot.
+    """
+    if not rows:
+        return None
+    stages = [(row.stage, row.model_dump(exclude={"stage", *CARRIED}, exclude_none=True)) for row in rows]
+    train = train_of(stages, angular=angular)
+    return replace(train, carried=tuple(_carried(rows, train)))
+
+
+def _carried(rows: Sequence[TrainStage], train: Train) -> Iterator[Carried]:
+    """What each stage carries, and the constant forces on it."""
+    for number, row in enumerate(rows, start=1):
+        joint, turns, unit = _moved(train, number)
+        if (row.mass if turns else row.inertia) is not None:
+            what, has = ("turns", "an inertia, no mass") if turns else ("slides", "a mass, no inertia")
+            raise StageFault(number, f"what it moves {what}: it has {has}")
+        if row.gravity is not None and row.mass is None:
+            raise StageFault(number, "gravity acts on a mass, which is missing")
+        mass = 1e3 * (row.inertia or 0.0) if turns else 1e-3 * (row.mass or 0.0)
+        constant, _ = constant_and_changing(row.load, unit)
+        force = constant + unit * (row.preload or 0.0) + 1e3 * mass * (row.gravity or 0.0)
+        stiffness, friction = unit * (row.spring_rate or 0.0), unit * (row.friction_force or 0.0)
+        if any((mass, stiffness, force, friction)):
+            yield Carried(joint, mass, stiffness, force, friction)
+        if row.arm_inertia is not None:
+            if train.stages.count(number) == 1:
+                raise StageFault(number, "it has no arm of its own: arm_inertia goes with an input_arm")
+            yield Carried(joint - 1, 1e3 * row.arm_inertia)
+
+
+def _moved(train: Train, number: int) -> tuple[int, bool, float]:
+    """The joint that a stage moves, whether it turns, and the unit of forces there in N (N·mm)."""
+    joint = max(k for k, stage in enumerate(train.stages, start=1) if stage == number)
+    turns = train.links[joint - 1].turns[1]
+    return joint, turns, 1e3 if turns else 1.0
+
+
+def train_load(
+    rows: Sequence[TrainStage], train: Train | None, load: ExternalLoad | None
+) -> ExternalLoad | TrainLoad | None:
+    """What comes to a follower besides its own dynamics: a load that changes over the turn, and all of a train."""
+    if train is None:
+        return load
+    loads = [] if load is None else [(0, load)]
+    for number, row in enumerate(rows, start=1):
+        joint, _, unit = _moved(train, number)
+        _, changing = constant_and_changing(row.load, unit)
+        loads += [] if changing is None else [(joint, changing)]
+    return TrainLoad(train, tuple(loads)) if train.carried or any(joint for joint, _ in loads) else load
 
 
 def tool_turns(rows: Sequence[Mapping[str, Any]], turns: bool) -> bool:
@@ -121,12 +209,15 @@ def check_train(data: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _train_in(data: Mapping[str, Any]) -> Train | None:
-    """The train of the plain mapping of a scene; None where a value of it, or the follower, is wrong."""
+    """The train of the plain mapping of a scene; None where a value of it, or the follower, is wrong.
+
+    Without the loads of its stages, whose rows are checked on their own (``scene.load``).
+    """
     follower = at(data, "follower.motion")
     if not (isinstance(follower, str) and follower in MOTIONS):
         return None
     try:
-        rows = [TrainStage(**row) for row in stages_in(data)]
+        rows = [TrainStage(**{**row, "load": None}) for row in stages_in(data)]
     except (BadInput, TypeError):  # which is said
         return None
     return train_from(rows, angular=MOTIONS[follower].angular)

@@ -5,7 +5,7 @@ per angle: an angle is in both units or in neither.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -27,15 +27,15 @@ def with_units(tables: dict[str, Any], file: str) -> tuple[dict[str, Any], list[
     """The tables of a scene with numbers in place of texts with units, and a mistake for each that is none."""
     found = mechanism_in(tables)
     angular = bool(found and found[0].motion.angular)
-    reader = _Reader(file, angular, tool_turns(stages_in(tables), angular))
+    reader = _Reader(file, angular, stages_in(tables))
     return reader.table(tables, TABLES[""], "", ""), reader.mistakes
 
 
 class _Reader:
     """Goes through the tables of a scene."""
 
-    def __init__(self, file: str, angular: bool, tool_turns: bool) -> None:
-        self.file, self.angular, self.tool_turns = file, angular, tool_turns
+    def __init__(self, file: str, angular: bool, stages: Sequence[Mapping[str, Any]]) -> None:
+        self.file, self.angular, self.stages = file, angular, stages
         self.mistakes: list[Mistake] = []
 
     def table(self, given: Mapping[str, Any], model: type[SceneTable], place: str, known: str) -> dict[str, Any]:
@@ -50,9 +50,15 @@ class _Reader:
                 found[key] = self.tables(value, TABLES[stands], where, stands)
             else:
                 unit = said_of(model, key)[1] if key in model.model_fields else ""
-                unit = unit_for(unit, is_angle(where, self.angular, self.tool_turns))
+                unit = unit_for(unit, self.is_angle(where))
                 found[key] = self.value(value, unit, where) if unit else value
         return found
+
+    def is_angle(self, where: str) -> bool:
+        """Whether what a key is about turns: of a stage of a train, what that moves."""
+        stage = re.match(r"train\.(\d+)\.", where)
+        turns = tool_turns(self.stages[: int(stage[1])] if stage else self.stages, self.angular)
+        return turns if stage else is_angle(where, self.angular, turns)
 
     def tables(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:
         if isinstance(value, list):

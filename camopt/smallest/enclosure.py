@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
@@ -22,8 +22,9 @@ from camopt.motion.programme import Programme, peak
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.interval import Interval
+from camopt.numerics.loading import TrainLoadTable
 from camopt.numerics.sloped import Quotient, as_quotient, as_sloped, at_point
-from camopt.numerics.state import State
+from camopt.numerics.state import State, TrainForces
 from camopt.problem.claims import AnyClaim, Claim, MeanClaim
 from camopt.problem.problem import Problem
 from camopt.smallest.combined import combined
@@ -153,10 +154,14 @@ def _excesses(
 
 
 def rounded(state: State, programme: Programme) -> State:
-    """A state at cam angles with the rounding of their laws in y, y' and y''."""
-    error = programme.table.error.max(axis=0)
-    y, y1, y2 = (Interval(x - e, x + e) for x, e in zip(state[:3], error[:3], strict=True))
-    return State(y, y1, y2, state.y3, state.load)
+    """A state at cam angles with the rounding of their laws in y, y' and y'', and of what a train brings."""
+    table = programme.table
+    y, y1, y2 = (Interval(x - e, x + e) for x, e in zip(state[:3], table.error.max(axis=0)[:3], strict=True))
+    load = state.load
+    if isinstance(table.load, TrainLoadTable):
+        off = [error for force in table.load for error in force.error[:, :2].max(axis=0)]
+        load = TrainForces(*(Interval(x - e, x + e) for x, e in zip(cast(TrainForces, load), off, strict=True)))
+    return State(y, y1, y2, state.y3, load)
 
 
 def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:

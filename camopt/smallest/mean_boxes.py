@@ -19,8 +19,9 @@ from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
+from camopt.numerics.loading import TrainLoadTable
 from camopt.numerics.sloped import Quotient, Sloped, as_sloped, at_point, by_mean_value
-from camopt.numerics.state import Load, State
+from camopt.numerics.state import Load, State, TrainForces
 from camopt.problem.claims import MeanClaim
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.sloped_designs import sloped_boxes
@@ -66,6 +67,12 @@ def _ranges(programme: Programme, panels: Any) -> State:
     )
     if load is None:
         return State(y, y1, y2, 0.0)
+    if isinstance(load, TrainLoadTable):
+        value, carried = (
+            Interval(each.low[panels, 0] - each.error[panels, 0], each.high[panels, 0] + each.error[panels, 0])
+            for each in load
+        )
+        return State(y, y1, y2, 0.0, TrainForces(value, 0.0, carried, 0.0))
     off = load.error[panels, 0]
     return State(y, y1, y2, 0.0, Load(Interval(load.low[panels] - off, load.high[panels] + off), 0.0))
 

@@ -20,7 +20,7 @@ from camopt.effects.motion import scale
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.piecewise import TABLE_DEGREE
+from camopt.numerics.panels import TABLE_DEGREE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene

@@ -16,7 +16,8 @@ from camopt.effects.motion import scale
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.piecewise import derivatives, sign_changes
+from camopt.numerics.panels import derivatives
+from camopt.numerics.piecewise import sign_changes
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene

@@ -74,7 +74,7 @@ class Sampled:
     def __init__(self, demand: Demand, stroke: Stroke) -> None:
         self.demand, self.stroke = demand, stroke
         angles = stroke.start + stroke.angle * samples(demand, stroke)
-        load = demand.problem.programme.load
+        load = demand.problem.programme.load_at_follower
         self.load = () if load is None else load.at(angles)
 
     def counts(self, ceiling: Claim) -> bool:

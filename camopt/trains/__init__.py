@@ -1,4 +1,4 @@
-"""Follower trains: the stages between a follower and the tool that it drives, as kinematics. Knows no scenes."""
+"""Follower trains: the stages between a follower and the tool that it drives, and what these carry."""
 
 from camopt.trains import bell_crank, four_bar, incline, ratio, rocker, slider_crank
 from camopt.trains.stage import Stage

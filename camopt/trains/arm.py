@@ -46,6 +46,10 @@ class Arm:
         cosine = root(-((sine - 1.0) * (sine + 1.0)))
         return angle_of(cosine * self.cosine + sine * self.sine, sine * self.cosine - cosine * self.sine)
 
+    def ratio(self, given: Series) -> Series:
+        cosine, sine = direction(given)
+        return (cosine * self.cosine - sine * self.sine) * self.length
+
 
 def arm(length: float, angle: float) -> Arm:
     """An arm with its start angle in deg.

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from camopt.numerics.taylor import Series
-from camopt.trains.link import FREE, DeadPoint
+from camopt.trains.link import FREE, DeadPoint, one_like
 
 
 @dataclass(frozen=True)
@@ -22,3 +22,6 @@ class Constant:
 
     def backward(self, asked: Series) -> Series:
         return asked / self.factor
+
+    def ratio(self, given: Series) -> Series:
+        return one_like(given) * self.factor

@@ -15,7 +15,7 @@ from cmath import phase, rect
 from dataclasses import dataclass
 from math import asin, cos, pi, radians, sin, sqrt
 
-from camopt.numerics.taylor import Series, angle_of, direction, root
+from camopt.numerics.taylor import Series, angle_of, direction, quotient, root
 from camopt.trains.link import Bar, DeadPoint, Unassembled, nearest_ends
 
 IN_LINE = "crank and coupler are in line"
@@ -54,6 +54,12 @@ class Crank:
         cosine, sine = direction(given + self.start)
         across = sine * self.crank - self.offset
         return cosine * self.crank + root(-((across - self.coupler) * (across + self.coupler))) - self.place
+
+    def ratio(self, given: Series) -> Series:
+        cosine, sine = direction(given + self.start)
+        across = sine * self.crank - self.offset
+        along = root(-((across - self.coupler) * (across + self.coupler)))
+        return (sine + quotient(across * cosine, along)) * -self.crank
 
     def backward(self, asked: Series) -> Series:
         x = asked + self.place

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import acos, radians
 
-from camopt.numerics.taylor import Series, angle_of, direction
+from camopt.numerics.taylor import Series, angle_of, direction, quotient
 from camopt.trains.crank import IN_LINE
 from camopt.trains.link import Bar, DeadPoint, Unassembled, nearest_ends, value_at
 from camopt.trains.stage import Keys, Stage
@@ -65,6 +65,13 @@ class FourBar:
 
     def forward(self, given: Series) -> Series:
         return self.rocker.angle(*_aim(given + self.start, self.crank.length, -self.ground))
+
+    def ratio(self, given: Series) -> Series:
+        """Both ends of the coupler are as fast along it: a·φ'·sin(φ − δ) = c·ψ'·sin(ψ − δ), with δ its angle."""
+        (c1, s1), (c2, s2) = direction(given + self.start), direction(self.forward(given) + self.asked_start)
+        a, c = self.crank.length, self.rocker.length
+        along, across = c2 * c - c1 * a + self.ground, s2 * c - s1 * a
+        return quotient((c1 * across - s1 * along) * a, (c2 * across - s2 * along) * c)
 
     def backward(self, asked: Series) -> Series:
         return self.crank.angle(*_aim(asked + self.asked_start, self.rocker.length, self.ground))

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from camopt.numerics.taylor import Series, Taylor, angle_of, root
+from camopt.numerics.taylor import Series, Taylor, angle_of, quotient, root
 
 
 class Unassembled(ValueError):
@@ -47,6 +47,10 @@ class Link(Protocol):
         """The input."""
         ...
 
+    def ratio(self, given: Series) -> Series:
+        """The velocity of the output over that of the input, where the input is."""
+        ...
+
 
 ROUNDED = 10.0 ** np.arange(-16, -5)
 FREE = DeadPoint(-inf, ""), DeadPoint(inf, "")
@@ -74,6 +78,11 @@ def value_at(formula: Callable[[Series], Series], end: float) -> float:
     return float(found[np.isfinite(found) | np.isinf(places)][0])
 
 
+def one_like(series: Series) -> Series:
+    """The series of 1, with as many terms as another."""
+    return series * 0.0 + 1.0
+
+
 @dataclass(frozen=True)
 class Reversed:
     """A link that is driven from its output."""
@@ -95,6 +104,9 @@ class Reversed:
 
     def backward(self, asked: Series) -> Series:
         return self.link.forward(asked)
+
+    def ratio(self, given: Series) -> Series:
+        return quotient(one_like(given), self.link.ratio(self.link.backward(given)))
 
 
 @dataclass(frozen=True)

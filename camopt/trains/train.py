@@ -1,14 +1,17 @@
 """A train: stages in a chain, from the follower to the tool."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from camopt.numerics.taylor import Series
+import numpy as np
+
+from camopt.numerics.taylor import Series, Taylor
 from camopt.trains import TRAIN_STAGES
-from camopt.trains.link import Link, Unassembled, value_at
+from camopt.trains.carried import Brought, Carried, Joint, brought
+from camopt.trains.link import Link, Unassembled, one_like, value_at
 from camopt.trains.stage import Keys
 
 NO_MOTION = 1e-9  # rad (mm): a start position no further from a dead point is at it
@@ -38,6 +41,12 @@ class Train:
     """From the follower to the tool."""
     stages: tuple[int, ...]
     """The number of the stage of each link, from 1."""
+    carried: tuple[Carried, ...] = ()
+
+    @property
+    def has_mass(self) -> bool:
+        """Whether it carries any mass."""
+        return any(each.mass for each in self.carried)
 
     @property
     def angular(self) -> bool:
@@ -55,6 +64,24 @@ class Train:
         for link in reversed(self.links):
             tool = link.backward(tool)
         return tool
+
+    def joints(self, follower: Series) -> list[Joint]:
+        """The joints, from the follower to the tool."""
+        found = [Joint(follower, one_like(follower))]
+        for link in self.links:
+            moved, ratio = found[-1]
+            found.append(Joint(link.forward(moved), ratio * link.ratio(moved)))
+        return found
+
+    @cached_property
+    def senses(self) -> tuple[float, ...]:
+        """For each joint 1 if it moves out with the follower, −1 if against it."""
+        start = self.joints(Taylor([np.zeros(1), np.ones(1)]))
+        return tuple(float(np.sign(joint.ratio.terms[0][0])) for joint in start)
+
+    def brought(self, follower: Series, ways: Sequence[Any], loads: Mapping[int, Series]) -> Brought:
+        """What it brings to the follower (``trains.carried``)."""
+        return brought(self.joints(follower), self.carried, ways, loads)
 
     @cached_property
     def reach(self) -> tuple[End, End]:

@@ -15,7 +15,7 @@ from camopt.motion.table import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, way
 from camopt.numerics.clock import now
 from camopt.verdicts.ball import Ball, as_arb, ball_between, precisely
 from camopt.verdicts.exact_laws import Stretch
-from camopt.verdicts.exact_load import LoadLine
+from camopt.verdicts.exact_load import LoadPart
 from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, motion_at
 
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
@@ -76,7 +76,7 @@ def decide_part(
     until: float,
     stroke: ExactStroke,
     piece: Stretch | None,
-    line: LoadLine | None,
+    line: LoadPart | None,
     start: arb,
     end: arb,
 ) -> str:

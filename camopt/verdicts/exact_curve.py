@@ -8,10 +8,12 @@ from flint import arb
 from camopt.effects.peak import Derivative, NumberKind
 from camopt.mechanisms import Designs
 from camopt.numerics.curves import curve
-from camopt.numerics.state import Load, State
+from camopt.numerics.state import Load, State, TrainForces
 from camopt.verdicts.ball import Ball
 
 BALL_NUMBERS = NumberKind(arb, arb.pi, arb.tan)
+LOADS: dict[int, Any] = {0: lambda: None, 2: Load, 4: TrainForces}
+"""What a load is to curves, by how many balls it has."""
 ExactCurve = Callable[[list[Ball]], tuple[Any, Any]]
 """From the motion, its derivatives and a load to value and slope."""
 
@@ -28,6 +30,6 @@ def of_curve(made: Any) -> ExactCurve:
         if isinstance(made, Derivative):
             return motion[made.order], motion[made.order + 1]
         y, y1, y2, y3, _, *load = motion
-        return curve(made, ..., State(y, y1, y2, y3, Load(*load) if load else None))
+        return curve(made, ..., State(y, y1, y2, y3, LOADS[len(load)](*load)))
 
     return values

@@ -72,7 +72,8 @@ def narrowed(piece: Any, count: int, x: arb) -> list[arb]:
 @precisely()
 def train_in_balls(train: Train) -> Train:
     """A train with balls in place of its numbers."""
-    return replace(train, links=tuple(map(_in_balls, train.links)))
+    links, carried = (tuple(map(_in_balls, each)) for each in (train.links, train.carried))
+    return replace(train, links=links, carried=carried)
 
 
 def _in_balls(value: Any) -> Any:

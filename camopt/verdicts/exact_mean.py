@@ -14,7 +14,7 @@ Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 9.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
-from math import factorial, inf
+from math import inf
 from typing import Any, NamedTuple, cast
 
 from flint import arb, arb_series
@@ -29,8 +29,8 @@ from camopt.verdicts.ball import Ball, NoSeries, as_arb, ball_between, precisely
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED, Statement
 from camopt.verdicts.exact_curve import BALL_NUMBERS, ExactCurve, of_curve
 from camopt.verdicts.exact_laws import Stretch
-from camopt.verdicts.exact_load import LoadLine
-from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
+from camopt.verdicts.exact_load import LoadPart
+from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, series_of
 
 TAYLOR_ORDER = 26
 STATE_ROWS = 5  # y and its first derivatives, as curves take them
@@ -45,7 +45,7 @@ class TurnPart(NamedTuple):
 
     stroke: ExactStroke
     piece: Stretch | None
-    line: LoadLine | None
+    line: LoadPart | None
     low: arb
     high: arb
 
@@ -85,25 +85,24 @@ class TurnPart(NamedTuple):
         first, *rest = (self.stroke.size * row / self.stroke.angle**k for k, row in enumerate(rows))
         return [self.stroke.low + first, *rest]
 
-    def load(self, x: arb) -> list[arb]:
-        """A load that changes at x, and its slope; nothing of one that does not."""
-        return [] if self.line is None else [self.line.at(x), self.line.slope / self.stroke.angle]
+    def load(self, x: arb, follower: arb_series) -> list[arb_series]:
+        """What changes of a load about x, from the series of the displacement; nothing of one that does not."""
+        return [] if self.line is None else self.line.series(x, self.stroke.angle, follower)
 
+    def ranges(self, rows: list[arb], x: arb) -> list[Ball]:
+        """The first derivatives and the load, as curves take them."""
+        padded = rows[:STATE_ROWS] + [arb(0)] * (STATE_ROWS - len(rows))
+        load = self.load(x, series_of(padded, STATE_ROWS))
+        return [*map(Ball, padded), *(Ball(each[k]) for each in load for k in (0, 1))]
 
-def _ranges(rows: list[arb], load: list[arb]) -> list[Ball]:
-    """The first derivatives, as curves take them."""
-    padded = rows[:STATE_ROWS] + [arb(0)] * (STATE_ROWS - len(rows))
-    return [Ball(each) for each in padded + load]
-
-
-def _series(rows: list[arb], load: list[arb]) -> list[Ball]:
-    """As ``_ranges``, as Taylor series."""
-    found = [arb_series([row / factorial(k) for k, row in enumerate(rows)], DISPLACEMENT_TERMS)]
-    for _ in range(STATE_ROWS - 1):
-        found.append(found[-1].derivative())
-    if load:
-        found += [arb_series(load, DISPLACEMENT_TERMS), arb_series(load[1:], DISPLACEMENT_TERMS)]
-    return [Ball(each) for each in found]
+    def series(self, rows: list[arb], x: arb) -> list[Ball]:
+        """As ``ranges``, as Taylor series."""
+        found = [series_of(rows, DISPLACEMENT_TERMS)]
+        for _ in range(STATE_ROWS - 1):
+            found.append(found[-1].derivative())
+        for each in self.load(x, found[0]):
+            found += [each, each.derivative()]
+        return [Ball(each) for each in found]
 
 
 @dataclass(frozen=True)
@@ -142,14 +141,14 @@ class MeanOfPowers:
     def _over(self, part: TurnPart) -> arb:
         """The integral over a part; where the follower may move one way or the other, by the ranges of both."""
         near, whole = part.derivatives()
-        moved = _ranges(whole, part.load(part.whole))
+        moved = part.ranges(whole, part.whole)
         curves = [values for values, kinds in self.curves if _may_be(kinds, part.stroke, moved[1].arb)]
         ranged: arb = reduce(arb.union, [self._power(values(moved)[0]) * part.angle for values in curves])
         if len(curves) > 1 or (part.piece is None and part.line is None):
             return ranged
         try:
             about, rest = (
-                self._power(curves[0](_series(rows, part.load(x)))[0])
+                self._power(curves[0](part.series(rows, x))[0])
                 for rows, x in ((near, (part.low + part.high) / 2), (whole, part.whole))
             )
         except NoSeries:

@@ -2,18 +2,20 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import factorial
 from typing import NamedTuple
 
-from flint import arb
+from flint import arb, arb_series
 
 from camopt.motion.driven import DrivenLaw
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
+from camopt.motion.train_load import TrainLoad
 from camopt.verdicts.ball import Ball, precisely
 from camopt.verdicts.exact_driven import DrivenPiece, follower_at, narrowed, train_in_balls
 from camopt.verdicts.exact_laws import Stretch, stretches_of
-from camopt.verdicts.exact_load import LoadLine, lines_of
+from camopt.verdicts.exact_load import LoadPart, LoadsInBalls
 
 
 class ExactStroke(NamedTuple):
@@ -27,10 +29,10 @@ class ExactStroke(NamedTuple):
     size: arb
     """What its law is multiplied by."""
     change: arb
-    lines: tuple[LoadLine, ...] = ()
+    lines: tuple[LoadPart, ...] = ()
     """Of an external load that changes."""
 
-    def smooth(self) -> Iterator[tuple[Stretch | None, LoadLine | None, arb, arb]]:
+    def smooth(self) -> Iterator[tuple[Stretch | None, LoadPart | None, arb, arb]]:
         """Where motion and load are smooth: the piece of the law (None in a dwell), the line, and the ends in x."""
         for piece in self.pieces or (None,):
             low, high = (piece.start, piece.end) if piece else (arb(0), arb(1))
@@ -45,7 +47,7 @@ class ExactMotion:
     """The exact turn; stands in for a Programme where formulas ask for the lift, and whether the load changes."""
 
     strokes: tuple[ExactStroke, ...]
-    load: ExternalLoad | None
+    load: ExternalLoad | TrainLoad | None
     highest: arb | None = None
     """Of the turn, where that may be inside a stroke."""
     asked: "ExactMotion | None" = None
@@ -69,10 +71,11 @@ def exact_motion(programme: Programme) -> ExactMotion:
     if programme.asked is not None:
         return _driven(programme, exact_motion(programme.asked))
     degree, strokes, start = arb.pi() / 180, [], arb(0)
+    loads = None if programme.load is None else LoadsInBalls(programme.load)
     level = arb(programme.start) * _unit(programme.strokes[0])
     for stroke in programme.strokes:
         angle, change, size = _given(stroke)
-        lines = () if programme.load is None else tuple(lines_of(programme.load, start, angle))
+        lines = loads.parts(stroke.kind, start, angle) if loads else ()
         pieces = stretches_of(stroke.law) if stroke.law else ()
         strokes.append(ExactStroke(stroke.kind, pieces, angle * degree, level, size, change, lines))
         level, start = level + change, start + angle
@@ -84,12 +87,16 @@ def _driven(programme: Programme, tool: ExactMotion) -> ExactMotion:
     law = next(stroke.law for stroke in programme.strokes if isinstance(stroke.law, DrivenLaw))
     train, zero = train_in_balls(law.train), arb(law.zero)
     level, strokes, start = arb(programme.start), [], arb(0)
+    loads = None
+    if programme.load is not None:
+        counted = follower_at(train, zero + tool.strokes[0].low) - level
+        loads = LoadsInBalls(programme.load, train, counted, programme.monotone)
     for stroke, asked in zip(programme.strokes, tool.strokes, strict=True):
         low = zero + asked.low
         begins, ends = (follower_at(train, each) for each in (low, low + asked.change))
         pieces = tuple(DrivenPiece(piece, low, asked.size, train, begins) for piece in asked.pieces)
         angle = asked.angle * 180 / arb.pi()
-        lines = () if programme.load is None else tuple(lines_of(programme.load, start, angle))
+        lines = loads.parts(stroke.kind, start, angle) if loads else ()
         strokes.append(ExactStroke(stroke.kind, pieces, asked.angle, level, arb(1), ends - begins, lines))
         level, start = level + ends - begins, start + angle
     return ExactMotion(tuple(strokes), programme.load, asked=tool)
@@ -109,10 +116,16 @@ def _given(stroke: Stroke) -> tuple[arb, arb, arb]:
     return arb(stroke.given.angle), change, _unit(stroke) if stroke.is_move else change
 
 
-def motion_at(stroke: ExactStroke, piece: Stretch | None, x: arb, line: LoadLine | None = None) -> list[Ball]:
-    """Balls of y and its first four derivatives by the cam angle over a ball of x; load and slope of a line too."""
+def motion_at(stroke: ExactStroke, piece: Stretch | None, x: arb, line: LoadPart | None = None) -> list[Ball]:
+    """Balls of y and its first four derivatives by the cam angle over a ball of x; loads and their slopes too."""
     rows = [arb(0)] * 5
     if piece is not None:
         rows = [stroke.size * row / stroke.angle**k for k, row in enumerate(narrowed(piece, 5, x))]
-    load = [] if line is None else [line.at(x), line.slope / stroke.angle]
-    return [Ball(stroke.low + rows[0]), *map(Ball, rows[1:] + load)]
+    rows[0] = stroke.low + rows[0]
+    load = [] if line is None else line.series(x, stroke.angle, series_of(rows, len(rows)))
+    return [*map(Ball, rows), *(Ball(each[k]) for each in load for k in (0, 1))]
+
+
+def series_of(rows: list[arb], terms: int) -> arb_series:
+    """The series with some derivatives."""
+    return arb_series([row / factorial(k) for k, row in enumerate(rows)], terms)

@@ -11,7 +11,7 @@ from typing import Any
 from flint import arb, arb_series
 
 from camopt.motion.profile_law import ProfileLaw
-from camopt.numerics.taylor import Direction, Taylor, angle_of, direction, quotient, root
+from camopt.numerics.taylor import Direction, Taylor, angle_of, direction, quotient, root, slope_of
 from camopt.verdicts.ball import Ball, precisely
 
 
@@ -64,6 +64,11 @@ def _(series: arb_series) -> arb_series:
 @quotient.register
 def _(a: arb_series, b: arb_series) -> arb_series:
     return a * b.inv()  # not known where b may be zero; divided by b, it would be an error
+
+
+@slope_of.register
+def _(series: arb_series) -> arb_series:
+    return series.derivative()
 
 
 @direction.register

@@ -214,11 +214,11 @@ def test_inertia_torque_has_the_known_product_of_velocity_and_acceleration(law):
 
 
 def over_turn(shape, dynamics, omega):
-    return torque_over_turn(shape, *force.weights(dynamics, omega))
+    return torque_over_turn(shape, *force.factors_of(dynamics, omega))
 
 
 def series_of(shape, dynamics, omega):
-    return torque_series(shape, force.weights(dynamics, omega))[:, 0]
+    return torque_series(shape, force.factors_of(dynamics, omega))[:, 0]
 
 
 @pytest.mark.parametrize("law", own.STILL)

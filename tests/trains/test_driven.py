@@ -15,7 +15,7 @@ from camopt.motion import LAWS
 from camopt.motion.driven import driven
 from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment
-from camopt.numerics.piecewise import derivatives
+from camopt.numerics.panels import derivatives
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve, resolve_design
 from camopt.scene.tables import ShortLimits

@@ -1,0 +1,99 @@
+"""What a train brings to its follower over the turn: the loads and the inertia of what it carries, tabulated.
+
+S and I of ``trains.carried`` are functions of the cam angle, as the motion is. On each panel their slopes, which
+the series of the motion give, are interpolated at Chebyshev points and integrated once; how far that is from the
+formulas in between, and rounding, is the error of the table.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from camopt.motion.load import ExternalLoad
+from camopt.motion.table import chebyshev_projection, chebyshev_series, way_of
+from camopt.numerics import UNIT, FloatArray, IntArray
+from camopt.numerics.loading import ForceTable, TrainLoadTable
+from camopt.numerics.panels import TABLE_DEGREE, derivatives
+from camopt.numerics.piecewise import MotionTable, node_values, ranges
+from camopt.numerics.state import TrainForces
+from camopt.numerics.taylor import Taylor
+from camopt.trains.train import Train
+
+NODES, TO_POWERS = chebyshev_projection(TABLE_DEGREE - 1)
+LOOKED_AT, _ = chebyshev_series(TABLE_DEGREE + 3)
+BETWEEN = 2.0  # how much larger the error between the places looked at may be than at them
+SEEN = 2.0**20  # times the errors of the motion: what these make of the load is beyond rounding
+ROUNDED = 64.0  # errors of the formulas, in roundings of the largest value in the turn
+
+
+@dataclass(frozen=True)
+class TrainLoad:
+    """What comes to a follower through a train, N (N·mm): F = S + ω²·I."""
+
+    train: Train
+    loads: tuple[tuple[int, ExternalLoad], ...] = ()
+    """Loads that change over the turn, by joint; 0 is the follower."""
+    zero: float = 0.0
+    """Where the follower is lowest in the turn, from the start position of the train, mm (rad)."""
+
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """The cam angles where loads have corners, rad."""
+        return tuple(angle for _, load in self.loads for angle in load.angles)
+
+    def ways(self, way: Any) -> list[Any]:
+        """Which way each joint moves if the follower moves one way: 1, −1, or 0 at rest."""
+        return [way * sense for sense in self.train.senses]
+
+    def state(self, angles: FloatArray, motion: FloatArray, way: FloatArray) -> TrainForces:
+        """As curves take it: of a motion (4, …) at cam angles, which goes out (1), in (−1) or rests (0)."""
+        y, y1, y2, y3 = motion
+        loads = {joint: Taylor([*load.at(angles), 0.0, 0.0]) for joint, load in self.loads}
+        follower = Taylor([y + self.zero, y1, y2 / 2.0, y3 / 6.0])
+        still, carried = self.train.brought(follower, self.ways(way), loads)
+        rows = (*still.terms[:2], *carried.terms[:2])
+        return TrainForces(*(np.broadcast_to(row, y.shape) for row in rows))
+
+    def tabulated(self, table: MotionTable, strokes: IntArray) -> TrainLoadTable:
+        """The load on the panels of a turn, which are cut where it has corners; ``strokes`` numbers theirs."""
+        centre, made, seen = (self._on_panels(table, u) for u in (np.zeros(1), NODES, LOOKED_AT))
+        brought = np.zeros((4, *table.centre.shape))
+        for order, error in enumerate(table.error[: len(table.centre)].T):
+            moved = self._on_panels(table, LOOKED_AT, order, SEEN * error)
+            brought += np.abs(moved - seen).max(axis=2) / SEEN
+        forces = []
+        for k in (0, 2):
+            series = polynomial.polyint((made[k + 1] @ TO_POWERS.T).T) * table.half_width
+            series[0] = centre[k][:, 0]
+            forces.append(_force_table(table, strokes, series.T, seen[k : k + 2], brought[k : k + 2]))
+        return TrainLoadTable(*forces)
+
+    def _on_panels(self, table: MotionTable, u: FloatArray, order: int = 0, by: Any = 0.0) -> FloatArray:
+        """The load at places u of all panels, (4, panels, places), with a derivative of the motion moved."""
+        panels = np.arange(len(table.centre))[:, None]
+        angles = table.centre[:, None] + table.half_width[:, None] * u
+        motion = np.array(derivatives(table, panels, u))
+        motion[order] += np.reshape(by, (-1, 1))
+        kinds = np.repeat(table.kind, np.diff(table.first_panel))
+        return np.array(self.state(angles, motion, np.broadcast_to(way_of(kinds)[:, None], angles.shape)))
+
+
+def _force_table(
+    table: MotionTable, strokes: IntArray, coefficients: FloatArray, seen: FloatArray, brought: FloatArray
+) -> ForceTable:
+    """A force in powers of u, with its errors: from what value and slope (2, …) are at places of the panels.
+
+    ``brought`` is what errors of the motion bring to them.
+    """
+    rows = ranges(coefficients, table.half_width, strokes, table.group)
+    force = ForceTable(coefficients, table.half_width, np.empty(0), *rows)
+    panels = np.arange(len(coefficients))
+    found = np.array(derivatives(force, panels[:, None], LOOKED_AT)[:2])
+    off = brought + BETWEEN * np.abs(found - seen).max(axis=2)
+    off += ROUNDED * UNIT * np.abs(seen).max(axis=(1, 2))[:, None]
+    force.error[panels, :2] += off.T
+    starts = np.flatnonzero(np.diff(table.group, prepend=-1))
+    force.error[len(panels) :] = np.maximum.reduceat(force.error[panels], starts)
+    return force._replace(nodes=node_values(force, table.first_panel))
