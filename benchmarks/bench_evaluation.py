@@ -10,7 +10,7 @@ from camopt import find_scene
 from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.problem.problem import resolve
-from camopt.verdicts.judging import run_effects
+from camopt.verdicts.running import run_effects
 
 DESIGNS = 20_000
 POLISHED_ANGLES = 72  # the fewest, of those tried, that reach AGREEMENT for each law

@@ -34,7 +34,8 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows
 from camopt.problem.settings import problems_of
-from camopt.verdicts.judging import excesses, run_effects
+from camopt.verdicts.judging import excesses
+from camopt.verdicts.running import run_effects
 
 MANY = 10_000
 RUNS, SEEDS, POPULATION, TIMES = 3, 3, 400, (1, 10)

@@ -15,7 +15,7 @@ from camopt.numerics.curves import curve
 from camopt.problem.problem import Problem
 from camopt.quantities import GEOMETRY, QUANTITIES
 from camopt.scene.scene import Scene
-from camopt.verdicts.judging import run_effects
+from camopt.verdicts.running import run_effects
 
 STROKE_NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}
 END_SHARE = 1e-9  # share of a piece that samples keep from its ends, to be on its side of a jump

@@ -19,7 +19,7 @@ from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
 from camopt.storage.files import check_writable, checked_suffix, path_of
 from camopt.verdicts.evaluation import evaluate
-from camopt.verdicts.judging import run_effects
+from camopt.verdicts.running import run_effects
 
 TORN = 1e-9  # mm
 

@@ -38,7 +38,7 @@ from camopt.smallest.enclosure import (
 from camopt.smallest.excesses import EXCESS_ROUNDING, HUGE_SLOPE
 from camopt.smallest.mean_boxes import mean_excess, powers_over
 from camopt.smallest.sloped_designs import sloped_boxes
-from camopt.verdicts.judging import planned
+from camopt.verdicts.running import planned
 
 COARSE_SHARE = (
     1e-4  # of the cam angles at which curves are evaluated: any would do, those of extremes tell the most

@@ -15,6 +15,7 @@ from pydantic import TypeAdapter, ValidationError
 from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.problem.limit import ASSEMBLY
 from camopt.problem.problem import VERDICT, Problem, missing, resolve
 from camopt.problem.settings import freed_of, given_profile, in_settings
 from camopt.problem.variables import Variable
@@ -22,7 +23,8 @@ from camopt.quantities import QUANTITIES
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.scene import Scene
 from camopt.scene.tables import Cam, Dynamics, Follower, Materials, SceneTable
-from camopt.verdicts.judging import ASSEMBLY, CERTIFIED, evaluate_with_effort, excesses, run_effects
+from camopt.verdicts.judging import CERTIFIED, evaluate_with_effort, excesses
+from camopt.verdicts.running import run_effects
 
 if TYPE_CHECKING:
     import pandas as pd

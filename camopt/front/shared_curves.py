@@ -21,7 +21,8 @@ from camopt.problem.problem import Problem, strictest
 from camopt.problem.rows import Columns, Rows
 from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES
-from camopt.verdicts.judging import excesses, run_effects
+from camopt.verdicts.judging import excesses
+from camopt.verdicts.running import run_effects
 from camopt.verdicts.screening import (
     Candidates,
     Screened,

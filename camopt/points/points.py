@@ -17,7 +17,7 @@ from camopt.points.spacing import checked_angles, in_steps, within_chord
 from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
 from camopt.storage.files import checked_suffix, whole_file
-from camopt.verdicts.judging import run_effects
+from camopt.verdicts.running import run_effects
 from camopt.version import VERSION
 
 if TYPE_CHECKING:

@@ -22,6 +22,7 @@ from camopt.problem.claims import Claim, MeanClaim, claims_of, mean_claim_of
 from camopt.problem.rows import Columns
 from camopt.quantities import AT_LEAST, AT_MOST, QUANTITIES, SIGNED
 
+ASSEMBLY = "assembly"  # what a design violates that cannot be put together
 UNDERCUT, SELF_CROSSING = "undercut", "self_crossing"  # names of limits that every cam has to hold
 
 Decide = Callable[[Setup, Designs, Programme], bool | None]

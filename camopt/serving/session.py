@@ -14,6 +14,7 @@ from typing import Any
 from camopt.drawing.picture import Picture
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics.clock import now
+from camopt.problem.limit import ASSEMBLY
 from camopt.problem.problem import resolve_design
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES
@@ -35,7 +36,7 @@ from camopt.storage.files import write_text
 from camopt.tables.layout import Cell, Table
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
-from camopt.verdicts.judging import ASSEMBLY, evaluate_rows
+from camopt.verdicts.judging import evaluate_rows
 
 Answer = dict[str, Any]
 BALLS_UNTIL = 0.01  # seconds for what rounding hides, while a control moves

@@ -21,7 +21,7 @@ from camopt.scene.part import Part
 from camopt.scene.scene import Scene
 from camopt.sheet.marks import decimal
 from camopt.sheet.words import LANGUAGES
-from camopt.verdicts.judging import run_effects
+from camopt.verdicts.running import run_effects
 
 FINENESS = 2e-5  # of the cam's size: how far lines may be off its curves
 IN_LINE = 1e-5  # rad: what is no further aside is rounding

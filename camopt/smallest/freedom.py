@@ -13,7 +13,8 @@ from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.problem.variables import Variable
 from camopt.smallest.turns import SegmentAngles
-from camopt.verdicts.judging import excesses, run_effects
+from camopt.verdicts.judging import excesses
+from camopt.verdicts.running import run_effects
 
 DELTA = 1e-6  # of a scale: differences are taken over it
 

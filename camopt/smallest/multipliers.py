@@ -28,7 +28,8 @@ from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.quantities import QUANTITIES
 from camopt.smallest.freedom import DELTA, Freedom
-from camopt.verdicts.judging import excesses, run_effects
+from camopt.verdicts.judging import excesses
+from camopt.verdicts.running import run_effects
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
 SIDE_LINES = 2  # lines by direction along which the sides of kinks are sought

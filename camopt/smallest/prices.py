@@ -20,7 +20,8 @@ from camopt.smallest.multipliers import NO_RATES, ActiveBound, Rates, bounds_met
 from camopt.smallest.optimise import SECONDS, Optimum, answers_of, end_of, least_of
 from camopt.smallest.turns import SegmentAngles
 from camopt.tables.columns import joined_laws
-from camopt.verdicts.judging import excesses, run_effects
+from camopt.verdicts.judging import excesses
+from camopt.verdicts.running import run_effects
 
 BOUND_ROUNDING = 1e-9  # of a bound
 

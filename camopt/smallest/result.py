@@ -13,7 +13,8 @@ from camopt.mechanisms import Designs
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Rows
-from camopt.verdicts.judging import LAST_AT_ONCE, excesses, extended, planned
+from camopt.verdicts.judging import LAST_AT_ONCE, excesses
+from camopt.verdicts.running import extended, planned
 
 GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
 

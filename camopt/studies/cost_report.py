@@ -14,7 +14,7 @@ from camopt.scene.scene import Scene
 from camopt.smallest.sized import sized
 from camopt.studies.accuracy.subjects import designs_of
 from camopt.studies.called import Called, what_runs
-from camopt.verdicts.judging import extended
+from camopt.verdicts.running import extended
 
 COST_RUNS = 3
 

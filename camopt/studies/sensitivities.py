@@ -25,7 +25,7 @@ from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.variables import Variable
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
-from camopt.verdicts.judging import run_effects
+from camopt.verdicts.running import run_effects
 
 STEP_SHARE = 1e-3  # of what a variable is of the order of: the error of the formula is its fourth power
 STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])

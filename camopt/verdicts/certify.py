@@ -20,7 +20,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics.clock import now
 from camopt.problem.claims import Claim
-from camopt.problem.limit import SELF_CROSSING, UNDERCUT, Limit
+from camopt.problem.limit import ASSEMBLY, SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.rows import Rows
 from camopt.scene.scene import Scene
@@ -31,7 +31,7 @@ from camopt.verdicts.exact_curve import BALL_NUMBERS, in_balls, of_curve
 from camopt.verdicts.exact_mean import mean_verdict
 from camopt.verdicts.exact_motion import ExactMotion, exact_motion
 from camopt.verdicts.exact_section import integrated_rows, is_integrated
-from camopt.verdicts.judging import ASSEMBLY, run_effects
+from camopt.verdicts.running import run_effects
 
 CONDITIONS = "conditions"
 DOUBLE_ERRORS = (1e-14, 1e-12, 1e-9)  # shares of a lift that its double may be off

@@ -18,7 +18,8 @@ from camopt.shown import Drawn, HasHtml
 from camopt.tables.columns import is_nothing
 from camopt.tables.design_tables import design_table
 from camopt.tables.layout import Table
-from camopt.verdicts.judging import evaluate_rows, run_effects
+from camopt.verdicts.judging import evaluate_rows
+from camopt.verdicts.running import run_effects
 from camopt.verdicts.warned import warnings_of
 
 

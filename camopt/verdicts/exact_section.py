@@ -26,7 +26,7 @@ from camopt.quantities import QUANTITIES
 from camopt.verdicts.ball import as_arb, ball_between, precisely
 from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
-from camopt.verdicts.judging import extended
+from camopt.verdicts.running import extended
 
 SERIES_ORDER = 10
 MOTION_TERMS = SERIES_ORDER + 3  # of a motion: from its second derivative on, SERIES_ORDER is the last one's

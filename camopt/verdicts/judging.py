@@ -1,4 +1,4 @@
-"""Verdicts: run the effects needed, and compare designs with their limits; a verdict is proved or undecided.
+"""Verdicts: the quantities of designs beside their limits; a verdict is proved or undecided.
 
 A limit is held if the far side of the quantity's enclosure holds it, and broken if the near side breaks it.
 Between the two a design is looked at again at a tolerance near rounding, and then in ball arithmetic; what is
@@ -8,77 +8,28 @@ undecided even then is no feasible design.
 from collections.abc import Iterable
 from dataclasses import replace
 from math import inf
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.effects import EFFECTS, Case, Effect, Setup, effects_needed
-from camopt.effects.case import Bounded, nothing
+from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
-from camopt.problem.limit import Limit
+from camopt.problem.limit import ASSEMBLY, Limit
 from camopt.problem.problem import SINGLE_TOLERANCE, Problem, exactly
 from camopt.problem.rows import Columns, Rows
+from camopt.verdicts.running import extended, planned
 
 CERTIFIED, SAMPLED, UNDECIDED = "certified", "sampled", "undecided"
 LAST_AT_ONCE = 16  # designs of which limits that are asked last are asked, to stop in time
-ASSEMBLY = "assembly"  # what a design violates that cannot be assembled
 
 
 def proved_status(programme: Programme) -> str:
     """The status of a proved verdict; what is proved of a table is not known of the motion between its points."""
     return SAMPLED if programme.sampled else CERTIFIED
-
-
-def run_effects(case: Case, wanted: Iterable[str]) -> Rows:
-    """The wanted quantities of a block of designs."""
-    wanted, rows = frozenset(wanted), Rows({}, len(case.designs))
-    for effect, names in planned(wanted, case.setup):
-        rows = extended(rows, case, effect, names)
-    return rows.only(wanted)
-
-
-def planned(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, frozenset[str]]]:
-    """The effects to run, each with the quantities to keep: those wanted, and those that another effect reads."""
-    asked = effects_needed(wanted, setup)
-    return [(EFFECTS[name], frozenset(names)) for name, names in asked.items()]
-
-
-def extended(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
-    """The rows of a case with some quantities of one more effect, which may read those that the rows have."""
-    return beyond_pitch(with_pitch_values(rows, case, effect, names), case, effect, names)
-
-
-def with_pitch_values(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
-    """The rows of a case with what one more effect finds of pitch curves, the same bits for all that share one."""
-    if effect.of_pitch is nothing:
-        return rows
-    curves = replace(case, designs=case.setup.mechanism.pitch(case.designs))
-    return with_found(rows, effect.of_pitch(curves, names), names)
-
-
-def beyond_pitch(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
-    """The rows of a case with what one more effect finds beyond that of pitch curves."""
-    if effect.run is nothing:
-        return rows
-    return with_found(rows, effect.run(replace(case, found=rows.columns, outward=rows.outward), names), names)
-
-
-def with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Rows:
-    """Rows with the wanted ones of an effect's quantities."""
-    columns, outward, half_width = dict(rows.columns), dict(rows.outward), rows.half_width
-    for name in (n for n in found if n in wanted):
-        columns[name] = found[name]
-        if isinstance(found[name], Bounded):
-            columns[name], width, scale = found[name]
-            outward[name] = np.where(np.isinf(columns[name]), 0.0, width)  # ∞ − ∞ is no width
-            width = np.abs(outward[name])
-            relative = width / np.where((scale > 0.0) & ~(np.isinf(scale) & np.isinf(width)), scale, 1.0)
-            half_width = np.maximum(half_width, relative)
-    return Rows(columns, rows.count, outward, half_width)
 
 
 class Effort(NamedTuple):

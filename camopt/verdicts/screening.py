@@ -17,17 +17,9 @@ from camopt.problem.claims import Claim
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
-from camopt.verdicts.judging import (
-    Effort,
-    beyond_pitch,
-    evaluate_with_effort,
-    excesses,
-    planned,
-    proved_status,
-    with_exact_numbers,
-    with_pitch_values,
-)
+from camopt.verdicts.judging import Effort, evaluate_with_effort, excesses, proved_status, with_exact_numbers
 from camopt.verdicts.refuting import refuted
+from camopt.verdicts.running import beyond_pitch, planned, with_pitch_values
 
 
 @dataclass(frozen=True)

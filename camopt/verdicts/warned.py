@@ -16,7 +16,7 @@ from camopt.motion.segments import start_position
 from camopt.motion.stroke import Stroke
 from camopt.numerics.piecewise import sign_changes
 from camopt.problem.problem import Problem
-from camopt.verdicts.judging import run_effects
+from camopt.verdicts.running import run_effects
 
 RIGID, ELASTIC = "contact_force_min_N", "contact_force_elastic_min_N"
 REACHED_SHARE = 1e-6  # of the lift: a motion this near to what was asked is there

@@ -33,7 +33,8 @@ from camopt.smallest.optimise import _clear_above
 from camopt.smallest.result import Smallest, first_feasible, known_crossings
 from camopt.smallest.smallest import _smallest as least_of_others
 from camopt.smallest.smallest import smallest
-from camopt.verdicts.judging import bound_excesses, run_effects
+from camopt.verdicts.judging import bound_excesses
+from camopt.verdicts.running import run_effects
 
 DISC = [key for key in MECHANISMS if key[0] == "disc"]
 ROUND = [key for key in DISC if not key[2]]

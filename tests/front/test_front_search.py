@@ -35,7 +35,8 @@ from camopt.problem.rows import concatenate_rows
 from camopt.problem.space import space_of
 from camopt.quantities import QUANTITIES
 from camopt.verdicts import refuting
-from camopt.verdicts.judging import evaluate_with_effort, run_effects
+from camopt.verdicts.judging import evaluate_with_effort
+from camopt.verdicts.running import run_effects
 
 SPREAD = {"base_radius": 0.5, "mean_radius": 0.5, "roller_radius": 0.4, "face_radius": 0.4, "arm_length": 0.2}
 AROUND = {"offset": 12.0, "face_offset": 8.0}
