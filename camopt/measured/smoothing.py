@@ -11,6 +11,7 @@ Sources: Wahba, Spline Models for Observational Data, 1990, ch. 4; Kim and Gu, S
 J. R. Statist. Soc. B 66, 2004 (the factor 1.4).
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ MOST_KNOTS = 360
 CAUTION = 1.4
 FREEST = 0.7  # of the points: the most degrees of freedom, so that CAUTION times as many are less than the points
 WEIGHTS = np.exp(np.arange(-40.0, 10.0, 0.1))  # of the jerk by x over a turn
+BASES_KEPT = 4  # of up to some MB each
 REGULAR = 1e-10  # of the measure, where knots have no points beside them
 
 
@@ -43,11 +45,7 @@ def smoothed(points: MeasuredPoints) -> Smoothed:
 
     Knots are at the angles of the points, and at some of these if there are more than 360.
     """
-    basis, roughness = _basis(points.angles / FULL_TURN)
-    measure = (basis.T @ basis).toarray()
-    measure += np.eye(len(measure)) * REGULAR * np.trace(measure) / len(measure)
-    rough, vectors = eigh(roughness.toarray(), measure)
-    curves = basis @ vectors
+    rough, curves = _eigenbasis(points.angles.tobytes())
     lifts = points.lifts - points.lifts.mean()
     parts = curves.T @ lifts
     beside = max(float(lifts @ lifts - parts @ parts), 0.0)  # what no spline of these knots has
@@ -57,6 +55,19 @@ def smoothed(points: MeasuredPoints) -> Smoothed:
     left = beside + (1.0 - kept[allowed]) ** 2 @ parts**2
     best = allowed[np.argmin(left / (lifts.size - CAUTION * freedom[allowed]) ** 2)]
     return Smoothed(lifts - curves @ (kept[best] * parts), curves**2 @ kept[best], float(freedom[best]))
+
+
+@lru_cache(maxsize=BASES_KEPT)
+def _eigenbasis(angles: bytes) -> tuple[FloatArray, FloatArray]:
+    """The roughness of the curves of a basis, and their values at given angles, deg, as the bytes of doubles.
+
+    It takes a tenth of a second, and lifts that are measured at the same angles share it.
+    """
+    basis, roughness = _basis(np.frombuffer(angles) / FULL_TURN)
+    measure = (basis.T @ basis).toarray()
+    measure += np.eye(len(measure)) * REGULAR * np.trace(measure) / len(measure)
+    rough, vectors = eigh(roughness.toarray(), measure)
+    return rough, basis @ vectors
 
 
 def _basis(x: FloatArray) -> tuple[sparse.csr_array, sparse.csr_array]:

@@ -67,7 +67,7 @@ class TrainStage(SceneTable):
     above 0 if it is against the displacement that the stage gives.
     """
 
-    stage: Literal[*TRAIN_STAGES]  # type: ignore[valid-type]
+    stage: Literal[tuple(TRAIN_STAGES)]  # type: ignore[valid-type]
     """What the stage is."""
     crank: Length | None = None
     """Length of the crank; mm."""

@@ -18,10 +18,11 @@ FOLDER = Path(camopt.__file__).parent / "scene"
 SHIPPED = sorted((FOLDER / "shipped").glob("*.toml"))
 SCHEMA = FOLDER / "scene.schema.json"
 READER = jsonschema.Draft7Validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
+MADE = scene_schema()
 
 
 def test_it_is_a_schema():
-    jsonschema.Draft7Validator.check_schema(scene_schema())
+    jsonschema.Draft7Validator.check_schema(MADE)
 
 
 @pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.stem)
@@ -69,7 +70,7 @@ def leaves_of(errors):
 
 @pytest.mark.parametrize("key", [*chain(*map(keys_of, TABLES))], ids=lambda key: key.key)
 def test_a_key_says_what_it_is_and_takes_no_table_of_others(key):
-    table = scene_schema() if not key.table else scene_schema()["definitions"][TABLES[key.table].__name__]
+    table = MADE if not key.table else MADE["definitions"][TABLES[key.table].__name__]
     said = table["properties"][key.key.rpartition(".")[2]]["description"]
     assert said.startswith(key.sentence.removesuffix("."))
     assert (f"Unit: {key.unit}." in said) == bool(key.unit)
@@ -82,4 +83,4 @@ def test_links_lead_to_the_site_where_there_is_one():
     schema = scene_schema(site="https://camopt.example")
     rpm = schema["definitions"]["Cam"]["properties"]["rpm"]
     assert rpm["x-taplo"]["links"]["key"] == "https://camopt.example/reference/scene.html#key-cam.rpm"
-    assert "camopt.example" not in json.dumps(scene_schema())
+    assert "camopt.example" not in json.dumps(MADE)
