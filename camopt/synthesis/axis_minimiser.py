@@ -19,7 +19,7 @@ from camopt.scene.tables import OBJECTIVE_TERMS
 from camopt.synthesis.cams import cam_for, programme_with, scene_with_laws, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
 from camopt.synthesis.convex import SOLVER_ERROR, Convex, convex
-from camopt.synthesis.demand import Demand
+from camopt.synthesis.demand import LIMIT_MARGINS, Demand, tightened
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, iterate_of
 from camopt.synthesis.modelling import cp
@@ -27,14 +27,12 @@ from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesise import (
-    LIMIT_MARGINS,
     PANEL_COUNTS,
     WORSE,
     best_of,
     gentlest,
     lowered,
     starting_laws,
-    tightened,
 )
 from camopt.synthesis.synthesised import Synthesis
 from camopt.tables.designs import Design, scene_with_row

@@ -25,6 +25,8 @@ TERM_ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 SQUARES = {"acceleration_rms": 2, "jerk_rms": 3}
 
 SIZE_WORDS = "the size"
+LIMIT_MARGINS = (1e-7, 1e-6, 1e-5, 1e-4)  # by which limits are held closer than asked, for a solver's error
+CONE = 100.0  # times that, for a limit that is a cone: a solver errs more there
 
 LowHigh = tuple[float, float]
 
@@ -209,3 +211,20 @@ class Demand:
 def roller_of(problem: Problem, body: float) -> float:
     """The prime radius minus the size, for a follower with a trace point on a disc cam."""
     return body if problem.setup.mechanism in (translating.MECHANISM, oscillating.MECHANISM) else 0.0
+
+
+def tightened(demand: Demand, margin: float) -> Demand:
+    """The demand with limits held closer by a share, or wider; conditions are not held closer than they are given.
+
+    They may hold each other just so: a motion that ends at 40 mm and may nowhere have more.
+    """
+    kept = 1.0 - margin
+    return replace(
+        demand,
+        conditions=tuple(each.widened(max(0.0, -margin)) for each in demand.conditions),
+        ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
+        floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
+        means=tuple(mean.closer(CONE * margin if mean.power > 1 else margin) for mean in demand.means),
+        prime=(demand.prime[0], max(demand.prime[0], kept * demand.prime[1])),
+        residual=None if demand.residual is None else (1.0 - CONE * margin) * demand.residual,
+    )

@@ -28,12 +28,11 @@ from camopt.smallest.freedom import Freedom
 from camopt.smallest.prices import Price
 from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import Convex, convex
-from camopt.synthesis.demand import Demand
+from camopt.synthesis.demand import LIMIT_MARGINS, Demand, tightened
 from camopt.synthesis.from_scene import by_offset, default_peaks, demand_of
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
-from camopt.synthesis.synthesise import LIMIT_MARGINS, tightened
 from camopt.synthesis.synthesised import Synthesis, free_names
 
 BOUND_STEP = 1e-4  # of a bound, in differences

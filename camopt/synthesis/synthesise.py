@@ -19,6 +19,7 @@ from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
+from camopt.smallest.prices import Price, prices
 from camopt.synthesis import residual
 from camopt.synthesis.cams import (
     cam_for,
@@ -30,19 +31,19 @@ from camopt.synthesis.cams import (
 )
 from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import SOLVER_ENDS, SOLVER_ERROR, Convex, convex, solve
-from camopt.synthesis.demand import Demand
+from camopt.synthesis.demand import LIMIT_MARGINS, Demand, tightened
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
+from camopt.synthesis.prices import prices_of_laws
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.unmet import contradiction, no_cam
+from camopt.tables.columns import joined_laws
 
 GENTLE_SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
 PANEL_COUNTS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails
-LIMIT_MARGINS = (1e-7, 1e-6, 1e-5, 1e-4)  # by which limits are held closer than asked, for a solver's error
-CONE = 100.0  # times that, for a limit that is a cone: a solver errs more there
 MISSES_SHOWN = 3  # laws whose cams miss the limits, for what they reach
 WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
@@ -196,23 +197,6 @@ def gentlest(model: Convex, least: float) -> Iterate | None:
     return iterate_of(model) if solve(problem) in SOLVER_ENDS else None
 
 
-def tightened(demand: Demand, margin: float) -> Demand:
-    """The demand with limits held closer by a share, or wider; conditions are not held closer than they are given.
-
-    They may hold each other just so: a motion that ends at 40 mm and may nowhere have more.
-    """
-    kept = 1.0 - margin
-    return replace(
-        demand,
-        conditions=tuple(each.widened(max(0.0, -margin)) for each in demand.conditions),
-        ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
-        floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
-        means=tuple(mean.closer(CONE * margin if mean.power > 1 else margin) for mean in demand.means),
-        prime=(demand.prime[0], max(demand.prime[0], kept * demand.prime[1])),
-        residual=None if demand.residual is None else (1.0 - CONE * margin) * demand.residual,
-    )
-
-
 def _by_convex_steps(
     scene: Scene, model: Convex, demand: Demand, start: Iterate, advance: Progress
 ) -> Iterator[tuple[Synthesis | None, Iterate]]:
@@ -266,3 +250,9 @@ def _placed(demand: Demand, known: Iterate, objective: Collection[str]) -> Itera
         return known
     lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + demand.roller
     return known._replace(lead=lead / demand.length, height=sqrt(prime**2 - lead**2) / demand.length)
+
+
+@prices.register
+def _prices_of_free_laws(result: Synthesis, seconds: float | None = None) -> dict[str, list[Price]]:
+    """By the laws of the cam, as those of known laws."""
+    return {joined_laws(result.design["law_rise"], result.design["law_return"]): prices_of_laws(result)}

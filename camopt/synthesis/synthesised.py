@@ -13,8 +13,7 @@ from camopt.problem.problem import resolve
 from camopt.scene import tables
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, HasHtml
-from camopt.smallest.prices import Price, prices
-from camopt.tables.columns import joined_laws, with_law
+from camopt.tables.columns import with_law
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import Design
 from camopt.tables.layout import Table
@@ -116,11 +115,3 @@ def free_names(segments: Sequence[tables.Segment] | Sequence[GivenSegment]) -> l
     kinds = [segment.segment for segment in segments if segment.segment in FREE_KINDS]
     counts = [kinds[: n + 1].count(kind) for n, kind in enumerate(kinds)]
     return [f"free-{k}-{n}" if kinds.count(k) > 1 else f"free-{k}" for k, n in zip(kinds, counts, strict=True)]
-
-
-@prices.register
-def _prices_of_free_laws(result: Synthesis, seconds: float | None = None) -> dict[str, list[Price]]:
-    """By the laws of the cam, as those of known laws."""
-    from camopt.synthesis.prices import prices_of_laws
-
-    return {joined_laws(result.design["law_rise"], result.design["law_return"]): prices_of_laws(result)}

@@ -15,9 +15,9 @@ from camopt import Unmet, Unsolved, find_scene, prices, synthesise
 from camopt.cli.main import main
 from camopt.problem.problem import resolve
 from camopt.synthesis.convex import convex
+from camopt.synthesis.demand import tightened
 from camopt.synthesis.from_scene import by_offset, default_peaks, demand_of
 from camopt.synthesis.spline_motion import SplineMotion
-from camopt.synthesis.synthesise import tightened
 
 COARSE = find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
 CASES = {

@@ -110,7 +110,6 @@ HEAVY = {
 }
 """Packages that take long to import: functions that need them may import them."""
 LATE = {
-    ("synthesis.synthesised", "synthesis.prices"): "it solves the convex programmes of the result",
     ("engines", "engines.dask_cluster"): "it imports Dask",
     ("kernels.compile", "kernels.beside"): "it imports subprocess and pickle",
     ("kernels.compile", "kernels.dispatchers"): "it imports numba",
