@@ -29,6 +29,10 @@ class Dialect:
     tool: tuple[str, ...] = ("T{tool} M6",)
     spindle: str = "S{speed} M3"
     coolant: str = "M8"
+    still: str = "M5"
+    """The spindle stops."""
+    dry: str = "M9"
+    """The coolant stops."""
     sign: str = ""
     """Of numbers: "+" where they all have one."""
     decimals: int = 4

@@ -93,7 +93,7 @@ def write(
         for level in levels:
             way.cut(program, level)
         levels = levels[-1:]
-    program.say(*program.words.end)
+    _stop(program, spindle, coolant)
     write_text(path, program.text())
     return Export(path, told(cuts), notes=tuple(_left_out(depth, spindle)))
 
@@ -114,6 +114,15 @@ def _start(program: Program, tool: int | None, spindle: float | None, coolant: b
         program.say(program.words.spindle, speed=f"{spindle:g}")
     if coolant:
         program.say(program.words.coolant)
+
+
+def _stop(program: Program, spindle: float | None, coolant: bool) -> None:
+    """Switch off what was switched on, and end."""
+    if coolant:
+        program.say(program.words.dry)
+    if spindle is not None:
+        program.say(program.words.still)
+    program.say(*program.words.end)
 
 
 def _through(part: Part) -> float | None:

@@ -17,6 +17,8 @@ class Program:
     lines: list[str] = field(default_factory=list)
     feed: str = ""
     """The last feed, mm/min, which holds until another is said."""
+    at: tuple[str, str] | None = None
+    """Where the machine stands, in the digits of the program."""
 
     def say(self, *templates: str, **values: object) -> None:
         """Add lines of the dialect."""
@@ -30,7 +32,8 @@ class Program:
 
     def rapid(self, to: complex) -> None:
         """Go to a point as fast as the machine can, above the part or outside of it."""
-        self.say(self.words.rapid, x=self.number(to.real), y=self.number(to.imag))
+        self.at = x, y = self._place(to)
+        self.say(self.words.rapid, x=x, y=y)
 
     def up(self, height: float) -> None:
         self.say(self.words.up, z=self.number(height))
@@ -39,13 +42,17 @@ class Program:
         self.say(self.words.down + self._fed(feed), z=self.number(height))
 
     def line(self, to: complex, feed: float) -> None:
-        self.say(self.words.line + self._fed(feed), x=self.number(to.real), y=self.number(to.imag))
+        """Go straight to a point; nothing where the machine stands there already, but for its digits."""
+        if (place := self._place(to)) != self.at:
+            self.at = x, y = place
+            self.say(self.words.line + self._fed(feed), x=x, y=y)
 
     def arc(self, start: complex, end: complex, bulge: float, feed: float) -> None:
         """Move from where the machine stands, by an arc or, without a bulge, by a line."""
-        if not bulge:
+        if not bulge or self._place(end) == self.at:  # an arc that ends where it begins would be a whole circle
             self.line(end, feed)
             return
+        self.at = self._place(end)
         way = (end - start) * (0.5 + 0.25j * (1.0 / bulge - bulge))
         numbers = {"x": end.real, "y": end.imag, "i": way.real, "j": way.imag}
         numbers |= {"cx": (start + way).real, "cy": (start + way).imag}
@@ -56,6 +63,9 @@ class Program:
         """Move along a path from its first vertex, where the machine stands."""
         for one, other, bulge in zip(path.vertices, path.vertices[1:], path.bulges, strict=False):
             self.arc(one, other, bulge, feed)
+
+    def _place(self, to: complex) -> tuple[str, str]:
+        return self.number(to.real), self.number(to.imag)
 
     def number(self, value: float) -> str:
         """A coordinate; zero has no minus."""

@@ -36,7 +36,7 @@ def test_a_program_cuts_the_profile(tmp_path, control, name, direction):
     machining = {"tool": 7, "spindle": 4000.0, "coolant": True, "roughing_feed": 500.0, "depth_step": 4.0}
     found = export(scene, tmp_path / "cam.nc", control=control, **settings, **machining)
     machine = CONTROLS[control]((tmp_path / "cam.nc").read_text())
-    assert (machine.tool, machine.speed, machine.turning, machine.coolant) == (7, 4000.0, True, True)
+    assert (machine.tool, machine.speed, machine.turned, machine.cooled) == (7, 4000.0, True, True)
     *roughing, finishing = machine.cuts
     step = 10.0**-machine.decimals
     assert [cut.depth for cut in roughing] == pytest.approx([-10 / 3, -20 / 3, -10], abs=step)

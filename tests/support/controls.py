@@ -30,6 +30,7 @@ class Machine:
     def __init__(self, decimals):
         self.at, self.z, self.feed, self.tool, self.speed = None, None, None, None, None
         self.turning = self.coolant = self.ended = False
+        self.turned = self.cooled = False
         self.decimals, self.cuts, self.comments, self.arcs = decimals, [], [], 0
 
     def number(self, text):
@@ -48,11 +49,24 @@ class Machine:
             self.cuts[-1].depth = z
 
     def move(self, points):
+        assert points[-1] != self.at, "a move of no length"
+        self.turned |= self.turning
+        self.cooled |= self.coolant
         assert self.feed, "no feed"
         assert self.tool is None or self.turning, "the spindle stands"
         self.cuts[-1].moves.append(points)
         self.cuts[-1].feeds.append(self.feed)
         self.at = points[-1]
+
+    def stop(self, code):
+        assert self.z is None or self.z > 0.0, "stops in the steel"
+        assert self.turning if code == "M5" else self.coolant, f"{code} of what is off"
+        self.turning, self.coolant = self.turning and code != "M5", self.coolant and code != "M9"
+
+    def end(self):
+        assert not self.turning, "ends with the spindle on"
+        assert not self.coolant, "ends with the coolant on"
+        self.ended = True
 
     def line(self, to):
         self.move(self.at + (to - self.at) * np.linspace(0.0, 1.0, 400))
@@ -99,9 +113,11 @@ def run_iso(program, decimals=4, comment=r"\((.*)\)", modes=("G21", "G17", "G90"
                 machine.turning = True
             elif code == "M8":
                 machine.coolant = True
+            elif code in ("M5", "M9"):
+                machine.stop(code)
             else:
                 assert code == "M30", code
-                machine.ended = True
+                machine.end()
     assert machine.ended
     assert program.splitlines()[-len(ends) :] == list(ends)
     return machine
@@ -169,9 +185,11 @@ def run_heidenhain(program, decimals=4):
             machine.turning = True
         elif text == "M8":
             machine.coolant = True
+        elif text in ("M5", "M9"):
+            machine.stop(text)
         else:
             assert text == "M30", text
-            machine.ended = True
+            machine.end()
     assert machine.ended
     return machine
 
