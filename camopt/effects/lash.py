@@ -4,6 +4,10 @@ Between the follower and the valve there is a clearance (lash), which heat and w
 the displacement rises through the lash, and closes where it falls through it: at these speeds the parts meet, and
 the valve meets its seat. A ramp makes both small, wherever within lash ± variation that is.
 
+Loads know no lash: the spring presses on the cam from displacement 0. One on the valve's side presses from the lash
+on, F = F₀ + c·(y − lash) with its preload F₀: it is given as a preload of F₀ − c·lash, and loads at lifts below the
+lash are then those of a follower that it would still press on.
+
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 17 (valve trains; ramps).
 """
 

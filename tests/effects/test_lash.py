@@ -119,3 +119,16 @@ def test_a_lash_that_no_valve_has_is_told(lash, variation, line):
     with pytest.raises(BadInput) as caught:
         scene.replace(**{"follower.dynamics.lash": lash, "follower.dynamics.lash_variation": variation})
     assert line in str(caught.value)
+
+
+def test_a_spring_on_the_valve_has_its_own_force_above_the_lash_with_the_preload_that_the_guide_says():
+    """F₀ + c·(y − lash) on the seat side, and inertia, by hand at samples above the lash."""
+    mass, rate, seat, lash = 0.11, 28.0, 250.0, 0.2
+    loads = {"mass": mass, "spring_rate": rate, "preload": seat - rate * lash, "lash": lash}
+    scene = find_scene("bucket-valve").replace(**{"follower.dynamics": loads, "outputs": ["contact_force_max_N"]})
+    programme = resolve(scene).programme
+    y, _, y2, _ = programme.at(np.linspace(0, 2 * np.pi, 400001))
+    above = y > lash
+    omega = scene.cam.rpm * np.pi / 30
+    force = seat + rate * (y - lash) + mass * omega**2 * y2 / 1e3
+    assert evaluate(scene)["contact_force_max_N"] == pytest.approx(force[above].max(), rel=1e-6)
