@@ -19,7 +19,7 @@ BOUNDED_BELOW = (
     *("pitch_curvature_min_per_mm", "profile_radius_min_mm", "cutter_radius_max_mm", "face_reach_min_mm"),
     *("contact_force_min_N", "contact_force_elastic_min_N", "jump_speed_rpm", "jump_speed_ratio", "torque_min_N_m"),
     *("jamming_margin", "entrainment_speed_min_m_s", "film_thickness_min_um", "film_ratio_min", "hub_wall_min_mm"),
-    *("lift_area_mm_deg", "lift_area_deg_deg"),
+    *("lift_area_mm_deg", "lift_area_deg_deg", "transmission_angle_min_deg"),
 )
 """Quantities of which one wants at least so much; of all others at most."""
 SIGNED = (
@@ -249,6 +249,13 @@ _ALL = [
     *_mean_quantities(),
     Quantity("lift_area_mm_deg", "", "mm·deg", "rms", "Area below the lift over the cam angle, as of a valve."),
     Quantity("lift_area_deg_deg", "", "deg·deg", "rms", "Area below the follower's angle over the cam angle."),
+    Quantity(
+        "transmission_angle_min_deg",
+        "μ_min",
+        "deg",
+        "transmission",
+        "Least transmission angle of the couplers of a train over the turn.",
+    ),
     Quantity("pressure_angle_max_deg", "β_max", "deg", "pressure", "Largest |β| over the turn."),
     Quantity("pressure_angle_max_rise_deg", "β_max", "deg", "pressure", "Largest |β| over the rises."),
     Quantity("pressure_angle_max_return_deg", "β_max", "deg", "pressure", "Largest |β| over the returns."),

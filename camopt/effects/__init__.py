@@ -21,6 +21,7 @@ from camopt.effects import (
     surface,
     thrust,
     torque,
+    transmission,
     vibration,
     wall,
 )
@@ -49,6 +50,7 @@ EFFECTS: dict[str, Effect] = {
         wall.EFFECT,
         motion.EFFECT,
         lift_change.EFFECT,
+        transmission.EFFECT,
         rms.EFFECT,
         lash.EFFECT,
         force.EFFECT,

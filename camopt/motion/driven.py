@@ -90,6 +90,13 @@ def driven(tool: Programme, train: Train, zero: float, load: ExternalLoad | Trai
     return replace(turn, load=replace(load, zero=base - turn.strokes[0].low))
 
 
+def travel(turn: Programme) -> tuple[float, float]:
+    """From where to where the tool of a follower goes, from the start position of their train, mm (rad)."""
+    law = next(stroke.law for stroke in turn.strokes if isinstance(stroke.law, DrivenLaw))
+    low, high = (law.zero + level for level in turn.tool.levels)
+    return low, high
+
+
 def _driven(stroke: Stroke, train: Train, zero: float, levels: dict[float, float], base: float) -> Stroke:
     """A stroke of the follower; where a rise of the tool lowers it, it is a return."""
     low, high = levels[stroke.low], levels[stroke.high]

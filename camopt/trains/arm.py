@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from math import cos, pi, radians, sin
 
 from camopt.numerics.taylor import Series, angle_of, direction, root
-from camopt.trains.link import DeadPoint, Unassembled
+from camopt.trains.link import NO_COUPLERS, DeadPoint, Unassembled
 
 ALONG = "the arm points along the motion of the slide"
 
@@ -28,6 +28,7 @@ class Arm:
     cosine: float
     sine: float
     """Of the start angle, as both formulas take it."""
+    couplers = NO_COUPLERS
 
     @property
     def turns(self) -> tuple[bool, bool]:

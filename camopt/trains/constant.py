@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from camopt.numerics.taylor import Series
-from camopt.trains.link import FREE, DeadPoint, one_like
+from camopt.trains.link import FREE, NO_COUPLERS, DeadPoint, one_like
 
 
 @dataclass(frozen=True)
@@ -12,6 +12,7 @@ class Constant:
 
     factor: float
     turns: tuple[bool, bool]
+    couplers = NO_COUPLERS
 
     @property
     def ends(self) -> tuple[DeadPoint, DeadPoint]:

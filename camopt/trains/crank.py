@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from math import asin, cos, pi, radians, sin, sqrt
 
 from camopt.numerics.taylor import Series, angle_of, direction, quotient, root
-from camopt.trains.link import Bar, DeadPoint, Unassembled, nearest_ends
+from camopt.trains.link import Bar, Coupler, DeadPoint, Unassembled, acute, nearest_ends, value_at
 
 IN_LINE = "crank and coupler are in line"
 SQUARE = "the coupler is square to the slide"
@@ -60,6 +60,22 @@ class Crank:
         across = sine * self.crank - self.offset
         along = root(-((across - self.coupler) * (across + self.coupler)))
         return (sine + quotient(across * cosine, along)) * -self.crank
+
+    @property
+    def couplers(self) -> tuple[Coupler, Coupler]:
+        """Against the line square to the slide, where the crank drives; against the crank, where the slide does."""
+        places = (k * pi / 2 - self.start for k in range(-5, 6, 2))
+        by_crank = Coupler(lambda turned: acute(1j, self._coupler(turned + self.start)), tuple(places))
+        return by_crank, Coupler(self._angle_to_crank, (-self.place,))
+
+    def _coupler(self, angle: float) -> complex:
+        """From the crank's pin to the slide's."""
+        across = self.crank * sin(angle) - self.offset
+        return complex(sqrt((self.coupler - across) * (self.coupler + across)), -across)
+
+    def _angle_to_crank(self, moved: float) -> float:
+        angle = value_at(self.backward, moved) + self.start
+        return acute(rect(1.0, angle), self._coupler(angle))
 
     def backward(self, asked: Series) -> Series:
         x = asked + self.place

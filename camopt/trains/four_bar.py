@@ -14,11 +14,11 @@ Source: Norton, Design of Machinery, ch. 4 (position analysis of the fourbar lin
 from cmath import phase, rect
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import acos, radians
+from math import acos, pi, radians
 
 from camopt.numerics.taylor import Series, angle_of, direction, quotient
 from camopt.trains.crank import IN_LINE
-from camopt.trains.link import Bar, DeadPoint, Unassembled, nearest_ends, value_at
+from camopt.trains.link import Bar, Coupler, DeadPoint, Unassembled, acute, nearest_ends, value_at
 from camopt.trains.stage import Keys, Stage
 
 ROCKER_IN_LINE = "coupler and rocker are in line"
@@ -72,6 +72,15 @@ class FourBar:
         a, c = self.crank.length, self.rocker.length
         along, across = c2 * c - c1 * a + self.ground, s2 * c - s1 * a
         return quotient((c1 * across - s1 * along) * a, (c2 * across - s2 * along) * c)
+
+    @property
+    def couplers(self) -> tuple[Coupler, None]:
+        """Between coupler and rocker, which the crank drives; none where the rocker drives, as no train does."""
+        return Coupler(self._angle_to_rocker, tuple(k * pi - self.start for k in range(-2, 3))), None
+
+    def _angle_to_rocker(self, turned: float) -> float:
+        rocker = rect(self.rocker.length, value_at(self.forward, turned) + self.asked_start)
+        return acute(rocker, self.ground + rocker - rect(self.crank.length, turned + self.start))
 
     def backward(self, asked: Series) -> Series:
         return self.crank.angle(*_aim(asked + self.asked_start, self.rocker.length, self.ground))

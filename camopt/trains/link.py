@@ -7,7 +7,7 @@ found and rounded among it, is taken as exact.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from math import inf, isfinite, pi
+from math import atan2, inf, isfinite, pi
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -24,6 +24,19 @@ class DeadPoint(NamedTuple):
 
     at: float
     why: str
+
+
+class Coupler(NamedTuple):
+    """The coupler of a link: its transmission angle, and where between the ends of a travel it may be least."""
+
+    angle: Callable[[float], float]
+    """The acute angle, rad, at an input, mm or rad."""
+    places: tuple[float, ...]
+    """Inputs where its cosine is stationary."""
+
+    def least(self, low: float, high: float) -> float:
+        """The least angle over a travel of the input."""
+        return min(map(self.angle, (low, high, *(each for each in self.places if low < each < high))))
 
 
 class Link(Protocol):
@@ -51,10 +64,16 @@ class Link(Protocol):
         """The velocity of the output over that of the input, where the input is."""
         ...
 
+    @property
+    def couplers(self) -> tuple[Coupler | None, Coupler | None]:
+        """Its coupler, if it has one: driven from its input, and from its output, which is the input then."""
+        ...
+
 
 ROUNDED = 10.0 ** np.arange(-16, -5)
 FREE = DeadPoint(-inf, ""), DeadPoint(inf, "")
 """The ends of a link that has no dead point."""
+NO_COUPLERS = None, None
 
 
 def nearest_ends(places: Iterable[DeadPoint]) -> tuple[DeadPoint, DeadPoint]:
@@ -76,6 +95,12 @@ def value_at(formula: Callable[[Series], Series], end: float) -> float:
     with np.errstate(invalid="ignore"):
         found = formula(Taylor([places])).terms[0]
     return float(found[np.isfinite(found) | np.isinf(places)][0])
+
+
+def acute(one: complex, other: complex) -> float:
+    """The acute angle between two directions, rad."""
+    turned = one.conjugate() * other
+    return atan2(abs(turned.imag), abs(turned.real))
 
 
 def one_like(series: Series) -> Series:
@@ -107,6 +132,11 @@ class Reversed:
 
     def ratio(self, given: Series) -> Series:
         return quotient(one_like(given), self.link.ratio(self.link.backward(given)))
+
+    @property
+    def couplers(self) -> tuple[Coupler | None, Coupler | None]:
+        given, asked = self.link.couplers
+        return asked, given
 
 
 @dataclass(frozen=True)

@@ -73,6 +73,20 @@ class Train:
             found.append(Joint(link.forward(moved), ratio * link.ratio(moved)))
         return found
 
+    @property
+    def has_couplers(self) -> bool:
+        """Whether any of its links has a coupler."""
+        return any(link.couplers[0] for link in self.links)
+
+    def least_transmission(self, low: float, high: float) -> float:
+        """The least transmission angle of its couplers over a travel of the tool, rad."""
+        found = []
+        for link in reversed(self.links):
+            low, high = sorted(value_at(link.backward, each) for each in (low, high))
+            if (coupler := link.couplers[0]) is not None:
+                found.append(coupler.least(low, high))
+        return min(found)
+
     @cached_property
     def senses(self) -> tuple[float, ...]:
         """For each joint 1 if it moves out with the follower, −1 if against it."""
