@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.scene.places import TABLES, TOP, said_of
-from camopt.scene.schema import table_schema
+from camopt.scene.places import TOP, said_of
+from camopt.scene.schema import TABLES, table_schema
 
 
 class Key(NamedTuple):

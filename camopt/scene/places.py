@@ -8,30 +8,30 @@ from textwrap import dedent
 
 from camopt.quantities import OF_TOOL
 from camopt.scene.choices import StepRange
-from camopt.scene.scene import Scene
 from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, SceneTable, Segment, Through
 from camopt.scene.train import TrainStage
 
 TOP = ""
 """Where the keys before the first table of a scene stand."""
-TABLES: dict[str, type[SceneTable]] = {
-    TOP: Scene,
-    **{
-        name: field.annotation
-        for name, field in Scene.model_fields.items()
-        if isinstance(field.annotation, type) and issubclass(field.annotation, SceneTable)
-    },
-    "follower.dynamics": Dynamics,
-    "motion": Segment,
-    "motion.through": Through,
-    "profile": ProfileElement,
-    "train": TrainStage,
-    "laws.NAME": OwnLaw,
-    "search.KEY": StepRange,
-}
-"""Every table by where it stands in a scene."""
 LISTS = ("motion", "motion.through", "train", "profile")
 """Those of which a scene has several."""
+
+
+@cache
+def tables_of(scene: type[SceneTable]) -> dict[str, type[SceneTable]]:
+    """Every table by where it stands in a scene."""
+    own = {name: field.annotation for name, field in scene.model_fields.items()}
+    return {
+        TOP: scene,
+        **{name: table for name, table in own.items() if isinstance(table, type) and issubclass(table, SceneTable)},
+        "follower.dynamics": Dynamics,
+        "motion": Segment,
+        "motion.through": Through,
+        "profile": ProfileElement,
+        "train": TrainStage,
+        "laws.NAME": OwnLaw,
+        "search.KEY": StepRange,
+    }
 
 
 def table_heading(place: str) -> str:

@@ -198,9 +198,10 @@ class Scene(HasHtml, Drawn, SceneTable):
         given, found = plain(values, file), list[Mistake]()
         unread = [*read_part(given)]  # before units: a fit is none
         if is_typed({key: value for key, value in given.items() if key != "name"}):
+            from camopt.scene.places import tables_of
             from camopt.scene.units import with_units
 
-            given, found = with_units(given, file)
+            given, found = with_units(given, tables_of(Scene), file)
         tables = with_named_laws(given, own_law_tables(given))
         unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
         by_crank = isinstance(cam := tables.get("cam"), dict) and "rpm_of_crank" in cam

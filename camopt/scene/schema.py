@@ -5,7 +5,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from camopt.scene.choices import NumberChoice, NumberRange, numbers_of
-from camopt.scene.places import TABLES, said_of
+from camopt.scene.places import said_of, tables_of
 from camopt.scene.scene import Scene
 from camopt.scene.tables import SceneTable
 from camopt.version import SITE
@@ -15,6 +15,8 @@ DIALECT = "http://json-schema.org/draft-07/schema#"
 BOUNDS = {"ge": "minimum", "le": "maximum", "lt": "exclusiveMaximum", "gt": "exclusiveMinimum"}
 WITH_UNIT = {"type": "string", "pattern": r"^\s*[-+]?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?\s*(1/)?[a-zA-Zµ°%]"}
 """What a text is where a number is expected."""
+TABLES = tables_of(Scene)
+"""Every table by where it stands in a scene."""
 MODELS = {model.__name__: (place, model) for place, model in TABLES.items()}
 
 

@@ -12,8 +12,9 @@ from camopt.mechanisms import MECHANISMS, Mechanism
 from camopt.mechanisms.follower import FLAT, Tip
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
-from camopt.scene.places import LISTS, TABLES, is_angle, said_of, table_heading, unit_for
+from camopt.scene.places import LISTS, is_angle, said_of, table_heading, unit_for
 from camopt.scene.scene import Scene, find_scene
+from camopt.scene.schema import TABLES
 from camopt.scene.sources import shipped_scenes, shipped_toml, with_schema
 
 PURPOSES = {

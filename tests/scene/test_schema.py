@@ -11,8 +11,8 @@ from support.smallest_cams import FREE
 
 import camopt
 from camopt.scene.keys import keys_of
-from camopt.scene.places import LISTS, TABLES
-from camopt.scene.schema import scene_schema
+from camopt.scene.places import LISTS
+from camopt.scene.schema import TABLES, scene_schema
 
 FOLDER = Path(camopt.__file__).parent / "scene"
 SHIPPED = sorted((FOLDER / "shipped").glob("*.toml"))

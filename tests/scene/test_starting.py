@@ -5,7 +5,8 @@ import tomllib
 import pytest
 
 import camopt
-from camopt.scene.places import TABLES, said_of
+from camopt.scene.places import said_of
+from camopt.scene.schema import TABLES
 from camopt.scene.starting import PAIRINGS, PURPOSES, starting_scene, switched_on
 
 NAMES = [*PURPOSES, *camopt.shipped_scenes()]

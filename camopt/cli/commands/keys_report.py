@@ -4,7 +4,8 @@ from itertools import groupby
 
 from camopt.cli.terminal import print_json, show
 from camopt.scene.keys import Key, found_keys
-from camopt.scene.places import TABLES, table_heading
+from camopt.scene.places import table_heading
+from camopt.scene.schema import TABLES
 from camopt.tables.layout import ABOUT, Cell, Table
 
 

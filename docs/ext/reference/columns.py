@@ -11,7 +11,7 @@ from camopt.effects import EFFECTS
 from camopt.mechanisms import MECHANISMS
 from camopt.points.points import COLUMN_NOTES, FORM
 from camopt.quantities import AT_LEAST, DISCIPLINES, GEOMETRY, QUANTITIES, Quantity
-from camopt.scene.places import TABLES
+from camopt.scene.schema import TABLES
 
 from . import keys
 from .markdown import entry, prose, symbol, table

@@ -15,7 +15,8 @@ from camopt.problem.problem import resolve
 from camopt.problem.unused import READERS
 from camopt.scene.keys import Key, keys_of
 from camopt.scene.materials import MATERIALS
-from camopt.scene.places import TABLES, TOP, table_heading
+from camopt.scene.places import TOP, table_heading
+from camopt.scene.schema import TABLES
 from camopt.scene.starting import PAIRINGS, examples, plainest
 from camopt.scene.tables import ShortLimits
 
