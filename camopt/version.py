@@ -1,7 +1,5 @@
 """The version, in one place; pyproject.toml reads it from here."""
 
-from camopt.kernels.version import version_of_kernels
-
 VERSION = "0.2.0"
 SITE = ""
 """The address of the documentation, to which the schema of scenes has its links lead; none yet."""
@@ -9,4 +7,6 @@ SITE = ""
 
 def version_of_rows() -> str:
     """The version of camopt and of its kernels: with the same one, the same question has the same answer."""
+    from camopt.kernels.version import version_of_kernels  # what knows versions of packages takes long to import
+
     return f"{VERSION} {version_of_kernels()}"

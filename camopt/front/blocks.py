@@ -12,6 +12,7 @@ import numpy as np
 from camopt.front.curve_numbers import curve_numbers
 from camopt.front.pareto import best_of_laws, non_dominated
 from camopt.front.shared_curves import SharedCurves
+from camopt.mechanisms.design import BoolArray
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Objectives, Rows, concatenate_rows
 from camopt.problem.space import Space
@@ -73,6 +74,8 @@ class BlockResult(NamedTuple):
     rows: Rows
     """Those that are wanted, or more; without a table of designs, but for some that others dominate."""
     effort: Effort
+    compared: BoolArray
+    """Of these rows some, with all that no other dominates."""
 
 
 class Blocks:
@@ -131,7 +134,7 @@ class Blocks:
         problem, *_ = self._parts[part]
         block = self._of_curves(part, problem, first, last) if self._numbers else self._alone(problem, first, last)
         objectives, rows = problem.objectives, block.rows.only(self._names)
-        front = non_dominated(rows.take(rows.column("feasible").astype(bool)), objectives)
+        front = non_dominated(rows.take(block.compared), objectives)
         kept = rows if self._kept else rows.take(np.arange(0))
         return Batch(
             first=number,
@@ -152,23 +155,26 @@ class Blocks:
         designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
         if self._every:
             rows, effort = evaluate_with_effort(problem, designs, self._names)
-            return BlockResult(len(designs), int(np.count_nonzero(rows.column("feasible"))), rows, effort)
+            feasible = rows.column("feasible").astype(bool)
+            return BlockResult(len(designs), int(np.count_nonzero(feasible)), rows, effort, feasible)
         rows, _, effort = screened(problem, designs, self._names)
-        return BlockResult(len(designs), rows.count, rows, effort)
+        return BlockResult(len(designs), rows.count, rows, effort, np.ones(rows.count, dtype=bool))
 
     def _of_curves(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:
         """The same by what their pitch curves say of them."""
         shared = self._curves_of(part, problem)
         existing, surely, perhaps = shared.verdicts(first, last)
         count, effort = len(surely), Effort()
+        compared = shared.promising(surely, cheaply=self._kept)
         if not self._kept:
-            surely = shared.promising(surely)
+            surely, compared = surely.take(compared), compared[compared]
         rows = shared.feasible(surely, self._names)
         if len(perhaps):
             left, which, effort = shared.judged(perhaps, self._names)
             order = np.argsort(np.concatenate([surely.designs, perhaps.designs[which]]))
             rows, count = concatenate_rows([rows, left]).take(order), count + left.count
-        return BlockResult(existing, count, rows, effort)
+            compared = np.concatenate([compared, np.ones(left.count, dtype=bool)])[order]
+        return BlockResult(existing, count, rows, effort, compared)
 
     def _curves_of(self, part: int, problem: Problem) -> SharedCurves:
         """The pitch curves of a motion, kept while a thread uses them or until those of another are made."""

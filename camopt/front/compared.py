@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from camopt.front.blocks import BLOCK
 from camopt.front.pareto import best_of_laws, thinned
 from camopt.front.plan import SweepPlan, column_names
-from camopt.front.refine import refined
 from camopt.front.streaming import Seen
 from camopt.mechanisms import Designs
 from camopt.problem.problem import Problem, exactly
@@ -42,7 +41,11 @@ class Compared(NamedTuple):
 def compared_rows(plan: SweepPlan, found: Seen, progress: Progress | None) -> Compared:
     """What people compare of a search."""
     space, search, objectives = plan.space, plan.scene.search, plan.problem.objectives
-    rows = refined(space, found.front, progress) if search.refine else found.front
+    rows = found.front
+    if search.refine:
+        from camopt.front.refine import refined
+
+        rows = refined(space, rows, progress)
     rows = rows if search.thin is None else thinned(rows, objectives, search.thin)
     best = best_of_laws(found.best, objectives)
     index, smaller = next_smaller_cams(space, best)

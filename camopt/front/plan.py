@@ -13,8 +13,8 @@ import numpy as np
 
 from camopt.engines import Engine
 from camopt.front.blocks import BLOCK, Batch, Blocks, merged
-from camopt.front.box_bounds import all_bounded
 from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.numerics.distinct import distinct
 from camopt.problem.problem import VERDICT, Problem, resolve
 from camopt.problem.sample import searched_space
 from camopt.problem.space import Space
@@ -112,11 +112,11 @@ class SweepPlan:
     @property
     def front_only(self) -> bool:
         """Whether the front alone is sought, by boxes of designs: it alone is wanted, and objectives allow it."""
-        return (
-            self.keep == FRONT_ONLY
-            and not self.problem.choices.samples
-            and all(map(all_bounded, self.space.problems))
-        )
+        if self.keep != FRONT_ONLY or self.problem.choices.samples:
+            return False
+        from camopt.front.box_bounds import all_bounded
+
+        return all(map(all_bounded, self.space.problems))
 
     @cached_property
     def blocks(self) -> Blocks:
@@ -137,7 +137,7 @@ class SweepPlan:
 
     def batches(self, numbers: range, engine: Engine) -> Iterator[Batch]:
         """The results of blocks on an engine, some at a time, in order."""
-        sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE, dtype=int)).tolist()
+        sample = distinct(np.linspace(0, len(self.blocks) - 1, SAMPLE, dtype=int)).tolist()
         return engine.in_order(self.evaluated, numbers, sample)
 
     def numbers(self, part: int = 1, parts: int = 1) -> range:

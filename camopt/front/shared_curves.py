@@ -80,22 +80,27 @@ class SharedCurves:
         one, other = (Sharing(first + each, curves[each]) for each in some)
         return existing, one, other
 
-    def promising(self, held: Sharing) -> Sharing:
-        """Designs that surely hold all limits, less some that others of them dominate."""
+    def promising(self, held: Sharing, cheaply: bool) -> BoolArray:
+        """Which of designs that surely hold all limits are left without some that others of them dominate.
+
+        ``cheaply``: without such as cost next to nothing to find.
+        """
         objectives = self._problem.objectives
         of_curves = [name for name in objectives if name in self._columns]
         others = [name for name in objectives if name not in of_curves]
         exact = np.all(self._half_width <= self._problem.accuracy)
         if not exact or len(of_curves) != 1 or not all(map(self._is_shared, others)):
-            compared = self.feasible(held, frozenset(objectives))
-            return held.take(undominated(row_costs(compared, objectives))) if compared.count else held
+            if cheaply or not len(held):
+                return np.ones(len(held), dtype=bool)
+            return undominated(row_costs(self.feasible(held, frozenset(objectives)), objectives))
         (name,) = of_curves
         cost, sizes = objectives[name] * self._columns[name][held.curves], self._numbers.shape[-1]
         place = held.designs - held.designs[:1] // sizes * sizes
         by_size = np.full(-(-(place.max(initial=-1) + 1) // sizes) * sizes, np.inf)
         by_size[place] = cost
         least = by_size.reshape(-1, sizes).min(axis=0, initial=np.inf)
-        return held.take(cost <= least[place % sizes])
+        found: BoolArray = cost <= least[place % sizes]
+        return found
 
     def _is_shared(self, name: str) -> bool:
         """Whether a quantity is the same for designs of the motion that have the same size of the cam."""

@@ -12,15 +12,13 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
 from camopt.front.blocks import BLOCK
-from camopt.front.checkpoint import Checkpoint, checkpoint_at
 from camopt.front.compared import best_of_each_law, compared_rows, half_width_of, nearest_miss_of_space
 from camopt.front.estimate import foresee
-from camopt.front.front_search import FrontSearch
 from camopt.front.journal import Journal, Tell, all_batches, journal_at, recalled, what_is_kept
 from camopt.front.pareto import front_of
 from camopt.front.plan import FRONT_ONLY, TABLED, SweepPlan, sweep_plan
@@ -37,6 +35,9 @@ from camopt.storage.unit import Unit
 from camopt.tables.cells import to_json
 from camopt.tables.designs import Design
 from camopt.tables.table import TableWriter, arrow_schema, table_file
+
+if TYPE_CHECKING:
+    from camopt.front.checkpoint import Checkpoint
 
 SWEEP_COMMAND, SWEEP_SCENE = "sweep", "scene.toml"
 SWEEP_FILES = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", SWEEP_SCENE)
@@ -125,9 +126,12 @@ def sweep(
     if out is not None and not again and (done := swept_already(plan, out, tell)):
         return done
     if plan.front_only:
+        from camopt.front.checkpoint import checkpoint_at
+        from camopt.front.front_search import FrontSearch
+
         search = FrontSearch(plan.space, plan.names, own.workers, progress)
 
-        def found(checkpoint: Checkpoint | None, write: Write) -> Seen:
+        def found(checkpoint: "Checkpoint | None", write: Write) -> Seen:
             if checkpoint is None:
                 return search.run()
             checkpoint.restore(search, tell)

@@ -27,6 +27,7 @@ Kinds = tuple[Any, ...]
 """The types of a kernel's arguments."""
 
 SMALL_ARRAY = 1_000_000  # numbers in the largest array to fill: for more, a kernel is compiled at once
+MANY = 10_000  # numbers in it, for which a plain run takes longer than importing llvmlite
 PAYS = 4.0  # seconds of plain runs of a kernel, whenever, after which it is compiled, which takes about as long
 ALONE = 10.0  # times as long: then it is compiled here, since for some reason no other process does
 PATIENCE = 10.0  # seconds of one plain run, after which it is given up and the kernel compiled
@@ -136,7 +137,7 @@ class KernelForMany(Kernel):
             self.plain(arguments, np.inf)
             return
         kinds = tuple(map(kind_of, arguments))
-        if not (kinds in self.made or self.dear(arguments) or self.pays(kinds, arguments)):
+        if not (kinds in self.made or filled(arguments) > SMALL_ARRAY or self.pays(kinds, arguments)):
             with suppress(TooLong):
                 self._run_plainly(kinds, arguments)
                 return
@@ -145,21 +146,20 @@ class KernelForMany(Kernel):
     def _run_plainly(self, kinds: Kinds, arguments: tuple[Any, ...]) -> None:
         seconds = self.plain(arguments, PATIENCE if np.isfinite(PAYS) else np.inf)
         KernelForMany.seconds += seconds
-        if self.linker:
+        if self.linker(arguments):
             self.file(kinds).ran_plainly(seconds)
             if self.file(kinds).plain_seconds > PAYS:
                 from camopt.kernels.beside import compile_beside
 
                 compile_beside(self.called(kinds, arguments))
 
-    @property
-    def linker(self) -> bool:
-        """Whether what loads machine code is imported, or so cheap beside what has been done that it may be."""
-        return self.seconds > LINKER or "llvmlite" in sys.modules
+    def linker(self, arguments: tuple[Any, ...]) -> bool:
+        """Whether what loads machine code is imported, or cheap beside a plain run, or beside those that were."""
+        return self.seconds > LINKER or "llvmlite" in sys.modules or filled(arguments) > MANY
 
     def pays(self, kinds: Kinds, arguments: tuple[Any, ...]) -> bool:
         """Whether machine code is on disk, or plain runs have taken far longer than compiling does."""
-        if not self.linker:
+        if not self.linker(arguments):
             return False
         there = all(kernel.file(asked).exists for kernel, asked in self.called(kinds, arguments))
         return there or self.file(kinds).plain_seconds > ALONE * PAYS
@@ -168,11 +168,6 @@ class KernelForMany(Kernel):
         """The kernel and those that it calls by their address, each with the types of its arguments."""
         others = [(each.kernel, each.code.arguments) for each in arguments if hasattr(each, "kernel")]
         return [*others, (self, kinds)]
-
-    @staticmethod
-    def dear(arguments: tuple[Any, ...]) -> bool:
-        """Whether a call has many numbers to fill in."""
-        return max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0) > SMALL_ARRAY
 
     def plain(self, arguments: tuple[Any, ...], patience: float) -> float:
         """Seconds of a run as it is written, or ``TooLong`` after some."""
@@ -184,6 +179,11 @@ class KernelForMany(Kernel):
         finally:
             PLAIN_RUN.end = np.inf
         return thread_time() - start
+
+
+def filled(arguments: tuple[Any, ...]) -> int:
+    """The numbers in the largest array that a call has to fill."""
+    return max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0)
 
 
 def inlined(function: Callable[..., Any]) -> Any:

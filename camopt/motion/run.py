@@ -24,6 +24,7 @@ from camopt.mistakes import Unmet, listed_words
 from camopt.motion.conditions import Condition
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
+from camopt.numerics.distinct import distinct
 from camopt.numerics.irreducible import irreducible
 from camopt.numerics.quadratic import least_within, solutions_of
 
@@ -208,7 +209,7 @@ def _least(
     largest = np.abs(np.nan_to_num([low, high], posinf=0.0, neginf=0.0)).max()
     fixed = high - low <= SINGLE_NUMBER * largest
     states = np.where(fixed, low, 0.0)
-    free = np.unique(place.ravel()[~fixed])
+    free = distinct(place.ravel()[~fixed])
     onto = np.eye(place.size)[place.ravel()]  # to all numbers of the states from those that are chosen
 
     def limits(equal: bool) -> tuple[FloatArray, FloatArray]:

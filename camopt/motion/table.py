@@ -8,6 +8,7 @@ from numpy.polynomial import chebyshev, polynomial
 
 from camopt.motion.law import Law
 from camopt.numerics import UNIT, FloatArray, IntArray
+from camopt.numerics.distinct import distinct
 from camopt.numerics.panels import TABLE_DEGREE
 from camopt.numerics.piecewise import sign_changes
 
@@ -114,6 +115,7 @@ def turnings(law: Law, panels: int) -> tuple[float, ...]:
     series, ends, _ = stroke_coefficients(law, panels)
     centre, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
     velocity = polynomial.polyder(series.T) / half
-    places = np.unique([*ends, *(centre[k] + half[k] * u for k, u in sign_changes(velocity))])
+    turns = [centre[k] + half[k] * u for k, u in sign_changes(velocity)]
+    places = distinct(np.array([*ends, *turns]))
     signs = np.sign(np.diff(law.displacement(places)))
     return tuple(float(x) for x in places[1:-1][signs[1:] != signs[:-1]])

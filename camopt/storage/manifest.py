@@ -9,8 +9,9 @@ import os
 import re
 from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from hashlib import file_digest, sha256
 from io import BufferedReader
 from pathlib import Path
@@ -97,7 +98,8 @@ class Manifest:
 
 def _plain(result: RunResult) -> dict[str, Any]:
     """A result for JSON, without unknown fields."""
-    return {name: value for name, value in asdict(result).items() if value is not None}
+    plain = vars(result) | {"files": {name: vars(fact) for name, fact in result.files.items()}}
+    return {name: value for name, value in plain.items() if value is not None}
 
 
 class Damaged(BadInput):
@@ -132,16 +134,22 @@ def manifest_of(folder: str | os.PathLike[str]) -> Manifest | None:
     except FileNotFoundError:
         return None
     try:
-        about = json.loads(data)
-        results = {str(command): _result(**facts) for command, facts in about["results"].items()}
-        manifest = Manifest(results, str(about["camopt"]))
-        if manifest.to_json().encode() != data:
-            raise ValueError
-        return manifest
+        return _parsed(data)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         ours = sum(mark in data for mark in MARKS) > 1 or not _is_json(data)  # one of them may be damaged
         kind, what = (Damaged, "this is damaged") if ours else (BadInput, "this is another program's")
         raise kind([Mistake("camopt", "file", str(path), f"the manifest that camopt wrote; {what}")]) from None
+
+
+@lru_cache(maxsize=1)  # who publishes reads it several times
+def _parsed(data: bytes) -> Manifest:
+    """The manifest of a file's content; an error if it is not as it was written."""
+    about = json.loads(data)
+    results = {str(command): _result(**facts) for command, facts in about["results"].items()}
+    manifest = Manifest(results, str(about["camopt"]))
+    if manifest.to_json().encode() != data:
+        raise ValueError
+    return manifest
 
 
 def _is_json(data: bytes) -> bool:

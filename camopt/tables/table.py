@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
 from camopt.mistakes import BadInput
 from camopt.problem.rows import Rows
@@ -51,19 +52,26 @@ def to_table(rows: Rows, layout: pa.Schema) -> pa.Table:
 
 def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
     """A column as an arrow array, from its bytes: ``pa.array`` and ``pa.scalar`` would import pandas, at 0.3 s."""
-    value = np.broadcast_to(value, (rows,))
     if kind == pa.string():
-        starts = np.flatnonzero(np.concatenate([[rows > 0], value[1:] != value[:-1]]))  # of rows with one text
+        starts = first_of_equals(value, rows)
+        value = np.broadcast_to(value, (rows,))
         texts, repeats = [text.encode() for text in value[starts].tolist()], np.diff(starts, append=rows)
         lengths = np.repeat(np.array([0, *map(len, texts)]), [1, *repeats])
         ends = np.cumsum(lengths, dtype=np.int32)
         data = b"".join(text * count for text, count in zip(texts, repeats.tolist(), strict=True))
         return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(ends), pa.py_buffer(data)])
+    value = np.broadcast_to(value, (rows,))
     if kind == pa.bool_():
         bits = np.packbits(value, bitorder="little")
         return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(bits)])
     values = np.ascontiguousarray(value, dtype=float)
     return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(values)])
+
+
+def first_of_equals(value: Any, rows: int) -> NDArray[np.intp]:
+    """The rows of a column whose value is not that of the row before."""
+    changes = value[1:] != value[:-1] if np.ndim(value) else np.zeros(max(rows - 1, 0), dtype=bool)
+    return np.flatnonzero(np.concatenate([[rows > 0], changes]))
 
 
 def parquet_options(layout: pa.Schema) -> dict[str, Any]:

@@ -130,6 +130,11 @@ LATE = {
     ("studies.spectrum", "tables.table"): "it imports pyarrow",
     ("reporting.report", "tables.table"): "it imports pyarrow",
     ("storage.checking", "storage.damage"): "it imports pyarrow",
+    ("version", "kernels.version"): "it imports importlib.metadata",
+    ("front.compared", "front.refine"): "it imports the searches of optimise",
+    ("front.plan", "front.box_bounds"): "boxes of designs are for a front alone",
+    ("front.sweep", "front.front_search"): "boxes of designs are for a front alone",
+    ("front.sweep", "front.checkpoint"): "boxes of designs are for a front alone",
 }
 """Imports of the package's own modules inside functions, and why. Commands import what they run."""
 

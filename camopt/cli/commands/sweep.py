@@ -86,7 +86,6 @@ def sweep(
     """
     from camopt.cli import terminal
     from camopt.cli.commands.sweep_report import show_part, show_sweep
-    from camopt.front.parts import sweep_part
     from camopt.front.sweep import sweep as run
 
     words, scene = words_read(), changed(scene, _searched(**asked))
@@ -111,6 +110,8 @@ def sweep(
     made: Any
     with terminal.progress(quiet, unit) as advance:
         if part:
+            from camopt.front.parts import sweep_part
+
             made = sweep_part(scene, part, out, keep, workers, advance, engine, notify, again, beside)
         else:
             made = run(scene, out, keep, workers, advance, engine=engine, tell=notify, again=again, beside=beside)
