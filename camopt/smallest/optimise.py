@@ -251,7 +251,8 @@ def _obstacle(problem: Problem, answers: list[Answered], until: float) -> str:
 
 
 def _why(each: Answered, until: float) -> Reason:
-    if each.answer.proved:
+    """The reason for one box; after ``until`` what its nearest miss breaks."""
+    if each.answer.proved and (now() <= until or each.answer.nearest is None):
         return reason(each.problem, each.bounds, until)
     if each.answer.nearest is None:
         return Reason("nothing that was found (not proved)")

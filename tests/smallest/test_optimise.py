@@ -259,3 +259,16 @@ def test_the_lengths_of_followers_that_swing_are_searched_whole(name):
             centre = {n: v[cloud.size.argmin()] for n, v in cloud.sizes.items()}
     assert size_of(best) <= least + 1e-7
     assert least == pytest.approx(size_of(best), rel=2e-3)
+
+
+def test_when_time_is_over_nobody_looks_for_reasons(monkeypatch):
+    """What the nearest misses break is told: a reason for each law and roller takes ten times the time given."""
+
+    def never(*arguments):
+        raise AssertionError("a reason is looked for")
+
+    monkeypatch.setattr("camopt.smallest.optimise.reason", never)
+    found = optimise(find_scene("roller-1000rpm").replace(**{"limits.pressure_angle": 3}), seconds=1e-9)
+    assert all(
+        why.startswith("pressure_angle") and why.endswith("(not proved)") for why in found.obstacles.values()
+    )
