@@ -1,11 +1,7 @@
 """Results that show themselves in a notebook, and objects that have a picture."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar
-
-if TYPE_CHECKING:
-    from camopt.scene.scene import Scene
-    from camopt.tables.layout import Table
+from typing import Any, ClassVar
 
 
 class Drawn:
@@ -19,19 +15,22 @@ class Drawn:
 
 
 class HasHtml:
-    """A result that a notebook shows as HTML: its table, with a picture of the cam where it has one."""
+    """A result that a notebook shows as HTML: its table, with a picture of the cam where it has one.
+
+    Scenes are such results, so nothing here names the types of what results have.
+    """
 
     __slots__ = ()
     html: ClassVar[Callable[["HasHtml"], str]]
     """What makes the HTML. The package sets it, for it draws the cam, and drawing stands above all results."""
 
-    def table(self) -> "Table | None":
-        """The result as a table, for every printer; None if it has no rows."""
+    def table(self) -> Any:
+        """The result as a ``Table``, for every printer; None if it has no rows."""
         return None
 
     @property
-    def shown_cam(self) -> "Scene | None":
-        """The scene of the cam that is shown beside the table."""
+    def shown_cam(self) -> Any:
+        """The ``Scene`` of the cam that is shown beside the table; None if there is none."""
         return None
 
     def _repr_html_(self) -> str:
