@@ -70,13 +70,13 @@ def _face_radius(name: str, claim: Claim) -> Iterator[LinearConstraint]:
 
 
 def _face_reach(name: str, claim: Claim) -> Iterator[LinearConstraint]:
-    """|y' − e| ≤ t."""
-    return _on_reach(name, claim.allowed())
+    """|y' − e| ≤ t, or one way alone."""
+    return _on_reach(name, claim.allowed(), claim.sides)
 
 
-def _on_reach(name: str, most: float) -> Iterator[LinearConstraint]:
-    """Either way along a flat face no further than so much."""
-    for side in (1.0, -1.0):
+def _on_reach(name: str, most: float, sides: tuple[float, ...] = (1.0, -1.0)) -> Iterator[LinearConstraint]:
+    """No further than so much along a flat face, either way or one way."""
+    for side in sides:
         yield LinearConstraint(name, velocity=-side, lead=side, constant=most)
 
 
