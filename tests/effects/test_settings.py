@@ -28,10 +28,10 @@ def drawn(*ends):
     return numbers
 
 
-FORCES = drawn((0, 20), (0, 0.4), (2e-4, 2e-3), (-5, 300))
+FORCES = [*drawn((0, 20), (0, 0.4), (2e-4, 2e-3), (-5, 300)), np.ones(MANY)]  # the last of what no train carries
 CASES = {
     "jump speed": (jump_speed, FORCES),
-    "spring rate": (required_stiffness, [FORCES[1], 1e3 * FORCES[2], FORCES[3]]),
+    "spring rate": (required_stiffness, [FORCES[1], 1e3 * FORCES[2], *FORCES[3:]]),
     "torque": (torque_over_turn, FORCES),
     "angle above": (angle_above, drawn((-1, 21))),
     "speeds": (speeds_within, drawn((-1, 10), (10, 21))),
@@ -59,14 +59,14 @@ def test_a_jump_speed_is_the_first_at_which_a_sampled_force_is_below_zero(law):
     y, y1, y2, _ = programme.at(angles)[:4, :, None]
     stiffness, mass, constant, heavy = 2.0, 1e-3, 40.0, 0
     for damping in (0.0, 0.01, 0.3, 1.0, 3.0):
-        found = jump_speed(programme, stiffness, damping, mass, constant)
+        found = jump_speed(programme, stiffness, damping, mass, constant, 1.0)
         omega = found * np.linspace(0.0, 1.0 - 1e-9, 801)
         force = stiffness * y + damping * omega * y1 + mass * omega**2 * y2 + constant
         assert force.min() >= -1e-6 * np.abs(force).max()
         above = found * 1.001
         after = stiffness * y + damping * above * y1 + mass * above**2 * y2 + constant
         assert after.min() < 0.0
-        faster = jump_speed(programme, stiffness, 0.0, mass, constant)
+        faster = jump_speed(programme, stiffness, 0.0, mass, constant, 1.0)
         heavy += found < 0.9 * faster
     assert heavy
 
@@ -75,8 +75,8 @@ def test_a_spring_that_is_required_keeps_contact_and_one_that_is_weaker_does_not
     programme, angles = turn("poly345"), np.linspace(0.0, 2 * pi, 20001)[:-1]
     y, y1, y2, _ = programme.at(angles)[:4]
     for damping, mass, constant in [(0.0, 5.0, 20.0), (3.0, 4.0, 10.0), (0.0, 1e-3, 50.0)]:
-        rate = required_stiffness(programme, damping, mass, constant)
+        rate = required_stiffness(programme, damping, mass, constant, 1.0)
         rest = damping * y1 + mass * y2 + constant
         assert (rate * y + rest).min() == pytest.approx(max(rest.min(), 0.0) if rate == 0.0 else 0.0, abs=1e-4)
         assert rate == pytest.approx(np.max(-rest[y > 1e-3] / y[y > 1e-3], initial=0.0), rel=1e-5)
-    assert required_stiffness(programme, 0.0, 1e3, -1.0) == inf
+    assert required_stiffness(programme, 0.0, 1e3, -1.0, 1.0) == inf

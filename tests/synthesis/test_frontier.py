@@ -212,7 +212,7 @@ def test_the_printed_table_has_units_and_no_column_of_zeros(capsys):
     assert "m/s²;" in printed
     assert "smallest cams" in printed
     told = " ".join(printed.split())
-    assert "An axis has no limit by default: synthesise, which minimises size, also holds acceleration" in told
+    assert "An axis has no limit by default: synthesise, which minimises size, also limits acceleration" in told
 
 
 def test_the_picture_names_axes_as_the_table_does(found):
