@@ -5,15 +5,12 @@ from math import prod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.effects.peak import Bodies
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import without_roller
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
 from camopt.problem.space import Space
-
-IntArray = NDArray[np.intp]
 
 MERGED = ("size", "roller_radius")  # sizes that a pitch curve has in one
 MOST_CURVES = 2**19  # kept of one motion: some 100 bytes each

@@ -13,9 +13,10 @@ import numpy as np
 
 from camopt.effects import EFFECTS
 from camopt.effects.peak import Bodies
-from camopt.front.curve_numbers import CurveNumbers, IntArray
+from camopt.front.curve_numbers import CurveNumbers
 from camopt.front.pareto import row_costs, undominated
 from camopt.mechanisms.design import BoolArray
+from camopt.numerics import IntArray
 from camopt.problem.limit import Limit, OnCurves
 from camopt.problem.problem import Problem, strictest
 from camopt.problem.rows import Columns, Rows

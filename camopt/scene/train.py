@@ -116,7 +116,7 @@ class TrainStage(SceneTable):
     """Force (moment) of friction in the guide of what the stage moves; N, oscillating N·m."""
 
 
-CARRIED = (*("mass", "inertia", "arm_inertia", "spring_rate", "preload", "load", "gravity", "friction_force"),)
+CARRIED = ("mass", "inertia", "arm_inertia", "spring_rate", "preload", "load", "gravity", "friction_force")
 """Keys of what a stage carries, and of what acts on it."""
 
 

@@ -21,24 +21,23 @@ PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")
 """How plates of motors write rev/min."""
 EXACT = 15
 """Digits to which a converted number is rounded: those that a rounding error cannot reach."""
-Tables = Mapping[str, type[SceneTable]]
+Models = Mapping[str, type[SceneTable]]
 """The tables of a scene by their place (``tables_of``)."""
 
 
-def with_units(tables: dict[str, Any], known: Tables, file: str) -> tuple[dict[str, Any], list[Mistake]]:
+def with_units(tables: dict[str, Any], models: Models, file: str) -> tuple[dict[str, Any], list[Mistake]]:
     """The tables of a scene with numbers in place of texts with units, and a mistake for each that is none."""
     found = mechanism_in(tables)
     angular = bool(found and found[0].motion.angular)
-    reader = _Reader(known, file, angular, stages_in(tables))
-    return reader.table(tables, known[TOP], "", ""), reader.mistakes
+    reader = _Reader(models, file, angular, stages_in(tables))
+    return reader.table(tables, models[TOP], "", ""), reader.mistakes
 
 
 class _Reader:
     """Goes through the tables of a scene."""
 
-    def __init__(self, tables: Tables, file: str, angular: bool, stages: Sequence[Mapping[str, Any]]) -> None:
-        self.known_tables = tables
-        self.file, self.angular, self.stages = file, angular, stages
+    def __init__(self, models: Models, file: str, angular: bool, stages: Sequence[Mapping[str, Any]]) -> None:
+        self.models, self.file, self.angular, self.stages = models, file, angular, stages
         self.mistakes: list[Mistake] = []
 
     def table(self, given: Mapping[str, Any], model: type[SceneTable], place: str, known: str) -> dict[str, Any]:
@@ -49,8 +48,8 @@ class _Reader:
             stands = "laws.NAME" if known == "laws" else f"{known}.{key}".removeprefix("search.").lstrip(".")
             if known == "" and key == "laws" and isinstance(value, Mapping):
                 found[key] = self.table(value, model, where, "laws")
-            elif stands in self.known_tables:
-                found[key] = self.tables(value, self.known_tables[stands], where, stands)
+            elif stands in self.models:
+                found[key] = self.tables(value, self.models[stands], where, stands)
             else:
                 unit = said_of(model, key)[1] if key in model.model_fields else ""
                 unit = unit_for(unit, self.is_angle(where))

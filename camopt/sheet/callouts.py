@@ -92,7 +92,7 @@ def _keyway(view: FrontView, taken: Marks) -> Marks:
 
 def _zero(view: FrontView, taken: Marks) -> Marks:
     """The timing mark, and the start of the ring."""
-    ray = np.exp(1j * view.start)
+    ray = np.exp(1j * view.cam.start)
     text = f"{view.cam.say(TIMING)} 0°" if _begins_at_mark(view) else "0°"
     place = 0.5 - 0.5 * float(np.clip(4.0 * ray.real, -1.0, 1.0))
     down = 0.5j * MEDIUM * (1.0 - ray.imag)
@@ -114,7 +114,7 @@ def _along(ray: complex, radius: float, text: str) -> Words:
 
 
 def _begins_at_mark(view: FrontView) -> bool:
-    return bool(angle_between(view.start, UP) < SAME_DIRECTION)
+    return bool(angle_between(view.cam.start, UP) < SAME_DIRECTION)
 
 
 def _timing(view: FrontView, turn: float) -> Marks:

@@ -65,16 +65,11 @@ class FrontView:
     def base(self) -> float:
         return self.cam.size * self.scale
 
-    @property
-    def start(self) -> float:
-        """The direction of the ring's 0, rad."""
-        return self.cam.start
-
     @cached_property
     def segments(self) -> list[RingSector]:
         """The follower's motions and their directions on the ring (rad)."""
         return [
-            (name, self.start - self.cam.sense * begin, self.start - self.cam.sense * end)
+            (name, self.cam.start - self.cam.sense * begin, self.cam.start - self.cam.sense * end)
             for name, begin, end in self.cam.segments
         ]
 

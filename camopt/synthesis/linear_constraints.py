@@ -91,10 +91,8 @@ LINEAR: dict[Any, Callable[[str, Claim], Iterator[LinearConstraint]]] = {
 
 def _on_contact(problem: Problem, name: str, least: LeastForce) -> LinearConstraint:
     """A contact force that there has to be at a speed, as a plane; of an arm, its moment about the pivot."""
-    load, arm = (
-        problem.programme.load_at_follower,
-        float(problem.design.arm_length[0]) if problem.setup.angular else 1.0,
-    )
+    load = problem.programme.load_at_follower
+    arm = float(problem.design.arm_length[0]) if problem.setup.angular else 1.0
     stiffness, damping, mass, constant = force.weights(problem.setup.dynamics, least.omega)
     constant += load.highest if load else 0.0  # no motion has more of it: the bound stays one
     unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
