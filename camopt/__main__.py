@@ -17,6 +17,7 @@ def main() -> int:
         try:
             gc.set_threshold(OBJECTS_BETWEEN)
             os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # looked for among all installed packages
+            os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads wait for each other
             from camopt.cli.main import main as run
 
             return run()

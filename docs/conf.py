@@ -1,8 +1,11 @@
 """How Sphinx builds the site. `.ci/site` builds and checks it."""
 
+import os
 import shutil
 import sys
 from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as for commands
 
 DOCS = Path(__file__).parent
 for notebook in (DOCS.parent / "notebooks").glob("*.ipynb"):

@@ -1,7 +1,10 @@
 """What holds for all tests: how deep they look at random (``support.depth``), and when kernels are compiled."""
 
 import gc
+import os
 import signal
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is imported: as for commands
 
 import pytest
 from hypothesis import settings
