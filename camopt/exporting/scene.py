@@ -4,10 +4,10 @@ from pathlib import Path
 
 from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
-from camopt.storage.files import write_text
+from camopt.scene.written import write_scene
 
 
 def write(work: Workpiece, path: Path) -> Export:
     """Write the scene as TOML, with all that it takes from other files."""
-    write_text(path, work.scene.to_toml())
+    write_scene(path, work.scene)
     return Export(path)

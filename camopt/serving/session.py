@@ -30,9 +30,9 @@ from camopt.reporting.sections import (
     verdicts_sheet,
 )
 from camopt.scene.scene import Scene
+from camopt.scene.written import write_scene
 from camopt.serving.controls import FOLDED, Control, controls_of, scene_of_settings, values_of
 from camopt.serving.search import Background
-from camopt.storage.files import write_text
 from camopt.tables.layout import Cell, Table
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
@@ -157,7 +157,7 @@ class Session:
             raise BadInput([Mistake("page", "name", name, "another name: this one is no plain file")])
         if path.exists() and asked.get("overwrite") is not True:
             return {"exists": name}
-        write_text(path, scene.to_toml())
+        write_scene(path, scene)
         return {"saved": str(path)}
 
 

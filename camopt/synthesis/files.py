@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camopt.quantities import QUANTITIES
+from camopt.scene.written import write_scene
 from camopt.storage.files import whole_file, write_text
 from camopt.storage.sealed import write_table
 from camopt.synthesis.told import bound_in_words
@@ -39,7 +40,7 @@ def write_laws(result: "Synthesis", folder: str | os.PathLike[str]) -> list[Path
     """
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
-    write_text(out / SCENE_FILE, result.scene.to_toml())
+    write_scene(out / SCENE_FILE, result.scene)
     x = np.linspace(0.0, 1.0, LAW_POINTS)
     with whole_file(out / LAWS_FILE) as partial, partial.open("w", newline="", encoding="utf-8") as text:
         rows = csv.writer(text)
@@ -58,7 +59,7 @@ def write_comparison(result: "Synthesis", known: "KnownLaws", folder: str | os.P
     out, about = Path(folder), {"objective": result.objective, "bound": result.bound, "gap": result.gap}
     files = [out / KNOWN_FILE] if known.best else []
     for file in files:
-        write_text(file, known.rows[known.best or ""].scene.to_toml())
+        write_scene(file, known.rows[known.best or ""].scene)
     summary = {**about, "known_law": known.best, "told": bound_in_words(result)}
     write_text(out / SUMMARY_FILE, json.dumps(summary, indent=2, allow_nan=False))
     return [*files, out / SUMMARY_FILE]

@@ -14,8 +14,8 @@ from camopt.problem.problem import resolve
 from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.scene.scene import Scene
+from camopt.scene.written import write_scene
 from camopt.shown import Drawn, HasHtml
-from camopt.storage.files import write_text
 from camopt.tables.columns import columns_of, joined_laws, with_law
 from camopt.tables.design_tables import design_table
 from camopt.tables.layout import Table
@@ -182,7 +182,7 @@ def write_scenes(designs: Mapping[str, Design], folder: str | os.PathLike[str]) 
         names = chain([name], (f"{name}~{k}" for k in count(2)))
         tried = (Path(folder) / OPTIMUM.replace("*", each) for each in names)
         files.append(next(path for path in tried if path not in files))
-        write_text(files[-1], design.scene.to_toml())
+        write_scene(files[-1], design.scene)
     return files
 
 

@@ -75,9 +75,7 @@ ROOMS = {
         "mistakes version storage quantities numerics mechanisms scene problem tables verdicts smallest front "
         "synthesis drawing exporting studies"
     ),
-    "serving": (
-        "mistakes storage quantities kernels numerics scene problem tables verdicts smallest drawing reporting"
-    ),
+    "serving": ("mistakes quantities kernels numerics scene problem tables verdicts smallest drawing reporting"),
     "cli": (
         "mistakes version storage quantities kernels engines numerics motion mechanisms scene problem tables "
         "verdicts smallest front synthesis measured comparing drawing points exporting studies reporting "
@@ -107,6 +105,7 @@ HEAVY = {
     "rich",
     "jinja2",
     "markupsafe",
+    "tomlkit",
 }
 """Packages that take long to import: functions that need them may import them."""
 LATE = {

@@ -74,7 +74,7 @@ def fit(
     from camopt.cli.commands.fit_report import show_fit
     from camopt.measured.fit import fit as run
     from camopt.measured.profile import MeasuredProfile
-    from camopt.storage.files import write_text
+    from camopt.scene.written import write_scene
 
     check_file(target, out)
     if profile is None:
@@ -83,7 +83,7 @@ def fit(
     chosen = columns and [name.strip() for name in columns.split(",")]
     points = file if profile is None else MeasuredProfile(file, profile, probe or 0.0)
     result = run(points, scene, columns=chosen, **reading)
-    write_text(out, result.scene.to_toml())
+    write_scene(out, result.scene)
     if picture:
         from camopt.drawing.plot import plot
 
