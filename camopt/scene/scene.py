@@ -28,6 +28,7 @@ from camopt.scene.profile import read_profile
 from camopt.scene.search import Search
 from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.speed import OF_CRANK, read_speed
+from camopt.scene.spring import read_spring
 from camopt.scene.tables import (
     MOST_SEGMENTS,
     Accuracy,
@@ -205,7 +206,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         tables = with_named_laws(given, own_law_tables(given))
         unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
         by_crank = isinstance(cam := tables.get("cam"), dict) and "rpm_of_crank" in cam
-        unread += read_speed(tables)
+        unread += [*read_speed(tables), *read_spring(tables)]
         read_profile(tables)
         try:
             BaseModel.__init__(self, **tables)

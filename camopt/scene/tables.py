@@ -182,6 +182,7 @@ class Dynamics(SceneTable):
     angle (0 and 360 are one) are a jump.
     """
 
+    read_as: ClassVar[Mapping[str, str]] = {"spring_at": "spring_rate"}
     mass: Positive | None = None
     """Mass that moves with a translating follower; kg."""
     inertia: Positive | None = None
@@ -190,6 +191,9 @@ class Dynamics(SceneTable):
     """Rate of the spring that presses the follower on the cam; N/mm, oscillating N·m/rad."""
     preload: NotNegative | None = None
     """Force (moment) of that spring at the lowest position; N, oscillating N·m."""
+    spring_at: Length | None = None
+    """Of an oscillating follower: distance from its pivot at which a straight spring presses square to the arm;
+    ``spring_rate`` is then in N/mm, and ``preload`` in N; mm."""
     damping: NotNegative | None = None
     """Damping of the follower's motion; N·s/mm, oscillating N·m·s/rad."""
     load: GivenLoad | None = None

@@ -5,13 +5,14 @@ per angle: an angle is in both units or in neither.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
 from camopt.mistakes import Mistake
 from camopt.scene.places import TOP, is_angle, said_of, unit_for
 from camopt.scene.sizes import mechanism_in
+from camopt.scene.spring import is_straight
 from camopt.scene.tables import SceneTable
 from camopt.scene.text import TYPED
 from camopt.scene.train import stages_in, tool_turns
@@ -29,15 +30,16 @@ def with_units(tables: dict[str, Any], models: Models, file: str) -> tuple[dict[
     """The tables of a scene with numbers in place of texts with units, and a mistake for each that is none."""
     found = mechanism_in(tables)
     angular = bool(found and found[0].motion.angular)
-    reader = _Reader(models, file, angular, stages_in(tables))
+    reader = _Reader(models, file, angular, tables)
     return reader.table(tables, models[TOP], "", ""), reader.mistakes
 
 
 class _Reader:
     """Goes through the tables of a scene."""
 
-    def __init__(self, models: Models, file: str, angular: bool, stages: Sequence[Mapping[str, Any]]) -> None:
-        self.models, self.file, self.angular, self.stages = models, file, angular, stages
+    def __init__(self, models: Models, file: str, angular: bool, scene: Mapping[str, Any]) -> None:
+        self.models, self.file, self.angular, self.scene = models, file, angular, scene
+        self.stages = stages_in(scene)
         self.mistakes: list[Mistake] = []
 
     def table(self, given: Mapping[str, Any], model: type[SceneTable], place: str, known: str) -> dict[str, Any]:
@@ -60,7 +62,7 @@ class _Reader:
         """Whether what a key is about turns: of a stage of a train, what that moves."""
         stage = re.match(r"train\.(\d+)\.", where)
         turns = tool_turns(self.stages[: int(stage[1])] if stage else self.stages, self.angular)
-        return turns if stage else is_angle(where, self.angular, turns)
+        return turns if stage else is_angle(where, self.angular, turns) and not is_straight(self.scene, where)
 
     def tables(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:
         if isinstance(value, list):
