@@ -112,6 +112,11 @@ class Blocks:
     def __len__(self) -> int:
         return int(self._ends[-1]) if self._ends else 0
 
+    @property
+    def curves(self) -> int:
+        """How many pitch curves are searched: one of each design, unless designs share them."""
+        return len(self._numbers) * len(self.space.problems) if self._numbers else len(self.space)
+
     def _designs(self, number: int) -> tuple[int, int, int]:
         """The part of the space that a block is of, and which designs of that problem it has: from, to."""
         part = bisect_right(self._ends, number)

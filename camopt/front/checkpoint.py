@@ -20,6 +20,7 @@ from camopt.storage.records import JOURNAL_MAGIC, record, records
 from camopt.verdicts.judging import Effort
 
 STATE_SECONDS = 10.0  # between states: a search that is shorter keeps none
+ARCHIVE = b"PK"  # what arrays begin with; blocks, which a cluster evaluated for the same question, do not
 BOX_LISTS = ("waiting", "small")
 STATE_NUMBERS = ("started", "boxes", "finished", "evaluated", "decided", "reached")
 
@@ -37,7 +38,7 @@ class Checkpoint:
         """Give a search the state that was kept for the same question, if there is one; ``tell`` is told."""
         with suppress(FileNotFoundError), self.path.open("rb") as file:
             payloads = [payload for payload, _ in records(file)]
-            if len(payloads) == 2 and payloads[0] == self.question.encoded():
+            if len(payloads) == 2 and payloads[0] == self.question.encoded() and payloads[1].startswith(ARCHIVE):
                 set_state(search, payloads[1])
                 self.kept = kept_of(search)
                 if tell:

@@ -28,7 +28,8 @@ SWEEP_PARTS = 100_000
 SAMPLE = 3  # blocks all over the space, which call for all kernels
 TABLED = ("feasible", "all")
 KEPT = ("pareto", *TABLED, FRONT_ONLY)
-"""Which designs a sweep can write to its table of designs; with the last one it finds the front and no more."""
+"""Which designs a sweep can write to its table of designs; with the last one boxes of them find the front alone."""
+WORTH_BOXES = 1_000_000  # pitch curves, from which on boxes of designs find the front sooner than blocks
 
 
 @dataclass(frozen=True)
@@ -106,13 +107,15 @@ class SweepPlan:
     @cached_property
     def row_names(self) -> tuple[str, ...]:
         """The columns of rows that are searched: all only where they are written as they are, or refined."""
-        full = self.front_only or self.keep in TABLED or self.scene.search.refine
+        full = self.keep in TABLED or self.scene.search.refine
         return self.names if full else compared_names(self.problem)
 
-    @property
-    def front_only(self) -> bool:
-        """Whether the front alone is sought, by boxes of designs: it alone is wanted, and objectives allow it."""
-        if self.keep != FRONT_ONLY or self.problem.choices.samples:
+    @cached_property
+    def by_boxes(self) -> bool:
+        """Whether boxes of designs find the front: no other design is wanted, and objectives allow it."""
+        if self.keep in TABLED or self.problem.choices.samples:
+            return False
+        if self.keep != FRONT_ONLY and self.blocks.curves < WORTH_BOXES:
             return False
         from camopt.front.box_bounds import all_bounded
 

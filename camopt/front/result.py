@@ -41,13 +41,13 @@ class Sweep(HasHtml):
         limits that the next smaller cam of the space would exceed. Where boxes were decided, the best on the front.
     nearest_miss : Design or None
         Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``; of more
-        than four million designs, that of some blocks, evenly spread. None where boxes were decided.
+        than four million designs, that of some blocks, evenly spread.
     reached : float
         The largest relative half-width of an enclosure of any row kept.
     front : Front or None
         Hypervolume, ideal, nadir and knee of the Pareto front; None where nothing is feasible.
     obstacle : str
-        Where no design can be put together: the condition that all of them break.
+        Where no design can be put together, of those looked at for the nearest miss: the condition that they break.
     evaluated : int
         Designs that were evaluated, one by one.
     boxes : int

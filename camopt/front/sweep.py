@@ -4,7 +4,8 @@ A scene becomes a plan (``plan``): the space of designs, and what to keep of it.
 (``blocks``), one batch of them after another; a journal keeps each finished batch, so that a stopped sweep goes on
 from there (``journal``). ``streaming`` gathers what they give, rows for the table and the front so far. In the end
 people's rows get the digits of ``evaluate`` (``compared``), and tables and result appear together (``result``).
-With "front-only" boxes of designs are bounded in place of blocks (``front_search``, with a ``checkpoint``).
+Where the front alone is wanted of a large space, boxes of designs are bounded in place of blocks (``front_search``,
+with a ``checkpoint``).
 """
 
 import os
@@ -72,8 +73,10 @@ def sweep(
         ``[search]`` says to refine, the front of the grid goes to ``pareto-grid.parquet``.
     keep : str, default "feasible"
         Which designs go to ``designs.parquet``: "feasible", "pareto", or "all" that can be assembled. With
-        "front-only" there is no such table: the front is that of the other choices, row for row, but where the
-        objectives allow it boxes of designs are decided together, and nobody counts the feasible ones.
+        "pareto", boxes of designs are decided together where that is sooner: where a million pitch curves or more
+        had to be searched, and the objectives allow it. The front is the same, row for row; nobody counts the
+        feasible designs then, and the best of a law is that on the front. "front-only" does so in a space of any
+        size, and has no such table.
     workers : int, optional
         Threads; None takes one a core. Rows are the same for any number, and for any ``block``.
     progress : callable, optional
@@ -118,14 +121,15 @@ def sweep(
     (9, 0)
     """
     # without a table nobody reads its rows; the front is the same
-    plan = sweep_plan(scene, keep if out is not None or keep != "feasible" else "pareto", block)
+    counted = out is None and keep == "feasible"
+    plan = sweep_plan(scene, "pareto" if counted else keep, block)
     own = Threads(workers or os.cpu_count() or 1)
-    if plan.front_only and engine:
+    if plan.keep == FRONT_ONLY and engine and plan.by_boxes:
         why = "decides boxes of designs on this machine alone; pareto gives the same front"
         raise BadInput([Mistake("camopt", "keep", keep, why, bare=True)])
     if out is not None and not again and (done := swept_already(plan, out, tell)):
         return done
-    if plan.front_only:
+    if plan.by_boxes and not counted and not engine:
         from camopt.front.checkpoint import checkpoint_at
         from camopt.front.front_search import FrontSearch
 
@@ -184,6 +188,7 @@ def result_of(
         rows, grid = compared.front, compared.grid
         front = front_of(rows, plan.problem.objectives, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))
+        miss = None if rows.count else nearest_miss_of_space(plan)
         result = Sweep(
             scene=scene,
             designs=len(space),
@@ -194,9 +199,9 @@ def result_of(
             pareto=rows.count,
             files=_places(plan, unit.folder) if unit else (),
             best=best_of_each_law(scene, compared),
-            nearest_miss=nearest_miss_of_space(plan) if seen.feasible == 0 else None,
+            nearest_miss=miss,
             front=front,
-            obstacle="" if seen.existing != 0 else plan.problem.setup.mechanism.assembly,
+            obstacle="" if rows.count or miss else plan.problem.setup.mechanism.assembly,
             evaluated=seen.evaluated,
             boxes=seen.boxes,
             decided_by_boxes=seen.decided,

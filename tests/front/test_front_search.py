@@ -18,7 +18,7 @@ from camopt import Scene, evaluate, find_scene, load, sweep
 from camopt.effects import Case, offered
 from camopt.engines.threads import Threads
 from camopt.front import curve_numbers as numbering
-from camopt.front import dominance, front_search, shared_curves
+from camopt.front import dominance, front_search, plan, shared_curves
 from camopt.front.blocks import Blocks
 from camopt.front.box_bounds import BoxBounds, all_bounded, is_bounded
 from camopt.front.curve_numbers import curve_numbers
@@ -341,6 +341,20 @@ def test_what_a_sweep_of_the_front_alone_tells(ties, tmp_path):
     }.items()
 
 
+def test_the_front_of_a_large_space_is_found_by_boxes(ties, tmp_path, monkeypatch):
+    """With the same tables: that of the designs which are kept has those on the front."""
+    usual = sweep(ties, tmp_path / "usual", "pareto")
+    monkeypatch.setattr(plan, "WORTH_BOXES", Blocks(space_of(resolve(ties)), ()).curves)
+    boxes = sweep(ties, tmp_path / "boxes", "pareto")
+    assert (usual.decided_by_boxes, boxes.feasible, boxes.front) == (0, None, usual.front)
+    assert boxes.decided_by_boxes + boxes.evaluated >= boxes.designs == usual.designs
+    assert [file.name for file in boxes.files] == [file.name for file in usual.files]
+    for file in ("pareto.parquet", "designs.parquet"):
+        assert load(tmp_path / "boxes" / file).equals(load(tmp_path / "usual" / file))
+    assert sweep(ties).feasible == usual.feasible  # who asks for no table has them counted
+    assert sweep(ties, tmp_path / "more").feasible == usual.feasible
+
+
 @pytest.mark.parametrize("name", ["pressure_angle_max_deg", "pressure_angle_max_at_deg", "relative_half_width"])
 def test_an_objective_that_boxes_do_not_bound_is_swept_as_usual(ties, name):
     scene = ties.replace(**{"search.minimise": ["base_radius_mm"], "search.maximise": [name]})
@@ -353,7 +367,8 @@ def test_an_objective_that_boxes_do_not_bound_is_swept_as_usual(ties, name):
 def test_where_nothing_is_feasible():
     scene = find_scene("roller-1000rpm").replace(**{"limits.pressure_angle": 2, "limits.pressure_angle_return": 2})
     found = sweep(scene, keep="front-only")
-    assert (found.pareto, found.front, found.nearest_miss) == (0, None, None)
+    assert (found.pareto, found.front, found.feasible) == (0, None, None)
+    assert found.nearest_miss["violated"] == "pressure_angle,pressure_angle_return"
     assert found.decided_by_boxes + found.evaluated >= found.designs
     assert found.evaluated < 0.01 * found.designs
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import camopt
 from camopt.engines.threads import Threads
-from camopt.front import checkpoint, estimate, journal
+from camopt.front import checkpoint, estimate, journal, plan
 from camopt.front.blocks import merged
 from camopt.front.certified import certify_table
 from camopt.front.estimate import Estimate, check_room, estimated, size_in_words
@@ -274,6 +274,24 @@ def test_an_interrupted_search_by_boxes_goes_on(share, tmp_path, front_only, mon
     assert told == [f"going on where an interrupted sweep ended: {before:,} boxes of designs are decided and kept"]
     assert seen == boxes[boxes.index(at) :]
     assert files_in(tmp_path) == files
+
+
+@pytest.mark.parametrize("first", ["boxes", "blocks"])
+def test_blocks_and_boxes_of_one_question_do_not_mix(first, tmp_path, front_only, monkeypatch):
+    """A cluster evaluates blocks of what this machine decides by boxes: neither takes what the other kept."""
+    monkeypatch.setattr(checkpoint, "STATE_SECONDS", 0.0)
+    monkeypatch.setattr(journal, "RECORD_SECONDS", 0.0)
+    monkeypatch.setattr(plan, "WORTH_BOXES", 1)
+    ways = {"boxes": {"block": BLOCK}, "blocks": {"engine": Threads(1), "block": BLOCK}}
+    (second,), (_, boxes) = ways.keys() - {first}, front_only
+    with pytest.raises(Stopped, match=KEPT):
+        sweep(BOXED, tmp_path / "stopped", "pareto", progress=stopped(boxes[2]), **ways[first])
+    assert (tmp_path / "stopped" / ".camopt" / "sweep.journal").stat().st_size > 1000
+    told = []
+    sweep(BOXED, tmp_path / "stopped", "pareto", tell=told.append, **ways[second])
+    assert not told
+    sweep(BOXED, tmp_path / "whole", "pareto", **ways[second])
+    assert files_in(tmp_path / "stopped") == files_in(tmp_path / "whole")
 
 
 @pytest.fixture(scope="module")

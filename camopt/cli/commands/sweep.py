@@ -45,7 +45,8 @@ from camopt.cli.resumed import place_of, resumed
 @click.option("--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @click.option(
     "--keep", type=click.Choice(("pareto", "feasible", "all", "front-only")), default="feasible", show_default=True,
-    help="Which designs to write to designs.parquet; front-only writes none, and decides whole boxes of designs.",
+    help="Which designs to write to designs.parquet. For pareto, whole boxes of designs are decided together where "
+    "that is faster, in large spaces; for front-only always, and it writes none.",
 )  # fmt: skip
 @click.option("--refine", is_flag=True, help="Move each design of the Pareto front off the grid, to an optimum.")
 @click.option(
@@ -86,6 +87,7 @@ def sweep(
     """
     from camopt.cli import terminal
     from camopt.cli.commands.sweep_report import show_part, show_sweep
+    from camopt.front.plan import TABLED, sweep_plan
     from camopt.front.sweep import sweep as run
 
     words, scene = words_read(), changed(scene, _searched(**asked))
@@ -93,7 +95,8 @@ def sweep(
         scene, keep = resumed(scene, keep, out, part)
     check_folder(scene, out)
     notify = terminal.say_lost if quiet else terminal.say_note
-    unit = "boxes of designs" if keep == "front-only" else "designs"
+    by_boxes = keep not in TABLED and not part and not engine and sweep_plan(scene, keep).by_boxes
+    unit = "boxes of designs" if by_boxes else "designs"
 
     def report_of(made: Any) -> Report:
         notes = terminal.unused_of(scene)

@@ -48,10 +48,10 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
         _show_front(result)
     elif result.nearest_miss:
         show_miss(result.nearest_miss)
-    elif result.obstacle:
+    elif result.impossible is not None:
         show(f"No design can be assembled: {result.obstacle}.")
     else:
-        show("No feasible design. A sweep with another --keep shows the nearest miss.")
+        show(f"No feasible design. Of those looked at, none can be assembled: {result.obstacle}.")
     return None
 
 
