@@ -56,7 +56,8 @@ def _renew(table: Any, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
     for key in [each for each in old if each not in new]:
         table.pop(key, None)
     for key, value in new.items():
-        before, written = old.get(key), table.get(key)
+        before: Any = old.get(key)
+        written = table.get(key)
         if isinstance(value, dict) and isinstance(before, dict) and isinstance(written, dict):
             _renew(written, before, value)
         elif _are_rows(value) and _are_rows(before) and _are_rows(written) and len(value) == len(written):
