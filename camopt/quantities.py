@@ -3,6 +3,8 @@
 Table columns, JSON keys, documentation and checks of names all come from here. The unit is the suffix.
 """
 
+import re
+from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import product
 from typing import Literal
@@ -230,6 +232,51 @@ def number_quantities(*, angular: bool, tool_turns: bool) -> dict[str, str]:
     rows = {True: _NUMBERS, False: _NUMBERS[::-1]}  # the last row of a key counts
     found = {turns: {key: name for key, name, *_ in rows[turns]} for turns in rows}
     return {key: found[tool_turns if key in OF_TOOL else angular][key] for key in NUMBER_COLUMNS}
+
+
+OF_STAGE = {
+    **dict.fromkeys(("crank", "coupler", "rocker", "ground", "offset", "input_arm", "output_arm", "radius"), "mm"),
+    **dict.fromkeys(("angle", "input_angle", "output_angle", "guide"), "deg"),
+    "ratio": "",
+    "mass": "kg",
+    **dict.fromkeys(("inertia", "arm_inertia"), "kg·m²"),
+    "spring_rate": "N/mm, N·m/rad",
+    **dict.fromkeys(("preload", "load", "friction_force"), "N, N·m"),
+    "gravity": "m/s²",
+}
+"""Units of the numbers of a stage of a train by key; of two the second where what the stage moves turns."""
+SUFFIXES = {"N/mm": "N_per_mm", "N·m/rad": "N_m_per_rad", "N·m": "N_m", "kg·m²": "kg_m2", "m/s²": "m_s2"}
+STAGE_NUMBER = re.compile(r"train_([1-9]\d*)_([a-z_]+?)(?:_(mm|deg|kg|kg_m2|N|N_m|N_per_mm|N_m_per_rad|m_s2))?")
+
+
+def stage_quantity(number: int, key: str, *, turns: bool) -> str:
+    """The quantity that a number of a stage is in tables, of a stage whose motion is an angle or not."""
+    unit = OF_STAGE[key].split(", ")[-1 if turns else 0]
+    return "_".join(filter(None, ("train", str(number), key, SUFFIXES.get(unit, unit))))
+
+
+def _of_stage(name: str) -> Quantity | None:
+    """The number of a stage that has a name; None if there is none."""
+    found = STAGE_NUMBER.fullmatch(name)
+    if found is None or found[2] not in OF_STAGE:
+        return None
+    units = {SUFFIXES.get(each, each): each for each in OF_STAGE[found[2]].split(", ")}
+    if (unit := units.get(found[3] or "")) is None:
+        return None
+    sentence = f"{found[2].replace('_', ' ').capitalize()} of stage {found[1]} of the train."
+    return Quantity(name, "", unit, "sizes", sentence)
+
+
+class Quantities(dict[str, Quantity]):
+    """Quantities by name; with the numbers of stages of trains, of which there are too many to list."""
+
+    def __missing__(self, name: str) -> Quantity:
+        if (found := _of_stage(name)) is None:
+            raise KeyError(name)
+        return found
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or (isinstance(name, str) and _of_stage(name) is not None)
 
 
 _ALL = [
@@ -482,8 +529,16 @@ _ALL = [
     ),
 ]
 
-QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
+QUANTITIES: dict[str, Quantity] = Quantities({quantity.name: quantity for quantity in _ALL})
 """Every quantity by name, in the order of the columns."""
+
+
+def in_order(names: Collection[str]) -> list[str]:
+    """The quantities among some names in the order of the columns, numbers of a train behind other sizes."""
+    found = [name for name in QUANTITIES if name in names]
+    of_train = sorted(name for name in names if name not in found and name in QUANTITIES)
+    return sorted([*found, *of_train], key=lambda name: QUANTITIES[name].effect != "sizes")
+
 
 BOUNDED = {name: quantity for name, quantity in QUANTITIES.items() if quantity.relation}
 """Those that ``[limits]`` takes by their names."""

@@ -27,7 +27,7 @@ from camopt.effects import (
 )
 from camopt.effects.case import Case, Effect, Setup, SolidGiven
 from camopt.effects.given import Bodies, GivenDynamics, GivenNumbers
-from camopt.quantities import QUANTITIES
+from camopt.quantities import QUANTITIES, in_order
 
 __all__ = [
     "EFFECTS",
@@ -75,7 +75,7 @@ EFFECTS: dict[str, Effect] = {
 def offered(setup: Setup) -> tuple[str, ...]:
     """All quantities of a setup for which the scene gives enough values, in the order of the columns."""
     names = {name for effect in EFFECTS.values() for name in effect.offers(setup)} - lacking(setup).keys()
-    return tuple(name for name in QUANTITIES if name in names)
+    return tuple(in_order(names))
 
 
 def lacking(setup: Setup) -> dict[str, tuple[str, ...]]:

@@ -16,7 +16,7 @@ from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, concatenate_rows
 from camopt.problem.space import EDGE_OF_SPACE, Space
 from camopt.progress import Progress
-from camopt.quantities import QUANTITIES
+from camopt.quantities import in_order
 from camopt.scene.scene import Scene
 from camopt.tables.columns import joined_laws
 from camopt.tables.designs import ByLaw, Design
@@ -82,7 +82,7 @@ def to_compare(space: Space, names: frozenset[str], *tables: Rows) -> list[Rows]
 def _renewed(rows: Rows, found: Rows) -> Rows:
     """Rows with the columns that were found, in the order of the quantities."""
     columns = rows.columns | found.columns
-    return replace(rows, columns={name: columns[name] for name in QUANTITIES if name in columns})
+    return replace(rows, columns={name: columns[name] for name in in_order(columns)})
 
 
 def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> Rows:

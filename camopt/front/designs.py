@@ -3,6 +3,7 @@
 A sweep evaluates a grid; here the designs are those of another program, a row each.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from math import inf
@@ -19,10 +20,11 @@ from camopt.problem.limit import ASSEMBLY
 from camopt.problem.problem import VERDICT, Problem, missing, resolve
 from camopt.problem.settings import freed_of, given_profile, in_settings
 from camopt.problem.variables import Variable
-from camopt.quantities import QUANTITIES
+from camopt.quantities import QUANTITIES, in_order
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.scene import Scene
 from camopt.scene.tables import Cam, Dynamics, Follower, Materials, SceneTable
+from camopt.scene.train import TrainStage
 from camopt.verdicts.judging import CERTIFIED, evaluate_with_effort, excesses
 from camopt.verdicts.running import run_effects
 
@@ -35,6 +37,7 @@ TABLE_TYPES: dict[str, type[SceneTable]] = {
     "follower": Follower,
     "follower.dynamics": Dynamics,
     "materials": Materials,
+    "train": TrainStage,
 }
 LAWS_OF_STROKES = (("law_rise", "law"), ("law_return", "law"))
 """Columns with the law of the rises, and with that of the returns."""
@@ -93,7 +96,7 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
     names = problem.wanted | problem.sizes | frozenset(VERDICT)
     parts = [_evaluated(each, given.take(rows), names).set_axis(rows) for each, rows in _by_motion(problem, frame)]
     found = pd.concat(parts).sort_index().set_axis(frame.index)
-    columns = [name for name in QUANTITIES if name in found]
+    columns = in_order(found.columns)
     found = found[[*columns, *(f"{EXCESS}{limit.name}" for limit in problem.limits)]]
     found.attrs = {"units": {name: QUANTITIES[name].unit for name in columns}}
     return found
@@ -157,7 +160,7 @@ def _odd_columns(frame: "pd.DataFrame", columns: Mapping[str, Variable]) -> Iter
 
 def _out_of_range(key: str, column: "pd.Series[Any]") -> Iterator[Mistake]:
     """The first value of a size that a scene would not take; of numbers, the least or the largest."""
-    table, _, name = key.rpartition(".")
+    table, _, name = re.sub(r"\.\d+", "", key).rpartition(".")
     size: TypeAdapter[Any] = TypeAdapter(get_type_hints(TABLE_TYPES[table], include_extras=True)[name])
     values = column.to_numpy()
     looked_at: Iterable[int] = range(len(column))
@@ -189,7 +192,7 @@ def _by_motion(problem: Problem, frame: "pd.DataFrame") -> Iterator[tuple[Proble
         first = frame.iloc[rows[0]]
         laws = (None if name is None else first[name] for name in (rise, fall))
         (set_,) = in_settings(problem, [{each.key: float(first[each.quantity]) for each in shared}])
-        yield set_.with_programme(problem.with_laws(*laws)), np.asarray(rows)
+        yield set_.moving(set_.asked_by(*laws)), np.asarray(rows)
 
 
 def _evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> "pd.DataFrame":

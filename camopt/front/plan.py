@@ -18,7 +18,7 @@ from camopt.numerics.distinct import distinct
 from camopt.problem.problem import VERDICT, Problem, resolve
 from camopt.problem.sample import searched_space
 from camopt.problem.space import Space
-from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.quantities import QUANTITIES, in_order, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.storage.manifest import question_in
 from camopt.version import version_of_rows
@@ -198,7 +198,7 @@ def with_objectives(problem: Problem) -> Problem:
 def compared_names(problem: Problem) -> tuple[str, ...]:
     """The columns that say which designs rows are, and which of them are better."""
     names = problem.sizes | problem.objectives.keys() | set(VERDICT)
-    return tuple(name for name in QUANTITIES if name in names)
+    return tuple(in_order(names))
 
 
 def column_names(problem: Problem) -> tuple[str, ...]:
@@ -206,4 +206,4 @@ def column_names(problem: Problem) -> tuple[str, ...]:
     numbers = {name for name in problem.needed if QUANTITIES[name].kind is float}  # the verdict tells the rest
     outputs = problem.named if problem.outputs else frozenset()
     names = problem.sizes | numbers | outputs | set(VERDICT)
-    return tuple(name for name in QUANTITIES if name in names)
+    return tuple(in_order(names))

@@ -48,6 +48,7 @@ class Sweep(HasHtml):
         Hypervolume, ideal, nadir and knee of the Pareto front; None where nothing is feasible.
     obstacle : str
         Where no design can be put together, of those looked at for the nearest miss: the condition that they break.
+        Where some of the trains that are searched cannot move as asked: how many, and why not the first of them.
     evaluated : int
         Designs that were evaluated, one by one.
     boxes : int

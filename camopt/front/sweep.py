@@ -28,6 +28,7 @@ from camopt.front.streaming import Seen, gathered
 from camopt.front.summary import from_summary, summary_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.rows import Rows
+from camopt.problem.space import Space
 from camopt.progress import Progress
 from camopt.scene.scene import Scene
 from camopt.storage.files import write_text
@@ -201,7 +202,7 @@ def result_of(
             best=best_of_each_law(scene, compared),
             nearest_miss=miss,
             front=front,
-            obstacle="" if rows.count or miss else plan.problem.setup.mechanism.assembly,
+            obstacle=_obstacle(space, bool(rows.count or miss)),
             evaluated=seen.evaluated,
             boxes=seen.boxes,
             decided_by_boxes=seen.decided,
@@ -217,6 +218,14 @@ def result_of(
             write_text(unit.path(SWEEP_SCENE), scene.to_toml())
             unit.answer = summary_of(result) | (beside(result) if beside else {})
     return result
+
+
+def _obstacle(space: Space, assembled: bool) -> str:
+    """Why no design can be assembled, or none with some of the trains."""
+    apart = [each.setup.mechanism.assembly for each in space.problems if each.setup.mechanism.is_apart]
+    if apart:
+        return f"{len(apart)} of {len(space.problems)} motions through a train, such as {apart[0]}"
+    return "" if assembled else space.problem.setup.mechanism.assembly
 
 
 def _published(out: str | os.PathLike[str], plan: SweepPlan) -> AbstractContextManager[Unit]:

@@ -245,6 +245,15 @@ class Mechanism:
         normal = found.across + 1j * found.up
         return Travel(found.x + 1j * found.y, normal / np.abs(normal))
 
+    def apart(self, why: str) -> "Mechanism":
+        """The same of which no design can be assembled, for a reason."""
+        return replace(self, assembly_margins=_none_assembled, assembly=why)
+
+    @property
+    def is_apart(self) -> bool:
+        """Whether it is one of which no design can be assembled."""
+        return self.assembly_margins is _none_assembled
+
     def exists(self, designs: Designs, programme: Programme) -> BoolArray:
         """Which designs can be assembled at every cam angle."""
         held = np.ones(len(designs), dtype=bool)
@@ -258,3 +267,7 @@ class Mechanism:
         for margin in self.assembly_margins(boxes, programme):
             lacking |= as_interval(margin).high <= 0.0
         return lacking
+
+
+def _none_assembled(designs: Designs, programme: Programme) -> tuple[FloatArray]:
+    return (np.full(len(designs), -1.0),)

@@ -37,6 +37,11 @@ class Choices:
         return [each for each in self.variables.values() if each.is_number]
 
     @property
+    def trains(self) -> list[Variable]:
+        """Those of them that are numbers of the train."""
+        return [each for each in self.numbers if each.enters == "train"]
+
+    @property
     def angles(self) -> list[Variable]:
         return [each for each in self.variables.values() if each.enters == "angle"]
 

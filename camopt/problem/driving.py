@@ -9,6 +9,8 @@ from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment, start_position
 from camopt.motion.train_load import TrainLoad
+from camopt.scene.checks import faults_of
+from camopt.scene.scene import Scene
 from camopt.trains.train import StageFault, Train
 
 
@@ -33,3 +35,9 @@ def through_train(
         return driven(replace(asked, load=None), train, zero, load)
     except StageFault as fault:
         raise BadInput([Mistake(file, f"train.{fault.number}", None, str(fault), bare=True)]) from None
+
+
+def unmoved(scene: Scene) -> str:
+    """Why the train of a scene cannot move its follower as asked; empty if it can."""
+    faults = (fault for fault in faults_of(scene.to_dict()) if fault[0].startswith(("train", "follower.dynamics")))
+    return next((f"{key}: {why}" for key, _, why in faults), "")

@@ -1,6 +1,6 @@
 """From a scene to a problem in inside units (mm, s, rad): its setup, programme, design and limits."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, nan
@@ -18,12 +18,12 @@ from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment
 from camopt.problem.choices import Choices, choices_of
 from camopt.problem.claims import Claim
-from camopt.problem.driving import through_train
+from camopt.problem.driving import through_train, unmoved
 from camopt.problem.limit import Limit
 from camopt.problem.limits import OF_QUANTITIES, limited_quantity, limits_of
 from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
-from camopt.problem.variables import Variable, variables_of
+from camopt.problem.variables import Variable, is_of_train, variables_of
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
@@ -80,8 +80,24 @@ class Problem:
         if not numbers:
             return self
         values = self.values.replaced(numbers)
+        moved = any(map(is_of_train, numbers))
+        if moved and (why := values.unmoved):
+            named = ", ".join(f"{key} = {value:.6g}" for key, value in numbers.items())
+            return replace(self, setup=self.setup.with_numbers(numbers)).apart(f"{why} (with {named})")
         setup = replace(values.setup, tolerance=self.setup.tolerance, free=self.setup.free - numbers.keys())
-        return replace(self, values=values, setup=setup, limits=values.limits(setup))
+        changed = replace(self, values=values, setup=setup, limits=values.limits(setup))
+        return changed.moving(self.programme.tool) if moved else changed
+
+    def moving(self, asked: Programme) -> "Problem":
+        """The problem of another motion that is asked; of no design, where the train cannot move so far."""
+        try:
+            return self.with_programme(self.driving(asked))
+        except BadInput as error:
+            return self.apart(error.mistakes[0].allowed)
+
+    def apart(self, why: str) -> "Problem":
+        """The problem where no design can be assembled, for a reason."""
+        return replace(self, setup=replace(self.setup, mechanism=self.setup.mechanism.apart(why)))
 
     def freed(self, numbers: Mapping[str, float]) -> "Problem":
         """The problem of designs with numbers of their own, by key of the scene, at most as large as given here."""
@@ -103,8 +119,12 @@ class Problem:
 
     def with_laws(self, rise: str | None, fall: str | None) -> Programme:
         """The scene's programme with other laws, by name, on its rises and returns (None keeps them)."""
+        return self.driving(self.asked_by(rise, fall))
+
+    def asked_by(self, rise: str | None, fall: str | None) -> Programme:
+        """The motion that is asked, of the tool or the follower itself, with other laws."""
         chosen = (None if name is None else self.laws[name] for name in (rise, fall))
-        return self.driving(self.programme.tool.with_laws(*chosen))
+        return self.programme.tool.with_laws(*chosen)
 
     def driving(self, asked: Programme) -> Programme:
         """The turn of the follower that moves as asked, or drives a tool so, under the scene's load.
@@ -114,8 +134,7 @@ class Problem:
         BadInput
             If the tool goes beyond a dead point of the train.
         """
-        load, train = self.programme.load, self.setup.train
-        return through_train(asked, train, self.segments, load, self.file)
+        return self.values.driving(asked, self.setup, self.segments)
 
     @property
     def size_name(self) -> str:
@@ -181,6 +200,17 @@ class SceneValues:
         """The setup that they make."""
         return setup_of(self._scene)
 
+    @property
+    def unmoved(self) -> str:
+        """Why the train cannot move the follower as asked; empty if it can."""
+        return unmoved(self._scene)
+
+    def driving(self, asked: Programme, setup: Setup, segments: Sequence[GivenSegment]) -> Programme:
+        """The turn of the follower that moves as asked, or drives a tool so, under the scene's load."""
+        _, load = constant_and_changing(*load_and_unit(self._scene))
+        brought = train_load(self._scene.train, setup.train, load)
+        return through_train(asked, setup.train, segments, brought, self._scene.file)
+
     def limits(self, setup: Setup) -> tuple[Limit, ...]:
         """The limits that they set to designs of a setup."""
         return limits_of(self._scene, setup)
@@ -202,14 +232,13 @@ def resolve(scene: Scene) -> Problem:
     if mistakes:
         raise BadInput(mistakes)
     laws = {**LAWS, **{name: law_of(name, law) for name, law in scene.laws.items()}}
-    _, load = constant_and_changing(*load_and_unit(scene))
+    values, (_, load) = SceneValues(scene), constant_and_changing(*load_and_unit(scene))
     turn = given_segments(scene.motion, scene.cam.rpm)
     if scene.profile:
         programme = programme_of(scene.profile, scene.cam, scene.follower, load)
     else:
         asked = Programme.from_segments(turn, angular=setup.tool_turns, laws=laws, load=load)
-        brought = train_load(scene.train, setup.train, load)
-        programme = through_train(asked, setup.train, turn, brought, scene.file)
+        programme = values.driving(asked, setup, turn)
     return Problem(
         file=scene.file,
         setup=setup,
@@ -225,7 +254,7 @@ def resolve(scene: Scene) -> Problem:
         variables=variables,
         missing=tuple(missing),
         accuracy=scene.accuracy.tolerance,
-        values=SceneValues(scene),
+        values=values,
     )
 
 

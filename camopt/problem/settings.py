@@ -32,7 +32,11 @@ def problems_of(problem: Problem, settings: Sequence[Setting] = ({},)) -> tuple[
         If a quantity that the problem calls for cannot be computed in one of the settings.
     """
     problems = in_settings(problem, settings)
-    return tuple(each.with_programme(programme) for programme in laws_of(problem) for each in problems)
+    return tuple(
+        each.with_programme(programme) if each.programme is problem.programme else each.moving(each.asked_by(*pair))
+        for programme, pair in laws_of(problem).items()
+        for each in problems
+    )
 
 
 def freed_of(problem: Problem) -> Problem:

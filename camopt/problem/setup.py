@@ -4,7 +4,7 @@ from math import radians
 from typing import Any
 
 from camopt.effects import GivenNumbers, Setup, SolidGiven
-from camopt.problem.variables import variables_of
+from camopt.problem.variables import is_of_train, variables_of
 from camopt.quantities import NUMBER_COLUMNS
 from camopt.scene.load import constant_and_changing
 from camopt.scene.materials import MATERIALS
@@ -28,7 +28,7 @@ def setup_of(scene: Scene) -> Setup:
 
 def _numbers(scene: Scene) -> dict[str, float | None]:
     """The numbers of a scene by key, with those of its materials where it only names them."""
-    numbers, given = scene.numbers(NUMBER_COLUMNS), scene.materials
+    numbers, given = scene.numbers((*NUMBER_COLUMNS, *filter(is_of_train, scene.search.numbers))), scene.materials
     load, _ = constant_and_changing(load_and_unit(scene)[0], 1.0)
     numbers["follower.dynamics.load"] = load
     for body in ("cam", "follower"):

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.mistakes import BadInput, Mistake
+from camopt.motion.programme import Programme
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, missing
@@ -87,11 +88,16 @@ class Space:
         columns = {name: value + np.zeros(count) for name, value in fixed.sizes.items()}
         designs = fixed.with_values(columns | {each.field: rows.column(each.quantity) for each in brought})
         shared = [each for each in self.problem.choices.numbers if not each.is_ranged]
-        for motion in map(self.problem.with_programme, {each.programme: None for each in self.problems}):
+        for motion in map(self.problem.with_programme, self._asked.values()):
             rise, fall = (motion.programme.law_names(kind) for kind in (RISE, RETURN))
             here = np.flatnonzero((rows.column("law_rise") == rise) & (rows.column("law_return") == fall))
             for setting, which in _by_setting({v.key: rows.column(v.quantity)[here] for v in shared}, here.size):
                 yield motion.with_numbers(setting), here[which], designs.take(here[which])
+
+    @property
+    def _asked(self) -> dict[Programme, Programme]:
+        """A programme of the problems for each motion that is asked of the tool, whatever its train."""
+        return {each.programme.tool: each.programme for each in self.problems}
 
     def designs_apart(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.intp], Designs]]:
         """The same with a problem for each setting, which has the digits of a scene: designs bring no numbers."""
@@ -158,7 +164,8 @@ def boxes_of(problem: Problem) -> list[SizeBounds]:
 
 def choices(problem: Problem, bounds: SizeBounds) -> str:
     """What a box has of the variables of which ``[search]`` lists several values, as a user writes them."""
-    listed = {
+    trains = {each.name: problem.setup.given[each.key] for each in problem.choices.trains if not each.in_range}
+    listed = trains | {
         each.name: bounds[each.field][0]
         for each in problem.choices.variables.values()
         if each.field in bounds and each.field != "size" and isinstance(each.choice, tuple)

@@ -14,19 +14,22 @@ from camopt.mechanisms import FIELDS
 from camopt.mistakes import Mistake
 from camopt.motion.segments import GivenSegment
 from camopt.numerics import FloatArray
-from camopt.quantities import QUANTITIES, number_quantities
+from camopt.quantities import OF_STAGE, QUANTITIES, number_quantities, stage_quantity
 from camopt.scene.choices import Chosen, StepRange
 from camopt.scene.scene import Scene
 from camopt.scene.search import Search
 from camopt.scene.sizes import SIGNED_SIZES
+from camopt.scene.train import keys_of_stage
 
-Enters = Literal["size", "number", "shared", "angle"]
+Enters = Literal["size", "number", "shared", "train", "angle"]
 """Where a variable enters: as a size, or another number, that designs bring; as a number that decides which limits
-there are, so that all designs of a problem share it; as the angle of a segment of their motion."""
+there are, so that all designs of a problem share it; as one of the train, which decides their motion and which they
+share therefore; as the angle of a segment of their motion."""
 SHARED = ("cam.shaft_diameter",)
 OTHERS = {
     "number": "this number from the scene; only sweep and optimise can vary it",
     "shared": "this number from the scene; only sweep can vary it",
+    "train": "this number of the train from the scene; only sweep and optimise can vary it",
     "angle": "the angles of the scene; only optimise can vary them",
 }
 """What those take that do not vary it, by where a variable enters."""
@@ -71,17 +74,22 @@ class Variable:
     @property
     def is_number(self) -> bool:
         """Whether it is a number of the scene that is no size."""
-        return self.enters in ("number", "shared")
+        return self.enters in ("number", "shared", "train")
 
     @property
     def is_ranged(self) -> bool:
         """Whether boxes of designs may have a range of it: not of what all designs of a problem share."""
-        return self.enters != "shared"
+        return self.enters not in ("shared", "train")
+
+    @property
+    def in_range(self) -> bool:
+        """Whether its choice is a range."""
+        return isinstance(self.choice, StepRange)
 
     @property
     def is_free(self) -> bool:
         """Whether a search may give it any value of a range."""
-        return self.is_ranged and isinstance(self.choice, StepRange)
+        return self.is_ranged and self.in_range
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -145,6 +153,7 @@ def variables_of(scene: Scene) -> tuple[Variable, ...]:
     """The sizes of a scene's mechanism, that of the body first, and all numbers of scenes that are no sizes."""
     mechanism, search = scene.mechanism, scene.search
     sizes, numbers, columns = search.sizes, search.numbers, mechanism.size_quantities
+    stages = _stage_quantities(scene)
     named = {key: key.partition(".")[2] for key in mechanism.keys(scene.tip)}
     return (
         *(Variable(k, "size", n, FIELDS[n], columns[FIELDS[n]], sizes.get(n)) for k, n in named.items()),
@@ -154,7 +163,23 @@ def variables_of(scene: Scene) -> tuple[Variable, ...]:
                 angular=mechanism.motion.angular, tool_turns=scene.tool_turns
             ).items()
         ),
+        *(Variable(key, "train", key, key, name, numbers.get(key)) for key, name in stages.items()),
     )
+
+
+def is_of_train(key: str) -> bool:
+    """Whether a key is that of a number of the train, which decides the motion."""
+    return key.startswith("train.")
+
+
+def _stage_quantities(scene: Scene) -> dict[str, str]:
+    """The quantity that each number of a stage of the train is in tables, by key."""
+    return {
+        f"train.{number}.{key}": stage_quantity(number, key, turns=scene.turns_after(number))
+        for number, row in enumerate(scene.train, start=1)
+        for key in OF_STAGE
+        if key in keys_of_stage(row.stage)
+    }
 
 
 def angles_of(search: Search, segments: Sequence[GivenSegment]) -> tuple[Variable, ...]:

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, Va
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.scene.checks import SEARCHED
 from camopt.scene.complaints import mistakes_of
-from camopt.scene.tables import Anywhere, Length, Positive, SceneNumber, SceneTable, as_list
+from camopt.scene.tables import Anywhere, Cam, Follower, Length, Positive, SceneNumber, SceneTable, as_list
 
 
 class StepRange(SceneTable):
@@ -97,6 +97,32 @@ def free_numbers(table: type[SceneTable], given: Any, where: str = "") -> dict[s
     return {key: choice for key, choice in chosen.items() if choice != {}}
 
 
+def free_rows(table: type[SceneTable], given: Any) -> dict[str, Any]:
+    """The choices for numbers of the rows of a list of tables, by the number of the row from 1.
+
+    Raises
+    ------
+    BadInput
+        As ``free_numbers``; for each key that is no number of a row.
+    """
+    where = table.__name__
+    if not isinstance(given, Mapping):
+        raise BadInput([Mistake("", where, given, f"a table, such as {{ 1 = {{ {where.lower()} = 3 }} }}")])
+    chosen: dict[str, Any] = {}
+    mistakes: list[Mistake] = []
+    for row, values in given.items():
+        try:
+            if not (row.isdecimal() and row == str(int(row)) != "0"):
+                why = "not the number of a row, counted from 1"
+                raise BadInput([Mistake("", f"{where}.{row}", values, why, bare=True)])
+            chosen[row] = free_numbers(table, values, f"{where}.{row}")
+        except BadInput as error:
+            mistakes += error.mistakes
+    if mistakes:
+        raise BadInput(mistakes)
+    return chosen
+
+
 def _free(table: type[SceneTable], key: str, value: Any, where: str) -> Any:
     """The choice for one number of a table, or the choices for those of a table in it."""
     numbers = numbers_of(table)
@@ -107,7 +133,7 @@ def _free(table: type[SceneTable], key: str, value: Any, where: str) -> Any:
         known = [name for name, hint in numbers.items() if not isinstance(hint, type)]
         why = (
             f"is a size: write search.{key}"
-            if key in SEARCHED
+            if key in _sizes_of(table)
             else f"not a number of this table; {nearest(key, known)}"
         )
         raise BadInput([Mistake("", where, value, why, bare=True)])
@@ -123,9 +149,14 @@ def _free(table: type[SceneTable], key: str, value: Any, where: str) -> Any:
 def numbers_of(table: type[SceneTable]) -> dict[str, Any]:
     """The keys of a table that ``[search]`` may free, each with the type of its number, or the table in it."""
     hints = get_type_hints(table, include_extras=True)
-    left_out = {*SEARCHED, *table.read_as}
+    left_out = {*_sizes_of(table), *table.read_as}
     found = {key: _free_in(hints[key]) for key in table.model_fields if key not in left_out}
     return {key: hint for key, hint in found.items() if hint is not None}
+
+
+def _sizes_of(table: type[SceneTable]) -> tuple[str, ...]:
+    """The keys of a table that may be those of sizes, which ``[search]`` has in a place of their own."""
+    return SEARCHED if table in (Cam, Follower) else ()
 
 
 def _free_in(hint: Any) -> Any:

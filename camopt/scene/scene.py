@@ -6,7 +6,7 @@ at once, a line for each mistake, as a BadInput.
 
 import os
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -25,7 +25,7 @@ from camopt.scene.mapping import without
 from camopt.scene.own_laws import own_law_tables, read_files, with_named_laws
 from camopt.scene.part import Part, resolved
 from camopt.scene.profile import read_profile
-from camopt.scene.search import Search
+from camopt.scene.search import Search, unfolded
 from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.speed import OF_CRANK, read_speed
 from camopt.scene.spring import read_spring
@@ -173,7 +173,11 @@ class Scene(HasHtml, Drawn, SceneTable):
     @property
     def tool_turns(self) -> bool:
         """Whether the motion is an angle: that of the tool, or without a train of the follower."""
-        rows = [row.model_dump(exclude_none=True) for row in self.train]
+        return self.turns_after(len(self.train))
+
+    def turns_after(self, count: int) -> bool:
+        """Whether what the first stages of the train move is an angle; of none the follower."""
+        rows = [row.model_dump(exclude_none=True) for row in self.train[:count]]
         return tool_turns(rows, self.mechanism.motion.angular)
 
     @property
@@ -197,6 +201,8 @@ class Scene(HasHtml, Drawn, SceneTable):
 
     def _fill(self, values: dict[str, Any], file: str, folder: Path | None = Path()) -> None:
         given, found = plain(values, file), list[Mistake]()
+        if "search" in given:
+            given["search"] = unfolded(given["search"])
         unread = [*read_part(given)]  # before units: a fit is none
         if is_typed({key: value for key, value in given.items() if key != "name"}):
             from camopt.scene.places import tables_of
@@ -295,7 +301,8 @@ class Scene(HasHtml, Drawn, SceneTable):
         for key in keys:
             found[key] = self
             for name in key.split("."):
-                found[key] = getattr(found[key], name, None)
+                rows = isinstance(found[key], tuple)
+                found[key] = _row(found[key], name) if rows else getattr(found[key], name, None)
         return found
 
     def with_values(self, values: Mapping[str, Any]) -> "Scene":
@@ -306,7 +313,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         return scene
 
 
-def _row(rows: list[Any], number: str) -> Any:
+def _row(rows: Sequence[Any], number: str) -> Any:
     """A row of a list of tables, by its number from 1; None if there is none."""
     return rows[int(number) - 1] if number.isdecimal() and 1 <= int(number) <= len(rows) else None
 
@@ -314,6 +321,9 @@ def _row(rows: list[Any], number: str) -> Any:
 def _changed(table: Any, keys: list[str], value: Any) -> Any:
     """A table with another value under a path of keys, unchecked; [follower.dynamics] may be absent."""
     first, *rest = keys
+    if isinstance(table, tuple):
+        place = int(first) - 1
+        return (*table[:place], _changed(table[place], rest, value), *table[place + 1 :])
     changed = _changed(getattr(table, first) or Dynamics(), rest, value) if rest else value
     return table.model_copy(update={first: changed})
 

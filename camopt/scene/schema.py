@@ -15,6 +15,8 @@ DIALECT = "http://json-schema.org/draft-07/schema#"
 BOUNDS = {"ge": "minimum", "le": "maximum", "lt": "exclusiveMaximum", "gt": "exclusiveMinimum"}
 WITH_UNIT = {"type": "string", "pattern": r"^\s*[-+]?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?\s*(1/)?[a-zA-Zµ°%]"}
 """What a text is where a number is expected."""
+ROW = "^[1-9][0-9]*$"
+"""The number of a row, as ``[search]`` names it."""
 TABLES = tables_of(Scene)
 """Every table by where it stands in a scene."""
 MODELS = {model.__name__: (place, model) for place, model in TABLES.items()}
@@ -26,6 +28,8 @@ def scene_schema(site: str = SITE) -> dict[str, Any]:
     tables = {name: _described(_shaped(each), *MODELS[name], site) for name, each in made.pop("$defs").items()}
     for name in ("cam", "follower", "materials"):
         tables["Search"]["properties"][name] |= _free(TABLES[name], f"search.{name}", site)
+    stage = _free(TABLES["train"], "search.train", site)
+    tables["Search"]["properties"]["train"] |= {"additionalProperties": False, "patternProperties": {ROW: stage}}
     tables["NumberRange"] = _described(_shaped(NumberRange.model_json_schema()), "search.KEY", NumberRange, site)
     top = _described(_shaped(made), *MODELS["Scene"], site)
     about = {"$schema": DIALECT, "title": "camopt scene"}

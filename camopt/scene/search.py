@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from camopt.scene.checks import SEARCHED
-from camopt.scene.choices import Choice, Chosen, NumberRange, StepRange, free_numbers
+from camopt.scene.choices import Choice, Chosen, NumberRange, StepRange, free_numbers, free_rows
 from camopt.scene.tables import (
     Cam,
     Follower,
@@ -20,6 +20,7 @@ from camopt.scene.tables import (
     as_list,
     whole_number,
 )
+from camopt.scene.train import TrainStage
 
 Laws = Annotated[
     tuple[LawName, ...],
@@ -32,8 +33,9 @@ MOST_SAMPLES, MOST_SEED = 2**22, 2**32 - 1  # 32 MB a size
 class Search(SceneTable):
     """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values.
 
-    ``cam``, ``follower`` and ``materials`` hold other numbers by the keys that they have in the scene, each a
-    NumberRange or a list: a sweep combines their values with all sizes and laws.
+    ``cam``, ``follower``, ``train`` and ``materials`` hold other numbers by the keys that they have in the scene,
+    each a NumberRange or a list: a sweep combines their values with all sizes and laws. Of ``train`` the number of
+    the stage comes first, as in ``train.1.coupler``.
 
     With ``samples`` a sweep takes the same designs for each law: drawn evenly from the ranges and lists, always the
     same ones for a ``seed``. With ``thin``, rows that are left out of the front are within that share of one that
@@ -84,6 +86,8 @@ class Search(SceneTable):
         default_factory=dict
     )
     """Numbers of ``[materials]``, likewise."""
+    train: Annotated[dict[str, Any], BeforeValidator(partial(free_rows, TrainStage))] = Field(default_factory=dict)
+    """Numbers of ``[[train]]``, likewise, by the number of the stage."""
     samples: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_SAMPLES)] | None = None
     """How many designs a sweep draws for each law, in place of a grid."""
     sampler: Literal["sobol", "latin-hypercube"] = "sobol"
@@ -118,8 +122,25 @@ class Search(SceneTable):
     @property
     def numbers(self) -> dict[str, NumberRange | tuple[float, ...]]:
         """The choices for numbers that are no sizes, by key of the scene, as ``cam.rpm``."""
-        tables = {name: getattr(self, name) for name in ("cam", "follower", "materials")}
+        tables = {name: getattr(self, name) for name in ("cam", "follower", "materials", "train")}
         return dict(sorted(_flat("", tables)))
+
+
+def unfolded(search: Any) -> Any:
+    """The table ``[search]`` with tables in place of keys that lead to them, as ``"train.1.coupler"`` does."""
+    if not isinstance(search, dict):
+        return search
+    found = {key: value for key, value in search.items() if "." not in key}
+    for key in (each for each in search if each not in found):
+        *tables, last = key.split(".")
+        table: Any = found
+        for name in tables:
+            table = table.setdefault(name, {}) if isinstance(table, dict) else None
+        if isinstance(table, dict) and last not in table:
+            table[last] = search[key]
+        else:  # given twice, which is told
+            found[key] = search[key]
+    return found
 
 
 def _flat(prefix: str, tables: dict[str, Any]) -> Iterator[tuple[str, Any]]:

@@ -120,6 +120,11 @@ CARRIED = ("mass", "inertia", "arm_inertia", "spring_rate", "preload", "load", "
 """Keys of what a stage carries, and of what acts on it."""
 
 
+def keys_of_stage(name: str) -> tuple[str, ...]:
+    """The keys that a stage of some name may have."""
+    return (*TRAIN_STAGES[name].needs, *TRAIN_STAGES[name].others, *CARRIED)
+
+
 def train_from(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:
     """The train of a scene, from a follower whose motion is an angle or not; None where there is none.
 
@@ -193,7 +198,8 @@ def stages_in(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 
 def check_train(data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Every fault of a train: of its stages, and of a tool that goes beyond a dead point."""
+    """Every fault of a train: of its stages, what is searched of them, and a tool beyond a dead point."""
+    yield from _searched(data)
     if not stages_in(data):
         return
     if data.get("profile") is not None:
@@ -206,6 +212,23 @@ def check_train(data: Mapping[str, Any]) -> Iterator[Fault]:
         return
     if train is not None:
         yield from _beyond(data, train)
+
+
+def _searched(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """What ``[search]`` varies of stages that there are not, or have no such number."""
+    stages, searched = stages_in(data), at(data, "search.train")
+    for number, keys in searched.items() if isinstance(searched, Mapping) else ():
+        stage = stages[int(number) - 1] if number.isdecimal() and 0 < int(number) <= len(stages) else None
+        if stage is None:
+            yield f"search.train.{number}", None, f"the train of the scene has {len(stages) or 'no'} stages"
+            continue
+        name = str(stage.get("stage"))
+        for key in keys if name in TRAIN_STAGES and isinstance(keys, Mapping) else ():
+            where = f"search.train.{number}.{key}"
+            if key not in keys_of_stage(name):
+                yield where, keys[key], f"{TRAIN_STAGES[name].words} has no {key}"
+            elif isinstance(stage.get(key), list):
+                yield where, keys[key], f"train.{number}.{key} changes over the turn, and no number replaces it"
 
 
 def _train_in(data: Mapping[str, Any]) -> Train | None:

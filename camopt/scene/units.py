@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from camopt.mistakes import Mistake
-from camopt.scene.places import TOP, is_angle, said_of, unit_for
+from camopt.scene.places import LISTS, TOP, is_angle, said_of, unit_for
 from camopt.scene.sizes import mechanism_in
 from camopt.scene.spring import is_straight
 from camopt.scene.tables import SceneTable
@@ -60,13 +60,15 @@ class _Reader:
 
     def is_angle(self, where: str) -> bool:
         """Whether what a key is about turns: of a stage of a train, what that moves."""
-        stage = re.match(r"train\.(\d+)\.", where)
+        stage = re.match(r"(?:search\.)?train\.(\d+)\.", where)
         turns = tool_turns(self.stages[: int(stage[1])] if stage else self.stages, self.angular)
         return turns if stage else is_angle(where, self.angular, turns) and not is_straight(self.scene, where)
 
     def tables(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:
         if isinstance(value, list):
             return [self.tables(each, model, f"{place}.{row}", known) for row, each in enumerate(value, start=1)]
+        if place == f"search.{known}" and known in LISTS and isinstance(value, Mapping):  # by the number of the row
+            return {row: self.tables(each, model, f"{place}.{row}", "") for row, each in value.items()}
         return self.table(value, model, place, known) if isinstance(value, Mapping) else value
 
     def value(self, value: Any, unit: str, where: str) -> Any:

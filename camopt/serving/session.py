@@ -17,7 +17,7 @@ from camopt.numerics.clock import now
 from camopt.problem.limit import ASSEMBLY
 from camopt.problem.problem import resolve_design
 from camopt.problem.rows import Rows
-from camopt.quantities import QUANTITIES
+from camopt.quantities import in_order
 from camopt.reporting.cam import cam_of
 from camopt.reporting.cams import Chapter, ShownCam, cams_page, chapters_of, words_of
 from camopt.reporting.page import rendered
@@ -167,7 +167,7 @@ def stem_of(scene: Scene) -> str:
 
 
 def _evaluation(sketch: Sketch) -> Evaluation:
-    return Evaluation(sketch.scene, {n: sketch.values[n] for n in QUANTITIES if n in sketch.values})
+    return Evaluation(sketch.scene, {n: sketch.values[n] for n in in_order(sketch.values)})
 
 
 def _quick_line(sketch: Sketch, sheet: Table) -> Cell:

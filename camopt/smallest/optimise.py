@@ -18,7 +18,7 @@ from camopt.problem.settings import freed_of, given_profile, laws_of
 from camopt.problem.space import boxes_of, choices
 from camopt.problem.variables import not_varied
 from camopt.progress import Progress, report_progress
-from camopt.quantities import QUANTITIES
+from camopt.quantities import in_order
 from camopt.scene.scene import Scene
 from camopt.shown import HasHtml
 from camopt.smallest.closed_form import negligible
@@ -26,6 +26,7 @@ from camopt.smallest.multipliers import BINDS
 from camopt.smallest.reasons import Reason, in_one_sentence, listed, reason
 from camopt.smallest.result import GAP, Smallest, feasible
 from camopt.smallest.smallest import smallest
+from camopt.smallest.smallest_train import TrainSearch, free_of_train, listed_trains
 from camopt.smallest.smallest_turn import smallest_of_turns
 from camopt.smallest.turns import SegmentAngles
 from camopt.tables.columns import joined_laws, laws_shown, with_law
@@ -115,7 +116,8 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
 
     The base radius is free, within the range that ``[search]`` gives it, if any. For other sizes and numbers, such
     as a spring rate, a range in ``[search]`` means any value in it, and a list one of its values; what ``[search]``
-    does not name stays as it is in the scene.
+    does not name stays as it is in the scene. Where numbers of the train have a range, the answer is the best of
+    the trains that were tried all over it and on the way down from there: it is not proved.
 
     Parameters
     ----------
@@ -152,8 +154,8 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     (54.5395, True)
     """
     problem, end = exactly(resolve(scene)), end_of(seconds)
-    shared = [each for each in problem.choices.numbers if not each.is_ranged]
-    fixed = not_varied(problem.file, shared, "optimise takes")
+    shared = [each for each in problem.choices.numbers if each.enters == "shared"]
+    fixed = [*not_varied(problem.file, shared, "optimise takes"), *_both_free(problem)]
     if fixed := [*given_profile(problem, "the base radius"), *fixed]:
         raise BadInput(fixed)
     problem = freed_of(problem)
@@ -176,7 +178,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
             found[laws] = _described(alone, replace(least.answer, design=design), until) | least.angles
             cams[laws] = replace(alone, design=design)
             continue
-        obstacles[laws] = _obstacle(problem, answers, max(until, share(end, len(programmes) - done)))
+        obstacles[laws] = _obstacle(answers, max(until, share(end, len(programmes) - done)))
         misses += [_missed(each.problem, each.answer.nearest) for each in answers if each.answer.nearest]
     order = sorted(found, key=lambda laws: float(found[laws][problem.size_name]))
     ranked = ByLaw((laws, Design(found[laws], scene)) for laws in order)
@@ -212,10 +214,25 @@ class Answered(NamedTuple):
 
 
 def answers_of(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[Answered]:
-    """The smallest cam of each box of sizes."""
+    """The smallest cam of each train of which ``[search]`` lists the numbers, and of each box of sizes."""
+    trains = listed_trains(problem)
+    for done, numbers in enumerate(trains):
+        end, here = share(until, len(trains) - done), problem.with_numbers(numbers)
+        if here.setup.mechanism.is_apart:
+            yield from (Answered(here, box, Smallest(None, inf), turns.scene_angles, {}) for box in boxes_of(here))
+        else:
+            yield from _answers_of_train(here, replace(turns, problem=turns.problem.with_numbers(numbers)), end)
+
+
+def _answers_of_train(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[Answered]:
+    """The smallest cam of each box of sizes, with one train, or the best of those that were tried in its ranges."""
     boxes = boxes_of(problem)
     for done, bounds in enumerate(boxes):
         end = share(until, len(boxes) - done)
+        if free_of_train(problem):
+            best = TrainSearch(problem, bounds, end).run()
+            yield Answered(best.problem, bounds, best.answer, turns.scene_angles, {})
+            continue
         if not turns.freed:
             yield Answered(problem, bounds, smallest(problem, bounds, end), turns.scene_angles, {})
             continue
@@ -242,16 +259,19 @@ def least_of(problem: Problem, answers: list[Answered]) -> Answered | None:
     return least._replace(answer=replace(least.answer, floor=min(each.answer.floor for each in answers)))
 
 
-def _obstacle(problem: Problem, answers: list[Answered], until: float) -> str:
+def _obstacle(answers: list[Answered], until: float) -> str:
     """Why no box of sizes holds a feasible design; box by box, where the reasons differ."""
     reasons = {}
     for done, each in enumerate(answers):
-        reasons[choices(problem, each.bounds)] = _why(each, share(until, len(answers) - done))
+        reasons[choices(each.problem, each.bounds)] = _why(each, share(until, len(answers) - done))
     return in_one_sentence(reasons)
 
 
 def _why(each: Answered, until: float) -> Reason:
     """The reason for one box; after ``until`` what its nearest miss breaks."""
+    mechanism = each.problem.setup.mechanism
+    if mechanism.is_apart:
+        return Reason(f"assembly: {mechanism.assembly}")
     if each.answer.proved and (now() <= until or each.answer.nearest is None):
         return reason(each.problem, each.bounds, until)
     if each.answer.nearest is None:
@@ -260,8 +280,21 @@ def _why(each: Answered, until: float) -> Reason:
     return Reason(f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)")
 
 
+def _both_free(problem: Problem) -> Iterator[Mistake]:
+    """A mistake for each number of the train that has a range where angles have one too."""
+    for each in free_of_train(problem) if problem.choices.angles else ():
+        why = "optimise takes a list of it where angles of the motion are free, or the angles of the scene"
+        yield Mistake(problem.file, each.searched, None, why, bare=True)
+
+
 def _warnings(problem: Problem, best: Design) -> Iterator[str]:
-    """What to know of the smallest cam: numbers that do not hold its size; whether no limit that was set does."""
+    """What to know of the smallest cam: numbers that do not hold its size; whether no limit that was set does.
+
+    And that no proof covers trains that were not tried.
+    """
+    if ranges := free_of_train(problem):
+        numbers = listed(each.key for each in ranges)
+        yield f"the best of the trains that were tried in the ranges of {numbers}: no proof covers the others"
     free = [each for each in problem.choices.numbers if each.is_free]
     idle = [each.key for each in free if isclose(best[each.quantity], sum(each.ends) / 2.0, rel_tol=1e-12)]
     if idle:
@@ -278,7 +311,7 @@ def _missed(problem: Problem, design: Designs) -> tuple[tuple[float, float], dic
     rows = evaluate_rows(problem, design, problem.wanted | problem.sizes)
     worst = by_excess(excesses(problem.limits, rows.columns, design)[:, 0])
     values = rows.records()[0]
-    return worst, {name: values[name] for name in QUANTITIES if name in values}
+    return worst, {name: values[name] for name in in_order(values)}
 
 
 def _least(misses: list[tuple[tuple[float, float], dict[str, Any]]], scene: Scene) -> Design | None:
@@ -292,7 +325,7 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
     rows = evaluate_rows(problem, design, problem.wanted | problem.sizes)
     excess = excesses(problem.limits, rows.columns, design)[:, 0]
     values = rows.records()[0]
-    quantities = {name: values[name] for name in QUANTITIES if name in values}
+    quantities = {name: values[name] for name in in_order(values)}
     smaller = replace(design, size=design.size - BINDS * design.prime_radius)
     stopped = str(evaluate_rows(problem, smaller, frozenset(), until).column("violated")[0]).split(",")
     binding = [

@@ -18,6 +18,7 @@ from camopt.problem.settings import freed_of, laws_of
 from camopt.smallest.freedom import Freedom
 from camopt.smallest.multipliers import NO_RATES, ActiveBound, Rates, bounds_met, rates
 from camopt.smallest.optimise import SECONDS, Optimum, answers_of, end_of, least_of
+from camopt.smallest.smallest_train import free_of_train
 from camopt.smallest.turns import SegmentAngles
 from camopt.tables.columns import joined_laws
 from camopt.verdicts.judging import excesses
@@ -134,6 +135,8 @@ def prices_of_smallest(optimum: Optimum, seconds: float = SECONDS) -> dict[str, 
     """The prices of the smallest cam of each law, what would hold it next sought in so many seconds."""
     end = end_of(seconds)
     cams = dict(_cams(optimum))
+    if free_of_train(resolve(optimum.scene)):
+        return {law: [] for law in optimum.by_law}
     found = {law: _prices_at(cams[law]) for law in optimum.by_law}
     left = sum(len(each) for each in found.values())
     for law, each in found.items():
@@ -151,11 +154,13 @@ def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
         row = optimum.by_law.get(laws)
         if row is None:
             continue
-        turns = SegmentAngles(problem, pair)
+        numbers = {each.key: row[each.quantity] for each in problem.choices.trains}
+        moved = problem.with_programme(programme).with_numbers(numbers)
+        turns = SegmentAngles(moved, pair)
         varied = [each for each in problem.variables if each.is_size or each.key in problem.setup.free]
         values = {each.field: np.array([row[each.quantity]]) for each in varied}
         freed = np.array([row["angles_deg"][segment] for segment in turns.freed])
-        turned = turns.problem_of(freed) if turns.freed else problem.with_programme(programme)
+        turned = turns.problem_of(freed) if turns.freed else moved
         yield laws, Freedom(replace(turned, design=problem.design.with_values(values)), turns, freed)
 
 

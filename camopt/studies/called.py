@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from camopt.effects import EFFECTS, effects_needed
 from camopt.problem.problem import Problem
-from camopt.quantities import EVERYTHING, QUANTITIES
+from camopt.quantities import EVERYTHING, QUANTITIES, in_order
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ def what_runs(problem: Problem) -> list[Called]:
             name,
             tuple(_callers(problem, asked, names)),
             EFFECTS[name].reads(problem.setup),
-            tuple(n for n in QUANTITIES if n in names),
+            tuple(in_order(names)),
         )
         for name, names in asked.items()
     ]

@@ -23,7 +23,7 @@ from camopt.mistakes import UnknownName, nearest
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.variables import Variable
-from camopt.quantities import QUANTITIES
+from camopt.quantities import QUANTITIES, in_order
 from camopt.scene.scene import Scene
 from camopt.verdicts.running import run_effects
 
@@ -136,7 +136,7 @@ def sensitivities(scene: Scene) -> Sensitivities:
     columns = run_effects(Case(freed.setup, freed.programme, around), names).columns
     exists = freed.setup.mechanism.exists(around, freed.programme)
     found, values = {}, {}
-    for name in (n for n in QUANTITIES if n in columns):
+    for name in in_order(columns):
         column = np.where(exists, np.broadcast_to(columns[name], len(around)), np.nan).astype(float)
         values[name] = float(column[0])
         for number, (each, (_, order)) in enumerate(variables.items()):

@@ -4,7 +4,7 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 from typing import Any
 
 from camopt.problem.problem import Problem
-from camopt.quantities import QUANTITIES
+from camopt.quantities import QUANTITIES, in_order
 
 TableRow = Mapping[str, Any]
 WHOLE_TURN, STROKE_ANGLES = (
@@ -34,7 +34,7 @@ def columns_of(problem: Problem, rows: Iterable[TableRow], asked: Iterable[str] 
     """
     rows, bounds = list(rows), bounds_shown(problem)
     outputs = problem.wanted - problem.needed if problem.outputs else frozenset()
-    asked = [*asked, *(name for name in QUANTITIES if name in outputs)]
+    asked = [*asked, *in_order(outputs)]
     twice = {WHOLE_TURN} - {*asked} or {*STROKE_ANGLES} - {*asked}
     named = dict.fromkeys([*asked, *(name for name in bounds if WHOLE_TURN not in bounds or name not in twice)])
     searched = [each.name for each in problem.choices.sizes]

@@ -80,7 +80,8 @@ def parquet_options(layout: pa.Schema) -> dict[str, Any]:
     Values that repeat go by a dictionary. Others are split by bytes (BYTE_STREAM_SPLIT): the leading bytes of
     doubles are much the same from row to row, and compress well.
     """
-    repeats = {q.name for q in QUANTITIES.values() if q.effect in ("sizes", "motion") or q.kind is not float}
+    known = (QUANTITIES[name] for name in layout.names if name in QUANTITIES)
+    repeats = {q.name for q in known if q.effect in ("sizes", "motion") or q.kind is not float}
     floats = [field.name for field in layout if pa.types.is_floating(field.type)]
     return {
         "use_dictionary": [name for name in layout.names if name in repeats],

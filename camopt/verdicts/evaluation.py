@@ -12,7 +12,7 @@ from camopt.effects.motion import MOVE_KINDS
 from camopt.mistakes import UnknownName, nearest
 from camopt.motion.table import ALL_STROKES
 from camopt.problem.problem import Problem, exactly, resolve, resolve_design
-from camopt.quantities import QUANTITIES, Flag, Word
+from camopt.quantities import QUANTITIES, Flag, Word, in_order
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, HasHtml
 from camopt.tables.columns import is_nothing
@@ -133,7 +133,7 @@ def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
     """As ``evaluate``, for a scene already resolved to a problem."""
     problem = exactly(problem)
     (found,) = evaluate_rows(problem, problem.design, problem.wanted).records()
-    values = {name: found[name] for name in QUANTITIES if name in found}
+    values = {name: found[name] for name in in_order(found)}
     unbounded = {n: _reason(n, problem) for n, v in values.items() if v in (inf, -inf)}
     return Evaluation(scene, values, unbounded, warnings_of(problem))
 

@@ -43,6 +43,8 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
     pareto = f"{result.pareto:,} on the Pareto front"
     designs = f"{result.designs:,} design{'s' * (result.designs != 1)}"
     show(f"{result.scene.name}: {designs}, {_counts(result)}{undecided}{pareto}")
+    if result.obstacle and (result.best or result.nearest_miss):
+        show(f"Not to be assembled: {result.obstacle}.")
     if result.best:
         show("", result.table())
         _show_front(result)

@@ -1,0 +1,138 @@
+"""The smallest cam over numbers of the train as well: the best of many in their ranges, and descents from it.
+
+Each train gives the follower another motion, of which the smallest cam is sought as that of any other: a small one
+where many trains are tried, the smallest itself near the best of them. Nothing encloses the motions of a whole box
+of trains, so that no proof covers those that were not tried: the answer is the best of those that were, most often
+a local optimum (simplex method of Nelder and Mead).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import product
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms.design import SizeBounds
+from camopt.numerics import FloatArray
+from camopt.numerics.clock import now, share
+from camopt.problem.problem import Problem
+from camopt.problem.sample import SAMPLERS
+from camopt.problem.settings import Setting
+from camopt.problem.variables import Variable
+from camopt.smallest.result import Smallest
+from camopt.smallest.smallest import small, smallest
+
+SPREAD = 32  # trains all over the ranges
+DESCENTS = 2  # from the best of them
+DEAR = 1e9  # mm, what a train without a feasible design costs a descent
+
+
+class BestTrain(NamedTuple):
+    """The smallest cam of the trains that were tried, with the problem of its train."""
+
+    problem: Problem
+    answer: Smallest
+
+
+def listed_trains(problem: Problem) -> list[Setting]:
+    """The combinations of numbers of the train of which ``[search]`` lists values; one without any."""
+    listed = [each for each in problem.choices.trains if each not in free_of_train(problem)]
+    values = product(*(each.values.tolist() for each in listed))
+    return [dict(zip((each.key for each in listed), each, strict=True)) for each in values]
+
+
+def free_of_train(problem: Problem) -> list[Variable]:
+    """The numbers of the train of which ``[search]`` gives a range."""
+    return [each for each in problem.choices.trains if each.in_range]
+
+
+class Descent(NamedTuple):
+    """How to go down from a train."""
+
+    reach: float
+    """The first step, a share of each range."""
+    moves: int
+    """Trains that are tried at most, for each number."""
+    share: float
+    """Of each range: where steps so short, and ...."""
+    size: float
+    """... differences of the size so small end it, mm."""
+    solve: Callable[..., Smallest]
+    """What finds the cam of one train."""
+
+
+ROUGH, FINE = Descent(0.1, 25, 1e-3, 1e-3, small), Descent(0.02, 50, 1e-7, 1e-9, smallest)
+
+
+@dataclass
+class TrainSearch:
+    """A search among trains, by the shares that their numbers take of their ranges."""
+
+    problem: Problem
+    bounds: SizeBounds
+    until: float
+    """When it is to stop (``clock.now``)."""
+    tried: dict[tuple[float, ...], BestTrain] = field(default_factory=dict)
+    """The best of each train by those shares."""
+
+    def run(self) -> BestTrain:
+        """The smallest cam of all trains that were tried."""
+        half = share(self.until, 2)
+        for shares in (self._shares_of_scene(), *SAMPLERS["sobol"](len(free_of_train(self.problem)), SPREAD, 0)):
+            self.size(shares, small, half)
+        for start in self._best(DESCENTS):
+            self.descend(start, ROUGH, half)
+        for start in self._best(1):
+            self.descend(start, FINE, self.until)
+        found = min(self.tried.values(), key=lambda each: (each.answer.size, each.problem.setup.mechanism.is_apart))
+        return found._replace(answer=replace(found.answer, floor=self.bounds["size"][0]))
+
+    def size(self, shares: FloatArray, solve: Callable[..., Smallest], until: float) -> float:
+        """The size of the cam of a train; none is looked for when the time is over."""
+        if self.tried and now() > until:
+            return DEAR
+        variables = free_of_train(self.problem)
+        values = {each.key: float(each.values_at(np.array(s))) for each, s in zip(variables, shares, strict=True)}
+        problem = self.problem.with_numbers(values)
+        apart = problem.setup.mechanism.is_apart
+        found = BestTrain(problem, Smallest(None, inf) if apart else solve(problem, self.bounds, until=until))
+        known = self.tried.setdefault(tuple(map(float, shares)), found)
+        if found.answer.size < known.answer.size:
+            self.tried[tuple(map(float, shares))] = found
+        return min(found.answer.size, DEAR)
+
+    def descend(self, start: FloatArray, how: Descent, until: float) -> None:
+        """Go down from a train by a simplex."""
+        from scipy.optimize import minimize
+
+        def stop(intermediate_result: Any) -> None:
+            if now() > until:
+                raise StopIteration
+
+        steps = np.diag(np.where(start > 0.5, -how.reach, how.reach))
+        options = {
+            "initial_simplex": start + np.vstack([np.zeros(start.size), steps]),
+            "xatol": how.share,
+            "fatol": how.size,
+            "maxfev": how.moves * start.size,
+        }
+        ends = [(0.0, 1.0)] * start.size
+        cost = partial(self.size, solve=how.solve, until=until)
+        minimize(cost, start, method="Nelder-Mead", bounds=ends, callback=stop, options=options)
+
+    def _best(self, count: int) -> list[FloatArray]:
+        """The best trains with a feasible cam."""
+        feasible = (shares for shares, each in self.tried.items() if each.answer.design is not None)
+        return [np.array(shares) for shares in sorted(feasible, key=lambda s: self.tried[s].answer.size)[:count]]
+
+    def _shares_of_scene(self) -> FloatArray:
+        """The scene's own train, or the nearest to it in the ranges."""
+        shares = []
+        for each in free_of_train(self.problem):
+            low, high = each.ends
+            own = self.problem.setup.given[each.key]
+            shares.append(0.5 if own is None or high == low else (own - low) / (high - low))
+        return np.clip(shares, 0.0, 1.0)
