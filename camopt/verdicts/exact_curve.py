@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from flint import arb
 
 from camopt.effects.peak import Derivative, NumberKind
@@ -25,6 +26,7 @@ def in_balls(design: Designs) -> Designs:
 
 def of_curve(made: Any) -> ExactCurve:
     """Value and slope of a curve, from the motion and its derivatives, and a load that changes."""
+    made = _numbers_in_balls(made)
 
     def values(motion: list[Ball]) -> tuple[Any, Any]:
         if isinstance(made, Derivative):
@@ -33,3 +35,12 @@ def of_curve(made: Any) -> ExactCurve:
         return curve(made, ..., State(y, y1, y2, y3, LOADS[len(load)](*load)))
 
     return values
+
+
+def _numbers_in_balls(made: Any) -> Any:
+    """A curve whose numbers are balls: numpy's beside balls take longer than the arithmetic. Tables stay."""
+    if hasattr(made, "_fields"):
+        return type(made)(*map(_numbers_in_balls, made))
+    if isinstance(made, (np.ndarray, np.floating)) and made.size == 1 and made.dtype.kind == "f":
+        return Ball(made)
+    return made
