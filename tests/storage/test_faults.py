@@ -74,7 +74,7 @@ def optimised(folder: Path, laws: str = "new") -> None:
 
 def older_optimum(folder: Path) -> None:
     for name, laws in (("older", ["cycloidal", "poly345"]), ("new", ["harmonic", "cycloidal"])):
-        scene = SCENE.replace(**{"search.law": laws})
+        scene = SCENE.replace(search={"law": laws})  # of one size, which is found at once
         (folder.parent / f"{name}.toml").write_text(scene.to_toml(), encoding="utf-8")
     optimised(folder, "older")
 
