@@ -15,8 +15,6 @@ settings.register_profile("ci", deadline=None, derandomize=True)
 settings.register_profile("deep", deadline=None, max_examples=1000, print_blob=True)
 settings.load_profile("ci")  # before --hypothesis-profile is read
 
-IN_USE = compile.SMALL_ARRAY
-
 
 def pytest_configure():
     """Under ``nohup`` the commands that tests start would ignore the signal that the tests send them."""
@@ -45,16 +43,14 @@ def command(capsys, monkeypatch, tmp_path):
     return call
 
 
-@pytest.fixture
-def _alone(monkeypatch):
-    """A kernel that no other test asks for is compiled as in use: for more designs."""
-    monkeypatch.setattr(compile, "SMALL_ARRAY", IN_USE)
-
-
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_for_many():
-    """Tests share what is compiled: it pays for fewer designs, but for a design at a time after more seconds."""
+    """Tests share what is compiled: it pays for fewer designs, and once plain runs have taken as long as compiling.
+
+    It is compiled by the process that asks for it: one beside two workers would get no time for it.
+    """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compile, "SMALL_ARRAY", 48)
+        patch.setattr(compile, "SMALL_ARRAY", 1000)
         patch.setattr(compile, "PAYS", 10.0)
+        patch.setattr(compile, "ALONE", 0.25)
         yield

@@ -306,7 +306,6 @@ def test_a_limit_of_the_motion_alone_stops_every_size():
     assert "jump_speed" in next(iter(found.obstacles.values()))
 
 
-@pytest.mark.usefixtures("_alone")
 def test_a_sweep_holds_its_limits_on_loads():
     search = {"base_radius": {"start": 40, "stop": 90, "step": 5}, "law": ["cycloidal", "poly345", "uniform"]}
     scene = VALVE.replace(

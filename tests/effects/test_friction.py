@@ -173,7 +173,6 @@ def test_balls_and_doubles_meet_at_the_bound(limit, seed):
         assert (limit in evaluate(limited)["violated"].split(",")) == (verdict == "broken")
 
 
-@pytest.mark.usefixtures("_alone")
 def test_the_smallest_cam_under_a_torque_that_friction_makes_depend_on_the_size():
     scene = guided(search={"base_radius": {"start": 44, "stop": 46}})
     peaks = [evaluate(guided(**{"cam.base_radius": size}))["torque_peak_N_m"] for size in (30.0, 45.0, 90.0)]

@@ -688,7 +688,6 @@ def test_keys_of_another_follower_are_mistakes(contact, dynamics, key):
         ),
     ],
 )
-@pytest.mark.usefixtures("_alone")
 def test_the_smallest_cam_under_a_load(contact, limit, quantity, bound, dynamics):
     scene = cam_with(contact, dynamics=dynamics, limits={limit: bound})
     scene["outputs"] = [quantity]
@@ -799,7 +798,6 @@ def test_a_stress_near_an_undercut_is_as_exact_as_elsewhere(given):
     assert ours["relative_half_width"] < 1e-11
 
 
-@pytest.mark.usefixtures("_alone")
 def test_a_sweep_reaches_its_tolerance_near_an_undercut():
     scene = nearly_undercut(*NEARLY[0], limits={"contact_stress": 3000.0}, outputs=[])
     sizes = {"base_radius": [10, 14, 18, 22], "roller_radius": [11, 14, 17, 20], "offset": [-5, 0, 5]}

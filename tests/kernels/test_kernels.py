@@ -81,7 +81,8 @@ def asked(monkeypatch):
 
 @pytest.fixture
 def _slow(monkeypatch):
-    """Each plain run takes three quarters of what compiling is worth."""
+    """Each plain run takes three quarters of what compiling is worth; another process has as long as in use."""
+    monkeypatch.setattr(compile, "ALONE", 2.5)
     clock = iter(np.arange(0.0, 999.0, 0.75 * compile.PAYS))
     monkeypatch.setattr(compile, "thread_time", lambda: next(clock))
 
@@ -178,7 +179,7 @@ def test_evaluating_a_design_compiles_nothing(monkeypatch):
 
 
 QUESTIONS = [(15, LARGEST), (15, LEAST), (15, LARGEST_MAGNITUDE), (1, LARGEST)]
-MANY = 50  # designs, whose answers are more numbers than tests compile nothing for
+MANY = 50  # designs
 
 
 def curve_of(problem, make, count):
@@ -195,6 +196,7 @@ def test_compiled_and_plain_extremes_are_the_same_bits(name, curve, monkeypatch)
     """Of more designs than there are in a tile, of which each form has its own."""
     problem = exactly(resolve(find_scene(name)))
     make = getattr(problem.setup.mechanism, curve)
+    monkeypatch.setattr(compile, "SMALL_ARRAY", 0)
     compiled = curve_of(problem, make, PLAIN_TILE + 1)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
     plain = curve_of(problem, make, PLAIN_TILE + 1)
@@ -246,7 +248,8 @@ def test_what_kernels_call_becomes_machine_code_with_them_only(part):
     assert all(machine_code(one) for one in kernel.dispatcher.overloads.values())
 
 
-def test_one_compiled_search_serves_every_curve():
+def test_one_compiled_search_serves_every_curve(monkeypatch):
+    monkeypatch.setattr(compile, "SMALL_ARRAY", 0)
     problem = exactly(resolve(find_scene("roller-1000rpm")))
     mechanism = problem.setup.mechanism
     for make in (mechanism.pressure, mechanism.curvature, mechanism.sliding):

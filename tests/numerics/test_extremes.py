@@ -14,6 +14,7 @@ from support import own
 from support.depth import covering, times
 
 from camopt.effects import Case, Setup
+from camopt.kernels import compile
 from camopt.kernels.compile import compiled
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.mechanisms.follower import ROLLER
@@ -245,8 +246,9 @@ def test_lines_have_the_extremes_of_their_polynomials():
 
 @pytest.mark.parametrize("compiled_for", [8, 700])
 @pytest.mark.parametrize("goal", [LEAST, LARGEST, LARGEST_MAGNITUDE])
-def test_no_extreme_is_below_a_floor(goal, compiled_for):
+def test_no_extreme_is_below_a_floor(goal, compiled_for, monkeypatch):
     """Random lines with floors near their extremes, against the roots of each panel's derivative."""
+    monkeypatch.setattr(compile, "SMALL_ARRAY", 100)
     turn, rng = programme("poly4567", angular=False), np.random.default_rng(7)
     f = Linear(*rng.normal(size=(3, compiled_for)), np.zeros(compiled_for))
     ends = [span(turn, tuple(float(x[i]) for x in f[:3]), ALL_STROKES) for i in range(8)]
