@@ -16,6 +16,13 @@ FRAME_ANGLES: FloatArray = np.linspace(0.0, 2 * np.pi, FRAMES + 1)
 """Cam angles of the frames, rad."""
 
 
+class SvgMotion(NamedTuple):
+    """A kind of transform of SVG, and its values frame by frame."""
+
+    kind: str
+    values: list[str]
+
+
 class Turning(NamedTuple):
     """A body that turns about a fixed point of its axes by angles in rad."""
 
@@ -34,10 +41,11 @@ class Turning(NamedTuple):
         """Set an affine transform in the units of the axes to a frame."""
         affine.clear().rotate_around(self.centre.real, self.centre.imag, self.angles[frame])
 
-    def svg_motion(self, units: Any) -> tuple[str, list[str]]:
-        """The kind of an SVG transform and its values, frame by frame; ``units`` maps points of the axes to SVG."""
+    def svg_motions(self, units: Any) -> list[SvgMotion]:
+        """The SVG transforms that move it, the first one first; ``units`` maps points of the axes to SVG."""
         x, y = units(np.array([self.centre]))[0]
-        return "rotate", [f"{_short(-angle)} {_short(x)} {_short(y)}" for angle in np.degrees(self.angles)]
+        values = [f"{_short(-angle)} {_short(x)} {_short(y)}" for angle in np.degrees(self.angles)]
+        return [SvgMotion("rotate", values)]
 
 
 class Shifting(NamedTuple):
@@ -58,13 +66,41 @@ class Shifting(NamedTuple):
         """Set an affine transform in the units of the axes to a frame."""
         affine.clear().translate(self.shifts[frame].real, self.shifts[frame].imag)
 
-    def svg_motion(self, units: Any) -> tuple[str, list[str]]:
-        """The kind of an SVG transform and its values, frame by frame; ``units`` maps points of the axes to SVG."""
+    def svg_motions(self, units: Any) -> list[SvgMotion]:
+        """The SVG transforms that move it, the first one first; ``units`` maps points of the axes to SVG."""
         (origin,), places = units(np.zeros(1, dtype=complex)), units(self.shifts)
-        return "translate", [f"{_short(x)} {_short(y)}" for x, y in places - origin]
+        return [SvgMotion("translate", [f"{_short(x)} {_short(y)}" for x, y in places - origin])]
 
 
-MovingBody = Turning | Shifting
+class Carried(NamedTuple):
+    """A body that shifts and turns, about a point of its own that goes along a path."""
+
+    axes: Any
+    path: Any
+    """Of that point, (frames,), complex."""
+    angles: FloatArray
+    windowed: bool = False
+    """Whether it is seen within its axes alone."""
+
+    def moved(self, points: ComplexArray) -> ComplexArray:
+        """Where points of the body are, (points, frames)."""
+        moved: ComplexArray = self.path + (points[:, None] - self.path[0]) * np.exp(1j * self.angles)
+        return moved
+
+    def place(self, affine: Any, frame: int) -> None:
+        """Set an affine transform in the units of the axes to a frame."""
+        start, end = self.path[0], self.path[frame]
+        affine.clear().rotate_around(start.real, start.imag, self.angles[frame])
+        affine.translate((end - start).real, (end - start).imag)
+
+    def svg_motions(self, units: Any) -> list[SvgMotion]:
+        """As of ``Turning``, of its turn about that point and then its shift."""
+        turned = Turning(self.axes, complex(self.path[0]), self.angles)
+        shifted = Shifting(self.axes, self.path - self.path[0])
+        return [*turned.svg_motions(units), *shifted.svg_motions(units)]
+
+
+MovingBody = Turning | Shifting | Carried
 
 
 def artists_of(body: MovingBody) -> list[Any]:

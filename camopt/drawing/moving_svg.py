@@ -61,9 +61,9 @@ def _drawn(figure: Any) -> Element:
 
 def _move(group: Element, body: MovingBody, figure: Any) -> None:
     """Let all that is in a group move, unless it stays where it is."""
-    kind, values = body.svg_motion(_units(body.axes, figure))
-    if len(set(values)) > 1:
-        _animate(_inside(group), kind, values, "linear")
+    for kind, values in body.svg_motions(_units(body.axes, figure)):
+        if len(set(values)) > 1:
+            _animate(_inside(group), kind, values, "linear")
 
 
 def _change(group: Element, reading: Reading) -> None:

@@ -79,9 +79,9 @@ def _displacement(picture: Picture) -> Panel:
     panel.peaks = _peaks(picture, picture.tool_kinds, values, {ALL_STROKES: tool.lift * factor})
     panel.marks, panel.at = moves_asked(picture, 0, factor), _derivative_at(picture, 0, factor)
     notes = ["squares: asked of moves"] if panel.marks else []
-    if setup.train is not None and setup.angular == setup.tool_turns:
-        panel.reference = [rows[0] * factor for rows in picture.motion]
-        notes.append(f"dash-dot: of the follower, up to {four_digits(picture.problem.programme.lift * factor)}")
+    if setup.train is not None:
+        panel.reference, note = _of_follower(picture, tool.lift * factor)
+        notes.append(note)
     if any(each.end > each.start for stroke in tool.strokes for each in stroke.through):
         notes = ["squares and bands: asked of moves"]
     if picture.problem.programme.radii:
@@ -93,6 +93,16 @@ def _displacement(picture: Picture) -> Panel:
         notes.append(f"grey: lash {low:.4g} to {high:.4g} {panel.unit}" if high > low else f"grey: lash {low:.4g}")
     panel.note = "  ·  ".join(notes)
     return panel
+
+
+def _of_follower(picture: Picture, tool: float) -> tuple[PieceValues, str]:
+    """The displacement of the follower beside that of a tool; in another unit as high as that."""
+    setup, lift = picture.problem.setup, picture.problem.programme.lift
+    factor, unit = (np.degrees(1.0), "deg") if setup.angular else (1.0, "mm")
+    alike = setup.angular == setup.tool_turns
+    shown = factor if alike else tool / lift
+    note = f"dash-dot: of the follower, up to {four_digits(lift * factor)}{'' if alike else f' {unit}, as high'}"
+    return [rows[0] * shown for rows in picture.motion], note
 
 
 def moves_asked(picture: Picture, order: int, factor: float) -> list[MoveMark]:

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing import diagrams
-from camopt.drawing.bodies import FRAME_ANGLES, MovingBody, Reading, Shifting, Stage, Turning, artists_of
+from camopt.drawing.bodies import FRAME_ANGLES, Carried, MovingBody, Reading, Shifting, Stage, Turning, artists_of
 from camopt.drawing.cam import draw_body, draw_centre, draw_strokes, frame
 from camopt.drawing.figures import BETWEEN, sizes_in_words
 from camopt.drawing.follower import Parts, draw_follower
 from camopt.drawing.groove import draw_channel, draw_groove_follower, sides_of
 from camopt.drawing.labels import settle
+from camopt.drawing.linkage import draw_member, draw_standing, linkage, reach_of
 from camopt.drawing.panels import Panel, panels
 from camopt.drawing.picture import Picture, area, draw_circle, draw_line
 from camopt.drawing.style import FAINT, FILL, INK, MUTED, SMALL, TEXT, TITLE_SIZE
@@ -64,12 +65,18 @@ def _disc(figure: Any, picture: Picture) -> list[MovingBody]:
     draw_strokes(cam, picture)  # their angles, which would stand on their heads, are left out
     spans = draw_follower(Parts(follower, ground, contact), picture, size)
     body = _with_the_follower(follower, picture)
-    moved = [body.moved(span).ravel() for span in spans]
+    moved, links = [body.moved(span).ravel() for span in spans], list[MovingBody]()
+    if train := linkage(picture, spans, size):
+        draw_standing(ground, train, size)
+        for member in train.members:
+            links.append(Carried(figure.add_axes(CAM_AREA), member.at, member.turned))
+            draw_member(links[-1].axes, member, size)
+        moved.append(reach_of(train))
     frame(ground, np.concatenate([size * np.array([1, 1j, -1, -1j]), *moved]))
-    for axes in (cam, follower, contact):
-        axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim())
+    for axes in (cam, follower, contact, *(link.axes for link in links)):
+        axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim(), aspect="equal")
     turning = Turning(cam, 0.0, problem.design.sense * FRAME_ANGLES)
-    return [turning, body, Shifting(contact, _contacts(picture))]
+    return [turning, body, Shifting(contact, _contacts(picture)), *links]
 
 
 def _groove(figure: Any, picture: Picture) -> list[MovingBody]:

@@ -92,9 +92,18 @@ def driven(tool: Programme, train: Train, zero: float, load: ExternalLoad | Trai
 
 def travel(turn: Programme) -> tuple[float, float]:
     """From where to where the tool of a follower goes, from the start position of their train, mm (rad)."""
-    law = next(stroke.law for stroke in turn.strokes if isinstance(stroke.law, DrivenLaw))
-    low, high = (law.zero + level for level in turn.tool.levels)
+    low, high = (_zero(turn) + level for level in turn.tool.levels)
     return low, high
+
+
+def tool_position(turn: Programme, angles: FloatArray) -> FloatArray:
+    """Where the tool of a follower is at cam angles, from the start position of their train, mm (rad)."""
+    return np.asarray(_zero(turn) + turn.tool.at(angles)[0])
+
+
+def _zero(turn: Programme) -> float:
+    """Where the tool of a follower is lowest."""
+    return next(stroke.law.zero for stroke in turn.strokes if isinstance(stroke.law, DrivenLaw))
 
 
 def _driven(stroke: Stroke, train: Train, zero: float, levels: dict[float, float], base: float) -> Stroke:

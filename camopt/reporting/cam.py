@@ -7,9 +7,11 @@ import numpy as np
 
 from camopt.drawing.cam import remaining
 from camopt.drawing.dynamics import dynamics_panels
+from camopt.drawing.linkage import reach_of, train_sketch
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import Panel, panels
 from camopt.drawing.picture import STROKE_NAMES, Picture
+from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene
@@ -36,7 +38,40 @@ def cam_of(picture: Picture) -> dict[str, Any]:
         "undercut": picture.undercut,
         "left": _left(picture),
         "panels": [_panel(panel) for panel in shown],
+        "train": train_frames(picture),
     }
+
+
+def train_frames(picture: Picture) -> dict[str, Any] | None:
+    """The train beyond the follower, relative to where it is driven at y = 0, in positions all over the turn."""
+    size = float(max(np.abs(each.pitch).max() for each in picture.curves))
+    sketch = train_sketch(picture, size)
+    if sketch is None:
+        return None
+    if not picture.problem.setup.angular:
+        sketch = sketch.shifted(1j * picture.start)
+    reach = reach_of(sketch)
+    return {
+        "members": [
+            {
+                "shape": each.shape,
+                "points": _points(each.points),
+                "at": _points(each.at),
+                "turned": page_numbers(np.degrees(each.turned)),
+            }
+            for each in sketch.members
+        ],
+        "standing": [
+            {"ground": each.ground, "at": _points(np.array([each.at])), "way": _points(np.array([each.way]))}
+            for each in sketch.standing
+        ],
+        "reach": _points(np.array([complex(f(reach.real), f(reach.imag)) for f in (np.min, np.max)])),
+    }
+
+
+def _points(points: ComplexArray) -> list[list[float | None]]:
+    """The x and the y of points."""
+    return [page_numbers(points.real), page_numbers(points.imag)]
 
 
 def stroke_kind(scene: Scene, problem: Problem) -> dict[str, Any]:
@@ -88,7 +123,7 @@ def _left(picture: Picture) -> list[list[float | None]] | None:
     if not picture.undercut or not picture.problem.setup.mechanism.body.closed:
         return None
     outline = remaining(picture)
-    return [page_numbers(outline.real), page_numbers(outline.imag)]
+    return _points(outline)
 
 
 def _panel(panel: Panel) -> dict[str, Any]:

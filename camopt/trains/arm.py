@@ -10,11 +10,16 @@ points along the motion.
 Source: Norton, Design of Machinery, ch. 2 (the Scotch yoke is the same pairing).
 """
 
+from cmath import rect
 from dataclasses import dataclass
 from math import cos, pi, radians, sin
 
+import numpy as np
+
+from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, angle_of, direction, root
 from camopt.trains.link import NO_COUPLERS, DeadPoint, Unassembled
+from camopt.trains.sketch import Port, Sketch, Standing, bar, sliding
 
 ALONG = "the arm points along the motion of the slide"
 
@@ -50,6 +55,28 @@ class Arm:
     def ratio(self, given: Series) -> Series:
         cosine, sine = direction(given)
         return (cosine * self.cosine - sine * self.sine) * self.length
+
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+        """The arm with its roller, and above it what it lifts; below it what lifts it, which is drawn elsewhere."""
+        end = self.length * np.exp(1j * (self.start + given))
+        first, roller = complex(rect(self.length, self.start)), 0.035 * size
+        members = [bar((np.zeros_like(end), end)), sliding("roller", np.array([roller]), end)]
+        standing = [Standing("pivot", 0.0)]
+        if back:
+            return Sketch(members, standing, Port(0.0, -1.0), Port(first - 1j * roller, 1j))
+        thick, half, travel = 0.03 * size, 0.02 * size, float(np.ptp(asked))
+        guide, low, high = 2 * thick + travel, end.real.min() - first.real, end.real.max() - first.real
+        top, ends = guide + 0.25 * size, (min(low, 0.0) - roller, max(high, 0.0) + roller)
+        face = np.array([ends[0], ends[1], ends[1] + 1j * thick, half + 1j * thick, half + 1j * top])
+        face = np.append(face, [-half + 1j * top, -half + 1j * thick, ends[0] + 1j * thick])
+        members.append(sliding("slide", face, first + 1j * (asked + roller)))
+        place = first + 1j * (roller + float(asked.min()) + guide + 0.07 * size)
+        return Sketch(
+            members,
+            [*standing, Standing("guide", place, 0.06j * size)],
+            Port(0.0, 1.0),
+            Port(first + 1j * (roller + top), 1j),
+        )
 
 
 def arm(length: float, angle: float) -> Arm:

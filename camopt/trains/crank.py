@@ -15,8 +15,12 @@ from cmath import phase, rect
 from dataclasses import dataclass
 from math import asin, cos, pi, radians, sin, sqrt
 
+import numpy as np
+
+from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, angle_of, direction, quotient, root
 from camopt.trains.link import Bar, Coupler, DeadPoint, Unassembled, acute, nearest_ends, value_at
+from camopt.trains.sketch import Port, Sketch, Standing, bar, sliding
 
 IN_LINE = "crank and coupler are in line"
 SQUARE = "the coupler is square to the slide"
@@ -76,6 +80,20 @@ class Crank:
     def _angle_to_crank(self, moved: float) -> float:
         angle = value_at(self.backward, moved) + self.start
         return acute(rect(1.0, angle), self._coupler(angle))
+
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+        """Crank, coupler, and the slide in its guide."""
+        pin = self.crank * np.exp(1j * (self.start + given))
+        slide, half = asked + self.place + 1j * self.offset, 0.035 * size
+        block = half * np.array([-1.8 - 1j, 1.8 - 1j, 1.8 + 1j, -1.8 + 1j])
+        first, way = complex(self.place, self.offset), complex(float(np.ptp(asked)) / 2 + 3 * half)
+        middle = first + float(asked.min() + asked.max()) / 2
+        return Sketch(
+            [sliding("slide", block, slide), bar((np.zeros_like(pin), pin)), bar((pin, slide))],
+            [Standing("guide", middle, way), Standing("pivot", 0.0)],
+            Port(0.0, 1.0),
+            Port(first, 1.0),
+        )
 
     def backward(self, asked: Series) -> Series:
         x = asked + self.place

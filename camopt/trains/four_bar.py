@@ -16,9 +16,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import acos, pi, radians
 
+import numpy as np
+
+from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, angle_of, direction, quotient
 from camopt.trains.crank import IN_LINE
 from camopt.trains.link import Bar, Coupler, DeadPoint, Unassembled, acute, nearest_ends, value_at
+from camopt.trains.sketch import Port, Sketch, Standing, bar
 from camopt.trains.stage import Keys, Stage
 
 ROCKER_IN_LINE = "coupler and rocker are in line"
@@ -81,6 +85,18 @@ class FourBar:
     def _angle_to_rocker(self, turned: float) -> float:
         rocker = rect(self.rocker.length, value_at(self.forward, turned) + self.asked_start)
         return acute(rocker, self.ground + rocker - rect(self.crank.length, turned + self.start))
+
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+        """Crank, coupler and rocker."""
+        pin = self.crank.length * np.exp(1j * (self.start + given))
+        end = self.ground + self.rocker.length * np.exp(1j * (self.asked_start + asked))
+        fixed = np.zeros_like(pin)
+        return Sketch(
+            [bar((fixed, pin)), bar((fixed + self.ground, end)), bar((pin, end))],
+            [Standing("pivot", 0.0), Standing("pivot", self.ground)],
+            Port(0.0, 1.0),
+            Port(self.ground, 1.0),
+        )
 
     def backward(self, asked: Series) -> Series:
         return self.crank.angle(*_aim(asked + self.asked_start, self.rocker.length, self.ground))

@@ -6,21 +6,55 @@ with the incline at α to the motion that drives it, and the guide of what it li
 it, γ = 90°, z = y·tan α.
 """
 
+from cmath import rect
+from dataclasses import dataclass
 from math import radians, sin
 
+import numpy as np
+
+from camopt.numerics import FloatArray
 from camopt.trains.constant import Constant
 from camopt.trains.link import Unassembled
+from camopt.trains.sketch import Port, Sketch, Standing, sliding
 from camopt.trains.stage import Keys, Stage
 
 
-def _links(keys: Keys, turns: bool) -> tuple[Constant]:
+@dataclass(frozen=True)
+class Wedge(Constant):
+    """A wedge and what it lifts; rad."""
+
+    incline: float
+    guide: float
+
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+        """The wedge moves along, and a block on its incline moves along the guide."""
+        along, lifted, half = rect(1.0, -self.incline), rect(1.0, self.guide), 0.03 * size
+        travel = float(np.ptp(given))
+        ends = [(-0.1 * size - 1.2 * travel) / abs(along.real), (0.1 * size + 1.2 * travel) / abs(along.real)]
+        low = min((along * end).imag for end in ends) - 0.1 * size
+        wedge = np.array([along * ends[0], along * ends[1], (along * ends[1]).real + 1j * low])
+        wedge = np.append(wedge, (along * ends[0]).real + 1j * low)
+        above = half * lifted
+        block = half * np.array([-1, 1]) * along
+        block = np.concatenate([block, block[::-1] + 8 * above])
+        middle = (lifted * float(asked.min() + asked.max()) / 2) + 5 * above
+        return Sketch(
+            [sliding("wedge", wedge, given + 0j), sliding("slide", block, asked * lifted)],
+            [Standing("guide", middle, 0.06 * size * lifted)],
+            Port(complex(wedge[0] + wedge[3]) / 2, 1.0),
+            Port(8 * above, lifted),
+        )
+
+
+def _links(keys: Keys, turns: bool) -> tuple[Wedge]:
     if turns:
         raise Unassembled("its wedge takes a length, and what comes to it is an angle")
     incline, guide = keys["angle"], keys.get("guide", 90.0)
     if not (0.0 < abs(incline) < 90.0 and 0.0 < guide < 180.0 and 0.0 < guide + incline < 180.0):
         why = f"an incline of {incline:g} deg does not lift along a guide at {guide:g} deg: both are below 180 deg"
         raise Unassembled(why + " together, and the incline is between 0 and ±90")
-    return (Constant(sin(radians(incline)) / sin(radians(guide + incline)), (False, False)),)
+    ratio = sin(radians(incline)) / sin(radians(guide + incline))
+    return (Wedge(ratio, (False, False), radians(incline), radians(guide)),)
 
 
 STAGE = Stage("incline", "a slide on an incline", ("angle",), ("guide",), lambda keys, turns: False, _links)

@@ -12,7 +12,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor, angle_of, quotient, root
+from camopt.trains.sketch import Sketch
 
 
 class Unassembled(ValueError):
@@ -67,6 +69,13 @@ class Link(Protocol):
     @property
     def couplers(self) -> tuple[Coupler | None, Coupler | None]:
         """Its coupler, if it has one: driven from its input, and from its output, which is the input then."""
+        ...
+
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+        """Itself in a frame of its own at some inputs and outputs; what has no length of its own goes by a size.
+
+        ``back`` says whether it is driven from its output; its input is what drives it in the sketch all the same.
+        """
         ...
 
 
@@ -137,6 +146,9 @@ class Reversed:
     def couplers(self) -> tuple[Coupler | None, Coupler | None]:
         given, asked = self.link.couplers
         return asked, given
+
+    def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
+        return self.link.sketch(asked, given, size, back=not back).swapped
 
 
 @dataclass(frozen=True)

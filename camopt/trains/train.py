@@ -8,10 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor
 from camopt.trains import TRAIN_STAGES
 from camopt.trains.carried import Brought, Carried, Joint, brought
 from camopt.trains.link import Link, Unassembled, one_like, value_at
+from camopt.trains.sketch import Port, Sketch
 from camopt.trains.stage import Keys
 
 NO_MOTION = 1e-9  # rad (mm): a start position no further from a dead point is at it
@@ -65,6 +67,10 @@ class Train:
             tool = link.backward(tool)
         return tool
 
+    def follower_at(self, tool: FloatArray) -> FloatArray:
+        """The displacement of the follower, of numbers alone."""
+        return np.asarray(self.follower(Taylor([tool])).terms[0])
+
     def joints(self, follower: Series) -> list[Joint]:
         """The joints, from the follower to the tool."""
         found = [Joint(follower, one_like(follower))]
@@ -86,6 +92,16 @@ class Train:
             if (coupler := link.couplers[0]) is not None:
                 found.append(coupler.least(low, high))
         return min(found)
+
+    def sketch(self, follower: FloatArray, port: Port, size: float) -> Sketch:
+        """Its links in some positions of the follower, from where that drives the first (``trains.sketch``)."""
+        moved, first, found = follower, port, list[Sketch]()
+        for link in self.links:
+            asked = np.asarray(link.forward(Taylor([moved])).terms[0])
+            found.append(link.sketch(moved, asked, size).placed(port))
+            moved, port = asked, found[-1].asked
+        members = [member for each in found for member in each.members]
+        return Sketch(members, [still for each in found for still in each.standing], first, port)
 
     @cached_property
     def senses(self) -> tuple[float, ...]:

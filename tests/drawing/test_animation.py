@@ -17,7 +17,7 @@ from test_figures import OTHERS, made
 import camopt
 from camopt import BadInput, animate, find_scene
 from camopt.cli.main import main
-from camopt.drawing.bodies import FRAME_ANGLES, FRAMES, TURN_TIME
+from camopt.drawing.bodies import FRAME_ANGLES, FRAMES, TURN_TIME, Carried
 from camopt.drawing.canvas import canvas
 from camopt.drawing.frames import ffmpeg, write_mp4
 from camopt.drawing.moving_svg import moving_svg
@@ -138,6 +138,29 @@ def test_a_groove_passes_under_its_roller():
         turn = -values_of(turning(name)["body-0"])[-1, 0]
         assert max(np.ptp([float(x) for x in line]) for line in lines) > 2.99 * turn  # the pitch curve
         assert np.ptp([float(x) for line in lines for x in line]) > 2.99 * turn
+
+
+@pytest.mark.parametrize("scene", [find_scene("slide-by-bell-crank"), find_scene("valve-with-rocker")])
+def test_the_svg_moves_the_links_of_a_train_as_tool_and_follower_move(scene):
+    """From the numbers of the file: the slide goes as far as the tool, and the crank turns with the arm."""
+    with canvas(None, DISC_SIZE) as figure:
+        stage = set_stage(figure, Picture(scene, resolve_design(scene)))
+        root = ElementTree.fromstring(moving_svg(stage))
+    groups = {group.get("id"): group for group in root.iter(f"{G}g")}
+    places = (place for place, body in enumerate(stage.bodies) if isinstance(body, Carried))
+    moved = [[*groups[f"body-{place}"].iter(f"{G}animateTransform")] for place in places]
+    axes = stage.bodies[0].axes
+    points_per_mm = axes.get_position().width * DISC_SIZE[0] * 72 / np.ptp(axes.get_xlim())
+    points = camopt.cam_points(scene, np.degrees(FRAME_ANGLES[:-1]))
+    tool = np.append(points["tool_displacement_mm"], points["tool_displacement_mm"][0])
+    shifted = [values_of(motion) for each in moved for motion in each if motion.get("type") == "translate"]
+    gone = [np.hypot(*values.T) / points_per_mm for values in shifted]
+    assert any(np.allclose(each, np.abs(tool - tool[0]), atol=2e-3) for each in gone)
+    if scene.follower.motion == "oscillating":
+        turned = [values_of(motion)[:, 0] for each in moved for motion in each if motion.get("type") == "rotate"]
+        angle = np.append(points["displacement_deg"], points["displacement_deg"][0])
+        assert any(np.allclose(each, angle - angle[0], atol=1e-3) for each in turned)
+    assert any(len(each) == 2 for each in moved) == (scene.follower.motion == "oscillating")  # a coupler does both
 
 
 @pytest.mark.parametrize("name", ["swinging sphere", "swinging groove"])

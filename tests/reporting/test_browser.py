@@ -118,6 +118,27 @@ def test_the_follower_touches_the_cam_as_it_turns(name, page_of_all, folder):
         assert abs(gap) < 1e-3, angle
 
 
+LINKS = """(angle) => {
+  camopt.player.go(angle);
+  const groups = [...document.querySelectorAll("g.train > g > g")];
+  return groups.map((each) => each.getAttribute("transform").match(/-?[0-9][0-9.e-]*/g).map(Number));
+}"""
+"""The shift and the turn of each drawn link at a cam angle, mm and deg."""
+
+
+@pytest.mark.parametrize(("name", "links"), [("slide-by-bell-crank", 3), ("valve-with-rocker", 5)])
+def test_the_train_moves_with_the_cam(name, links, page_of_all, folder):
+    """What is drawn as the slide is as far as the tool, at positions that the page has and between two of them."""
+    page, scene = page_of_all, camopt.find_scene(name)
+    opened(page, camopt.report(scene, folder / "train.html"))
+    first = np.array(page.evaluate(LINKS, 0.0))
+    assert len(first) == links
+    for angle, tolerance in ((36.0, 1e-5), (72.0, 1e-5), (181.0, 0.05), (252.0, 1e-5)):
+        moved = np.array(page.evaluate(LINKS, angle)) - first
+        tool = camopt.cam_points(scene, [angle])["tool_displacement_mm"][0]
+        assert np.abs(np.hypot(moved[:, 0], moved[:, 1]) - tool).min() < tolerance
+
+
 def test_playing_turns_the_cam_and_moves_every_cursor(browser, folder):
     with watched_page(browser) as page:
         opened(page, camopt.report("two-pauses", folder / "play.html"))

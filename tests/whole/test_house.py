@@ -56,7 +56,7 @@ ROOMS = {
         "mistakes version storage quantities shown numerics mechanisms scene problem tables front synthesis"
     ),
     "drawing": (
-        "mistakes storage quantities shown numerics motion mechanisms effects scene problem tables verdicts "
+        "mistakes storage quantities shown numerics trains motion mechanisms effects scene problem tables verdicts "
         "synthesis measured comparing"
     ),
     "sheet": "mistakes version numerics motion mechanisms effects scene problem verdicts contour drawing",

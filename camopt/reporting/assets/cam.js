@@ -19,6 +19,8 @@ class CamView {
     this.body = svgElement(this.plane, "g", { class: "body" });
     this.still_parts = svgElement(this.plane, "g");
     this.follower = svgElement(this.plane, "g", { class: "follower" });
+    this.train = svgElement(this.plane, "g", { class: "train" });
+    this.links = [];
     this.touch = svgElement(this.plane, "g", { class: "touch" });
     this.drawBody();
     this.box = this.drawFollower();
@@ -136,7 +138,44 @@ class CamView {
       const [a, b] = [x + side * half, x + side * (half + 0.07 * size)];
       this.path(this.still_parts, [[a, y + guide], [b, y + guide], [b, y + guide + 0.1 * size], [a, y + guide + 0.1 * size]], "ground", true);
     }
-    return [[x - 0.12 * size, y], [x + 0.12 * size, y + top + lift]];
+    return [[x - 0.12 * size, y], [x + 0.12 * size, y + top + lift], ...this.drawTrain([x, y + top])];
+  }
+
+  /** The links beyond the follower, from where that drives them at y = 0; the corners of what they reach. */
+  drawTrain([x, y]) {
+    const { train } = this.cam;
+    if (!train) return [];
+    const place = { transform: `translate(${x} ${y})` };
+    const [still, moving] = [svgElement(this.still_parts, "g", place), svgElement(this.train, "g", place)];
+    for (const each of train.standing) this.drawStanding(still, each);
+    for (const member of train.members) {
+      if (member.shape === "bar") this.path(still, pairs(member.at), "swing");
+      const group = svgElement(moving, "g");
+      this.drawMember(group, member);
+      this.links.push([group, member]);
+    }
+    return pairs(train.reach).map(([a, b]) => [x + a, y + b]);
+  }
+
+  drawStanding(parent, { ground, at, way }) {
+    const { size } = this, [[x, y]] = pairs(at), [[a, b]] = pairs(way), length = Math.hypot(a, b);
+    if (ground === "pivot") return void this.path(parent, [[x, y], [x + 0.055 * size, y - 0.075 * size], [x - 0.055 * size, y - 0.075 * size]], "ground", true);
+    for (const side of [-1, 1]) {
+      const beside = (share, end) => [x + end * a - (side * share * size * b) / length, y + end * b + (side * share * size * a) / length];
+      this.path(parent, [beside(0.037, -1), beside(0.037, 1), beside(0.062, 1), beside(0.062, -1)], "ground", true);
+    }
+  }
+
+  drawMember(group, { shape, points }) {
+    const ends = pairs(points), [[x, y]] = ends, half = 0.022 * this.size;
+    if (shape === "wheel" || shape === "roller") {
+      this.circle(group, Math.hypot(x, y), "tip");
+      this.path(group, [[0, 0], [x, y]], "pin");
+    } else if (shape === "bar") {
+      const [, [a, b]] = ends, length = Math.hypot(a, b) || 1, [along, across] = [(half * a) / length, (half * b) / length];
+      this.path(group, [[-across, along], [a - across, b + along], [a + along, b + across], [a + across, b - along], [across, -along], [-along, -across]], "tip", true);
+      for (const end of ends) this.circle(group, 0.4 * half, "pin", end);
+    } else this.path(group, ends, shape === "belt" ? "pin" : "tip", shape !== "belt");
   }
 
   drawArm(parent, end) {
@@ -151,7 +190,8 @@ class CamView {
     });
     this.path(this.still_parts, swung, "swing");
     const room = this.cam.sizes.roller_radius;
-    return [...swung.flatMap(([x, y]) => [[x - room, y - room], [x + room, y + room]]), [px + 0.1 * size, py - 0.1 * size]];
+    const swept = swung.flatMap(([x, y]) => [[x - room, y - room], [x + room, y + room]]);
+    return [...swept, [px + 0.1 * size, py - 0.1 * size], ...this.drawTrain(this.pivot)];
   }
 
   drawFace([x, y]) {
@@ -223,6 +263,7 @@ class CamView {
     this.body.setAttribute("transform", isGrooved(cam) ? `translate(${-angle * cam.sizes.size} 0)` : `rotate(${cam.sense * degrees})`);
     const swing = (-y * 180) / Math.PI * (isGrooved(cam) ? cam.sense : 1);
     this.follower.setAttribute("transform", this.pivot ? `rotate(${swing} ${this.pivot[0]} ${this.pivot[1]})` : `translate(0 ${y})`);
+    for (const [group, member] of this.links) group.setAttribute("transform", placeOf(member, degrees));
     const radius = cam.sizes.roller_radius, { reach } = this;
     const [px, py] = [x - radius * across, up - radius * along];
     this.point.setAttribute("cx", px);
@@ -231,6 +272,18 @@ class CamView {
     this.normal.setAttribute("d", pathOf([[px, py], [x + reach * across, up + reach * along]]));
     this.direction.setAttribute("d", isFlat(cam) ? "" : pathOf([[x, up], [x + reach * way[0], up + reach * way[1]]]));
   }
+}
+
+/** The points of a list of x and one of y. */
+function pairs([xs, ys]) {
+  return xs.map((x, k) => [x, ys[k]]);
+}
+
+/** Where a member is at a cam angle in deg, between two of its positions. */
+function placeOf({ at: [xs, ys], turned }, degrees) {
+  const place = ((((degrees % 360) + 360) % 360) / 360) * (xs.length - 1), k = Math.min(Math.floor(place), xs.length - 2);
+  const [x, y, angle] = [xs, ys, turned].map((values) => values[k] + (place - k) * (values[k + 1] - values[k]));
+  return `translate(${x} ${y}) rotate(${angle})`;
 }
 
 /** One box that holds all boxes, so that cams are drawn at one scale. */
