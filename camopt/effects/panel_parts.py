@@ -1,6 +1,7 @@
 """Parts of the panels of a motion."""
 
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,8 +42,7 @@ def cut_panels(table: MotionTable, cuts: Iterable[tuple[int, float]]) -> PanelPa
 def motion_in(programme: Programme, parts: PanelParts, u: FloatArray) -> State:
     """The state at places (…, n) of parts, without y''': slopes of curves are not valid."""
     table = programme.table
-    orders = (derivative(table, order) for order in range(3))
-    y, y1, y2 = (polynomial.polyval(u, series[:, parts.panel], tensor=False) for series in orders)
+    y, y1, y2 = (polynomial.polyval(u, series[:, parts.panel], tensor=False) for series in _orders(programme))
     if programme.load is None:
         return State(y, y1, y2, 0.0)
     load, carried = (
@@ -52,3 +52,9 @@ def motion_in(programme: Programme, parts: PanelParts, u: FloatArray) -> State:
     if isinstance(programme.load, TrainLoad):
         return State(y, y1, y2, 0.0, TrainForces(load, 0.0, carried, 0.0))
     return State(y, y1, y2, 0.0, Load(load, 0.0))
+
+
+@lru_cache(maxsize=64)
+def _orders(programme: Programme) -> tuple[FloatArray, ...]:
+    """y, y' and y'' as polynomials, which a bisection asks for again and again."""
+    return tuple(derivative(programme.table, order) for order in range(3))
