@@ -170,7 +170,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
         until = share(end, len(programmes) - done)
         turns = SegmentAngles(problem, pair, until=until)
         answers = list(answers_of(problem.with_programme(programme), turns, until))
-        out_of_time |= now() > until
+        out_of_time |= now() > until or any(each.cut for each in answers)
         least = least_of(problem, answers)
         if least is not None:
             assert least.answer.design is not None
@@ -211,6 +211,8 @@ class Answered(NamedTuple):
     freed: FloatArray
     """The angles of freed segments, deg."""
     angles: dict[str, Any]
+    cut: bool = False
+    """Whether the time was over before a search among trains was."""
 
 
 def answers_of(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[Answered]:
@@ -231,7 +233,7 @@ def _answers_of_train(problem: Problem, turns: SegmentAngles, until: float) -> I
         end = share(until, len(boxes) - done)
         if free_of_train(problem):
             best = TrainSearch(problem, bounds, end).run()
-            yield Answered(best.problem, bounds, best.answer, turns.scene_angles, {})
+            yield Answered(best.problem, bounds, best.answer, turns.scene_angles, {}, best.cut)
             continue
         if not turns.freed:
             yield Answered(problem, bounds, smallest(problem, bounds, end), turns.scene_angles, {})

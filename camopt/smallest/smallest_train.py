@@ -6,7 +6,7 @@ of trains, so that no proof covers those that were not tried: the answer is the 
 a local optimum (simplex method of Nelder and Mead).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
@@ -25,7 +25,7 @@ from camopt.problem.variables import Variable
 from camopt.smallest.result import Smallest
 from camopt.smallest.smallest import small, smallest
 
-SPREAD = 32  # trains all over the ranges
+SPREAD, CORNERED = 32, 3  # trains all over the ranges; of how many numbers at most the ends of all as well
 DESCENTS = 2  # from the best of them
 DEAR = 1e9  # mm, what a train without a feasible design costs a descent
 
@@ -35,6 +35,8 @@ class BestTrain(NamedTuple):
 
     problem: Problem
     answer: Smallest
+    cut: bool = False
+    """Whether the time was over before the search was."""
 
 
 def listed_trains(problem: Problem) -> list[Setting]:
@@ -77,22 +79,25 @@ class TrainSearch:
     """When it is to stop (``clock.now``)."""
     tried: dict[tuple[float, ...], BestTrain] = field(default_factory=dict)
     """The best of each train by those shares."""
+    cut: bool = False
+    """Whether a train was left out because the time was over."""
 
     def run(self) -> BestTrain:
         """The smallest cam of all trains that were tried."""
-        half = share(self.until, 2)
-        for shares in (self._shares_of_scene(), *SAMPLERS["sobol"](len(free_of_train(self.problem)), SPREAD, 0)):
-            self.size(shares, small, half)
+        third, half = share(self.until, 3), share(self.until, 2)
+        for shares in self._spread():
+            self.size(shares, small, third)
         for start in self._best(DESCENTS):
             self.descend(start, ROUGH, half)
         for start in self._best(1):
             self.descend(start, FINE, self.until)
         found = min(self.tried.values(), key=lambda each: (each.answer.size, each.problem.setup.mechanism.is_apart))
-        return found._replace(answer=replace(found.answer, floor=self.bounds["size"][0]))
+        return found._replace(answer=replace(found.answer, floor=self.bounds["size"][0]), cut=self.cut)
 
     def size(self, shares: FloatArray, solve: Callable[..., Smallest], until: float) -> float:
         """The size of the cam of a train; none is looked for when the time is over."""
         if self.tried and now() > until:
+            self.cut = True
             return DEAR
         variables = free_of_train(self.problem)
         values = {each.key: float(each.values_at(np.array(s))) for each, s in zip(variables, shares, strict=True)}
@@ -127,6 +132,14 @@ class TrainSearch:
         """The best trains with a feasible cam."""
         feasible = (shares for shares, each in self.tried.items() if each.answer.design is not None)
         return [np.array(shares) for shares in sorted(feasible, key=lambda s: self.tried[s].answer.size)[:count]]
+
+    def _spread(self) -> Iterator[FloatArray]:
+        """The train of the scene, those at the ends of few ranges, and others all over them."""
+        count = len(free_of_train(self.problem))
+        yield self._shares_of_scene()
+        for corner in product((0.0, 1.0), repeat=count) if count <= CORNERED else ():
+            yield np.array(corner)
+        yield from SAMPLERS["sobol"](count, SPREAD, 0)
 
     def _shares_of_scene(self) -> FloatArray:
         """The scene's own train, or the nearest to it in the ranges."""

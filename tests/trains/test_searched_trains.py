@@ -156,6 +156,16 @@ def test_the_smallest_cam_with_two_free_lengths_is_that_of_a_dense_scan():
             assert alone["base_radius_mm"] >= best["base_radius_mm"] * (1.0 - 1e-6)
 
 
+def test_the_best_train_may_be_at_the_end_of_its_range():
+    free = SLIDE.replace(search={"train": {"1": {"crank": {"start": 130, "stop": 190}}}})
+    found, alone = optimise(free), optimise(SLIDE.replace(search=None, **{"train.1.crank": 190}))
+    assert found.best["train_1_crank_mm"] == 190.0
+    assert found.best["base_radius_mm"] == pytest.approx(alone.best["base_radius_mm"], rel=1e-9)
+    hurried = optimise(free, seconds=0.1)
+    assert hurried.out_of_time
+    assert hurried.best is None or hurried.best["base_radius_mm"] >= found.best["base_radius_mm"]
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
