@@ -115,14 +115,13 @@ def test_parts_enclose_the_profile(case, share):
     assert starts[0] == pytest.approx(0.0, abs=1e-15)
     assert ends[-1] == pytest.approx(2 * np.pi, rel=1e-15)
     assert ends[:-1] == pytest.approx(starts[1:], rel=1e-14)
-    for x in share:
-        angles = parts.middle + x * parts.half
-        away = points_of(case, angles) - found.point
-        travel = case.setup.mechanism.travel(case.designs, case.programme, angles)
-        normal = np.exp(-1j * case.designs.sense * angles) * travel.normal
-        assert np.all(np.abs(away) <= found.radius)
-        assert np.all(np.abs((found.tangent.conj() * away).imag) <= found.bulge)
-        assert np.all(np.abs(np.angle(normal / found.normal)) <= found.spread)
+    angles = parts.middle + np.array(share)[:, None] * parts.half
+    away = points_of(case, angles) - found.point
+    travel = case.setup.mechanism.travel(case.designs, case.programme, angles)
+    normal = np.exp(-1j * case.designs.sense * angles) * travel.normal
+    assert np.all(np.abs(away) <= found.radius)
+    assert np.all(np.abs((found.tangent.conj() * away).imag) <= found.bulge)
+    assert np.all(np.abs(np.angle(normal / found.normal)) <= found.spread)
 
 
 @settings(max_examples=times(60, deep=600))
