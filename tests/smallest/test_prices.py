@@ -82,6 +82,7 @@ def test_so_it_is_where_angles_are_free(name):
 
 HELD = ("roller-1000rpm", "two-pauses", "belt-matching", "bucket-valve", "feeder-with-stop", "indexing-overlap")
 HELD += (
+    "press-ram-by-four-bar",
     "press-with-drift",
     "rocker-valve",
     "slide-by-bell-crank",
