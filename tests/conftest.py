@@ -43,6 +43,14 @@ def command(capsys, monkeypatch, tmp_path):
     return call
 
 
+@pytest.fixture
+def _few_levels(monkeypatch):
+    """A refined front has a dozen rows on each curve in place of a thousand."""
+    from camopt.front import refine
+
+    monkeypatch.setattr(refine, "CURVE_LEVELS", 12)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_for_many():
     """Tests share what is compiled: it pays for fewer designs, and once plain runs have taken as long as compiling.

@@ -117,6 +117,7 @@ def test_another_error_has_a_note_of_what_is_kept(tmp_path, monkeypatch):
     ]
 
 
+@pytest.mark.usefixtures("_few_levels")
 def test_an_interrupted_refinement_evaluates_no_block_again(tmp_path):
     refined = SCENE.replace(**{"search.refine": True, "search.law": ["cycloidal"]})
 
@@ -568,6 +569,7 @@ def never(*_):
     raise AssertionError("it is evaluated again")
 
 
+@pytest.mark.usefixtures("_few_levels")
 @pytest.mark.parametrize("keep", ["feasible", "front-only"])
 @pytest.mark.parametrize("what", QUESTIONS)
 def test_a_sweep_that_is_done_is_given_back_as_it_was(what, keep, tmp_path, monkeypatch):

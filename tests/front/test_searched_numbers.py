@@ -218,6 +218,7 @@ def test_a_refined_front_keeps_the_numbers_of_its_rows(tmp_path):
         assert row["base_radius_mm"] == pytest.approx(best["base_radius_mm"], rel=1e-9)
 
 
+@pytest.mark.usefixtures("_few_levels")
 def test_a_refined_front_moves_numbers_in_their_ranges(tmp_path):
     """Its smallest cam is that of ``optimise``, which frees the spring too; no row of the grid is better.
 
