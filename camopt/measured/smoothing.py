@@ -16,12 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
-from scipy.interpolate import BSpline
 from scipy.linalg import eigh
 
 from camopt.measured.reading import FULL_TURN, MeasuredPoints
 from camopt.measured.spline_chain import CHAIN_DEGREE
 from camopt.numerics import FloatArray
+from camopt.numerics.bsplines import basis_matrix, derivative_matrix
 
 SMOOTHED_ORDER = 3  # the order of the derivative that is smoothed
 MOST_KNOTS = 360
@@ -77,20 +77,14 @@ def _basis(x: FloatArray) -> tuple[sparse.csr_array, sparse.csr_array]:
         knots = knots[np.linspace(0, knots.size, MOST_KNOTS, endpoint=False).astype(int)]
     around = np.concatenate([knots[-CHAIN_DEGREE:] - 1.0, knots, knots[: CHAIN_DEGREE + 1] + 1.0])
     closed = sparse.csr_array(np.eye(knots.size)[np.arange(knots.size + CHAIN_DEGREE) % knots.size])
-    change = closed
-    for k in range(SMOOTHED_ORDER):  # c' = (degree − k)·Δc/Δt
-        steps = (around[CHAIN_DEGREE + 1 : -1 - k] - around[1 + k : -CHAIN_DEGREE - 1]) / (CHAIN_DEGREE - k)
-        change = sparse.diags_array(1.0 / steps) @ (change[1:] - change[:-1])
+    change = derivative_matrix(around, CHAIN_DEGREE, SMOOTHED_ORDER) @ closed
     nodes, weights = np.polynomial.legendre.leggauss(CHAIN_DEGREE - 2)
     starts, half = (
         around[CHAIN_DEGREE : -CHAIN_DEGREE - 1, None],
         np.diff(around[CHAIN_DEGREE:-CHAIN_DEGREE])[:, None] / 2.0,
     )
     inside = (starts + half * (1.0 + nodes)).ravel()
-    jerk = (
-        BSpline.design_matrix(inside, around[SMOOTHED_ORDER:-SMOOTHED_ORDER], CHAIN_DEGREE - SMOOTHED_ORDER)
-        @ change
-    )
+    jerk = basis_matrix(around[SMOOTHED_ORDER:-SMOOTHED_ORDER], CHAIN_DEGREE - SMOOTHED_ORDER, inside) @ change
     weighted = sparse.diags_array(np.sqrt(half * weights).ravel()) @ jerk
     turned = knots[0] + np.mod(x - knots[0], 1.0)
-    return sparse.csr_array(BSpline.design_matrix(turned, around, CHAIN_DEGREE)) @ closed, weighted.T @ weighted
+    return basis_matrix(around, CHAIN_DEGREE, turned) @ closed, weighted.T @ weighted

@@ -15,9 +15,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
-from scipy.interpolate import BSpline
 
 from camopt.numerics import FloatArray
+from camopt.numerics.bsplines import basis_matrix
 
 CHAIN_DEGREE, JOINED_ORDERS = 5, 4
 
@@ -47,10 +47,8 @@ class SplineChain:
 
     def at(self, x: ArrayLike, order: int = 0) -> sparse.csr_array:
         """The matrix from the coefficients of a derivative to its values at x."""
-        x, knots = np.asarray(x, dtype=float), self.knots[order : self.knots.size - order]
-        if not x.size:
-            return sparse.csr_array((0, self.count - order))
-        return sparse.csr_array(BSpline.design_matrix(x, knots, CHAIN_DEGREE - order))
+        knots = self.knots[order : self.knots.size - order]
+        return basis_matrix(knots, CHAIN_DEGREE - order, np.asarray(x, dtype=float))
 
     @cached_property
     def square(self) -> sparse.csr_array:

@@ -1,1 +1,1 @@
-"""Free motion laws by convex optimisation. The only part of camopt that imports cvxpy."""
+"""Free motion laws by convex optimisation."""

@@ -18,11 +18,11 @@ from camopt.scene.scene import Scene
 from camopt.scene.tables import OBJECTIVE_TERMS
 from camopt.synthesis.cams import cam_for, programme_with, scene_with_laws, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
+from camopt.synthesis.conic import Parameter
 from camopt.synthesis.convex import SOLVER_ERROR, Convex, convex
 from camopt.synthesis.demand import LIMIT_MARGINS, Demand, tightened
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, iterate_of
-from camopt.synthesis.modelling import cp
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
@@ -59,7 +59,7 @@ class AxisMinimiser:
         demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in OBJECTIVE_TERMS})
         self.keys = {name: key for name, key in quantities(demand.problem).items() if name in (first, *held)}
         self.demand = replace(demand, objective={} if first in self.keys else {first: 1.0})
-        self.held = {term: cp.Parameter(nonneg=True) for term in held if term in OBJECTIVE_TERMS}
+        self.held = {term: Parameter() for term in held if term in OBJECTIVE_TERMS}
         self.known: list[Iterate] | None = None
 
     @cached_property

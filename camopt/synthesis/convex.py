@@ -6,22 +6,42 @@ optimum is a cam. ``relaxation`` makes it of values at nodes that every motion h
 The motion is in units of the highest lift and sizes in those of ``Demand.length``, so that numbers are near 1.
 """
 
-import warnings
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, pi, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 from camopt.mistakes import Unsolved
 from camopt.motion.table import DWELL
 from camopt.synthesis import residual
+from camopt.synthesis.conic import (
+    INFEASIBLE,
+    NO_SOLUTION,
+    SOLVED,
+    SOLVER_ENDS,
+    ConicProgramme,
+    ConvexRows,
+    LinearTerm,
+    Parameter,
+    Unknown,
+    negated,
+    times,
+    value_of,
+)
 from camopt.synthesis.demand import SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.fixed_motion import FixedMotion
+from camopt.synthesis.functions import ConvexFunction, LargestNorm, Linear, Magnitudes, Norm
 from camopt.synthesis.means import MeanConstraint
-from camopt.synthesis.modelling import cp
-from camopt.synthesis.rows import ConvexRows, LinearTerm, negated, stacked
 from camopt.synthesis.stroke_motion import DerivativeRange, MakeMotion, Ranges, Sizes, StrokeMotion
+
+
+class Epigraph(NamedTuple):
+    """An unknown that is at least a function: the least objective has it just so."""
+
+    top: Unknown
+    function: ConvexFunction
 
 
 @dataclass
@@ -29,13 +49,22 @@ class Convex:
     """A convex programme and its parts."""
 
     demand: Demand
-    problem: Any
+    goal: list[LinearTerm]
+    """The objective over ``unit``."""
+    limits: ConvexRows
     unit: float
     """What the objective is divided by in the problem, so that it is near 1."""
     sizes: Sizes
     motions: list[StrokeMotion]
-    largest: dict[str, Any]
-    """Variables that bound a derivative over the turn, in units of the lift: those that something asks for."""
+    largest: dict[str, Unknown]
+    """What bounds a derivative over the turn, in units of the lift: those that something asks for."""
+    epigraphs: list[Epigraph]
+    """Of terms of the objective that are not linear."""
+
+    @cached_property
+    def programme(self) -> ConicProgramme:
+        """The programme itself."""
+        return ConicProgramme(self.goal, self.limits)
 
     def solve(self) -> float:
         """Solve it: the objective, in the units of the demand; infinite if nothing holds all limits.
@@ -45,33 +74,38 @@ class Convex:
         Unsolved
             If the solver fails.
         """
-        status = solve(self.problem)
-        if status in (cp.INFEASIBLE, cp.INFEASIBLE_INACCURATE):
+        status = self.programme.solve()
+        if status in NO_SOLUTION:
             return inf
         if status not in SOLVER_ENDS:
             raise Unsolved(failed(status))
-        return self.unit * float(self.problem.value)
+        return self.unit * self.programme.value
 
     @property
-    def goal(self) -> Any:
-        """The objective over ``unit``, as an expression."""
-        return self.problem.objective.args[0]
+    def cost(self) -> float:
+        """The objective over ``unit`` at the values of the unknowns."""
+        for each in self.epigraphs:
+            each.top.value = each.function.value
+        return float(value_of(self.goal)[0])
 
     @cached_property
-    def gentle(self) -> tuple[Any, Any]:
-        """The problem of the least mean square of the jerk, and the parameter that bounds ``goal`` in it.
+    def gentle(self) -> tuple[ConicProgramme, Parameter]:
+        """The programme of the least mean square of the jerk, and the parameter that bounds ``goal`` in it.
 
         Of a smooth motion it is the least variation of the jerk, from stroke to stroke as well.
         """
-        most = cp.Parameter()
+        most, least, more = Parameter(), Unknown(), ConvexRows()
+        more.at_least((1.0, most), *negated(self.goal))
+        jerk: ConvexFunction
         if self.demand.smooth:
             ends = [each.end(3, last) or [] for each in self.motions for last in (False, True)]
             joints = zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)
-            jumps = cp.norm1(stacked([[*after, *negated(before)] for before, after in joints]))
-            jerk = jumps + sum(motion.variation() for motion in self.motions)
+            jumps = [[*after, *negated(before)] for before, after in joints]
+            jerk = Magnitudes([*jumps, *(each for motion in self.motions for each in motion.variation())])
         else:
-            jerk = cp.norm(cp.hstack([motion.square(3) for motion in self.motions]))
-        return cp.Problem(cp.Minimize(jerk), [*self.problem.constraints, self.goal <= most]), most
+            jerk = Norm([each for motion in self.motions for each in motion.square(3)])
+        jerk.below([(1.0, least)], more)
+        return ConicProgramme([(1.0, least)], self.limits, more), most
 
     def enough(self, least: float) -> float:
         """An objective that is as good as the least: what a smooth motion may have."""
@@ -80,27 +114,16 @@ class Convex:
     @property
     def exact(self) -> bool:
         """Whether the solver reached its tolerance."""
-        return self.problem.status in (cp.OPTIMAL, cp.INFEASIBLE)
+        return self.programme.status in (SOLVED, INFEASIBLE)
 
 
 def failed(status: str) -> str:
     """A message of a solver's status, which is none of ``SOLVER_ENDS``."""
-    return f"the convex solver found no solution (it says {status.replace('_', ' ')})"
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", status).lower()
+    return f"the convex solver found no solution (it says {words})"
 
 
-SOLVER_ENDS = (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
 SOLVER_ERROR = 1e-6  # relative, of an optimum
-
-
-def solve(problem: Any) -> str:
-    """Solve a problem: its status. What is inaccurate is looked at by whoever uses it."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Solution may be inaccurate")
-        try:
-            problem.solve(solver=cp.CLARABEL, warm_start=False)  # or digits depend on what was solved before
-        except cp.SolverError:
-            return str(cp.SOLVER_ERROR)
-    return str(problem.status)
 
 
 def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = None) -> Convex:
@@ -109,32 +132,43 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     ``held`` bounds further terms of the kind that an objective has, in their units, by numbers or parameters.
     """
     held = held or {}
-    sizes = Sizes(cp.Variable(), cp.Variable(), cp.Variable())
+    sizes = Sizes(Unknown(), Unknown(), Unknown())
     names = dict.fromkeys((*demand.objective, *held, *([] if demand.residual is None else [residual.TERM])))
-    largest = {name: cp.Variable() for name in names if name in TERM_ORDERS}
+    largest = {name: Unknown() for name in names if name in TERM_ORDERS}
     motions = [
         (make if stroke.is_free else FixedMotion)(demand, stroke, _ranges(demand, number, largest), sizes)
         for number, stroke in enumerate(demand.strokes)
     ]
     terms = {name: _term(demand, name, sizes, motions, largest) for name in names}
     rows = ConvexRows()
-    for each in (sizes.height, *largest.values()):  # as attributes they take cvxpy longer
+    for each in (sizes.height, *largest.values()):
         rows.at_least((1.0, each))
-    reach = _of_sizes(demand, sizes, motions, rows)
+    _of_sizes(demand, sizes, motions, rows)
     _join(demand, motions, rows)
     for number, partner in enumerate(demand.mirror or ()):
         if number <= partner:
             motions[number].mirrors(motions[partner])
     for motion in motions:
         rows.add(motion.rows)
-    limits = [*rows.limits, *reach, *(terms[name] <= bound for name, bound in held.items())]
+    for name, bound in held.items():
+        terms[name].below([(1.0, bound)], rows)
     if demand.residual is not None:
-        limits.append(terms[residual.TERM] / demand.residual <= 1.0)
+        terms[residual.TERM].times(1.0 / demand.residual).below([(1.0, 1.0)], rows)
     lowest = _lowest(demand, motions)
-    limits += [_on_mean(mean, motions, lowest, demand.scale) for mean in demand.means]
+    for mean in demand.means:
+        _hold_mean(mean, motions, lowest, demand.scale, rows)
     unit = sum(weight * _order_of(demand, name) for name, weight in demand.objective.items()) or 1.0
-    goal = sum([weight / unit * terms[name] for name, weight in demand.objective.items()])
-    return Convex(demand, cp.Problem(cp.Minimize(goal), limits), unit, sizes, motions, largest)
+    goal, epigraphs = list[LinearTerm](), list[Epigraph]()
+    for name, weight in demand.objective.items():
+        term = terms[name].times(weight / unit)
+        if isinstance(term, Linear):
+            goal += term.terms
+        else:
+            top = Unknown()
+            term.below([(1.0, top)], rows)
+            goal.append((1.0, top))
+            epigraphs.append(Epigraph(top, term))
+    return Convex(demand, goal, rows, unit, sizes, motions, largest, epigraphs)
 
 
 def _ranges(demand: Demand, number: int, largest: Mapping[str, Any]) -> Ranges:
@@ -147,18 +181,18 @@ def _ranges(demand: Demand, number: int, largest: Mapping[str, Any]) -> Ranges:
     return found
 
 
-def _of_sizes(demand: Demand, sizes: Sizes, motions: list[StrokeMotion], rows: ConvexRows) -> list[Any]:
-    """The intervals of the sizes, but for what is no row; the size is that where the follower is lowest."""
+def _of_sizes(demand: Demand, sizes: Sizes, motions: list[StrokeMotion], rows: ConvexRows) -> None:
+    """The intervals of the sizes; the size is that where the follower is lowest."""
     unit, height = demand.length, [(1.0, sizes.height)]
     height += [(weight * (demand.scale / unit), lowest) for weight, lowest in _lowest(demand, motions)]
     for size, (low, high) in ((sizes.lead, demand.lead), (sizes.prime, demand.prime)):
         rows.at_least((1.0, size), (-low / unit, 1.0))
         if high < inf:
             rows.at_least((-1.0, size), (high / unit, 1.0))
-    if not demand.traced:
+    if demand.traced:
+        rows.cone([(1.0, sizes.prime)], [[(1.0, sizes.lead)], height])
+    else:
         rows.at_least((1.0, sizes.prime), *negated(height))
-        return []
-    return [sizes.prime >= cp.norm(stacked([[(1.0, sizes.lead)], height]))]
 
 
 def _lowest(demand: Demand, motions: list[StrokeMotion]) -> list[LinearTerm]:
@@ -203,35 +237,43 @@ def _order_of(demand: Demand, name: str) -> float:
     return demand.scale * demand.per_unit[name] / shortest**order
 
 
-def _term(demand: Demand, name: str, sizes: Sizes, motions: list[StrokeMotion], largest: Mapping[str, Any]) -> Any:
+def _term(
+    demand: Demand, name: str, sizes: Sizes, motions: list[StrokeMotion], largest: Mapping[str, Unknown]
+) -> ConvexFunction:
     """A term of the objective, in its own unit."""
     if name == "size":
-        return demand.length * sizes.prime - demand.roller
+        return Linear([(demand.length, sizes.prime), (-demand.roller, 1.0)])
     if name == residual.TERM:
-        return demand.per_unit[name] * _left_over([motion.left_over() for motion in motions])
+        return _left_over(motions).times(demand.per_unit[name])
     factor = demand.scale * demand.per_unit[name]
     if name in largest:
-        return factor * largest[name]
-    squares = [motion.square(SQUARES[name]) for motion in motions]
-    return factor / sqrt(2.0 * pi) * cp.norm(cp.hstack(squares))
+        return Linear([(factor, largest[name])])
+    squares = [each for motion in motions for each in motion.square(SQUARES[name])]
+    return Norm(squares).times(factor / sqrt(2.0 * pi))
 
 
-def _left_over(parts: list[Any]) -> Any:
+def _left_over(motions: list[StrokeMotion]) -> ConvexFunction:
     """The residual vibration, mm or rad: the largest over dwells; 0 where a motion does not say what it adds."""
-    if any(part is None for part in parts):
-        return cp.Constant(0.0)
-    return cp.max(cp.norm(sum(parts), axis=1))
+    parts = [motion.left_over() for motion in motions]
+    known = [part for part in parts if part]
+    if not known or any(part is None for part in parts):
+        return Linear([(0.0, 1.0)])
+    return LargestNorm([Norm([[term for part in dwell for term in part]]) for dwell in zip(*known, strict=True)])
 
 
-def _on_mean(mean: MeanConstraint, motions: list[StrokeMotion], lowest: list[LinearTerm], unit: float) -> Any:
+def _hold_mean(
+    mean: MeanConstraint, motions: list[StrokeMotion], lowest: list[LinearTerm], unit: float, rows: ConvexRows
+) -> None:
     """The limit on motions in a unit; ``lowest`` is the displacement from which the area counts."""
     if mean.power == 1:
-        return mean.side * _area(motions, lowest) <= mean.side * 2.0 * pi * mean.bound / unit
-    squares = cp.norm(cp.hstack([motion.square(mean.order) for motion in motions]))
-    return squares <= sqrt(2.0 * pi) * mean.bound / unit
+        area = Linear(_area(motions, lowest)).times(mean.side)
+        area.below([(mean.side * 2.0 * pi * mean.bound / unit, 1.0)], rows)
+        return
+    squares = Norm([each for motion in motions for each in motion.square(mean.order)])
+    squares.below([(sqrt(2.0 * pi) * mean.bound / unit, 1.0)], rows)
 
 
-def _area(motions: list[StrokeMotion], lowest: list[LinearTerm]) -> Any:
+def _area(motions: list[StrokeMotion], lowest: list[LinearTerm]) -> list[LinearTerm]:
     """∮y dθ from the lowest displacement, in units of the lift."""
     every = [term for motion in motions for term in motion.area()]
-    return cp.sum(stacked([[*every, *((2.0 * pi * weight, each) for weight, each in negated(lowest))]]))
+    return [*every, *times(-2.0 * pi, lowest)]

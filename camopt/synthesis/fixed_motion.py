@@ -7,9 +7,8 @@ import numpy as np
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
+from camopt.synthesis.conic import ConvexRows, LinearSum, LinearTerm
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.modelling import cp
-from camopt.synthesis.rows import ConvexRows, LinearTerm
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 
 
@@ -43,9 +42,9 @@ class FixedMotion:
     def lowest(self, x: float) -> list[LinearTerm]:
         return [(self.low + self.change * x, 1.0)]
 
-    def at(self, x: FloatArray) -> list[Any]:
+    def at(self, x: FloatArray) -> list[LinearSum]:
         rows = [self.low + self.change * x, np.full_like(x, self.velocity), *np.zeros((2, x.size))]
-        return [cp.Constant(row) for row in rows]
+        return [[(row, 1.0)] for row in rows]
 
     def samples(self, order: int) -> FloatArray:
         return np.array([self._at(order, last) for last in (False, True)])
@@ -53,15 +52,15 @@ class FixedMotion:
     def mirrors(self, other: Any) -> None:
         """A straight line mirrors another as it is."""
 
-    def variation(self) -> Any:
-        return cp.Constant(0.0)
+    def variation(self) -> list[LinearSum]:
+        return []
 
-    def square(self, order: int) -> Any:
-        return cp.Constant(0.0)
+    def square(self, order: int) -> list[LinearSum]:
+        return []
 
     def area(self) -> list[LinearTerm]:
         return [((self.low + self.change / 2.0) * self.angle, 1.0)]
 
-    def left_over(self) -> Any:
+    def left_over(self) -> list[LinearSum]:
         """What it leaves is part of the constant (``residual.LeftOver``)."""
-        return cp.Constant(0.0)
+        return []

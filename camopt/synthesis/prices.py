@@ -13,7 +13,7 @@ ch. 12.
 
 from collections.abc import Iterator
 from math import inf, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -78,10 +78,10 @@ class PricedOptimum(NamedTuple):
     model: Convex
     number: int
     margin: float
-    point: list[FloatArray]
-    """Of its variables."""
+    point: list[Any]
+    """Of its unknowns."""
     multipliers: list[FloatArray]
-    """Of its constraints, and after these of the curves that are not convex."""
+    """Of its limits, and after these of the curves that are not convex."""
     steps: SequentialConvex | None = None
     """The convex steps that end at the optimum, where curves that are not convex hold it."""
     at: Iterate | None = None
@@ -93,15 +93,15 @@ class PricedOptimum(NamedTuple):
         None if that scene has another number of curves: at its bound a limit may be one that no motion holds.
         """
         side = _programme(by_offset(demand_of(scene))[self.number], self.margin)
-        for variable, value in zip(side.problem.variables(), self.point, strict=True):
-            variable.value = value
-        found = [limit.expr.value for limit in side.problem.constraints]
+        for unknown, value in zip(side.programme.unknowns, self.point, strict=True):
+            unknown.value = value
+        found = [side.limits.all]
         if self.steps is not None and self.at is not None:
             ceilings = ceilings_of(side.demand)
             if len(ceilings) != len(ceilings_of(self.model.demand)):
                 return None
             found += self.steps.curves(self.at, ceilings)
-        return side.unit * float(side.goal.value), found
+        return side.unit * side.cost, found
 
 
 def _programme(demand: Demand, margin: float) -> Convex:
@@ -125,10 +125,9 @@ def _optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     return None
 
 
-def _solution(model: Convex) -> tuple[list[FloatArray], list[FloatArray]]:
-    """The variables of a solved programme, and the multipliers of its constraints."""
-    problem = model.problem
-    return [each.value for each in problem.variables()], [limit.dual_value for limit in problem.constraints]
+def _solution(model: Convex) -> tuple[list[Any], list[FloatArray]]:
+    """The unknowns of a solved programme, and the multipliers of its limits."""
+    return [each.value for each in model.programme.unknowns], [model.limits.multipliers]
 
 
 def _local(optimum: PricedOptimum, result: Synthesis) -> PricedOptimum | None:

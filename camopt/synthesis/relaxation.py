@@ -30,9 +30,8 @@ from scipy import sparse
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
+from camopt.synthesis.conic import ConvexRows, LinearSum, LinearTerm, Unknown, negated, times
 from camopt.synthesis.demand import Demand, LinearConstraint
-from camopt.synthesis.modelling import cp
-from camopt.synthesis.rows import ConvexRows, LinearTerm, negated, stacked
 from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 
 AREA = {1: 1.0 / 4.0, 2: 1.0 / 12.0, 3: 1.0 / 192.0}
@@ -54,8 +53,8 @@ class RelaxedMotion:
         self.each = sparse.eye_array(x.size, format="csr")
         self.first, self.last = self.each[:-1], self.each[1:]
         self.change, self.both = self.last - self.first, self.last + self.first
-        self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))
-        self.whole = cp.Variable()
+        self.y, self.v, self.a = (Unknown(x.size) for _ in range(3))
+        self.whole = Unknown()
         self.rows = ConvexRows()
         self._area(ranges)
         if not stroke.is_move:
@@ -105,7 +104,7 @@ class RelaxedMotion:
     def _chained(self, value: Any, slope: Any, limited: DerivativeRange, panels: slice) -> None:
         """What a value and its slope have at neighbouring nodes if the slope of the slope is within a range."""
         h, change = self.h[panels], self.change[panels]
-        spent = cp.Variable(h.size)  # ≥ turned²/(4·half·h), a rotated cone
+        spent = Unknown(h.size)  # ≥ turned²/(4·half·h), a rotated cone
         used = (sparse.eye_array(h.size, format="csr"), spent)
         turned: list[LinearTerm] = [(change, slope), (-h * limited.middle, limited.unit)]
         off: list[LinearTerm] = [(_by(1 / h, change), value), (-0.5 * self.both[panels], slope)]
@@ -143,7 +142,7 @@ class RelaxedMotion:
         self.rows.at_least(grown, *(((1.0 - decay) * weight, size) for weight, size in sized))
 
     def _within(self, values: Sequence[LinearTerm], most: Sequence[LinearTerm]) -> None:
-        """Hold magnitudes, without the variables that cvxpy would add for an absolute value."""
+        """Hold magnitudes."""
         self.rows.at_least(*negated(values), *most)
         self.rows.at_least(*values, *most)
 
@@ -169,13 +168,13 @@ class RelaxedMotion:
 
     def lowest(self, x: float) -> list[LinearTerm]:
         """Another motion may be lower elsewhere: its size has no bound."""
-        return [(1.0, cp.Variable())]
+        return [(1.0, Unknown())]
 
     def mirrors(self, other: Any) -> None:
         """The bound is one for all motions."""
 
-    def variation(self) -> Any:
-        return cp.Constant(0.0)
+    def variation(self) -> list[LinearSum]:
+        return []
 
     def area(self) -> list[LinearTerm]:
         return [(self.angle, self.whole)]
@@ -196,7 +195,7 @@ class RelaxedMotion:
     def left_over(self) -> None:
         """Between its nodes a motion may add anything."""
 
-    def square(self, order: int) -> Any:
+    def square(self, order: int) -> list[LinearSum]:
         value, slope = {2: (self.y, self.v), 3: (self.v, self.a)}[order]
         h, change, both = self.h, self.change, self.both
         off = [(_by(np.sqrt(12 / h**3), change), value), (-_by(np.sqrt(3 / h), both), slope)]
@@ -204,7 +203,7 @@ class RelaxedMotion:
         if order == 3:
             bent = [(_by(12 / h**2, change), self.y), (-_by(6 / h, both), self.v), (change, self.a)]
             parts.append([(_by(np.sqrt(5 / h), matrix), values) for matrix, values in bent])
-        return self.angle ** (0.5 - order) * cp.norm(stacked(parts))
+        return [times(self.angle ** (0.5 - order), part) for part in parts]
 
 
 def _by(weights: FloatArray, matrix: Any) -> Any:

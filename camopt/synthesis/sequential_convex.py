@@ -9,7 +9,7 @@ Source: Fletcher, Practical Methods of Optimization, ch. 14 (exact penalty, trus
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
@@ -19,10 +19,22 @@ from numpy.typing import NDArray
 from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, Plain
 from camopt.synthesis.ceilings import Sampled, samples
-from camopt.synthesis.convex import SOLVER_ENDS, Convex, solve
+from camopt.synthesis.conic import (
+    SOLVER_ENDS,
+    AffineRows,
+    ConicProgramme,
+    ConvexRows,
+    LinearSum,
+    Parameter,
+    Unknown,
+    negated,
+    stacked,
+    times,
+    value_of,
+)
+from camopt.synthesis.convex import Convex
 from camopt.synthesis.demand import TERM_ORDERS
 from camopt.synthesis.iterate import Iterate, iterate_of, moving, sampled_motions
-from camopt.synthesis.modelling import cp
 
 PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
 MOST_CONVEX_STEPS, FIRST_REACH = 60, 0.1
@@ -34,26 +46,27 @@ HELD_CLOSER = 2e-4  # by which bounds are held closer than asked: between sample
 
 @dataclass
 class StrokePlanes:
-    """The tangent planes of all curves over one stroke, curve by curve, as parameters of the problem of a step."""
+    """The tangent planes of all curves over one stroke, curve by curve."""
 
     sampled: Sampled
-    moves: list[Any]
+    moves: list[LinearSum]
     """y to y''' at the samples of all curves, in units of the lift; e and s₀."""
+    values: list[AffineRows]
+    """The first four of these at the samples of one curve."""
     lowered: NDArray[np.bool_]
     """Which curves are minimised."""
     size: int
     """How many samples a curve has."""
-    constant: Any
-    slopes: list[Any]
-    """By each of the moves."""
+    below: ConvexRows = field(default_factory=ConvexRows)
+    """Every plane below its bound, or below the level."""
 
     def state(self, unit: float) -> FloatArray:
         """y to y''' at the samples of one curve, mm, of coefficients set in the variables."""
-        return unit * np.array([row.value[: self.size] for row in self.moves[:-2]])
+        return unit * np.array([each.value for each in self.values])
 
 
 class SequentialConvex:
-    """The convex steps of a programme under ceilings, compiled once for all their bounds.
+    """The convex steps of a programme under ceilings.
 
     ``held`` ceilings stay below their bounds; ``lowered`` ones are minimised, beside the objective of the model.
     What is given to its methods are the same ceilings with other bounds.
@@ -61,19 +74,20 @@ class SequentialConvex:
 
     def __init__(self, model: Convex, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> None:
         self.model, self.count = model, len(held)
-        self.missing, self.level = cp.Variable(nonneg=True), cp.Variable(nonneg=True)
-        self.reach, self.price = cp.Parameter(nonneg=True), cp.Parameter(nonneg=True, value=PRICES[0])
-        free = cp.hstack([model.sizes.lead, model.sizes.height, *(m.coefficients for m in moving(model))])
-        self.last = cp.Parameter(free.size)
-        away = free - self.last
+        self.missing, self.level = Unknown(), Unknown()
+        self.reach, self.price = Parameter(), PRICES[0]
+        self.places = [model.sizes.lead, model.sizes.height, *(m.coefficients for m in moving(model))]
+        self.last = [Parameter(each.count if each.is_vector else None) for each in self.places]
         self.blocks = list(self._blocks([*held, *lowered]))
-        self.below = [self._below(block) for block in self.blocks]
-        self.within_reach = [away <= self.reach, -away <= self.reach]
-        limits = [*self.below, *self.within_reach]
-        self.goal = model.goal + (self.level if lowered else 0.0)
-        convex = model.problem.constraints
-        self.problem = cp.Problem(cp.Minimize(self.goal + self.price * self.missing), [*convex, *limits])
-        self.nearest = cp.Problem(cp.Minimize(cp.sum_squares(away)), convex)
+        self.within_reach, self.above_0 = ConvexRows(), ConvexRows()
+        away = [[(_one(u), u), (-_one(u), was)] for u, was in zip(self.places, self.last, strict=True)]
+        for each in away:
+            self.within_reach.at_least((1.0, self.reach), *each)
+            self.within_reach.at_least((1.0, self.reach), *negated(each))
+        for unknown in (self.missing, self.level) if lowered else (self.missing,):
+            self.above_0.at_least((1.0, unknown))
+        self.goal = [*model.goal, (1.0, self.level)] if lowered else model.goal
+        self.nearest = ConicProgramme([], model.limits, squares=away)
 
     def _blocks(self, ceilings: list[Claim]) -> Iterator[StrokePlanes]:
         """A block for each stroke on which a curve counts."""
@@ -83,29 +97,27 @@ class SequentialConvex:
             lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.counts(c)]
             if sides:
                 x = samples(self.model.demand, stroke)
-                every = np.tile(x, sum(sides))
-                moves = [*motion.at(every), self.model.sizes.lead, self.model.sizes.height]
-                constant, *slopes = (cp.Parameter(every.size) for _ in range(1 + len(moves)))
-                yield StrokePlanes(sampled, moves, np.repeat(lowered, sides), x.size, constant, slopes)
+                sizes = [[(1.0, size)] for size in (self.model.sizes.lead, self.model.sizes.height)]
+                moves = [*motion.at(np.tile(x, sum(sides))), *sizes]
+                values = [stacked([each]) for each in motion.at(x)]
+                yield StrokePlanes(sampled, moves, values, np.repeat(lowered, sides), x.size)
 
-    def _below(self, block: StrokePlanes) -> Any:
-        """Every plane below its bound, or below the level."""
-        lowered = np.repeat(block.lowered, block.size)
-        bounds = lowered * self.level + ~lowered * (1.0 - HELD_CLOSER + self.missing)
-        moved = sum(cp.multiply(slope, move) for slope, move in zip(block.slopes, block.moves, strict=True))
-        return block.constant + moved <= bounds
+    def _step(self) -> ConicProgramme:
+        """The programme of a step, with the planes of the last look."""
+        rows = (self.model.limits, self.above_0, self.within_reach, *(block.below for block in self.blocks))
+        return ConicProgramme([*self.goal, (self.price, self.missing)], *rows)
 
     def run(self, start: Iterate, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> Iterate:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
         self._set(start)
-        last = iterate_of(self.model) if solve(self.nearest) in SOLVER_ENDS else start
+        last = iterate_of(self.model) if self.nearest.solve() in SOLVER_ENDS else start
         lowered = _scaled(lowered, self._levels(last, held, lowered)[1])
         reach = FIRST_REACH
-        for self.price.value in PRICES:
+        for self.price in PRICES:
             last, reach, enough = self._descended(last, reach, held, lowered)
             if enough:
                 break
-        self.price.value = PRICES[0]
+        self.price = PRICES[0]
         return last
 
     def _descended(
@@ -120,13 +132,13 @@ class SequentialConvex:
             return last, reach, False
         self._look(last, held, lowered)
         for _ in range(MOST_CONVEX_STEPS):
-            self.reach.value = reach
-            if solve(self.problem) not in SOLVER_ENDS:
+            self.reach.value, step = reach, self._step()
+            if step.solve() not in SOLVER_ENDS:
                 break
-            promise = cost - float(self.problem.value)
+            promise = cost - step.value
             if promise < LEAST_FALL * abs(cost):  # even the planes promise no more
                 break
-            if top <= 1.0 and float(self.missing.value) > HELD_CLOSER and self.price.value < PRICES[-1]:
+            if top <= 1.0 and self.missing.value > HELD_CLOSER and self.price < PRICES[-1]:
                 return last, reach, False
             tried = iterate_of(self.model)
             found, above = self._priced(tried, held, lowered)
@@ -140,17 +152,17 @@ class SequentialConvex:
         return last, max(reach, FIRST_REACH), top <= 1.0
 
     def multipliers(self, at: Iterate, held: Sequence[Claim]) -> list[FloatArray] | None:
-        """The multipliers of all curves at a local optimum, block by block; the model's are in its constraints.
+        """The multipliers of all curves at a local optimum, block by block; the model's are in its limits.
 
         None if a step would go on as far as it may, or above a bound.
         """
         self._look(at, held, ())
-        self.reach.value, self.price.value = FIRST_REACH, PRICES[-1]
-        status, self.price.value = solve(self.problem), PRICES[0]
-        if status not in SOLVER_ENDS or float(self.missing.value) > HELD_CLOSER:
+        self.reach.value, self.price = FIRST_REACH, PRICES[-1]
+        status, self.price = self._step().solve(), PRICES[0]
+        if status not in SOLVER_ENDS or self.missing.value > HELD_CLOSER:
             return None
-        pull = max(float(np.max(limit.dual_value)) for limit in self.within_reach)
-        return [limit.dual_value for limit in self.below] if pull < LEAST_MULTIPLIER else None
+        pull = float(np.max(-self.within_reach.multipliers))
+        return [-block.below.multipliers for block in self.blocks] if pull < LEAST_MULTIPLIER else None
 
     def curves(self, at: Iterate, held: Sequence[Claim]) -> list[FloatArray]:
         """All curves over their bounds at a solution, block by block."""
@@ -166,8 +178,7 @@ class SequentialConvex:
 
         def price(start: Iterate) -> float:
             cost, _ = self._priced(start, held, lowered)
-            broken = max(float(np.max(limit.violation())) for limit in self.model.problem.constraints)
-            return cost + PRICES[0] * broken
+            return cost + PRICES[0] * self.model.limits.broken_by
 
         return sorted(starts, key=price)
 
@@ -176,20 +187,25 @@ class SequentialConvex:
         self.model.sizes.lead.value, self.model.sizes.height.value = at.lead, at.height
         for motion, values in zip(moving(self.model), at.coefficients, strict=True):
             motion.coefficients.value = values
-        self.last.value = np.concatenate([at[:2], *at.coefficients])
+        for was, unknown in zip(self.last, self.places, strict=True):
+            was.value = unknown.value
 
     def _look(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> None:
-        """The planes at a solution, in the parameters."""
+        """The planes at a solution."""
         self._set(at)
         ceilings, scale = [*held, *lowered], self.model.demand.scale
         for block in self.blocks:
             planes = block.sampled.planes(ceilings, block.state(scale), self._sizes(at))
             slopes = (*planes.motion, planes.lead, planes.height)
-            constant = planes.values.ravel()
-            for parameter, slope, move in zip(block.slopes, slopes, block.moves, strict=True):
-                parameter.value = slope.ravel()
-                constant = constant - parameter.value * move.value
-            block.constant.value = constant
+            rise = [
+                term for slope, move in zip(slopes, block.moves, strict=True) for term in times(slope.ravel(), move)
+            ]
+            constant = planes.values.ravel() - value_of(rise)
+            minimised = np.repeat(block.lowered, block.size).astype(float)
+            bound = [(1.0 - minimised, self.missing), ((1.0 - minimised) * (1.0 - HELD_CLOSER) - constant, 1.0)]
+            bound += [(minimised, self.level)] if any(block.lowered) else []
+            block.below = ConvexRows()
+            block.below.at_least(*bound, *negated(rise))
 
     def _sizes(self, at: Iterate) -> tuple[float, float]:
         """e and s₀, mm."""
@@ -215,8 +231,14 @@ class SequentialConvex:
         for name, variable in model.largest.items():
             every = [np.abs(motion.samples(TERM_ORDERS[name])).max() for motion in sampled_motions(model)]
             variable.value = float(max(every))
-        price = float(self.goal.value) + self.price.value * max(0.0, top - 1.0 + HELD_CLOSER)
+        level = self.level.value if lowered else 0.0
+        price = model.cost + level + self.price * max(0.0, top - 1.0 + HELD_CLOSER)
         return price if np.isfinite(price) else inf, top
+
+
+def _one(unknown: Unknown) -> Any:
+    """What gives an unknown as it is."""
+    return np.eye(unknown.count) if unknown.is_vector else 1.0
 
 
 def _scaled(ceilings: Sequence[Claim], level: float) -> tuple[Claim, ...]:

@@ -9,9 +9,8 @@ from scipy import sparse
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.quadratic import INDEPENDENT
+from camopt.synthesis.conic import ConvexRows, LinearSum, LinearTerm, Unknown, negated, times, value_of
 from camopt.synthesis.demand import Demand, LinearConstraint
-from camopt.synthesis.modelling import cp
-from camopt.synthesis.rows import ConvexRows, LinearTerm, negated
 from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 
 
@@ -25,7 +24,7 @@ class SplineMotion:
         self.demand, self.stroke, self.unit = demand, stroke, demand.scale
         self.splines = demand.splines_of(stroke)
         self.low, self.change = demand.law_scale(stroke)
-        self.coefficients = cp.Variable(self.splines.count)
+        self.coefficients = Unknown(self.splines.count)
         self.rows = ConvexRows()
         if not stroke.is_move:
             self._from_0_to_1(demand.monotone)
@@ -92,16 +91,14 @@ class SplineMotion:
         kept = sizes > INDEPENDENT * sizes[0]
         self.rows.zero((right[kept], self.coefficients), (-(left.T @ wanted)[kept] / sizes[kept], 1.0))
 
-    def _values(self, matrix: Any, order: int) -> Any:
+    def _values(self, matrix: Any, order: int) -> list[LinearTerm]:
         """A derivative by the cam angle, in units of the lift, from a matrix for the unit stroke."""
-        moved = (self.change / self.stroke.angle**order * matrix) @ self.coefficients
-        return moved + self.low if order == 0 else moved
-
-    def _at(self, x: float, order: int) -> list[LinearTerm]:
-        """A derivative by the cam angle, in units of the lift, at x of the unit stroke."""
-        matrix = self.splines.at(np.array([x]), order)
         moved = (self.change / self.stroke.angle**order * matrix, self.coefficients)
         return [moved, (self.low, 1.0)] if order == 0 else [moved]
+
+    def _at(self, x: float, order: int) -> list[LinearTerm]:
+        """A derivative at x of the unit stroke."""
+        return self._values(self.splines.at(np.array([x]), order), order)
 
     def end(self, order: int, last: bool) -> list[LinearTerm]:
         return self._at(1.0 if last else 0.0, order)
@@ -116,34 +113,36 @@ class SplineMotion:
         image = [(other.change * self._each[::-1], other.coefficients), (other.low, 1.0)]
         self.rows.zero(*own, *negated(image))
 
-    def variation(self) -> Any:
+    def variation(self) -> list[LinearSum]:
         """Its coefficients go up and down no less than it does."""
-        return cp.norm1(cp.diff(self._values(self.splines.bernstein(3), 3)))
+        coefficients = self.splines.bernstein(3)
+        return [self._values(coefficients[1:] - coefficients[:-1], 3)]
 
     def lowest(self, x: float) -> list[LinearTerm]:
         return self._at(x, 0)
 
-    def at(self, x: FloatArray) -> list[Any]:
+    def at(self, x: FloatArray) -> list[LinearSum]:
         """y to y''' at x of the unit stroke."""
         return [self._values(self.splines.at(x, order), order) for order in range(4)]
 
     def samples(self, order: int) -> FloatArray:
         """The Bernstein coefficients of a derivative, in units of the lift, of a solved programme."""
-        return np.asarray(self._values(self.splines.bernstein(order), order).value)
+        return value_of(self._values(self.splines.bernstein(order), order))
 
-    def square(self, order: int) -> Any:
+    def square(self, order: int) -> list[LinearSum]:
         """By Gauss's rule, exact on each piece."""
         nodes, weights = np.polynomial.legendre.leggauss(self.splines.degree + 1 - order)
         starts, lengths = self.splines.ends[:-1, None], np.diff(self.splines.ends)[:, None]
         x = (starts + lengths * (nodes + 1) / 2).ravel()
         share = np.sqrt(weights / 2 * lengths * self.stroke.angle).ravel()
-        return cp.norm(cp.multiply(share, self._values(self.splines.at(x, order), order)))
+        return [times(share, self._values(self.splines.at(x, order), order))]
 
     def area(self) -> list[LinearTerm]:
         weights = sparse.csr_array(self.splines.integrals[None])
         return [(self.stroke.angle * self.change * weights, self.coefficients), (self.stroke.angle * self.low, 1.0)]
 
-    def left_over(self) -> Any:
+    def left_over(self) -> list[LinearSum]:
         found, place = self.demand.left_over, self.demand.free.index(self.stroke)
-        own = cp.vstack([each @ self.coefficients for each in found.rows[place]])
-        return own + found.constant if place == 0 else own
+        constant = found.constant if place == 0 else np.zeros_like(found.constant)
+        rows = zip(found.rows[place], constant, strict=True)
+        return [[(each, self.coefficients), (rest, 1.0)] for each, rest in rows]

@@ -9,16 +9,16 @@ Source: de Boor, A Practical Guide to Splines, ch. IX; Farin, Curves and Surface
 
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.interpolate import BSpline
-from scipy.special import comb
 
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
+from camopt.numerics.bsplines import basis_matrix, derivative_matrix
 
 SPAN_PARTS = 2  # of a span
 LEAST_PIECE = 0.25  # of an equal piece: no piece is shorter than that
@@ -71,10 +71,9 @@ class Splines:
 
     def at(self, x: FloatArray, order: int) -> sparse.csr_array:
         """The matrix from coefficients to values of a derivative at x, from 0 to 1."""
-        basis = BSpline(self.knots, np.eye(self.count), self.degree)
-        values = (basis.derivative(order) if order else basis)(x)
-        values[np.abs(values) <= LEAST_ENTRY * np.abs(values).max()] = 0.0
-        return sparse.csr_array(values)
+        inner = self.knots[order : self.knots.size - order]
+        by_knots = derivative_matrix(self.knots, self.degree, order)
+        return without_rounding(basis_matrix(inner, self.degree - order, x) @ by_knots)
 
     def bernstein(self, order: int) -> sparse.csr_array:
         """The matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
@@ -131,12 +130,19 @@ def _bernstein(splines: Splines, order: int, ends: tuple[float, ...]) -> sparse.
     degree, parts = splines.degree - order, len(ends) - 1
     x = (1.0 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) / 2.0  # inside a part: no knot
     power = np.arange(degree + 1)
-    values = comb(degree, power) * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
+    ways = np.array([comb(degree, k) for k in range(degree + 1)])
+    values = ways * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
     nodes = (np.array(ends[:-1])[:, None] + np.diff(ends)[:, None] * x).ravel()
     found = sparse.kron(sparse.eye_array(parts), np.linalg.inv(values)) @ splines.at(nodes, order)
-    found.data[np.abs(found.data) <= LEAST_ENTRY * np.abs(found.data).max()] = 0.0
+    return without_rounding(found)
+
+
+def without_rounding(matrix: sparse.csr_array) -> sparse.csr_array:
+    """A matrix without entries that are rounding."""
+    found = sparse.csr_array(matrix)
+    found.data[np.abs(found.data) <= LEAST_ENTRY * np.abs(found.data).max(initial=0.0)] = 0.0
     found.eliminate_zeros()
-    return sparse.csr_array(found)
+    return found
 
 
 @cache

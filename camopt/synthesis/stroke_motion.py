@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from camopt.motion.stroke import Stroke
+from camopt.synthesis.conic import ConvexRows, LinearSum, LinearTerm
 from camopt.synthesis.demand import Demand, LinearConstraint
-from camopt.synthesis.rows import ConvexRows, LinearTerm
 
 
 class DerivativeRange(NamedTuple):
@@ -65,17 +65,17 @@ class StrokeMotion(Protocol):
     def mirrors(self, other: Any) -> None:
         """Make it the mirror image of another such motion; not a bound, which is one for all motions."""
 
-    def variation(self) -> Any:
-        """The variation of the jerk over the stroke, or no less than that."""
+    def variation(self) -> list[LinearSum]:
+        """Sums whose magnitudes are together the variation of the jerk over the stroke, or no less than that."""
 
-    def square(self, order: int) -> Any:
-        """√∫ (y⁽ᵏ⁾)² dθ over the stroke, or no more than that."""
+    def square(self, order: int) -> list[LinearSum]:
+        """Sums whose squares are together ∫ (y⁽ᵏ⁾)² dθ over the stroke, or no more than that."""
 
     def area(self) -> list[LinearTerm]:
         """∫ y dθ over the stroke; of a bound, what it may be."""
 
-    def left_over(self) -> Any:
-        """What it adds to the vibration at the start of each dwell, mm (dwells, 2); None if that is not known."""
+    def left_over(self) -> list[LinearSum] | None:
+        """What it adds to the vibration at the start of each dwell, mm, two rows; None if that is not known."""
 
 
 MakeMotion = Callable[[Demand, Stroke, Ranges, Sizes], StrokeMotion]

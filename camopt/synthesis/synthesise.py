@@ -30,7 +30,8 @@ from camopt.synthesis.cams import (
     within,
 )
 from camopt.synthesis.ceilings import ceilings_of
-from camopt.synthesis.convex import SOLVER_ENDS, SOLVER_ERROR, Convex, convex, solve
+from camopt.synthesis.conic import SOLVER_ENDS
+from camopt.synthesis.convex import SOLVER_ERROR, Convex, convex
 from camopt.synthesis.demand import LIMIT_MARGINS, Demand, tightened
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
@@ -192,9 +193,9 @@ def solved(demand: Demand, margins: Sequence[float] = LIMIT_MARGINS) -> tuple[Co
 
 def gentlest(model: Convex, least: float) -> Iterate | None:
     """The laws of the least mean square of the jerk at nearly the least objective; None if the solver fails."""
-    problem, most = model.gentle
+    programme, most = model.gentle
     most.value = model.enough(least) / model.unit + GENTLE_SLACK
-    return iterate_of(model) if solve(problem) in SOLVER_ENDS else None
+    return iterate_of(model) if programme.solve() in SOLVER_ENDS else None
 
 
 def _by_convex_steps(

@@ -5,7 +5,7 @@ import sys
 
 PROGRAMME = """
 import sys
-from camopt.synthesis.modelling import cp
+from camopt.measured.modelling import cp
 assert "cvxpy" in sys.modules and "scipy.stats" not in sys.modules
 from cvxpy.atoms.quantum_rel_entr import entropy
 assert abs(entropy([0.5, 0.5]) - 0.6931471805599453) < 1e-15
@@ -17,7 +17,7 @@ print(round(cp.Problem(cp.Minimize(cp.norm(x - 3.0)), [x <= 2.0]).solve(solver=c
 
 ASKED_MEANWHILE = """
 import sys
-from camopt.synthesis import modelling
+from camopt.measured import modelling
 
 def asks(name):
     import scipy.stats
