@@ -18,12 +18,12 @@ from camopt.scene.scene import Scene
 from camopt.scene.tables import OBJECTIVE_TERMS
 from camopt.synthesis.cams import cam_for, programme_with, scene_with_laws, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
-from camopt.synthesis.conic import Parameter
 from camopt.synthesis.convex import SOLVER_ERROR, Convex, convex
 from camopt.synthesis.demand import LIMIT_MARGINS, Demand, tightened
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, iterate_of
 from camopt.synthesis.relaxation import RelaxedMotion
+from camopt.synthesis.rows import Parameter
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesise import (

@@ -16,24 +16,12 @@ from typing import Any, NamedTuple
 from camopt.mistakes import Unsolved
 from camopt.motion.table import DWELL
 from camopt.synthesis import residual
-from camopt.synthesis.conic import (
-    INFEASIBLE,
-    NO_SOLUTION,
-    SOLVED,
-    SOLVER_ENDS,
-    ConicProgramme,
-    ConvexRows,
-    LinearTerm,
-    Parameter,
-    Unknown,
-    negated,
-    times,
-    value_of,
-)
+from camopt.synthesis.conic import INFEASIBLE, NO_SOLUTION, SOLVED, SOLVER_ENDS, ConicProgramme
 from camopt.synthesis.demand import SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.fixed_motion import FixedMotion
 from camopt.synthesis.functions import ConvexFunction, LargestNorm, Linear, Magnitudes, Norm
 from camopt.synthesis.means import MeanConstraint
+from camopt.synthesis.rows import ConvexRows, LinearTerm, Parameter, Unknown, negated, times, value_of
 from camopt.synthesis.stroke_motion import DerivativeRange, MakeMotion, Ranges, Sizes, StrokeMotion
 
 

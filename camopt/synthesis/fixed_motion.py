@@ -7,8 +7,8 @@ import numpy as np
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
-from camopt.synthesis.conic import ConvexRows, LinearSum, LinearTerm
 from camopt.synthesis.demand import Demand
+from camopt.synthesis.rows import ConvexRows, LinearSum, LinearTerm
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 
 

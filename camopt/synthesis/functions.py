@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from camopt.synthesis.conic import ConvexRows, LinearSum, Unknown, negated, stacked, times
+from camopt.synthesis.rows import ConvexRows, LinearSum, Unknown, negated, stacked, times
 
 
 class ConvexFunction(Protocol):

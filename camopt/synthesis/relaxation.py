@@ -30,8 +30,8 @@ from scipy import sparse
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.synthesis.conic import ConvexRows, LinearSum, LinearTerm, Unknown, negated, times
 from camopt.synthesis.demand import Demand, LinearConstraint
+from camopt.synthesis.rows import ConvexRows, LinearSum, LinearTerm, Unknown, negated, times
 from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 
 AREA = {1: 1.0 / 4.0, 2: 1.0 / 12.0, 3: 1.0 / 192.0}

@@ -19,10 +19,12 @@ from numpy.typing import NDArray
 from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, Plain
 from camopt.synthesis.ceilings import Sampled, samples
-from camopt.synthesis.conic import (
-    SOLVER_ENDS,
+from camopt.synthesis.conic import SOLVER_ENDS, ConicProgramme
+from camopt.synthesis.convex import Convex
+from camopt.synthesis.demand import TERM_ORDERS
+from camopt.synthesis.iterate import Iterate, iterate_of, moving, sampled_motions
+from camopt.synthesis.rows import (
     AffineRows,
-    ConicProgramme,
     ConvexRows,
     LinearSum,
     Parameter,
@@ -32,9 +34,6 @@ from camopt.synthesis.conic import (
     times,
     value_of,
 )
-from camopt.synthesis.convex import Convex
-from camopt.synthesis.demand import TERM_ORDERS
-from camopt.synthesis.iterate import Iterate, iterate_of, moving, sampled_motions
 
 PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
 MOST_CONVEX_STEPS, FIRST_REACH = 60, 0.1

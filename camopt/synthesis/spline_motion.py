@@ -9,8 +9,8 @@ from scipy import sparse
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.quadratic import INDEPENDENT
-from camopt.synthesis.conic import ConvexRows, LinearSum, LinearTerm, Unknown, negated, times, value_of
 from camopt.synthesis.demand import Demand, LinearConstraint
+from camopt.synthesis.rows import ConvexRows, LinearSum, LinearTerm, Unknown, negated, times, value_of
 from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 
 

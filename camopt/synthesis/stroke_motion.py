@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from camopt.motion.stroke import Stroke
-from camopt.synthesis.conic import ConvexRows, LinearSum, LinearTerm
 from camopt.synthesis.demand import Demand, LinearConstraint
+from camopt.synthesis.rows import ConvexRows, LinearSum, LinearTerm
 
 
 class DerivativeRange(NamedTuple):

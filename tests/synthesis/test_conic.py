@@ -7,19 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
 
-from camopt.synthesis.conic import (
-    NO_SOLUTION,
-    SOLVED,
-    ConicProgramme,
-    ConvexRows,
-    Parameter,
-    Unknown,
-    negated,
-    stacked,
-    times,
-    value_of,
-)
+from camopt.synthesis.conic import NO_SOLUTION, SOLVED, ConicProgramme
 from camopt.synthesis.functions import LargestNorm, Linear, Magnitudes, Norm
+from camopt.synthesis.rows import ConvexRows, Parameter, Unknown, negated, stacked, times, value_of
 
 NUMBERS = st.floats(-9.0, 9.0)
 SIZES = {"x": 3, "y": 2}

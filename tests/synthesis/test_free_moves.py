@@ -17,10 +17,11 @@ from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment
 from camopt.problem.problem import resolve
 from camopt.synthesis.cams import programme_with
-from camopt.synthesis.conic import SOLVED, ConicProgramme, ConvexRows, Unknown, negated
+from camopt.synthesis.conic import SOLVED, ConicProgramme
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.iterate import cleaned, moving
 from camopt.synthesis.relaxation import RelaxedMotion
+from camopt.synthesis.rows import ConvexRows, Unknown, negated
 from camopt.synthesis.stroke_motion import DerivativeRange, Sizes
 from camopt.synthesis.symmetry import mirrored
 from camopt.synthesis.synthesise import solved

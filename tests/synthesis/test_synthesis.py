@@ -31,11 +31,12 @@ from camopt.scene.tables import SynthesisSettings
 from camopt.synthesis.cams import known_laws, scene_with_laws
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
 from camopt.synthesis.compare import known_laws_of
-from camopt.synthesis.conic import SOLVED, ConicProgramme, ConvexRows
+from camopt.synthesis.conic import SOLVED, ConicProgramme
 from camopt.synthesis.convex import convex
 from camopt.synthesis.from_scene import default_peaks, demand_of
 from camopt.synthesis.iterate import Iterate, cleaned, moving
 from camopt.synthesis.relaxation import RelaxedMotion
+from camopt.synthesis.rows import ConvexRows
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.splines import Splines, elevated
 from camopt.synthesis.synthesise import bound_of, solved, synthesise
