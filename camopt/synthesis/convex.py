@@ -107,7 +107,7 @@ class Convex:
 
 def failed(status: str) -> str:
     """A message of a solver's status, which is none of ``SOLVER_ENDS``."""
-    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", status).lower()
+    words = re.sub(r"_|(?<=[a-z])(?=[A-Z])", " ", status).lower()
     return f"the convex solver found no solution (it says {words})"
 
 
