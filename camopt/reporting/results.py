@@ -16,7 +16,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
 from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES
-from camopt.reporting.cam import motion_pieces, page_number, stroke_kind
+from camopt.reporting.cam import motion_pieces, page_number, stroke_kind, train_frames
 from camopt.reporting.cams import Chapter
 from camopt.reporting.page import deflated, rendered
 from camopt.reporting.sections import signed
@@ -174,7 +174,8 @@ def _motions(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:
     motions: list[Any] = []
     places: list[int] = []
     for result in results:
-        keys = [name for name in DRIVEN_BY if name in result.frame]
+        trains = [each.quantity for each in variables_of(result.scene) if each.enters == "train"]
+        keys = [name for name in (*DRIVEN_BY, *trains) if name in result.frame]
         groups = result.frame.groupby(keys, sort=False, dropna=False) if keys else None
         of_row = np.zeros(len(result.frame), dtype=int) if groups is None else groups.ngroup().to_numpy()
         _, first = np.unique(of_row, return_index=True)
@@ -189,7 +190,8 @@ def _motions(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:
 
 def _motion(searched: Scene, row: Mapping[str, Any]) -> Any:
     scene = scene_of_row(searched, _known(row))
-    return {"motion": motion_pieces(CoarsePicture(scene, resolve_design(scene)))}
+    picture = CoarsePicture(scene, resolve_design(scene))
+    return {"motion": motion_pieces(picture), "train": train_frames(picture)}
 
 
 def _kind(result: ResultRows, frame: "pd.DataFrame") -> dict[str, Any]:

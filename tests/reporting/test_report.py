@@ -10,6 +10,7 @@ import pytest
 
 import camopt
 from camopt.cli.main import main
+from camopt.problem.problem import resolve_design
 from camopt.reporting.report import MOST_CAMS
 
 HOSTILE = "</script><script>alert(1)</script> \"quotes\" 'and' <b>&amp;</b> ünï \u2028"
@@ -108,6 +109,19 @@ def test_the_rows_of_a_sweep_are_those_of_its_tables(swept, tmp_path):
     assert len([motion for motion in motions if motion]) == 2
     places = np.frombuffer(inflated(page["motion_of"]), dtype="<u2")
     assert len(places) == page["count"]
+
+
+def test_rows_of_other_trains_have_motions_of_their_own(tmp_path):
+    scene = camopt.find_scene("press-ram-by-four-bar").replace(**{"search.base_radius": [70, 80]})
+    camopt.sweep(scene, tmp_path / "swept", keep="all")
+    page = data_of(camopt.report(tmp_path / "swept", tmp_path / "sweep.html"))
+    motions = [motion for motion in json.loads(inflated(page["motions"])) if motion]
+    table = camopt.load(tmp_path / "swept" / "designs.parquet")
+    scenes = [camopt.scene_of(table, row) for row in table.index]
+    lifts = {resolve_design(each).programme.lift for each in scenes}
+    assert len(motions) == len(lifts) == 4
+    assert sorted(motion["motion"]["lift"] for motion in motions) == pytest.approx(sorted(lifts), rel=1e-7)
+    assert all(len(motion["train"]["members"]) == 6 for motion in motions)
 
 
 def test_a_sweep_of_too_many_rows_is_thinned_and_says_so(swept, tmp_path, monkeypatch):
