@@ -101,7 +101,8 @@ def _of_follower(picture: Picture, tool: float) -> tuple[PieceValues, str]:
     factor, unit = (np.degrees(1.0), "deg") if setup.angular else (1.0, "mm")
     alike = setup.angular == setup.tool_turns
     shown = factor if alike else tool / lift
-    note = f"dash-dot: of the follower, up to {four_digits(lift * factor)}{'' if alike else f' {unit}, as high'}"
+    scaled = "" if alike else f" {unit}, scaled to the same height"
+    note = f"dash-dot: of the follower, up to {four_digits(lift * factor)}{scaled}"
     return [rows[0] * shown for rows in picture.motion], note
 
 

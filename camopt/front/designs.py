@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from math import inf
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,7 +161,7 @@ def _odd_columns(frame: "pd.DataFrame", columns: Mapping[str, Variable]) -> Iter
 def _out_of_range(key: str, column: "pd.Series[Any]") -> Iterator[Mistake]:
     """The first value of a size that a scene would not take; of numbers, the least or the largest."""
     table, _, name = re.sub(r"\.\d+", "", key).rpartition(".")
-    size: TypeAdapter[Any] = TypeAdapter(get_type_hints(TABLE_TYPES[table], include_extras=True)[name])
+    size: TypeAdapter[Any] = TypeAdapter(TABLE_TYPES[table].model_fields[name].rebuild_annotation())
     values = column.to_numpy()
     looked_at: Iterable[int] = range(len(column))
     if values.size and values.dtype.kind in "iuf":

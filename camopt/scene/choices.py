@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from functools import cache
-from typing import Annotated, Any, Self, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Self, get_args, get_origin
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError, model_validator
 
@@ -148,9 +148,9 @@ def _free(table: type[SceneTable], key: str, value: Any, where: str) -> Any:
 
 def numbers_of(table: type[SceneTable]) -> dict[str, Any]:
     """The keys of a table that ``[search]`` may free, each with the type of its number, or the table in it."""
-    hints = get_type_hints(table, include_extras=True)
     left_out = {*_sizes_of(table), *table.read_as}
-    found = {key: _free_in(hints[key]) for key in table.model_fields if key not in left_out}
+    fields = {key: field for key, field in table.model_fields.items() if key not in left_out}
+    found = {key: _free_in(field.rebuild_annotation()) for key, field in fields.items()}
     return {key: hint for key, hint in found.items() if hint is not None}
 
 
