@@ -18,7 +18,9 @@ from camopt import (
     synthesise,
 )
 from camopt.problem.problem import resolve
-from camopt.quantities import QUANTITIES, in_order
+from camopt.quantities import OF_STAGE, QUANTITIES, in_order
+from camopt.scene.choices import numbers_of
+from camopt.scene.train import TrainStage
 
 SLIDE, VALVE = find_scene("slide-by-bell-crank"), find_scene("valve-with-rocker")
 CARRYING = {
@@ -209,6 +211,10 @@ def test_keys_may_be_quoted_and_have_units():
     assert [each.quantity for each in resolve(quoted).choices.trains] == ["train_1_coupler_mm", "train_1_crank_mm"]
     with pytest.raises(BadInput, match=r"search.train.1.crank = \[150\]: not a known key"):
         SLIDE.replace(search=search | {"train.1.crank": [150]})
+
+
+def test_every_number_of_a_stage_may_be_searched():
+    assert {key for key, hint in numbers_of(TrainStage).items() if hint} == {*OF_STAGE}
 
 
 def test_numbers_of_stages_are_quantities_behind_the_other_sizes():
