@@ -185,7 +185,7 @@ class ConvexRows:
         sums = [each for most, sides in self._cones for each in (most, *sides)]
         sizes = [1 + stacked(sides).constant.size for _, sides in self._cones]
         if self._products:
-            apart = stacked([each for place in range(3) for one in self._products for each in (one[place],)])
+            apart = stacked([product[place] for place in range(3) for product in self._products])
             count = apart.constant.size // 3
             order = np.arange(3 * count).reshape(3, count).T.ravel()
             together = AffineRows(apart.matrix[order], apart.unknowns, apart.constant[order])

@@ -5,8 +5,9 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.depth import times
 
 from camopt import Scene, find_scene, shipped_scenes
 from camopt.scene.sources import shipped_toml
@@ -126,6 +127,7 @@ def test_without_its_file_a_scene_is_written_plainly(lost, own, tmp_path):
         assert text == changed.to_toml()
 
 
+@settings(max_examples=times(10, deep=200))
 @given(data=st.data())
 @pytest.mark.parametrize("name", shipped_scenes())
 def test_any_scene_may_come_of_any_file(name, data, tmp_path_factory):

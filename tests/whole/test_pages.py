@@ -78,7 +78,14 @@ def test_a_scene_of_a_page_is_one(page, tmp_path, monkeypatch):
             export(find_scene("three-arc-valve"), drawn)
             resolve(Scene.from_dict(block))
         else:
-            resolve(Scene.from_dict(merged(WITHOUT_MOTION if "profile" in block else WHOLE, block)))
+            resolve(Scene.from_dict(merged(whole_scene_for(block), block)))
+
+
+def whole_scene_for(block):
+    """A scene that a part of another can be added to: one with a train where numbers of that are searched."""
+    if "train" in block.get("search", {}):
+        return find_scene("slide-by-bell-crank").to_dict()
+    return WITHOUT_MOTION if "profile" in block else WHOLE
 
 
 def merged(under, over):
