@@ -82,22 +82,30 @@ class Carried(NamedTuple):
     windowed: bool = False
     """Whether it is seen within its axes alone."""
 
+    @property
+    def turning(self) -> Turning:
+        """Its turn about that point, where it starts."""
+        return Turning(self.axes, complex(self.path[0]), self.angles)
+
+    @property
+    def shifting(self) -> Shifting:
+        """Its shift after that."""
+        return Shifting(self.axes, self.path - self.path[0])
+
     def moved(self, points: ComplexArray) -> ComplexArray:
         """Where points of the body are, (points, frames)."""
-        moved: ComplexArray = self.path + (points[:, None] - self.path[0]) * np.exp(1j * self.angles)
+        moved: ComplexArray = self.turning.moved(points) + self.shifting.shifts
         return moved
 
     def place(self, affine: Any, frame: int) -> None:
         """Set an affine transform in the units of the axes to a frame."""
-        start, end = self.path[0], self.path[frame]
-        affine.clear().rotate_around(start.real, start.imag, self.angles[frame])
-        affine.translate((end - start).real, (end - start).imag)
+        shift = self.shifting.shifts[frame]
+        self.turning.place(affine, frame)
+        affine.translate(shift.real, shift.imag)
 
     def svg_motions(self, units: Any) -> list[SvgMotion]:
-        """As of ``Turning``, of its turn about that point and then its shift."""
-        turned = Turning(self.axes, complex(self.path[0]), self.angles)
-        shifted = Shifting(self.axes, self.path - self.path[0])
-        return [*turned.svg_motions(units), *shifted.svg_motions(units)]
+        """The SVG transforms that move it, the first one first; ``units`` maps points of the axes to SVG."""
+        return [*self.turning.svg_motions(units), *self.shifting.svg_motions(units)]
 
 
 MovingBody = Turning | Shifting | Carried

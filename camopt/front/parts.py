@@ -23,7 +23,7 @@ from camopt.front.journal import (
     what_is_kept,
     whole_batches,
 )
-from camopt.front.plan import FRONT_ONLY, SWEEP_PARTS, SweepKey, SweepPlan, plan_of_key, sweep_plan
+from camopt.front.plan import SWEEP_PARTS, SweepKey, SweepPlan, plan_of_key, sweep_plan
 from camopt.front.result import Sweep
 from camopt.front.streaming import Seen, gathered
 from camopt.front.sweep import Beside, Keeps, Write, result_of, swept_already
@@ -191,7 +191,7 @@ def _part_of(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
         mistakes.append(Mistake("camopt", "part", part, f"one of at most {SWEEP_PARTS:,} parts"))
     elif not 1 <= number <= parts:
         mistakes.append(Mistake("camopt", "part", part, f"the number of a part, from 1 to {parts:,}"))
-    if plan.keep == FRONT_ONLY and plan.by_boxes:
+    if plan.undivided:
         why = "decides boxes of the whole space together, which have no parts; pareto gives the same front"
         mistakes.append(Mistake("camopt", "keep", plan.keep, why, bare=True))
     if mistakes:
@@ -319,8 +319,7 @@ def _oddity(question: SweepKey) -> str:
     except BadInput as refused:
         first = refused.mistakes[0]
         return f"its scene has mistakes, such as {first.key}: {first.allowed}"
-    alone = plan.keep == FRONT_ONLY and plan.by_boxes
-    return "it says that boxes of designs were decided together, which have no parts" if alone else ""
+    return "it says that boxes of designs were decided together, which have no parts" if plan.undivided else ""
 
 
 def _other_than_named(path: Path, question: SweepKey) -> str:

@@ -121,6 +121,11 @@ class SweepPlan:
 
         return all(map(all_bounded, self.space.problems))
 
+    @property
+    def undivided(self) -> bool:
+        """Whether boxes have to find the front, which no part and no cluster can share."""
+        return self.keep == FRONT_ONLY and self.by_boxes
+
     @cached_property
     def blocks(self) -> Blocks:
         """The blocks of the space."""

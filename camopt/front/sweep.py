@@ -125,7 +125,7 @@ def sweep(
     counted = out is None and keep == "feasible"
     plan = sweep_plan(scene, "pareto" if counted else keep, block)
     own = Threads(workers or os.cpu_count() or 1)
-    if plan.keep == FRONT_ONLY and engine and plan.by_boxes:
+    if plan.undivided and engine:
         why = "decides boxes of designs on this machine alone; pareto gives the same front"
         raise BadInput([Mistake("camopt", "keep", keep, why, bare=True)])
     if out is not None and not again and (done := swept_already(plan, out, tell)):

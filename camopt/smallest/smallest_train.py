@@ -41,7 +41,7 @@ class BestTrain(NamedTuple):
 
 def listed_trains(problem: Problem) -> list[Setting]:
     """The combinations of numbers of the train of which ``[search]`` lists values; one without any."""
-    listed = [each for each in problem.choices.trains if each not in free_of_train(problem)]
+    listed = [each for each in problem.choices.trains if not each.in_range]
     values = product(*(each.values.tolist() for each in listed))
     return [dict(zip((each.key for each in listed), each, strict=True)) for each in values]
 
@@ -59,9 +59,9 @@ class Descent(NamedTuple):
     moves: int
     """Trains that are tried at most, for each number."""
     share: float
-    """Of each range: where steps so short, and ...."""
+    """Of each range: it ends where steps are no longer, and sizes differ by no more than ``size``."""
     size: float
-    """... differences of the size so small end it, mm."""
+    """mm"""
     solve: Callable[..., Smallest]
     """What finds the cam of one train."""
 
@@ -104,9 +104,9 @@ class TrainSearch:
         problem = self.problem.with_numbers(values)
         apart = problem.setup.mechanism.is_apart
         found = BestTrain(problem, Smallest(None, inf) if apart else solve(problem, self.bounds, until=until))
-        known = self.tried.setdefault(tuple(map(float, shares)), found)
-        if found.answer.size < known.answer.size:
-            self.tried[tuple(map(float, shares))] = found
+        key = tuple(map(float, shares))
+        if key not in self.tried or found.answer.size < self.tried[key].answer.size:
+            self.tried[key] = found
         return min(found.answer.size, DEAR)
 
     def descend(self, start: FloatArray, how: Descent, until: float) -> None:

@@ -30,14 +30,11 @@ class ConicProgramme:
     def __init__(self, goal: LinearSum, *limits: ConvexRows, squares: Sequence[LinearSum] = ()) -> None:
         self.goal, self.limits = stacked([goal]), limits
         self.status, self.value = "", np.inf
-        self.squared = Unknown(stacked(squares).constant.size) if squares else None
-        if self.squared:  # by unknowns of their own: the cost is near 0 where they are, and exact
-            equal, start = ConvexRows(), 0
-            for each in squares:
-                count = stacked([each]).constant.size
-                rows = np.eye(self.squared.count)[start : start + count]
-                equal.zero((-rows, self.squared), *each)
-                start += count
+        self.squared: Unknown | None = None
+        if squares:  # by unknowns of their own: the cost is near 0 where they are, and exact
+            every, equal = stacked(squares), ConvexRows()
+            self.squared = Unknown(every.constant.size)
+            equal.zero((-np.eye(self.squared.count), self.squared), *every.terms)
             self.limits = (*limits, equal)
 
     @property
