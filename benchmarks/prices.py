@@ -1,4 +1,4 @@
-"""The price list: ns for each design, mechanism by mechanism, at several tolerances and proved in balls.
+"""The price list: ns for each design, mechanism by mechanism, at several relative errors and proved in balls.
 
 ``python benchmarks/prices.py`` prints a Markdown table: pressure angle on rise, return and dwell, and both extremes
 of curvature (of the radius and the reach for flat faces), of 4096 random cams with cycloidal rises and returns.
@@ -20,7 +20,7 @@ from camopt.problem.problem import Problem, resolve
 from camopt.verdicts.certify import certify_limits
 
 DESIGNS, PROVED, RUNS = 4096, 20, 5
-TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
+ERRORS = (1e-3, 1e-6, 1e-9, 1e-12)
 DISC, DRUM = {"form": "disc", "base_radius": 45}, {"form": "cylindrical", "mean_radius": 60}
 ARM = {"motion": "oscillating", "arm_length": 90, "centre_distance": 110}
 ROLLER = {"contact": "roller", "roller_radius": 8}
@@ -54,13 +54,13 @@ def random_designs(problem: Problem) -> Designs:
     return designs.take(problem.setup.mechanism.exists(designs, problem.programme)).take(slice(DESIGNS))
 
 
-def nanoseconds(problem: Problem, designs: Designs, tolerance: float) -> float:
+def nanoseconds(problem: Problem, designs: Designs, error: float) -> float:
     """The least time for each design of all its geometric extremes."""
     mechanism = problem.setup.mechanism
     both = [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)]
     asked = [(mechanism.pressure, [(kind, LARGEST_MAGNITUDE) for kind in (RISE, RETURN, DWELL)])]
     asked += [(make, both) for make in (mechanism.curvature, mechanism.profile_radius, mechanism.reach) if make]
-    case = Case(replace(problem.setup, tolerance=tolerance), problem.programme, designs)
+    case = Case(replace(problem.setup, relative_error=error), problem.programme, designs)
     times = []
     for _ in range(RUNS + 1):  # the first may compile
         start = perf_counter()
@@ -80,16 +80,16 @@ def proof(problem: Problem, designs: Designs) -> float:
 
 def lines() -> Iterator[str]:
     """The table, a line at a time."""
-    heads = [f"to {tolerance:.0e}, ns" for tolerance in TOLERANCES]
+    heads = [f"to {error:.0e}, ns" for error in ERRORS]
     yield "| mechanism | " + " | ".join([*heads, "proved in balls, ms"]) + " |"
-    yield "|---|" + "---:|" * (len(TOLERANCES) + 1)
+    yield "|---|" + "---:|" * (len(ERRORS) + 1)
     for name, (cam, follower) in SCENES.items():
         scene = Scene.from_dict(
             {"cam": cam, "follower": follower, "motion": MOTION, "limits": {"pressure_angle": 35}}
         )
         problem = resolve(scene)
         designs = random_designs(problem)
-        prices = [f"{nanoseconds(problem, designs, tolerance):.0f}" for tolerance in TOLERANCES]
+        prices = [f"{nanoseconds(problem, designs, error):.0f}" for error in ERRORS]
         yield f"| {name} | " + " | ".join([*prices, f"{proof(problem, designs):.1f}"]) + " |"
 
 

@@ -54,14 +54,14 @@ def say(text: str) -> None:
 
 def exit_code(scene: Any, half_width: float) -> int:
     """The exit code for the accuracy that was reached."""
-    return 0 if half_width <= scene.accuracy.tolerance else NOT_REACHED
+    return 0 if half_width <= scene.accuracy.relative_error else NOT_REACHED
 
 
 def reached(scene: Any, half_width: float) -> int:
-    """The same; a message if it is worse than the tolerance."""
+    """The same; a message if it is worse than what was asked."""
     if code := exit_code(scene, half_width):
-        asked = scene.accuracy.tolerance
-        say(f"camopt: tolerance {asked:g} not reached; values are exact to {half_width:.2g}")
+        asked = scene.accuracy.relative_error
+        say(f"camopt: relative error of {asked:g} not reached; values are exact to {half_width:.2g}")
     return code
 
 

@@ -40,7 +40,7 @@ OVERRIDES = {
     "max_pressure": ("limits.pressure_angle", "limits.pressure_angle_return"),
     "max_pressure_return": ("limits.pressure_angle_return",),
     "min_curvature": ("limits.curvature_radius",),
-    "tolerance": ("accuracy.tolerance",),
+    "relative_error": ("accuracy.relative_error",),
     "outputs": ("outputs",),
 }
 
@@ -132,7 +132,7 @@ def given_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
 def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options that override the scene."""
     for option in (
-        click.option("--tolerance", type=float, help="Largest relative error of each value."),
+        click.option("--relative-error", "--tolerance", type=float, help="Largest relative error of each value."),
         click.option(
             "--min-curvature",
             type=float,

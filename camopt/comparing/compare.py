@@ -39,7 +39,7 @@ class TableComparison:
     changed: NDArray[np.intp]
     """The rows (A, B) of designs of both that differ in a quantity, (designs, 2)."""
     beyond: int
-    """How many of these differ by more than the tolerances of both scenes."""
+    """How many of these differ by more than the relative errors of both scenes."""
     quantities: dict[str, Change]
     """The quantities that changed, by name."""
     columns_in_a: tuple[str, ...]
@@ -69,7 +69,7 @@ class TableComparison:
             "went": self.went.size,
             "came": self.came.size,
             "changed": len(self.changed),
-            "beyond_tolerance": self.beyond,
+            "beyond_accuracy": self.beyond,
             "quantities": {name: _plain(asdict(each)) for name, each in self.quantities.items()},
             "columns_only_in": {"a": list(self.columns_in_a), "b": list(self.columns_in_b)},
             "objectives": dict(zip("ab", self.objectives, strict=True)),
@@ -174,7 +174,7 @@ def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Compar
     Comparison
         What differs. Designs are the same if their laws, sizes and other searched numbers are, exactly; those of a
         frontier if their motions are, too. They changed if any other quantity differs at all, and beyond the
-        tolerance if by more than the ``[accuracy] tolerance`` of both scenes together, relative.
+        accuracy if by more than the ``[accuracy] relative_error`` of both scenes together, relative.
 
     Raises
     ------

@@ -40,7 +40,7 @@ class Change:
     designs: int
     """Designs in which it differs at all."""
     beyond: int
-    """Those of them in which it differs by more than the tolerances of both scenes, or is no number."""
+    """Those of them in which it differs by more than the relative errors of both scenes, or is no number."""
     largest: float | None
     """The largest change, relative to the larger value; None of what is no number."""
     a: Any
@@ -139,7 +139,7 @@ def as_text(column: pa.Array) -> pa.Array:
 def changed_quantities(
     a: DesignTable, b: DesignTable, pairs: Matching
 ) -> Iterator[tuple[str, Change, BoolArray, BoolArray]]:
-    """Each quantity that changed: its name, how, and in which of the pairs at all and beyond the tolerances."""
+    """Each quantity that changed: its name, how, and in which of the pairs at all and beyond the accuracy."""
     if not pairs.in_a.size:
         return
     for name in a.names:
@@ -148,7 +148,7 @@ def changed_quantities(
         one, other = a.column(name).take(pa.array(pairs.in_a)), b.column(name).take(pa.array(pairs.in_b))
         numbers = _is_number(one.type) and _is_number(other.type)
         found = _changed_numbers if numbers else _changed_words
-        differs, share, beyond = found(one, other, a.scene.accuracy.tolerance, b.scene.accuracy.tolerance)
+        differs, share, beyond = found(one, other, a.scene.accuracy.relative_error, b.scene.accuracy.relative_error)
         if not differs.any():
             continue
         if name == ERROR_BOUND:
@@ -170,10 +170,10 @@ def changed_quantities(
 
 
 Differences = tuple[BoolArray, FloatArray, BoolArray]
-"""Whether values differ, by which share of the larger, and whether beyond the tolerances."""
+"""Whether values differ, by which share of the larger, and whether beyond the accuracy."""
 
 
-def _changed_numbers(a: pa.Array, b: pa.Array, tolerance_a: float, tolerance_b: float) -> Differences:
+def _changed_numbers(a: pa.Array, b: pa.Array, error_a: float, error_b: float) -> Differences:
     """Of numbers; what is missing on one side, or infinite, differs by an infinite share."""
     x, y = (np.asarray(column.to_numpy(zero_copy_only=False), dtype=float) for column in (a, b))
     differs = (x != y) & ~(np.isnan(x) & np.isnan(y))
@@ -183,7 +183,7 @@ def _changed_numbers(a: pa.Array, b: pa.Array, tolerance_a: float, tolerance_b: 
         apart, largest = np.abs(x - y), np.maximum(np.abs(x), np.abs(y))
         finite = np.isfinite(apart)
         share[differs] = np.where(finite, apart / np.where(finite, largest, 1.0), np.inf)
-        beyond[differs] = ~finite | (apart > tolerance_a * np.abs(x) + tolerance_b * np.abs(y))
+        beyond[differs] = ~finite | (apart > error_a * np.abs(x) + error_b * np.abs(y))
     return differs, share, beyond
 
 

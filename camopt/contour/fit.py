@@ -69,35 +69,35 @@ def off_arcs(points: ComplexArray, first: ComplexArray, last: ComplexArray, bulg
     return found
 
 
-def spaced(errors: ErrorOf, start: float, end: float, order: int, tolerance: float) -> FloatArray:
-    """Cam angles from start to end that divide it into stretches of about equal error, at most the tolerance.
+def spaced(errors: ErrorOf, start: float, end: float, order: int, chord: float) -> FloatArray:
+    """Cam angles from start to end that divide it into stretches of about equal error, at most ``chord``.
 
     BadInput if that takes more than ``ELEMENT_LIMIT``.
     """
     least = int(np.ceil((end - start) / WIDEST_ARC))
     angles = np.linspace(start, end, max(FIRST_STRETCHES, least) + 1)
     for attempt in range(FIT_ROUNDS):
-        need = np.maximum((errors(angles[:-1], angles[1:]) / tolerance) ** (1.0 / order), 1e-3)
+        need = np.maximum((errors(angles[:-1], angles[1:]) / chord) ** (1.0 / order), 1e-3)
         if attempt and need.max() <= 1.0:
             return angles
         wanted = np.concatenate([[0.0], np.cumsum(need)])
         count = max(least, int(np.ceil(wanted[-1] * (1.0 + 0.02 * attempt))))
-        _check_count(count, tolerance)
+        _check_count(count, chord)
         angles = np.interp(np.linspace(0.0, wanted[-1], count + 1), wanted, angles)
         angles[0], angles[-1] = start, end
     for _ in range(END_HALVINGS):
-        wide = errors(angles[:-1], angles[1:]) > tolerance
+        wide = errors(angles[:-1], angles[1:]) > chord
         if not wide.any():
             break
         angles = np.sort(np.concatenate([angles, ((angles[:-1] + angles[1:]) / 2)[wide]]))
-        _check_count(angles.size, tolerance)
+        _check_count(angles.size, chord)
     return angles
 
 
-def _check_count(count: int, tolerance: float) -> None:
+def _check_count(count: int, chord: float) -> None:
     if count > ELEMENT_LIMIT:
         raise BadInput(
-            [Mistake("camopt", "chord", tolerance, f"larger: this one needs over {ELEMENT_LIMIT:,} elements")]
+            [Mistake("camopt", "chord", chord, f"larger: this one needs over {ELEMENT_LIMIT:,} elements")]
         )
 
 
@@ -112,14 +112,14 @@ class Fitter(NamedTuple):
     """From the cam angles where stretches of each span start and end."""
 
 
-def fitted(curve: CamCurve, kind: str, tolerance: float) -> "ArcPath | CubicPath":
-    """A path of a kind of ``FITS`` whose error at the angles checked is at most a tolerance (mm)."""
+def fitted(curve: CamCurve, kind: str, chord: float) -> "ArcPath | CubicPath":
+    """A path of a kind of ``FITS`` whose error at the angles checked is at most ``chord`` (mm)."""
     fitter = FITS[kind]
-    return fitter.path(curve, [_stretches(fitter, curve, span, tolerance) for span in curve.spans])
+    return fitter.path(curve, [_stretches(fitter, curve, span, chord) for span in curve.spans])
 
 
-def _stretches(fitter: Fitter, curve: CamCurve, span: SmoothPart, tolerance: float) -> FloatArray:
-    return spaced(lambda a, b: fitter.errors(curve, span, a, b), span.start, span.end, fitter.order, tolerance)
+def _stretches(fitter: Fitter, curve: CamCurve, span: SmoothPart, chord: float) -> FloatArray:
+    return spaced(lambda a, b: fitter.errors(curve, span, a, b), span.start, span.end, fitter.order, chord)
 
 
 def _between(starts: FloatArray, ends: FloatArray) -> FloatArray:

@@ -28,7 +28,7 @@ POINT_LABELS: dict[Any, str] = {
 LABEL_DISTANCES = (6.0, 12.0, 20.0, 30.0)  # points: of a label from its point
 FLOOR = 3e-17  # errors below a double's rounding are drawn there
 EPSILON = 2.2e-16
-USUAL_TOLERANCE = 1e-9  # the tolerance of a scene that names none
+USUAL_ERROR = 1e-9  # the relative error of a scene that names none
 
 
 def draw(rows: Sequence[dict[str, Any]], path: Target = None, title: str = "") -> "Figure":
@@ -76,9 +76,7 @@ def _draw(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]:
 def _told(rows: list[dict[str, Any]]) -> str:
     """What the usual accuracy takes, and how many samples that is; empty where it was not measured."""
     samples = sorted((row["ns_per_design"], row["setting"]) for row in rows if row["method"] == "sampling")
-    found = [
-        row["ns_per_design"] for row in rows if (row["method"], row["setting"]) == ("enclosure", USUAL_TOLERANCE)
-    ]
+    found = [row["ns_per_design"] for row in rows if (row["method"], row["setting"]) == ("enclosure", USUAL_ERROR)]
     if not samples or not found:
         return ""
     times, angles = zip(*samples, strict=True)

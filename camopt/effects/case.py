@@ -43,7 +43,7 @@ class Setup:
     mechanism: Mechanism
     tip: Tip
     """What of the follower touches the cam."""
-    tolerance: float = 1e-9
+    relative_error: float = 1e-9
     given: GivenNumbers = field(default_factory=GivenNumbers)
     """Speed, loads and materials, as the scene gives them."""
     solid: SolidGiven = SolidGiven()
@@ -167,7 +167,7 @@ class Case:
 
         Cam angles are as exact as values only if ``located``. ``floor`` is that of ``Precision``.
         """
-        precision = Precision(self.setup.tolerance, self.setup.tolerance if located else np.inf, floor)
+        precision = Precision(self.setup.relative_error, self.setup.relative_error if located else np.inf, floor)
         made = curve(self.designs, self.programme)
         return extremes(made, len(self.designs), self.programme.table, questions, precision)
 

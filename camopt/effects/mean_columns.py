@@ -51,7 +51,7 @@ def _integrated(case: Case, mean: Mean, parts: PanelParts) -> Integrated:
         rows = [_by_rule(mean, designs.take(block), case.programme, parts, rule) for block in blocks]
         return np.concatenate(rows)[None]
 
-    value, error = by_orders(integrals, np.abs, count, case.setup.tolerance)
+    value, error = by_orders(integrals, np.abs, count, case.setup.relative_error)
     return Integrated(value[0], error[0])
 
 

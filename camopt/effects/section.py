@@ -88,7 +88,7 @@ def _of(case: Case, integrals: Any, scale: Any) -> tuple[Any, Any, int, float]:
         blocks = np.array_split(np.arange(len(designs)), count)
         return np.concatenate([integrals(case, designs.take(block), rule) for block in blocks], axis=1)
 
-    return taken, scale, len(case.designs), case.setup.tolerance
+    return taken, scale, len(case.designs), case.setup.relative_error
 
 
 def _columns(designs: Designs) -> Designs:

@@ -44,7 +44,7 @@ COARSE_SHARE = (
     1e-4  # of the cam angles at which curves are evaluated: any would do, those of extremes tell the most
 )
 BOUND_ERROR = 1e-12  # relative, of a quantity from the extreme or the sizes that decide it
-TIMES = 4.0  # the tolerance, and the rounding at a point, by which kernels may be off
+TIMES = 4.0  # the relative error asked, and the rounding at a point, by which kernels may be off
 
 
 def is_ranged(effect: Effect, setup: Setup) -> bool:
@@ -232,7 +232,7 @@ class BoxBounds(NamedTuple):
     def _room(self, value: Sloped, least: FloatArray, at: FloatArray) -> FloatArray:
         """The largest error by which kernels may underestimate an extreme."""
         size = np.maximum(np.abs(least), np.where(np.isfinite(at), np.abs(at), 0.0))
-        return TIMES * self.problem.setup.tolerance * size + TIMES**3 * (value.at.high - value.at.low)
+        return TIMES * self.problem.setup.relative_error * size + TIMES**3 * (value.at.high - value.at.low)
 
     def _parts(self, known: Peak) -> Iterator[tuple[Any, int]]:
         """The curves that decide a quantity, over rises and returns apart.
@@ -274,7 +274,7 @@ class ExtremeAsked(NamedTuple):
 
 def coarse(problem: Problem) -> Problem:
     """The problem where extremes need no digits."""
-    return replace(problem, setup=replace(problem.setup, tolerance=max(problem.setup.tolerance, COARSE_SHARE)))
+    return problem.to_error(max(problem.setup.relative_error, COARSE_SHARE))
 
 
 def ranged(problem: Problem, names: set[str], designs: Designs, side: float = 0.0) -> Columns:

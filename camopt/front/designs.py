@@ -65,9 +65,9 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
     -------
     pandas.DataFrame
         A row for each design, in the same order and with the same index: what ``evaluate`` gives for the
-        scene, to its ``[accuracy] tolerance``, with ``feasible``, ``violated``, ``status`` and
+        scene, to its ``[accuracy] relative_error``, with ``feasible``, ``violated``, ``status`` and
         ``relative_half_width``; and for each limit ``excess_…``, relative to its bound: 0 or less where it is met,
-        but for the tolerance. Of a design that cannot be assembled all but the sizes is infinite, and ``violated``
+        but for that error. Of a design that cannot be assembled all but the sizes is infinite, and ``violated``
         is "assembly".
 
     Raises

@@ -80,7 +80,7 @@ def fit(
         too: along the profile's normal it is cos β times as wide. If not given, both this and the root mean
         square are at most what the errors have in nineteen of twenty files, by the noise that the smoothing spline
         of generalised cross-validation leaves; the band is up to 3.5 times that of normal errors if one is larger.
-        A narrower band limits the errors further; a wider one is a tolerance, and limits them alone.
+        A narrower band limits the errors further; a wider one is room to use, and limits them alone.
     columns : sequence of str or int, optional
         Names or numbers (from 1) of the columns of angle and lift, angle and distance, or x and y, if the words
         above them do not say so.
@@ -227,7 +227,7 @@ def _usual(points: MeasuredPoints, errors: ErrorSize) -> Room:
 
 
 def _given(band: float, usual: Room) -> Room:
-    """A band that is wider than errors take is a tolerance to be used; a narrower one limits the errors further."""
+    """A band that is wider than errors take is room to use; a narrower one limits the errors further."""
     return Room(band) if band >= usual.band else usual._replace(band=band)
 
 

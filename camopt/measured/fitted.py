@@ -208,7 +208,7 @@ class Fit(HasHtml, Drawn):
 
     @cached_property
     def one_sided(self) -> tuple[OneSided, ...]:
-        """The stretches of points that the motion is on one side of; none in a band that is a tolerance."""
+        """The stretches of points that the motion is on one side of; none in a band that is room to use."""
         wanted = self.usual or self.band < self._normal
         if not wanted or self._normal < LEAST_BAND * float(np.ptp(self.points.lifts)):
             return ()

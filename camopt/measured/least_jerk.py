@@ -12,7 +12,7 @@ a flat one whose corners are hidden by up to 15 %, so that it comes out round. W
 
 with the root mean square j of the freest. ∫ |y'''| dθ is the variation of the acceleration, to which each peak adds
 twice its height. Peaks of random files are then lower by 0.3 to 1.5 %, and the root mean square of the jerk is
-larger by 0.2 % at most. λ does not tell flat peaks from round ones: it lowers both. A band that is a tolerance has
+larger by 0.2 % at most. λ does not tell flat peaks from round ones: it lowers both. A band that is room to use has
 λ = 0.
 
 Lifts are in units of their range, and each spline is on the unit stroke, so that numbers are near 1.

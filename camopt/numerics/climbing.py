@@ -43,7 +43,7 @@ class Ask(NamedTuple):
     """
 
     sign: float
-    tolerance: float
+    relative_error: float
     location: float
     blur: float
 
@@ -95,9 +95,9 @@ def orient(value, goal):
 
 
 @inlined
-def allowed_gain(best, tolerance, error):
+def allowed_gain(best, relative_error, error):
     """The gain that may remain: below it an extreme is exact enough. At least rounding, if that is known."""
-    return larger(0.5 * tolerance * abs(best), where(error < np.inf, error, 0.0))
+    return larger(0.5 * relative_error * abs(best), where(error < np.inf, error, 0.0))
 
 
 @inlined
@@ -199,7 +199,9 @@ def advance(many, place, errors, last, ask, found, climbs):
             found.best[i] = found.best[i] if state[EXACT, j] else max(found.best[i], state[BEST, j])
             found.at[i] = place[0] + place[1] * state[AT, j]
         near = state[SLOPE, j] <= ask.location * state[CONCAVITY, j]
-        exact = state[EXACT, j] > 0.0 or state[GAIN, j] <= allowed_gain(found.best[i], ask.tolerance, errors[i])
+        exact = state[EXACT, j] > 0.0 or state[GAIN, j] <= allowed_gain(
+            found.best[i], ask.relative_error, errors[i]
+        )
         lost = state[BOUND, j] < found.best[i] - errors[i]
         if (exact and near) or lost or last:
             found.top[i] = max(found.top[i], state[BOUND, j])
@@ -221,7 +223,7 @@ def _advance_in_python(many, place, errors, last, ask, found, climbs):
     best = np.where(better & (state[EXACT] == 0.0), larger(found.best[i], state[BEST]), found.best[i])
     found.best[i], found.at[i] = best, np.where(better, place[0] + place[1] * state[AT], found.at[i])
     near = state[SLOPE] <= ask.location * state[CONCAVITY]
-    exact = (state[EXACT] > 0.0) | (state[GAIN] <= allowed_gain(best, ask.tolerance, error))
+    exact = (state[EXACT] > 0.0) | (state[GAIN] <= allowed_gain(best, ask.relative_error, error))
     ended = (exact & near) | (state[BOUND] < best - error) | last
     top, still = larger(found.top[i], state[BOUND]), np.flatnonzero(~ended)
     found.top[i[ended]], state[EXACT] = top[ended], exact

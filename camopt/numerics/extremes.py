@@ -5,8 +5,8 @@ rounding error: over groups of panels first, then within each panel that this le
 w a curve exceeds its end values by no more than |f''|·w²/8; a panel that stays below the best node by that is done
 with, and two or three are left. There, slopes at both ends and a bound of the third derivative say how far f'' may
 be from its mean. Where the curve is concave, its maximum is at an end or at a root of the slope, and a bracketed
-secant climbs to it until slope²/(2·|f''|), which bounds what is still to be gained, is below the tolerance. What is
-not concave is halved.
+secant climbs to it until slope²/(2·|f''|), which bounds what is still to be gained, is below the error asked. What
+is not concave is halved.
 
 Designs are innermost, so that loops can run in vector registers; only the last resort (``halving``) takes designs
 one by one. Every answer is the largest value found, and a bound of what the true extreme may differ from it.
@@ -38,7 +38,7 @@ from camopt.numerics.piecewise import PANEL_RECORD, MotionTable, Panels, panels_
 from camopt.numerics.searching import blurred, look_again, search_panel
 from camopt.numerics.workspace import WORK, plain_workspace, workspace
 
-SHARP = 0.25  # of the tolerance: the rounding error allowed of a part that is looked at again
+SHARP = 0.25  # of the error asked: the rounding error allowed of a part that is looked at again
 TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
 
 
@@ -138,7 +138,7 @@ def candidates(panel, node, count, ask, work):
     many = 0
     for i in range(count):
         bound = max(ask.sign * before[i], ask.sign * after[i]) + excess[i]
-        more = bound > best[i] + allowed_gain(best[i], ask.tolerance, error[i])
+        more = bound > best[i] + allowed_gain(best[i], ask.relative_error, error[i])
         chosen[many] = i
         many += more
         top[i] = top[i] if more else max(top[i], bound)
@@ -150,7 +150,7 @@ def _candidates_in_python(panel, node, count, ask, work):
     before, after, excess = work.values[node, :count], work.values[node + 1, :count], work.bounds.excess[panel]
     best, top, error = work.found.best[:count], work.found.top[:count], work.bounds.error[panel, :count]
     bound = larger(ask.sign * before, ask.sign * after) + excess[:count]
-    more = bound > best + allowed_gain(best, ask.tolerance, error)
+    more = bound > best + allowed_gain(best, ask.relative_error, error)
     top[:] = np.where(more, top, larger(top, bound))
     chosen = np.flatnonzero(more)
     work.chosen[: chosen.size] = chosen

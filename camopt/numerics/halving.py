@@ -122,7 +122,7 @@ def split(curve, design, panels, panel, error, ask, best, stack):
     half_width = panels.half_width[panel]
     whole = call(curve.part, (curve.made, panel, 0.0, 1.0, design))
     bound = bound_by_slope(whole, taken(stack[0]), ask.sign, half_width)
-    if bound <= best + allowed_gain(best, ask.tolerance, error) and not blurs(error, bound, best, ask):
+    if bound <= best + allowed_gain(best, ask.relative_error, error) and not blurs(error, bound, best, ask):
         return -np.inf, 0.0, bound, error if bound + error > best else 0.0
     largest, at, top, rounding = -np.inf, 0.0, best, 0.0
     depth, parts = 1, 0
@@ -133,7 +133,7 @@ def split(curve, design, panels, panel, error, ask, best, stack):
         middle = 0.5 * (ends.low + ends.high)
         bounds = call(curve.part, (curve.made, panel, middle, 0.5 * (ends.high - ends.low), design))
         own = min(error, bounds.error)
-        gain = allowed_gain(best, ask.tolerance, own)
+        gain = allowed_gain(best, ask.relative_error, own)
         verdict, bound, concavity = looked_at(ends, bounds.third, half_width, best + gain)
         if verdict == UNSETTLED:
             bound = bound_by_jet(bound, bounds, ends, ask.sign, half_width)

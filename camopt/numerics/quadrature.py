@@ -51,9 +51,9 @@ def by_orders(
     integrals: Callable[[Rule, Any], FloatArray],
     scale: Callable[[FloatArray], FloatArray],
     n: int,
-    tolerance: float,
+    relative_error: float,
 ) -> Integrated:
-    """Integrals (kinds, n), of each of n the lowest order whose difference to the one before is within a tolerance.
+    """Integrals (kinds, n), of each of n the lowest order whose difference to the one before is small enough.
 
     ``integrals`` gives those of an index by a rule; errors are relative to their ``scale``.
     """
@@ -64,7 +64,7 @@ def by_orders(
         off = np.abs(found - value[:, open_])
         value[:, open_] = found
         error[:, open_] = off + SUM_ERROR * scale(found)
-        open_ = open_[np.any(off > tolerance * scale(found), axis=0)]
+        open_ = open_[np.any(off > relative_error * scale(found), axis=0)]
         if not open_.size:
             break
     return Integrated(value, error)

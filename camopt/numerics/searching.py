@@ -25,7 +25,7 @@ def judge_panels(many, panel, half_width, ask, work):
         i = work.chosen[j]
         found.rounding[i] = max(found.rounding[i], errors[i] if errors[i] < np.inf else 0.0)
         ends = Ends(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j])
-        enough = found.best[i] + allowed_gain(found.best[i], ask.tolerance, errors[i])
+        enough = found.best[i] + allowed_gain(found.best[i], ask.relative_error, errors[i])
         verdict, bound, concavity = looked_at(ends, third[i], half_width, enough)
         if verdict == CLIMBS:
             begin_climb(work.climbs, climbs, i, ends, half_width, concavity)
@@ -45,7 +45,7 @@ def _judge_panels_in_python(many, panel, half_width, ask, work):
     found, i, sides = work.found, work.chosen[:many], work.sides[:2, :, :many]
     third, errors = work.bounds.third[panel, i], work.bounds.error[panel, i]
     found.rounding[i] = larger(found.rounding[i], np.where(errors < np.inf, errors, 0.0))
-    enough = found.best[i] + allowed_gain(found.best[i], ask.tolerance, errors)
+    enough = found.best[i] + allowed_gain(found.best[i], ask.relative_error, errors)
     verdict, bound, concavity = all_looked_at(Ends(-1.0, 1.0, *sides[0], *sides[1]), third, half_width, enough)
     climbing, opened = np.flatnonzero(verdict == CLIMBS), np.flatnonzero(verdict == UNSETTLED)
     settled = np.flatnonzero((verdict != CLIMBS) & (verdict != UNSETTLED))
@@ -67,7 +67,7 @@ def judge_halves(opened, climbs, panel, place, ask, work):
     parts = np.int64(0)
     for j in range(opened):
         i, value, slope = work.opened[j], middle[0, j], middle[1, j]
-        enough = found.best[i] + allowed_gain(found.best[i], ask.tolerance, errors[i])
+        enough = found.best[i] + allowed_gain(found.best[i], ask.relative_error, errors[i])
         if value > found.best[i]:
             found.best[i], found.at[i] = value, place[0]
         for half in range(2):

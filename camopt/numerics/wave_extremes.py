@@ -17,7 +17,7 @@ import numpy as np
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave
 
-TOLERANCE = 1e-14  # of the largest magnitude that a wave could have
+RELATIVE_ERROR = 1e-14  # of the largest magnitude that a wave could have
 MOST_INTERVALS = 1 << 20  # intervals at once; beyond, rows are taken apart, and the enclosure of one stays as it is
 WAVE_HALVINGS = 64
 
@@ -43,7 +43,7 @@ def largest(wave: Wave) -> Enclosed:
         found, upper = pieces.bounds(flat, centre, radius)
         owner = flat // wave.phase.shape[1]
         np.maximum.at(value, owner, found)
-        open_ = upper > value[owner] + TOLERANCE * scale[owner]
+        open_ = upper > value[owner] + RELATIVE_ERROR * scale[owner]
         np.maximum.at(bound, owner[~open_], upper[~open_])
         flat, centre = flat[open_], centre[open_]
         if not flat.size or 2 * flat.size > MOST_INTERVALS:

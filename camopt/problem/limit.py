@@ -27,7 +27,7 @@ UNDERCUT, SELF_CROSSING = "undercut", "self_crossing"  # names of limits that ev
 
 Decide = Callable[[Setup, Designs, Programme], bool | None]
 CLEAR = 1e-9  # relative, of what is further from a bound than rounding
-FLOOR = 4.0 * CLEAR  # and of what is further than that, within a tolerance
+FLOOR = 4.0 * CLEAR  # and of what is further than that, within a relative error
 
 
 class OnCurves(NamedTuple):

@@ -37,7 +37,7 @@ WITHOUT_SIZE = (
     "missing; only what finds sizes can do without it: optimise, serve, effects, a sweep whose [search] has it"
 )
 WITHOUT_NUMBER = "missing; only sweep and optimise can do without it, if [search] has it"
-SINGLE_TOLERANCE = 1e-13  # tolerance for single designs, whose digits people compare: it costs nothing there
+SINGLE_ERROR = 1e-13  # for single designs, whose digits people compare: it costs nothing there
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,12 @@ class Problem:
     missing: tuple[Variable, ...]
     """Those that the scene leaves to its search."""
     accuracy: float
-    """The largest relative error of reported values that is asked; the setup's tolerance may be smaller."""
+    """The largest relative error of reported values that is asked; the setup's may be smaller."""
     values: "SceneValues"
+
+    def to_error(self, relative_error: float) -> "Problem":
+        """The problem with another relative error of its extremes."""
+        return replace(self, setup=replace(self.setup, relative_error=relative_error))
 
     def with_programme(self, programme: Programme) -> "Problem":
         """The problem of another motion of the same follower, with the same limits."""
@@ -76,7 +80,7 @@ class Problem:
         return problem
 
     def with_numbers(self, numbers: Mapping[str, float | None]) -> "Problem":
-        """The problem with other numbers of the scene, by key, at the same tolerance; sizes stay."""
+        """The problem with other numbers of the scene, by key, to the same relative error; sizes stay."""
         if not numbers:
             return self
         values = self.values.replaced(numbers)
@@ -84,7 +88,9 @@ class Problem:
         if moved and (why := values.unmoved):
             named = ", ".join(f"{key} = {value:.6g}" for key, value in numbers.items())
             return replace(self, setup=self.setup.with_numbers(numbers)).apart(f"{why} (with {named})")
-        setup = replace(values.setup, tolerance=self.setup.tolerance, free=self.setup.free - numbers.keys())
+        setup = replace(
+            values.setup, relative_error=self.setup.relative_error, free=self.setup.free - numbers.keys()
+        )
         changed = replace(self, values=values, setup=setup, limits=values.limits(setup))
         return changed.moving(self.programme.tool) if moved else changed
 
@@ -253,7 +259,7 @@ def resolve(scene: Scene) -> Problem:
         choices=choices_of(scene.search, variables, turn),
         variables=variables,
         missing=tuple(missing),
-        accuracy=scene.accuracy.tolerance,
+        accuracy=scene.accuracy.relative_error,
         values=values,
     )
 
@@ -297,8 +303,8 @@ def strictest(claims: Iterable[Claim]) -> list[Claim]:
 
 
 def exactly(problem: Problem) -> Problem:
-    """The problem at a tolerance near rounding, for the few designs whose digits count."""
-    return replace(problem, setup=replace(problem.setup, tolerance=min(problem.setup.tolerance, SINGLE_TOLERANCE)))
+    """The problem at a relative error near rounding, for the few designs whose digits count."""
+    return problem.to_error(min(problem.setup.relative_error, SINGLE_ERROR))
 
 
 def _out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:

@@ -18,7 +18,7 @@ def setup_of(scene: Scene) -> Setup:
     return Setup(
         mechanism=scene.mechanism,
         tip=scene.tip,
-        tolerance=scene.accuracy.tolerance,
+        relative_error=scene.accuracy.relative_error,
         given=GivenNumbers(_numbers(scene), angular, scene.tool_turns),
         solid=_solid(scene),
         train=train_from(scene.train, angular=angular),

@@ -84,7 +84,7 @@ def _reached(limit: Limit | None, found: Evaluation, verdict: str) -> Iterator[t
         unit, value = QUANTITIES[name].unit, found[name]
         side = 1.0 if limit.relation in ("≤", "±") else -1.0
         margin = side * (limit.bound - (abs(value) if side > 0.0 else value))
-        just = verdict == HELD and abs(margin) <= found.scene.accuracy.tolerance * abs(limit.bound)
+        just = verdict == HELD and abs(margin) <= found.scene.accuracy.relative_error * abs(limit.bound)
         margin = 0.0 if just else margin
         words = f"{limit.relation} {limit.bound:g} {unit}".replace("-", "−").strip()
         yield words, f"{minus(quantity(name, value))} {unit}".strip(), _with_unit(float(f"{margin:.3g}"), unit)

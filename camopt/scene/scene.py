@@ -20,6 +20,7 @@ from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.drawn_profile import read_drawing
 from camopt.scene.fits import read_part
+from camopt.scene.former import FORMER_KEYS, read_former
 from camopt.scene.load import read_load
 from camopt.scene.mapping import without
 from camopt.scene.own_laws import own_law_tables, read_files, with_named_laws
@@ -203,7 +204,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         given, found = plain(values, file), list[Mistake]()
         if "search" in given:
             given["search"] = unfolded(given["search"])
-        unread = [*read_part(given)]  # before units: a fit is none
+        unread = [*read_former(given), *read_part(given)]  # before units: a fit is none
         if is_typed({key: value for key, value in given.items() if key != "name"}):
             from camopt.scene.places import tables_of
             from camopt.scene.units import with_units
@@ -279,7 +280,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         if changes.get(OF_CRANK) is not None:
             data["cam"].pop("rpm", None)
         for key, value in changes.items():
-            *tables, last = key.split(".")
+            *tables, last = FORMER_KEYS.get(key, key).split(".")
             table: Any = data
             for place, name in enumerate(tables):
                 rows = isinstance(table, list)

@@ -101,7 +101,7 @@ def examples(scene: Scene) -> dict[str, dict[str, Any]]:
         "synthesis": {"minimise": "acceleration"},
         "materials": MATERIALS,
         "part": {key: value for key, value in PART.items() if key != "groove_depth" or key in body.part},
-        "accuracy": {"tolerance": 1e-9},
+        "accuracy": {"relative_error": 1e-9},
     }
 
 

@@ -616,5 +616,5 @@ class Materials(SceneTable):
 class Accuracy(SceneTable):
     """Relative error allowed in each reported value."""
 
-    tolerance: Annotated[float, Within(ge=1e-14, le=1e-2)] = 1e-9
+    relative_error: Annotated[float, Within(ge=1e-14, le=1e-2)] = 1e-9
     """Relative error allowed in each reported value; no unit."""

@@ -41,7 +41,7 @@ def _multipliers(over: Excesses, span: Interval, size: int) -> FloatArray:
     width = span.high[:, 0] - span.low[:, 0]
     width = np.where(width > 0.0, width, 1.0)
     rows = width * (over.slopes.low + over.slopes.high)[..., 0].T / 2.0
-    scale = np.abs(rows).max(axis=1)  # near 1, for the tolerances of the solver
+    scale = np.abs(rows).max(axis=1)  # near 1, for the residuals of the solver
     usable = np.flatnonzero(np.isfinite(scale) & (scale > 0.0) & np.isfinite(over.at[:, 0]))
     weights = np.zeros(scale.size)
     if usable.size:

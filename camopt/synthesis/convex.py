@@ -101,7 +101,7 @@ class Convex:
 
     @property
     def exact(self) -> bool:
-        """Whether the solver reached its tolerance."""
+        """Whether the solver reached the residual asked."""
         return self.programme.status in (SOLVED, INFEASIBLE)
 
 

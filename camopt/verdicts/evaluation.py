@@ -97,7 +97,7 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
 def evaluate(scene: Scene) -> Evaluation:
     """Compute every quantity that a scene calls for, for the sizes that the scene gives.
 
-    Extremes are those of the continuous motion, with a relative error of at most 1e-13, or the scene's tolerance if
+    Extremes are those of the continuous motion, with a relative error of at most 1e-13, or the scene's own if
     that is smaller. An infinite quantity (such as the acceleration of a uniform-velocity law) is ``inf``, and
     ``unbounded`` says why.
 

@@ -1,7 +1,7 @@
 """Verdicts: the quantities of designs beside their limits; a verdict is proved or undecided.
 
 A limit is held if the far side of the quantity's enclosure holds it, and broken if the near side breaks it.
-Between the two a design is looked at again at a tolerance near rounding, and then in ball arithmetic; what is
+Between the two a design is looked at again at an error near rounding, and then in ball arithmetic; what is
 undecided even then is no feasible design.
 """
 
@@ -19,7 +19,7 @@ from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.limit import ASSEMBLY, Limit
-from camopt.problem.problem import SINGLE_TOLERANCE, Problem, exactly
+from camopt.problem.problem import SINGLE_ERROR, Problem, exactly
 from camopt.problem.rows import Columns, Rows
 from camopt.verdicts.running import extended, planned
 
@@ -33,7 +33,7 @@ def proved_status(programme: Programme) -> str:
 
 
 class Effort(NamedTuple):
-    """Numbers of designs evaluated more than once: at a tolerance near rounding, then in balls."""
+    """Numbers of designs evaluated more than once: at an error near rounding, then in balls."""
 
     again: int = 0
     balls: int = 0
@@ -68,7 +68,7 @@ def evaluate_with_effort(
     index = np.flatnonzero(undecided)
     if not index.size:
         return rows, Effort()
-    if problem.setup.tolerance > SINGLE_TOLERANCE:
+    if problem.setup.relative_error > SINGLE_ERROR:
         closer, effort = evaluate_with_effort(exactly(problem), designs.take(index), wanted, until)
         return rows.with_rows(index, closer), effort._replace(again=index.size)
     closer = _by_balls(problem, designs.take(index), rows.take(index), until)

@@ -1,7 +1,7 @@
 """Numbers that are less exact in doubles than asked: ball arithmetic proves two close bounds.
 
-Next to an undercut a stress is N/R with an R that is nearly 0, and rounding alone is more than the tolerance. That
-a peak is at most a bound is a claim, which balls decide; so is that it is not at most another one.
+Next to an undercut a stress is N/R with an R that is nearly 0, and rounding alone is more than the error asked.
+That a peak is at most a bound is a claim, which balls decide; so is that it is not at most another one.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
 from camopt.problem.claims import claims_of
 from camopt.problem.limits import peak_of
-from camopt.problem.problem import SINGLE_TOLERANCE, Problem
+from camopt.problem.problem import SINGLE_ERROR, Problem
 from camopt.problem.rows import Rows
 from camopt.verdicts.ball import precisely
 from camopt.verdicts.certify import claim_verdicts, exact_turn
@@ -32,7 +32,7 @@ def narrow(problem: Problem, designs: Designs, rows: Rows) -> Rows:
     asked = problem.accuracy
     half_width = np.broadcast_to(rows.half_width, rows.count)
     open_ = np.flatnonzero(~(half_width <= asked) & problem.setup.mechanism.exists(designs, problem.programme))
-    if not 0 < open_.size <= PROVED_AT_ONCE or asked < SINGLE_TOLERANCE:
+    if not 0 < open_.size <= PROVED_AT_ONCE or asked < SINGLE_ERROR:
         return rows
     columns, half_width = dict(rows.columns), half_width.copy()
     for k in open_:

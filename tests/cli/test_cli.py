@@ -129,7 +129,7 @@ def test_overrides_reach_the_result(run_json):
         ("--max-pressure", "45", "--max-pressure-return", "20"): "pressure_angle_return",
         ("--max-pressure", "45", "--min-curvature", "36"): "curvature_radius",
         ("--max-pressure", "45", "--min-curvature", "35"): "",
-        ("--tolerance", "1e-12"): "pressure_angle",
+        ("--relative-error", "1e-12"): "pressure_angle",
     }
     for options, violated in verdicts.items():
         _, found = run_json("evaluate", "roller-1000rpm", *options)
@@ -374,7 +374,7 @@ BAD_INPUT = [
     (["sweep", "--max-pressure", "90"], "--max-pressure = 90.0: must be below 90"),
     (["sweep", "--max-pressure-return", "0"], "--max-pressure-return = 0.0: must be at least 1e-09"),
     (["optimise", "--min-curvature", "-1"], "--min-curvature = -1.0: must be at least 1e-09"),
-    (["optimise", "--tolerance", "1"], "--tolerance = 1.0: must be at most 0.01"),
+    (["optimise", "--tolerance", "1"], "--relative-error = 1.0: must be at most 0.01"),
     (["sweep", "--base-radius", "20:150:1:2"], "'20:150:1:2' is neither START:STOP:STEP nor one number"),
     (["sweep", "--base-radius", "a:b:c"], "'a:b:c' is neither START:STOP:STEP nor one number"),
     (["sweep", "--base-radius", ""], "'' is neither START:STOP:STEP nor one number"),
@@ -649,7 +649,7 @@ def test_nothing_is_cut_off_in_a_pipe():
 def test_a_tolerance_out_of_reach_is_told(run, command):
     code, out, err = run(*command, "--tolerance", "1e-14")
     assert (code, bool(out)) == (4, True)
-    assert "tolerance 1e-14 not reached; values are exact to" in err
+    assert "relative error of 1e-14 not reached; values are exact to" in err
     assert run(*command)[0] == 0
 
 

@@ -176,9 +176,9 @@ def test_what_was_not_exact_enough_is_said_each_time(command):
     asked = [*SWEEP, "--tolerance", "1e-14"]
     first = command(*asked)
     assert first[0] == 4
-    assert "tolerance 1e-14 not reached" in first[2]
+    assert "relative error of 1e-14 not reached" in first[2]
     assert [each[:2] for each in (first, command(*asked))] == [first[:2]] * 2
-    assert "tolerance 1e-14 not reached" in command(*asked)[2]
+    assert "relative error of 1e-14 not reached" in command(*asked)[2]
 
 
 def test_a_table_is_printed_anew_for_a_screen_that_it_does_not_fit(monkeypatch):

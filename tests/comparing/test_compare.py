@@ -24,7 +24,7 @@ from camopt.storage.sealed import read_table, write_table
 from camopt.synthesis.files import write_frontier
 
 SCENE = find_scene("roller-1000rpm")
-TOLERANCE = SCENE.accuracy.tolerance
+TOLERANCE = SCENE.accuracy.relative_error
 KEY = ["law_rise", "law_return", "base_radius_mm", "roller_radius_mm", "offset_mm"]
 OBJECTIVES = ["base_radius_mm", "acceleration_max_m_s2", "pressure_angle_max_deg"]
 SMALL = st.sampled_from([0.0, -0.0, 10.0, 20.0])
@@ -66,7 +66,7 @@ def keys_of(frame):
 
 
 def differ(x, y, by=0.0):
-    """Whether two values differ, or by more than the tolerances."""
+    """Whether two values differ, or by more than the relative errors."""
     if isinstance(x, (str, bool)):
         return x != y
     return x != y and (inf in (abs(x), abs(y)) or abs(x - y) > by * (abs(x) + abs(y)))
@@ -266,7 +266,7 @@ CHANGES = st.fixed_dictionaries(
         "search.law": st.sampled_from([["cycloidal"], ["cycloidal", "poly345"]]),
         "search.base_radius": st.sampled_from([[50.0], {"start": 40.0, "stop": 60.0}]),
         "follower.dynamics": st.sampled_from([None, {"mass": 1.0, "spring_rate": 2.0}]),
-        "accuracy.tolerance": st.sampled_from([1e-9, 1e-6]),
+        "accuracy.relative_error": st.sampled_from([1e-9, 1e-6]),
     },
 )
 

@@ -188,7 +188,8 @@ def test_the_width_that_is_told_holds_the_value(contact, drawn, law):
     if getattr(scene.follower, key):
         sizes[f"{key}_mm"] = [roller for _, roller in drawn]
     coarse, fine = (
-        evaluate_designs(scene.replace(**{"accuracy.tolerance": tolerance}), sizes) for tolerance in (1e-2, 1e-13)
+        evaluate_designs(scene.replace(**{"accuracy.relative_error": tolerance}), sizes)
+        for tolerance in (1e-2, 1e-13)
     )
     there = fine["violated"] != "assembly"
     assert ((coarse["violated"] != "assembly") == there).all()

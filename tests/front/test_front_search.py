@@ -99,7 +99,7 @@ def question(contact, seed, most=6):
     scene, objectives = mechanism(contact)
     chosen = some_of(objectives, rng, rng.integers(1, 4))
     search = search_of(axes_of(scene, rng, most), rng, chosen)
-    tolerance = {"accuracy.tolerance": float(rng.choice([1e-9, 1e-4]))}
+    tolerance = {"accuracy.relative_error": float(rng.choice([1e-9, 1e-4]))}
     return scene.replace(search=search, limits=limits_of(cam_of(contact), rng), outputs=None, **tolerance)
 
 

@@ -67,7 +67,7 @@ def test_rows_are_those_of_the_designs_drawn(name, search, sampler, tmp_path):
     found = evaluate_designs(scene, asked)
     assert (found["feasible"].to_numpy() == rows["feasible"].to_numpy()).all()
     np.testing.assert_allclose(
-        found["pressure_angle_max_deg"], rows["pressure_angle_max_deg"], rtol=4 * scene.accuracy.tolerance
+        found["pressure_angle_max_deg"], rows["pressure_angle_max_deg"], rtol=4 * scene.accuracy.relative_error
     )
 
 

@@ -111,7 +111,7 @@ LOOSE = [(1e-9, False), (1e-4, True), (1e-4, False), (1e-9, True)]
 @pytest.mark.usefixtures("_few_levels")
 @pytest.mark.parametrize(("tolerance", "refine"), covering(LOOSE, lambda pair: pair))
 def test_rows_that_people_compare_are_those_of_evaluate_bit_for_bit(scene, tmp_path, tolerance, refine):
-    loose = scene.replace(**{"accuracy.tolerance": tolerance, "search.refine": refine, "search.thin": 0.02})
+    loose = scene.replace(**{"accuracy.relative_error": tolerance, "search.refine": refine, "search.thin": 0.02})
     result = sweep(loose, tmp_path)
     tables = [load(tmp_path / f"{name}.parquet") for name in ("pareto", *(("pareto-grid",) if refine else ()))]
     rows = [row for table in tables for row in table.to_dict("records")]

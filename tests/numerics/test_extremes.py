@@ -86,7 +86,7 @@ WAYS = [(law, way * (-1.0) ** k) for way in (1.0, -1.0) for k, law in enumerate(
 def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, law):
     turn, angles, motion = sampled_motion(law, angular)
     some = designs(angular, sense, times(4, deep=8), seed=own.STILL.index(law))
-    case = Case(Setup(mechanism, ROLLER, tolerance=1e-13), turn, some)
+    case = Case(Setup(mechanism, ROLLER, relative_error=1e-13), turn, some)
     make = getattr(mechanism, name)
     questions = [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]
     value, where, _ = case.extremes(make, questions, located=True)
@@ -151,7 +151,7 @@ def test_span_of_a_combination_of_derivatives(law, weights):
 def test_an_answer_does_not_depend_on_its_place_in_a_block(rows):
     turn = programme("poly345", angular=False)
     mechanism = MECHANISMS["disc", "translating", False]
-    setup = Setup(mechanism, ROLLER, tolerance=1e-13)
+    setup = Setup(mechanism, ROLLER, relative_error=1e-13)
     many = designs(False, 1.0, 1000)
     whole, _, _ = Case(setup, turn, many).extremes(mechanism.curvature, [(ALL_STROKES, LARGEST)])
     part, _, _ = Case(setup, turn, many.take(slice(1000 - rows, None))).extremes(
@@ -164,7 +164,7 @@ def test_a_peak_narrower_than_a_panel_is_found():
     """s₀ → 0: the pitch curve has a near-cusp far narrower than the table's panels."""
     turn = programme("harmonic", angular=False)
     mechanism = MECHANISMS["disc", "translating", False]
-    setup = Setup(mechanism, ROLLER, tolerance=1e-13)
+    setup = Setup(mechanism, ROLLER, relative_error=1e-13)
     zero = np.zeros(1)
     for height in (1.0, 0.1, 0.01):
         e = 10.0

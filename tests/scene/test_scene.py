@@ -144,7 +144,7 @@ def test_replace_sets_adds_and_clears_by_dotted_key():
     scene = find_scene("roller-1000rpm")
     other = scene.replace(**{
         "cam.rpm": 500, "follower.dynamics.mass": 2, "limits.pressure_angle": None, "search.law": "harmonic",
-        "search.offset": StepRange(start=0, stop=5), "accuracy.tolerance": None, "name": "slow",
+        "search.offset": StepRange(start=0, stop=5), "accuracy.relative_error": None, "name": "slow",
     })  # fmt: skip
     assert (other.name, other.cam.rpm, other.follower.dynamics.mass) == ("slow", 500.0, 2.0)
     assert other.limits.pressure_angle is None
@@ -189,7 +189,7 @@ ONE_MISTAKE = [
     ("roller", {"limits.presure_angle": 3}, "limits.presure_angle = 3: not a known key; did you mean pressure_ang"),
     ("roller", {"search.base_radios": [5]}, "search.base_radios = [5]: not a known key; did you mean base_radius?"),
     ("roller", {"search.offset": {"start": 0, "stop": 1, "stpe": 1}}, "search.offset.stpe = 1: not a known key; d"),
-    ("roller", {"accuracy.tol": 0}, "accuracy.tol = 0: not a known key; did you mean tolerance? known: tolerance"),
+    ("roller", {"accuracy.tol": 0}, "accuracy.tol = 0: not a known key; known: relative_error"),
     ("roller", {"self": 1}, "self = 1: not a known key; known: name, cam,"),
     ("roller", {"cam.self": 1}, "cam.self = 1: not a known key; known: form,"),
     ("roller", {"cam.range": 1}, "cam.range = 1: not a known key; "),
@@ -224,9 +224,9 @@ ONE_MISTAKE = [
     ("roller", {"limits.pressure_angle": 0}, "limits.pressure_angle = 0: must be at least 1e-09"),
     ("roller", {"limits.curvature_radius": 0}, "limits.curvature_radius = 0: must be at least 1e-09"),
     ("roller", {"materials.cam_poisson": 0.5}, "materials.cam_poisson = 0.5: must be below 0.5"),
-    ("roller", {"accuracy.tolerance": 1e-20}, "accuracy.tolerance = 1e-20: must be at least 1e-14"),
-    ("roller", {"accuracy.tolerance": 0}, "accuracy.tolerance = 0: must be at least 1e-14"),
-    ("roller", {"accuracy.tolerance": 1}, "accuracy.tolerance = 1: must be at most 0.01"),
+    ("roller", {"accuracy.relative_error": 1e-20}, "accuracy.relative_error = 1e-20: must be at least 1e-14"),
+    ("roller", {"accuracy.relative_error": 0}, "accuracy.relative_error = 0: must be at least 1e-14"),
+    ("roller", {"accuracy.relative_error": 1}, "accuracy.relative_error = 1: must be at most 0.01"),
     # names
     ("roller", {"cam.form": "disk"}, "cam.form = 'disk': must be one of 'disc' or 'cylindrical'"),
     ("roller", {"cam.form": {}}, "cam.form = {}: must be one of 'disc' or 'cylindrical'"),
@@ -348,14 +348,14 @@ def test_mistakes_in_every_table_are_told_at_once():
     wrong = {
         "name": 3, "cam.form": "disk", "follower.contact": "knfe", "motion.2.segment": "dwel", "limits.jerk": "x",
         "search.offset": {"start": "a", "stpe": 1}, "search.roller_radius": ["a", 5, nan],
-        "materials.cam_modulus": -1, "accuracy.tolerance": True, "outputs": ["x"], "zzz": 1,
+        "materials.cam_modulus": -1, "accuracy.relative_error": True, "outputs": ["x"], "zzz": 1,
     }  # fmt: skip
     lines = mistakes(changed(BASES["roller"], wrong))
     keys = [line.split(": ")[1].split(" = ")[0] for line in lines]
     assert sorted(keys) == sorted([
         "name", "cam.form", "follower.contact", "motion.2.segment", "limits.jerk", "search.offset.start",
         "search.offset.stop", "search.offset.stpe", "search.roller_radius.1", "search.roller_radius.3",
-        "materials.cam_modulus", "accuracy.tolerance", "outputs.1", "zzz",
+        "materials.cam_modulus", "accuracy.relative_error", "outputs.1", "zzz",
     ])  # fmt: skip
 
 
@@ -506,3 +506,16 @@ def test_whatever_is_given_makes_a_scene_or_a_bad_input(data):
         assert Scene.from_dict(tomllib.loads(scene.to_toml())) == scene
         scene.to_toml().encode("utf-8")
     assert repr(data) == repr(before)
+
+
+def test_a_former_key_is_read_and_written_under_its_name_of_today():
+    old = find_scene("roller-1000rpm").replace(**{"accuracy.tolerance": 1e-7})
+    assert old == find_scene("roller-1000rpm").replace(**{"accuracy.relative_error": 1e-7})
+    assert "relative_error = 1e-07" in old.to_toml()
+    assert "tolerance" not in old.to_toml()
+    data = old.to_dict()
+    data["accuracy"] = {"tolerance": 1e-7}
+    assert Scene.from_dict(data) == old
+    data["accuracy"]["relative_error"] = 1e-8
+    with pytest.raises(BadInput, match=r"accuracy\.tolerance = 1e-07: is the old name of accuracy\.relative_error"):
+        Scene.from_dict(data)

@@ -53,7 +53,7 @@ def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
         yield "The same designs, with the same quantities."
         return
     moved = f"{table.went.size:,} went (only in A), {table.came.size:,} came (only in B)"
-    beyond = f", {table.beyond:,} of them beyond the tolerance" if len(table.changed) else ""
+    beyond = f", {table.beyond:,} of them beyond the accuracy" if len(table.changed) else ""
     yield f"{moved}, {len(table.changed):,} changed{beyond}"
     for side, columns in (("A", table.columns_in_a), ("B", table.columns_in_b)):
         if columns:
@@ -63,7 +63,7 @@ def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
             {
                 "quantity": quantity,
                 "designs": change.designs,
-                "beyond tolerance": change.beyond,
+                "beyond accuracy": change.beyond,
                 "largest change": "" if change.largest is None else float(f"{change.largest:.2g}"),
                 "A": _short(change.a),
                 "B": _short(change.b),

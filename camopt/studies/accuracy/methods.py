@@ -15,14 +15,14 @@ from camopt.numerics.sampling import sampled_extremes
 
 ANGLE_COUNTS = (36, 72, 180, 360, 720, 1800, 3600)
 POLISHED = (36, 72, 180, 360)
-TOLERANCES = (1e-4, 1e-6, 1e-9, 1e-12)
+RELATIVE_ERRORS = (1e-4, 1e-6, 1e-9, 1e-12)
 Extremal = tuple[FloatArray, FloatArray]
 """Values and half-widths, (questions, designs)."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """One way to an extreme, at one setting: angles a turn, or a tolerance."""
+    """One way to an extreme, at one setting: angles a turn, or a relative error."""
 
     name: str
     setting: float
@@ -40,20 +40,20 @@ def sampled(angles: int, polish: bool = False) -> Method:
     return Method("sampling, polished" if polish else "sampling", angles, run)
 
 
-def enclosed(tolerance: float) -> Method:
-    """Enclosures to a tolerance."""
+def enclosed(relative_error: float) -> Method:
+    """Enclosures to a relative error."""
 
     def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
-        found = extremes(f, count, programme.table, questions, Precision(tolerance, np.inf))
+        found = extremes(f, count, programme.table, questions, Precision(relative_error, np.inf))
         return found.value, found.width
 
-    return Method("enclosure", tolerance, run)
+    return Method("enclosure", relative_error, run)
 
 
 METHODS = (
     *(sampled(angles) for angles in ANGLE_COUNTS),
     *(sampled(angles, polish=True) for angles in POLISHED),
-    *(enclosed(tolerance) for tolerance in TOLERANCES),
+    *(enclosed(relative_error) for relative_error in RELATIVE_ERRORS),
 )
 
 

@@ -13,7 +13,7 @@ from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.extremes import Precision, extremes
 from camopt.problem.limits import peak_of
-from camopt.problem.problem import SINGLE_TOLERANCE, Problem
+from camopt.problem.problem import SINGLE_ERROR, Problem
 from camopt.problem.sample import searched_space
 from camopt.studies.accuracy.methods import Method, enclosed
 from camopt.studies.accuracy.reference import EQUAL_DIGITS, reference
@@ -52,7 +52,7 @@ class PeakSubject:
         """Each extreme, as exact as doubles have it, and its cam angle."""
         curve, questions = self._asked(self.designs)
         table = self.problem.programme.table
-        found = extremes(curve, len(self.designs), table, questions, Precision(SINGLE_TOLERANCE, 1e-9))
+        found = extremes(curve, len(self.designs), table, questions, Precision(SINGLE_ERROR, 1e-9))
         return found.value[0], found.where[0]
 
     def _asked(self, designs: Designs) -> tuple[Any, Any]:
@@ -113,11 +113,11 @@ class RadiusSubject:
     def root(self, method: Method, side: float = 0.0) -> Any:
         """Where the peak is at its limit by a method.
 
-        Enclosures go to a quarter of the tolerance, and so does the bracket, since errors of both add up in the
-        size; samples know no tolerance, and the bracket goes to 1e-9.
+        Enclosures go to a quarter of the error asked, and so does the bracket, since errors of both add up in the
+        size; samples know no error, and the bracket goes to 1e-9.
         """
-        tolerance = 0.25 * method.setting if method.setting < 1.0 else 1e-9
-        used = enclosed(tolerance) if method.setting < 1.0 else method
+        relative_error = 0.25 * method.setting if method.setting < 1.0 else 1e-9
+        used = enclosed(relative_error) if method.setting < 1.0 else method
         limit = self.of.truth[self.numbers]
 
         def excess(size: FloatArray, index: FloatArray) -> FloatArray:
@@ -126,7 +126,7 @@ class RadiusSubject:
             return np.asarray(self.of.sign * (self.of.answer(used, side, sized) - limit[places]))
 
         ends = tuple(each.size for each in self.ends)
-        return find_root(excess, ends, args=(np.arange(len(self.designs)),), tolerances={"xrtol": tolerance})
+        return find_root(excess, ends, args=(np.arange(len(self.designs)),), tolerances={"xrtol": relative_error})
 
     @property
     def ends(self) -> list[Designs]:
@@ -138,7 +138,7 @@ class RadiusSubject:
     def within_reach(self) -> Any:
         """Which designs have a smallest radius between their ends, both of which can be put together."""
         exists = partial(self.of.problem.setup.mechanism.exists, programme=self.of.problem.programme)
-        return self.root(enclosed(SINGLE_TOLERANCE)).success & np.logical_and(*map(exists, self.ends))
+        return self.root(enclosed(SINGLE_ERROR)).success & np.logical_and(*map(exists, self.ends))
 
     @precisely()
     def reference(self, number: int) -> float:
