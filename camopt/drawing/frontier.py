@@ -30,6 +30,7 @@ AXIS_NAMES = {
     "acceleration_rms": "acceleration rms (root mean square)",
     "jerk_rms": "jerk rms (root mean square)",
     "residual_vibration": "residual vibration (in a dwell)",
+    "lost_lift_area": "lost lift area (of the highest lift all round)",
 }
 """Words for terms, which begin with the name that tables have for them."""
 

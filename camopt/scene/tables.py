@@ -537,7 +537,10 @@ def _is_peak(value: Any) -> Any:
     return number
 
 
-OBJECTIVE_TERMS = ("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms", "residual_vibration")
+OBJECTIVE_TERMS = (
+    *("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms"),
+    *("residual_vibration", "lost_lift_area"),
+)
 PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
 ObjectiveTerm = Annotated[str, _known(OBJECTIVE_TERMS, "a term of the objective")]
 PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(is_pair)], ...]
@@ -547,7 +550,8 @@ class SynthesisSettings(SceneTable):
     """The objective and the further limits of new motion laws, beside ``[limits]``.
 
     ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or
-    jerk_rms (root mean square over the turn), residual_vibration (in a dwell), or a table of weights for
+    jerk_rms (root mean square over the turn), residual_vibration (in a dwell), lost_lift_area (what the lift area
+    lacks of the highest lift over 360 deg, mm·deg: the least has the largest lift area), or a table of weights for
     several; units are those of ``[limits]``, or by the cam angle without a speed. ``peak_velocity``,
     ``peak_acceleration``, ``peak_jerk`` are those of rises and returns, as `camopt laws` lists them: a number
     for ±, a range, or the name of a law that has as much. Where neither these nor ``[limits]`` bound

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from math import isfinite, isnan
+from math import isfinite, isnan, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from camopt.mechanisms.design import SizeBounds
 from camopt.motion import LAWS
 from camopt.motion.conditions import Condition
 from camopt.motion.law import is_still
-from camopt.motion.programme import Programme, peak, root_mean_square, span
+from camopt.motion.programme import Programme, mean_of_powers, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES, RETURN, RISE
@@ -24,7 +24,7 @@ from camopt.scene.scene import Scene
 from camopt.smallest.optimise import SECONDS, Optimum, optimise
 from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
-from camopt.synthesis.demand import SQUARES, TERM_ORDERS, Demand
+from camopt.synthesis.demand import LOST_AREA, SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.synthesised import Synthesis, free_names
 from camopt.tables.designs import Design, scene_with_row
@@ -193,6 +193,9 @@ def term_of(demand: Demand, programme: Programme, name: str, size: float) -> flo
         return size
     if name == residual.TERM:
         return float(demand.per_unit[name] * vibration(programme, *demand.train).residual)
+    if name == LOST_AREA:
+        area = 2.0 * pi * mean_of_powers(programme, 0, 1)
+        return demand.per_unit[name] * (demand.largest_area - area)
     if name in TERM_ORDERS:
         return demand.per_unit[name] * peak(programme, TERM_ORDERS[name], ALL_STROKES)
     return demand.per_unit[name] * root_mean_square(programme, SQUARES[name])

@@ -17,7 +17,7 @@ from camopt.mistakes import Unsolved
 from camopt.motion.table import DWELL
 from camopt.synthesis import residual
 from camopt.synthesis.conic import INFEASIBLE, NO_SOLUTION, SOLVED, SOLVER_ENDS, ConicProgramme
-from camopt.synthesis.demand import SQUARES, TERM_ORDERS, Demand
+from camopt.synthesis.demand import LOST_AREA, SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.fixed_motion import FixedMotion
 from camopt.synthesis.functions import ConvexFunction, LargestNorm, Linear, Magnitudes, Norm
 from camopt.synthesis.means import MeanConstraint
@@ -218,6 +218,8 @@ def _order_of(demand: Demand, name: str) -> float:
     """What a term of the objective is of the order of, in its own unit."""
     if name == "size":
         return demand.length
+    if name == LOST_AREA:
+        return demand.largest_area * demand.per_unit[name]
     shortest = min(stroke.angle for stroke in demand.free)
     if name == residual.TERM:
         return demand.scale * demand.per_unit[name] / (1.0 + (demand.train[0] * shortest) ** 2)
@@ -236,6 +238,9 @@ def _term(
     factor = demand.scale * demand.per_unit[name]
     if name in largest:
         return Linear([(factor, largest[name])])
+    if name == LOST_AREA:
+        area = times(-factor, _area(motions, _lowest(demand, motions)))
+        return Linear([(demand.largest_area * demand.per_unit[name], 1.0), *area])
     squares = [each for motion in motions for each in motion.square(SQUARES[name])]
     return Norm(squares).times(factor / sqrt(2.0 * pi))
 

@@ -8,7 +8,7 @@ derivatives by the cam angle.
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import degrees, inf
+from math import degrees, inf, pi
 
 from camopt.effects.motion import scale
 from camopt.mechanisms import oscillating, translating
@@ -23,6 +23,8 @@ from camopt.synthesis.splines import Splines
 
 TERM_ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 SQUARES = {"acceleration_rms": 2, "jerk_rms": 3}
+LOST_AREA = "lost_lift_area"
+"""The term that is least where the lift area is largest, and linear: less of it is better, as of the others."""
 
 SIZE_WORDS = "the size"
 LIMIT_MARGINS = (1e-7, 1e-6, 1e-5, 1e-4)  # by which limits are held closer than asked, for a solver's error
@@ -205,7 +207,13 @@ class Demand:
         setup = self.problem.setup
         per = {name: scale(setup, order) for name, order in TERM_ORDERS.items()}
         per |= {"acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
-        return {"size": 1.0, **per, residual.TERM: degrees(1.0) if setup.angular else 1.0}
+        displacement = degrees(1.0) if setup.angular else 1.0
+        return {"size": 1.0, **per, residual.TERM: displacement, LOST_AREA: degrees(displacement)}
+
+    @property
+    def largest_area(self) -> float:
+        """The area below the highest displacement of the scene's own motion all round the turn, mm·rad (rad²)."""
+        return 2.0 * pi * self.problem.programme.lift
 
 
 def roller_of(problem: Problem, body: float) -> float:

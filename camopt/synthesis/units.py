@@ -3,6 +3,7 @@
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.synthesis import residual
+from camopt.synthesis.demand import LOST_AREA
 from camopt.synthesis.from_scene import objective_in
 
 
@@ -14,6 +15,8 @@ def unit_of(axis: str, scene: Scene) -> str:
     if derivative in DERIVATIVES:
         name = motion_quantity(derivative, "", angular=angular, timed=scene.cam.rpm is not None)
         return QUANTITIES[name].unit
+    if axis == LOST_AREA:
+        return QUANTITIES["lift_area_deg_deg" if angular else "lift_area_mm_deg"].unit
     return "deg" if angular and axis == residual.TERM else "mm"
 
 

@@ -8,7 +8,7 @@ import pytest
 from support.depth import times
 from support.pictures import faults_of
 
-from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, plot, synthesise
+from camopt import BadInput, Frontier, Scene, certify, evaluate, find_scene, frontier, load, plot, synthesise
 from camopt.cli.commands.frontier_report import show_frontier
 from camopt.cli.main import main
 from camopt.drawing.frontier import AXIS_NAMES
@@ -145,6 +145,16 @@ def test_ends_are_those_of_single_objectives(scene, found):
         assert bound <= free
 
 
+def test_lift_area_is_traded_for_acceleration_as_single_syntheses_trade_it(scene):
+    """With the acceleration of a row as a limit, no law has more lift area than the row."""
+    found = frontier(scene, ("lost_lift_area", "acceleration"), points=3, workers=1)
+    assert found.local == ()
+    for row in found.rows:
+        limited = {"limits.acceleration": row["acceleration"], "synthesis.minimise": "lost_lift_area"}
+        single = synthesise(scene.replace(**limited, **{"synthesis.peak_jerk": "poly345"}))
+        assert row["bound"] <= row["lost_lift_area"] == pytest.approx(single.objective, rel=2e-3)
+
+
 ENDS = {
     "convex": ("roller-1000rpm", {}),
     "curvature": ("exhaust-valve", {"limits.curvature_radius": 10}),
@@ -212,7 +222,23 @@ def test_the_printed_table_has_units_and_no_column_of_zeros(capsys):
     assert "m/s²;" in printed
     assert "smallest cams" in printed
     told = " ".join(printed.split())
-    assert "An axis has no limit by default: synthesise, which minimises size, also limits acceleration" in told
+    assert "minimised: synthesise, which minimises size, also limits acceleration" in told
+
+
+LIMITED = {
+    ("acceleration", "size,velocity"): "synthesise, which minimises acceleration, does not limit acceleration.",
+    ("jerk", "size,acceleration"): "synthesise, which minimises jerk, does not limit jerk.",
+    ("size", "size,velocity"): "",
+}
+
+
+@pytest.mark.parametrize(("minimise", "axes"), LIMITED)
+def test_limits_by_default_that_synthesise_has_not_are_said_too(scene, minimise, axes, capsys):
+    asked, names = scene.replace(**{"synthesis.minimise": minimise}), tuple(axes.split(","))
+    show_frontier(Frontier(asked, names, [], [], {}), as_json=False)
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.endswith(LIMITED[minimise, axes])
+    assert ("minimised: synthesise" in told) == bool(LIMITED[minimise, axes])
 
 
 def test_the_picture_names_axes_as_the_table_does(found):
@@ -229,6 +255,7 @@ def test_units_of_terms_are_those_of_the_quantities(scene):
     every = {term: (unit_of(term, scene), unit_of(term, slow), unit_of(term, swung)) for term in OBJECTIVE_TERMS}
     assert every["jerk"] == every["jerk_rms"] == ("m/s³", "mm/rad³", "deg/rad³")
     assert every["size"] == ("mm", "mm", "mm")
+    assert every["lost_lift_area"] == ("mm·deg", "mm·deg", "deg·deg")
     assert every["residual_vibration"] == ("mm", "mm", "deg")
     assert unit_of("power_peak_W", swung) == "W"
 

@@ -26,6 +26,9 @@ CASES = {
     "mean square": COARSE.replace(
         **{"synthesis.minimise": "acceleration_rms", "search.base_radius": {"start": 20, "stop": 38}}
     ),
+    "lift area": COARSE.replace(
+        **{"synthesis.minimise": "lost_lift_area", "search.base_radius": {"start": 20, "stop": 42}}
+    ),
     "two terms": COARSE.replace(
         **{"synthesis.minimise": {"size": 1, "jerk": 1e-3}, "limits.acceleration": 4000, "synthesis.rest": 2}
     ),

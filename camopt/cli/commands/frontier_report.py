@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def show_frontier(found: "Frontier", as_json: bool) -> None:
     """The free laws along the frontier, the known laws, and the least value of each axis."""
-    from camopt.synthesis.from_scene import default_peaks, objective_in
+    from camopt.synthesis.from_scene import default_peaks
 
     defaults = default_peaks(found.scene, found.axes)
     if as_json:
@@ -28,12 +28,22 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
     show(found.table() or f"{found.scene.name}: the frontier")
     show("The known laws are on the smallest cams that the limits allow them.")
     show_limits_of_motion(found.scene, found.known, defaults)
-    if others := default_peaks(found.scene).keys() - defaults.keys():
-        alone = " and ".join(objective_in(found.scene.synthesis))
-        more = " and ".join(sorted(name.removeprefix("peak_") for name in others))
-        show(f"An axis has no limit by default: synthesise, which minimises {alone}, also limits {more}.")
+    show_other_limits_of_synthesise(found, defaults)
     for term, (least, bound) in found.least.items():
         most = "" if not bound else f"; no motion within the other limits has less than {number(bound)}"
         local = " (a local optimum)" if term in found.local else ""
         show(f"Least {term}: {f'{number(least)} {found.units[term]}'.rstrip()}{local}{most}")
     return None
+
+
+def show_other_limits_of_synthesise(found: "Frontier", defaults: dict[str, float]) -> None:
+    """What ``synthesise`` limits by default for the same scene and this does not, or the other way round."""
+    from camopt.synthesis.from_scene import default_peaks, objective_in
+
+    why = "An axis has no limit by default, and neither has what is minimised: synthesise, which minimises"
+    minimised, alone = " and ".join(objective_in(found.scene.synthesis)), default_peaks(found.scene)
+    more, fewer = alone.keys() - defaults.keys(), defaults.keys() - alone.keys()
+    for peaks, words in ((more, "also limits"), (fewer, "does not limit")):
+        if peaks:
+            which = " and ".join(sorted(name.removeprefix("peak_") for name in peaks))
+            show(f"{why} {minimised}, {words} {which}.")
