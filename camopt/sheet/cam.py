@@ -15,6 +15,7 @@ from camopt.drawing.picture import END_SHARE, STROKE_NAMES, Picture
 from camopt.effects import Case, offered
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import cam_curves
+from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.problem.problem import Problem
 from camopt.scene.part import Part
@@ -46,15 +47,20 @@ def flattened(found: Followed, step: float) -> Polyline:
     return Polyline(fine.vertices, found.deviation + float(sagitta))
 
 
-def _named(stroke: Stroke, stretches: Iterable[tuple[str, float, float]]) -> str:
-    """The name of a segment: rise or return for a move that goes one way only."""
+def _named(stroke: Stroke, steady: bool, stretches: Iterable[tuple[str, float, float]]) -> str:
+    """The name of a segment, ``steady`` at constant velocity: rise or return for a move that goes one way only."""
     if not stroke.is_move:
         return STROKE_NAMES[stroke.kind]
-    if not stroke.is_free:
+    if steady:
         return "constant velocity"
     room = END_SHARE * stroke.angle
     ways = {name for name, begin, end in stretches if begin < stroke.end - room and end > stroke.start + room}
     return ways.pop() if len(ways) == 1 else "move"
+
+
+def steady_of(programme: Programme) -> list[Stroke]:
+    """The stretches at constant velocity of a motion as it is asked."""
+    return [stroke for stroke in programme.strokes if stroke.is_move and not stroke.is_free]
 
 
 @dataclass(frozen=True)
@@ -118,8 +124,15 @@ class TrueCam:
         """The follower's motions and their cam angles, rad: the segments of the scene, if it has any."""
         found = [(STROKE_NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
         if self.problem.segments:
-            found = [(_named(each, found), each.start, each.end) for each in self.problem.programme.strokes]
+            strokes, steady = self.problem.programme.strokes, self.steady
+            found = [(_named(each, each in steady, found), each.start, each.end) for each in strokes]
         return [(f"{self.say(name)} {decimal(degrees(end - begin), 2)}°", begin, end) for name, begin, end in found]
+
+    @property
+    def steady(self) -> list[Stroke]:
+        """The follower's stretches at constant velocity; a tool's are none of the follower behind a train."""
+        programme = self.problem.programme
+        return steady_of(programme) if programme.tool is programme else []
 
     @cached_property
     def start(self) -> float:

@@ -7,14 +7,14 @@ from camopt.contour.hole import keyway_turn
 from camopt.effects.curvature import CUTTER
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE
-from camopt.sheet.cam import TrueCam
+from camopt.sheet.cam import TrueCam, steady_of
 from camopt.sheet.hole import keyway_depth_said
 from camopt.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal, wrapped
 
 FLANK_RADIUS = 100.0  # of the cam's size: the radius of a hollow that is a straight flank to any cutter
 LINE_STEP = 4.2  # mm from line to line
 INDENT = 6.0  # mm
-NOTE_LINES = 2  # lines of one note
+NOTE_LINES = 20  # lines of one note: only a name without end, or hundreds of segments, have more
 SENSES = {"cw": "clockwise", "ccw": "counter-clockwise"}
 
 
@@ -114,14 +114,24 @@ def _keyway(cam: TrueCam) -> Iterator[str]:
 
 
 def _motion(cam: TrueCam) -> Iterator[str]:
-    problem = cam.problem
-    laws = {name: problem.programme.law_names(kind) for name, kind in (("rise", RISE), ("return", RETURN))}
-    lift = problem.programme.lift
-    shown = f"{decimal(degrees(lift))}°" if problem.setup.angular else decimal(lift)
+    """The motion that is asked: of the follower, or with a train of the tool, whose lift is another."""
+    follower, tool = cam.problem.programme, cam.problem.programme.tool
+    laws = {name: tool.law_names(kind) for name, kind in (("rise", RISE), ("return", RETURN))}
+    words, before = "Lift {}", ""
+    if tool is not follower:
+        shown = _shown(follower.lift, cam.problem.setup.angular)
+        words, before = (
+            "Tool at the end of the train: lift {}",
+            f"{cam.say('s: lift of the follower, {}.').format(shown)} ",
+        )
     named = [f"{cam.say(name)} {law}" for name, law in laws.items() if law]
-    strokes = problem.programme.strokes
-    named += [_steady(stroke, cam) for stroke in strokes if stroke.is_move and not stroke.is_free]
-    yield "; ".join([cam.say("Lift {}").format(shown), *named]) + "."
+    named += [_steady(stroke, cam) for stroke in steady_of(tool)]
+    lift = cam.say(words).format(_shown(tool.lift, cam.problem.setup.tool_turns))
+    yield before + "; ".join([lift, *named]) + "."
+
+
+def _shown(lift: float, angular: bool) -> str:
+    return f"{decimal(degrees(lift))}°" if angular else decimal(lift)
 
 
 def _steady(stroke: Stroke, cam: TrueCam) -> str:

@@ -80,6 +80,8 @@ GERMAN = {
     "Middle of the keyway at φ {}°.": "Mitte der Nut bei φ {}°.",
     "Bore and keyway: {}.": "Bohrung mit Nut: {}.",
     "Lift {}": "Hub {}",
+    "s: lift of the follower, {}.": "s: Hub des Eingriffsglieds, {}.",
+    "Tool at the end of the train: lift {}": "Werkzeug am Ende des Getriebezugs: Hub {}",
     "θ {}° to {}° at constant velocity {}{}": "θ {}° bis {}° gleichförmig {}{}",
     "Table: cam angle θ, lift s; {} x round the mean radius, y along the axis.": (
         "Tabelle: Drehwinkel θ, Hub s; {} x um den mittleren Radius, y längs der Achse."

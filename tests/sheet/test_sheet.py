@@ -143,6 +143,44 @@ def test_a_move_goes_one_way_or_is_called_a_move():
     assert [name for name, _, _ in TrueCam(scene, resolve_design(scene)).segments] == ["move 360°"]
 
 
+VALVE = find_scene("valve-with-rocker").replace(
+    motion=[
+        {"segment": "move", "angle": 12, "to": 0.08, "velocity": 0.8, "acceleration": 0},
+        {"segment": "constant-velocity", "angle": 12, "velocity": 0.8},
+        {"segment": "move", "angle": 60, "to": 9},
+        {"segment": "move", "angle": 60},
+        {"segment": "constant-velocity", "angle": 12, "to": 0.08, "velocity": -0.8},
+        {"segment": "move", "angle": 12, "to": 0},
+        {"segment": "dwell", "angle": 192},
+    ]
+)
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_what_is_asked_of_a_tool_is_not_said_of_the_follower(language):
+    """Its moves are rises and returns, nothing at constant velocity; the notes tell both lifts apart, whole."""
+    scene = VALVE.replace(**{"part.language": language})
+    found = sheet_of(scene, resolve_design(scene))
+    assert faults_of(found) == []
+    names = [name for name, _, _ in found.cam.segments]
+    assert [name.partition(" ")[0] for name in names] == (
+        ["rise"] * 3 + ["return"] * 3 + ["dwell"]
+        if language == "en"
+        else ["Anstieg"] * 3 + ["Rückgang"] * 3 + ["Rast"]
+    )
+    (note,) = (text for text in texts_of(found.cam) if " 9;" in text)
+    follower = cam_points(scene, step=0.5)["displacement_mm"].max()
+    assert [decimal(follower) in note, note.count("0.01396 mm/°"), note.count("−0.01396")] == [True, 2, 1]
+    whole = " ".join(mark.text for mark in found.marks if isinstance(mark, Words))
+    assert " ".join(note.split()) in whole
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_no_note_is_cut(name):
+    whole = "".join(mark.text for mark in sheet(name).marks if isinstance(mark, Words)).replace(" ", "")
+    assert [text for text in texts_of(sheet(name).cam) if text.replace(" ", "") not in whole] == []
+
+
 @pytest.mark.parametrize("name", CHECKED)
 def test_a_tolerance_refers_to_the_bore_and_to_the_keyway_that_turns_the_cam(name):
     """Each datum twice: in the frame of the tolerance, and where it is."""
