@@ -329,7 +329,7 @@ _ALL = [
         "R_c",
         "mm",
         "curvature",
-        "Largest cutter or grinding wheel that reaches every concave flank of the profile.",
+        "Largest cutter or grinding wheel that reaches every concave flank of a disc cam.",
     ),
     Quantity("undercut", "", "", "curvature", "Whether the follower cuts away a part of the profile.", bool),
     Quantity(

@@ -2,12 +2,11 @@
 
 With a trace point, κ_profile = κ/(1 − κ·R_r): the profile's least convex radius is 1/κ_max − R_r, the cam is
 undercut where κ·R_r ≥ 1 (a test of sign, no difference of radii), and a cutter reaches the most concave flank
-if it is no larger than R_r + 1/|κ_min|. A groove is touched on both flanks, so |κ| takes the place of κ. A flat
-face touches the profile itself: ρ is linear in y and y''. A corner of the motion is a corner of the curve. Of a
-cam that is given by its profile the radii are known.
+if it is no larger than R_r + 1/|κ_min|. A groove is touched on both flanks, so |κ| takes the place of κ, and a
+cutter no wider than the roller reaches them all. A flat face touches the profile itself: ρ is linear in y and y''.
+A corner of the motion is a corner of the curve. Of a cam that is given by its profile the radii are known.
 """
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,7 @@ PITCH_PAIR = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.curvature is None:
         return (CONVEX, "undercut")
-    return (*PITCH_PAIR, CONVEX, "undercut", CUTTER)
+    return (*PITCH_PAIR, CONVEX, "undercut", *(() if setup.mechanism.two_sided else (CUTTER,)))
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -38,19 +37,16 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         )
         return {CONVEX: radius}
     curves = ((mechanism.curvature, ALL_STROKES),)
-    if mechanism.two_sided:  # either flank may be the sharper one, and either the hollower
-        sharpest = Peak(curves, LARGEST_MAGNITUDE, ConvexRadius(), has_corner)
-        deepest = Peak(curves, LARGEST_MAGNITUDE, Cutter(1.0), has_corner)
-    else:
-        sharpest = Peak(curves, LARGEST, ConvexRadius(), is_pointed)
-        deepest = Peak(curves, LEAST, Cutter(-1.0), is_notched)
-    sharpest, deepest = (
-        replace(sharpest, extremes=PITCH_PAIR, open_at_zero=True),
-        replace(deepest, extremes=PITCH_PAIR),
-    )
+    both = mechanism.two_sided  # either flank may be the sharper one
+    goal, pointed = (LARGEST_MAGNITUDE, has_corner) if both else (LARGEST, is_pointed)
     most, least = (is_pointed, is_notched) if mechanism.body.convex > 0.0 else (is_notched, is_pointed)
-    largest, smallest = Peak(curves, LARGEST, jumps=most), Peak(curves, LEAST, jumps=least)
-    return dict(zip((*PITCH_PAIR, CONVEX, CUTTER), (largest, smallest, sharpest, deepest), strict=True))
+    found = {
+        "pitch_curvature_max_per_mm": Peak(curves, LARGEST, jumps=most),
+        "pitch_curvature_min_per_mm": Peak(curves, LEAST, jumps=least),
+        CONVEX: Peak(curves, goal, ConvexRadius(), pointed, extremes=PITCH_PAIR, open_at_zero=True),
+        CUTTER: Peak(curves, LEAST, Cutter(), is_notched, extremes=PITCH_PAIR),
+    }
+    return {name: found[name] for name in found if name != CUTTER or not both}
 
 
 def is_pointed(programme: Programme) -> bool:
@@ -108,15 +104,15 @@ def _trace_point(case: Case) -> dict[str, Any]:
     (most, least), (highest, lowest) = map(case.found.__getitem__, PITCH_PAIR), map(case.far, PITCH_PAIR)
     sharpest, sharper = np.maximum(most, 0.0), np.maximum(highest, 0.0)
     concave, deeper = np.maximum(-least, 0.0), np.maximum(-lowest, 0.0)
-    if case.setup.mechanism.two_sided:
-        sharpest = concave = np.maximum(sharpest, concave)
-        sharper = deeper = np.maximum(sharper, deeper)
+    both = case.setup.mechanism.two_sided
+    if both:
+        sharpest, sharper = np.maximum(sharpest, concave), np.maximum(sharper, deeper)
     radius, widest = _inverse(sharpest), _inverse(concave)
+    cutter = {} if both else {CUTTER: Bounded(roller + widest, _inwards(widest, deeper), roller + widest)}
     return {
         CONVEX: Bounded(radius - roller, _inwards(radius, sharper), radius),
-        CUTTER: Bounded(roller + widest, _inwards(widest, deeper), roller + widest),
         "undercut": np.where(roller > 0.0, sharpest, 0.0) * roller >= 1.0,
-    }
+    } | cutter
 
 
 def _inverse(curvature: FloatArray) -> FloatArray:

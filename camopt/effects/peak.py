@@ -311,20 +311,13 @@ class ConvexRadius(Scale):
 
 @dataclass(frozen=True)
 class Cutter(Scale):
-    """The largest cutter that reaches every hollow flank: R_r + 1/(side·κ), with κ of the pitch curve."""
-
-    side: float
-    """−1 for the least κ of a disc cam, hollow below 0; 1 for |κ| in a groove, where either flank may be."""
-
-    @property
-    def falls(self) -> bool:  # type: ignore[override]
-        return self.side > 0.0
+    """The largest cutter that reaches every hollow flank: R_r − 1/κ, with κ of the pitch curve, hollow below 0."""
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
-        return designs.roller_radius + 1.0 / np.maximum(self.side * extreme, 0.0)
+        return designs.roller_radius + 1.0 / np.maximum(-extreme, 0.0)
 
     def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.of(self.side)
+        return numbers.of(-1.0)
 
     def weight(self, quantity: float) -> Callable[[Designs], Any]:
         return BeyondBody(quantity)

@@ -159,17 +159,21 @@ def _columns(cam: TrueCam) -> Iterator[str]:
 
 
 def _computed(cam: TrueCam) -> Iterator[str]:
-    said = []
-    for name, words in (
-        ("pressure_angle_max_deg", "largest pressure angle {}°"),
-        ("profile_radius_min_mm", "least convex radius of the profile {}"),
-        (CUTTER, "cutter or wheel in hollow flanks at most R{}"),
-        ("cam_mass_kg", "mass {} kg"),
-    ):
-        value = cam.quantity(name)
-        straight = name == CUTTER and value is not None and value > FLANK_RADIUS * cam.size
-        if value is not None and isfinite(value) and value > 0.0 and not straight:
-            said.append(cam.say(words).format(decimal(value)))
-    if said:
-        text = "; ".join(said)
+    found = [
+        (words, value) for words, value in _results(cam) if value is not None and isfinite(value) and value > 0.0
+    ]
+    if found:
+        text = "; ".join(cam.say(words).format(decimal(value)) for words, value in found)
         yield f"{text[0].upper()}{text[1:]}."
+
+
+def _results(cam: TrueCam) -> Iterator[tuple[str, float | None]]:
+    """What may be computed of a cam, in words with a place for the number."""
+    yield "largest pressure angle {}°", cam.quantity("pressure_angle_max_deg")
+    yield "least convex radius of the profile {}", cam.quantity("profile_radius_min_mm")
+    if cam.problem.setup.mechanism.two_sided:
+        yield "cutter at most Ø{}", 2 * cam.roller
+    else:
+        widest = cam.quantity(CUTTER) or 0.0
+        yield "cutter or wheel in hollow flanks at most R{}", widest if widest <= FLANK_RADIUS * cam.size else None
+    yield "mass {} kg", cam.quantity("cam_mass_kg")

@@ -96,6 +96,7 @@ GERMAN = {
     "largest pressure angle {}°": "größter Pressungswinkel {}°",
     "least convex radius of the profile {}": "kleinster erhabener Radius {}",
     "cutter or wheel in hollow flanks at most R{}": "Fräser in hohlen Flanken bis R{}",
+    "cutter at most Ø{}": "Fräser bis Ø{}",
     "mass {} kg": "Masse {} kg",
 }
 """English texts in German; {} is where a value stands. Laws, names and materials are the user's own."""

@@ -17,7 +17,7 @@ from support.cams import CONTACTS, cam_with
 from support.depth import covering, is_deep
 from support.sheets import faults_of
 
-from camopt import Scene, cam_points, evaluate, export, find_scene, shipped_scenes
+from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene, shipped_scenes
 from camopt.problem.problem import resolve_design
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.front_view import FrontView
@@ -271,6 +271,16 @@ def test_a_groove_is_located_from_the_lower_face():
     points = cam_points(CYLINDER, np.arange(0.0, 360.0, 0.05))["pitch_y_mm"]
     middle = (points.min() + points.max()) / 2
     assert decimal(points[0] - middle + CYLINDER.part.thickness / 2) in texts("feeder-with-stop")
+
+
+def test_a_groove_is_cut_no_wider_than_its_roller():
+    """What the drawing allows is what points and files allow."""
+    noted = " ".join(texts("feeder-with-stop"))
+    widest = float(re.search(r"cutter at most Ø([\d.]+)", noted)[1]) / 2
+    assert "hollow flanks" not in noted
+    assert "cutter_left_x_mm" in cam_points(CYLINDER, [0.0], cutter_radius=widest)
+    with pytest.raises(BadInput, match="at most"):
+        cam_points(CYLINDER, [0.0], cutter_radius=1.001 * widest)
 
 
 def test_names_that_have_no_room_round_the_ring_are_left_out():

@@ -31,6 +31,6 @@ def cam_of(contact, law="modified-sine"):
 def quantity_of(key, contact):
     """The quantity that a limit is on, and whether from above; None where the mechanism has none."""
     if key == "cutter_radius":
-        return ("cutter_radius_max_mm" if contact in (*HOLLOW, *GROOVED) else None), -1.0
+        return ("cutter_radius_max_mm" if contact in HOLLOW else None), -1.0
     name = limited_quantity(key, resolve(scene_of(contact)).setup)
     return (name if name in cam_of(contact) else None), QUANTITIES[PART_LIMITS[key]].side
