@@ -1,7 +1,8 @@
 """The views of a cylindrical cam: its groove developed at the mean radius, its section, and the hole for the shaft.
 
 The groove is drawn over one turn, as seen from outside, with cam angle 0 on the left; its middle is in the middle
-of the cylinder's length. The section goes through the axis, at the cam angles of the keyway and opposite to it.
+of the cylinder's length. The section goes through the axis, at the cam angles of the keyway and opposite to it; the
+groove is as wide in it as its flanks at the mean radius are apart along the axis.
 """
 
 from collections.abc import Iterator
@@ -15,7 +16,6 @@ import numpy as np
 from camopt.contour.curve import groove_heights
 from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
-from camopt.mechanisms.geometry import cam_curves
 from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.cam import POINT_STEP, TrueCam
@@ -48,10 +48,11 @@ from camopt.sheet.marks import (
     rectangle,
     width_of,
 )
-from camopt.sheet.section import hatching, outlines
+from camopt.sheet.section import Gap, hatching, outlines
 
 BESIDE_GROOVE = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
 VIEW_GAP = 12.0  # mm: one view from the next
+FLANKS = ("profile_left", "profile_right")
 
 
 def groove_and_body(cam: TrueCam, scale: float) -> tuple[Marks, Marks]:
@@ -61,6 +62,14 @@ def groove_and_body(cam: TrueCam, scale: float) -> tuple[Marks, Marks]:
     hole = view.hole() if view.part.bore else []
     shift = box_of(body).high.real + VIEW_GAP - box_of(hole).low.real if body and hole else 0.0
     return view.groove(), [*body, *moved(hole, shift)]
+
+
+def _heights_at(x: float, line: ComplexArray) -> ComplexArray:
+    """The heights at which a line passes a vertical."""
+    beside, y = line.real - x, line.imag
+    before = np.flatnonzero((beside[:-1] < 0.0) != (beside[1:] < 0.0))
+    share = beside[before] / (beside[before] - beside[before + 1])
+    return np.asarray(y[before] + share * (y[before + 1] - y[before]))
 
 
 @dataclass(frozen=True)
@@ -132,14 +141,18 @@ class DevelopedView:
 
         bottom, top = self.ends
         face = box(0.0, bottom, self.around, top)
-        for name in ("profile_left", "profile_right"):
+        for flank in self._turned_flanks():
+            inside = LineString(np.column_stack([flank.real, flank.imag])).intersection(face)
+            for piece in getattr(inside, "geoms", [inside]):
+                if piece.geom_type == "LineString" and not piece.is_empty:
+                    x, y = np.asarray(piece.coords.xy)
+                    yield Line(x + 1j * y, THICK)
+
+    def _turned_flanks(self) -> Iterator[ComplexArray]:
+        """Each flank over this turn, the one before and the one after."""
+        for name in FLANKS:
             flank = self.cam.curve(name) * self.scale
-            for turn in (flank - self.around, flank, flank + self.around):
-                inside = LineString(np.column_stack([turn.real, turn.imag])).intersection(face)
-                for piece in getattr(inside, "geoms", [inside]):
-                    if piece.geom_type == "LineString" and not piece.is_empty:
-                        x, y = np.asarray(piece.coords.xy)
-                        yield Line(x + 1j * y, THICK)
+            yield np.concatenate([flank - self.around, flank, flank + self.around])
 
     def _lengths(self) -> Marks:
         bottom, top = self.ends
@@ -187,7 +200,7 @@ class DevelopedView:
 
     def _lowest(self, x: float) -> float:
         """The lower edge of the groove at a place of the circumference."""
-        flanks = np.concatenate([self.cam.curve(name) * self.scale for name in ("profile_left", "profile_right")])
+        flanks = np.concatenate([self.cam.curve(name) * self.scale for name in FLANKS])
         near = np.abs(flanks.real - x) <= POINT_STEP * self.mean
         return float(flanks.imag[near].min())
 
@@ -215,27 +228,29 @@ class DevelopedView:
         if radius:
             marks += distance(length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, bore_said(self.part))
         depth = (self.part.groove_depth or 0.0) * self.scale
-        x = self._crossings()[0]
-        top = complex(x + self.radius, self.outer)
+        top = complex(self._cut_grooves[0][1], self.outer)
         marks += distance(
             top - 1j * depth,
             complex(length, self.outer),
             1j,
-            -(length - x - self.radius) - FIRST_LEVEL - (LEVEL_STEP if radius else 0.0),
+            top.real - length - FIRST_LEVEL - (LEVEL_STEP if radius else 0.0),
             decimal(self.part.groove_depth or 0.0),
         )
         if datum := symbols.datums_of(self.part, self.is_cut).bore:
             marks += datum_at(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)
         return marks
 
-    def _crossings(self) -> tuple[float, float]:
-        """The axial places of the groove at the direction of the keyway and opposite to it."""
-        problem = self.cam.problem
-        first = problem.design.sense * (pi / 2 - keyway_turn(self.part))
-        angles = np.mod(np.array([first, first + pi]), 2 * pi)
-        found = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles).pitch.imag
-        above, below = found * self.scale - self.ends[0]
-        return float(above), float(below)
+    @cached_property
+    def _cut_grooves(self) -> tuple[Gap, Gap]:
+        """From where to where the groove is along the axis, in the direction of the keyway and opposite to it."""
+        first = self.cam.sense * (pi / 2 - keyway_turn(self.part))
+        return self._cut_groove(first), self._cut_groove(first + pi)
+
+    def _cut_groove(self, turn: float) -> Gap:
+        """From flank to flank at a cam angle (rad), from the lower face."""
+        x = turn % (2 * pi) * self.mean
+        found = np.concatenate([_heights_at(x, flank) for flank in self._turned_flanks()]) - self.ends[0]
+        return float(found.min()), float(found.max())
 
     def _solid(self) -> Any:
         """The cut material, as a shape of shapely."""
@@ -245,10 +260,10 @@ class DevelopedView:
         depth = (self.part.groove_depth or 0.0) * self.scale
         radius = (self.part.bore or 0.0) / 2 * self.scale
         key = (self.part.keyway_depth or 0.0) * self.scale
-        above, below = self._crossings()
+        above, below = self._cut_grooves
         voids = [
-            box(above - self.radius, self.outer - depth, above + self.radius, self.outer + 1.0),
-            box(below - self.radius, -self.outer - 1.0, below + self.radius, depth - self.outer),
+            box(above[0], self.outer - depth, above[1], self.outer + 1.0),
+            box(below[0], -self.outer - 1.0, below[1], depth - self.outer),
             *([box(-1.0, -radius, length + 1.0, radius + key)] if radius else []),
         ]
         return box(0.0, -self.outer, length, self.outer).difference(union_all(voids))

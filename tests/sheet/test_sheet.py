@@ -20,6 +20,7 @@ from support.sheets import faults_of
 from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene, shipped_scenes
 from camopt.problem.problem import resolve_design
 from camopt.sheet.cam import TrueCam
+from camopt.sheet.developed import DevelopedView
 from camopt.sheet.front_view import FrontView
 from camopt.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, decimal, fitted_words, width_of
 from camopt.sheet.notes import texts_of
@@ -271,6 +272,23 @@ def test_a_groove_is_located_from_the_lower_face():
     points = cam_points(CYLINDER, np.arange(0.0, 360.0, 0.05))["pitch_y_mm"]
     middle = (points.min() + points.max()) / 2
     assert decimal(points[0] - middle + CYLINDER.part.thickness / 2) in texts("feeder-with-stop")
+
+
+@pytest.mark.parametrize("turn", [0.0, 40.0, 90.0])
+def test_a_section_is_where_its_groove_is(turn):
+    """Where the groove climbs, it is wider along the axis than across: from flank to flank of the points."""
+    scene = CYLINDER.replace(**{"part.keyway_angle": 90.0 - turn})
+    cam = TrueCam(scene, resolve_design(scene))
+    depth, outer = scene.part.groove_depth, scene.cam.mean_radius + scene.part.groove_depth / 2
+    marks = [mark for mark in DevelopedView(cam, 1.0).section() if isinstance(mark, Line)]
+    points = np.concatenate([mark.points for mark in marks if mark.pen == THICK])
+    true = cam_points(scene, step=0.02)
+    face = (true["pitch_y_mm"].min() + true["pitch_y_mm"].max() - scene.part.thickness) / 2
+    for side, angle in ((1.0, turn), (-1.0, turn + 180.0)):
+        x = np.radians(angle) * scene.cam.mean_radius
+        flanks = [np.interp(x, true[f"profile_{n}_x_mm"], true[f"profile_{n}_y_mm"]) for n in ("right", "left")]
+        drawn = points.real[np.abs(points.imag - side * (outer - depth)) < 1e-9]
+        assert [drawn.min(), drawn.max()] == pytest.approx(np.array(flanks) - face, abs=5e-3)
 
 
 def test_a_groove_is_cut_no_wider_than_its_roller():
