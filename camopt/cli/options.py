@@ -36,12 +36,12 @@ class Setting(click.ParamType):  # type: ignore[type-arg]  # generic from click 
 
 
 OVERRIDES = {
-    "rpm": ("cam.rpm",),
-    "max_pressure": ("limits.pressure_angle", "limits.pressure_angle_return"),
-    "max_pressure_return": ("limits.pressure_angle_return",),
-    "min_curvature": ("limits.curvature_radius",),
-    "relative_error": ("accuracy.relative_error",),
-    "outputs": ("outputs",),
+    "rpm": "cam.rpm",
+    "max_pressure": "limits.pressure_angle",
+    "max_pressure_return": "limits.pressure_angle_return",
+    "min_curvature": "limits.curvature_radius",
+    "relative_error": "accuracy.relative_error",
+    "outputs": "outputs",
 }
 
 
@@ -114,18 +114,15 @@ def given_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
     from camopt.mistakes import BadInput, Mistake
 
     given = {name: options.pop(name, None) for name in OVERRIDES}
-    changes = {
-        key: (option_of(name), value)
-        for name, value in given.items()
-        if value is not None
-        for key in OVERRIDES[name]
-    }
+    changes = {OVERRIDES[name]: (option_of(name), value) for name, value in given.items() if value is not None}
     for key, value in options.pop("settings", ()):
         option = f"--set {key}"
         if key in changes:
             why = f"is given by {changes[key][0]} already"
             raise BadInput([Mistake("camopt", option, value, why, bare=True)])
         changes[key] = option, value
+    if given["max_pressure"] is not None:  # one limit on all strokes: the scene's own on returns is taken away
+        changes.setdefault(OVERRIDES["max_pressure_return"], (option_of("max_pressure"), None))
     return changes
 
 

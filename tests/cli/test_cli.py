@@ -283,12 +283,12 @@ def test_optimise_says_what_bounds_cost(run, run_json):
     code, found = run_json("optimise", "two-pauses", "--max-pressure", "30")
     (price,) = found["prices"]["harmonic / parabolic"]
     assert code == 0
-    assert price["key"] == "limits.pressure_angle_return"
+    assert price["key"] == "limits.pressure_angle"
     assert (price["bound"], price["unit"], price["relation"]) == (30.0, "deg", "≤")
     assert price["price"] == price["tightened"] == pytest.approx(-2.930, abs=1e-3)
     assert (price["size_without"], price["next"]) == (20.0, ["cam.shaft_diameter"])
     _, text, _ = run("optimise", "two-pauses", "--max-pressure", "30")
-    for cell in ("limits.pressure_angle_return", "≤ 30 deg", "−2.93 mm per deg", "20 mm", "40.8913 deg"):
+    for cell in ("limits.pressure_angle ", "≤ 30 deg", "−2.93 mm per deg", "20 mm", "40.8913 deg"):
         assert cell in text
     assert "—" not in text
 
@@ -619,6 +619,20 @@ def test_a_law_with_corners_stops_a_roller_at_any_size(run_json):
     code, found = run_json("optimise", name)
     assert (code, found["obstacles"]) == (1, {"uniform": "curvature_radius, undercut"})
     assert found["nearest_miss"]["violated"] == "curvature_radius,undercut"
+
+
+def test_one_limit_on_the_pressure_angle_has_one_price(run_json):
+    """As option or as key of the scene: a cam that both strokes hold costs what both do."""
+    stroke, dwell = {"angle": 90, "lift": 20, "law": "cycloidal"}, {"segment": "dwell", "angle": 90}
+    motion = [{"segment": "rise", **stroke}, dwell, {"segment": "return", **stroke}, dwell]
+    kept = {"motion": motion, "search": {"law": ["cycloidal"]}, "follower.offset": 0}
+    _, keyed = run_json("optimise", scene_file(kept | {"limits": {"pressure_angle": 35}}))
+    own = scene_file(kept | {"limits": {"pressure_angle_return": 20}})
+    _, given = run_json("optimise", own, "--max-pressure", "35")
+    assert keyed["base_radius_mm"] == given["base_radius_mm"]
+    (price,) = keyed["prices"]["cycloidal"]
+    assert given["prices"] == {"cycloidal": [price]}
+    assert price["price"] < -1.0
 
 
 def test_a_pressure_angle_limits_the_return_too(run_json):
