@@ -14,7 +14,7 @@ import numpy as np
 
 from camopt.motion.law import Law
 from camopt.motion.polynomial import PolynomialLaw
-from camopt.motion.run import Run, bernstein_of
+from camopt.motion.run import Run, bernstein_of, solved
 from camopt.motion.segments import MOVE
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
@@ -27,7 +27,7 @@ def with_moves(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
     Raises
     ------
     Contradiction
-        If no motion meets all that is asked of moves that follow each other.
+        If no motion meets all that is asked of moves that follow each other, or none was found.
     """
     return _joined(tuple(strokes))
 
@@ -38,7 +38,7 @@ def _joined(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     for places in _runs(strokes):
         moves = [strokes[i] for i in places]
         run = Run(moves, strokes[places[0] - 1], strokes[(places[-1] + 1) % len(strokes)], strokes[0].low)
-        states = run.states()
+        run, states = solved(run)
         for i, move, (first, last) in zip(places, moves, run.spans, strict=True):
             law = _law(states[first : last + 1], run.angles[first:last])
             found[i] = replace(move, law=law)

@@ -5,43 +5,53 @@ continuous derivatives where only positions are given. If a jerk is asked for at
 continuous jerk (degree 7) and the least ∫ (y⁗)² dθ.
 
 A run is cut at each cam angle where something is asked. Between cuts the motion is the polynomial that joins two
-states, and what is asked all along a range of angles holds for its Bernstein coefficients on parts of that range.
+states, and what is asked all along a range of angles holds for its Bernstein coefficients on parts of that range:
+on twice as many where they do not suffice. That no motion at all meets the conditions is proved by means of its
+derivatives over such parts (divided differences), which no states at the cuts bring within their bounds.
 
 Source: de Boor, A Practical Guide to Splines, ch. V and XIII (natural splines); Farin, Curves and Surfaces for
 CAGD, ch. 5 (Bernstein form).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import pairwise
-from math import comb, isfinite, perm
+from math import comb, factorial, isfinite, perm
 
 import numpy as np
-from numpy.polynomial import polynomial
 
 from camopt.mistakes import Unmet, listed_words
 from camopt.motion.conditions import Condition
+from camopt.motion.states import Rows, States
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.numerics.distinct import distinct
 from camopt.numerics.irreducible import irreducible
-from camopt.numerics.quadratic import least_within, solutions_of
 
-SINGLE_NUMBER = 1e-12  # of the run's largest number: ranges no wider are single numbers
 NEAR_ANGLE = 1e-6  # of the run: angles nearer than that are one
 TO_ACCELERATION, TO_JERK = 3, 4  # numbers of a state: up to the acceleration, up to the jerk
-RANGE_PARTS = 12  # of a range of angles: there the Bernstein coefficients are hardly wider than the motion
+RANGE_PARTS = (12, 24, 48)  # of a range of angles, the more the nearer a motion may come to its bounds
 
 
 class Contradiction(Unmet):
-    """No motion meets all conditions of a run of moves; ``keys`` are those of a smallest set that none meets."""
+    """No motion meets all conditions of a run of moves, or none was found where there is no proof of that.
 
-    def __init__(self, keys: Sequence[str]) -> None:
-        super().__init__(
-            f"no motion meets these together: {listed_words(keys)}; without any one of them there is one"
-        )
-        self.keys = tuple(keys)
+    ``keys`` are those of a smallest set, in which each one counts.
+    """
+
+    def __init__(self, keys: Sequence[str], proved: bool) -> None:
+        self.keys, self.proved = tuple(keys), proved
+        super().__init__(f"{self.said}: {listed_words(keys)}")
+
+    @property
+    def said(self) -> str:
+        if self.proved:
+            return "no motion meets all of these"
+        return f"no motion was found that meets all of these, with each range in {RANGE_PARTS[-1]} parts"
+
+
+Weights = Callable[[int, int], FloatArray]
+"""Of the numbers of a state and the order of a derivative: weights of its Bernstein coefficients, a sum a row."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +65,8 @@ class Run:
     before: Stroke
     after: Stroke
     start: float
+    parts: int = RANGE_PARTS[0]
+    """Of a range of angles: the run is cut between them too."""
 
     @cached_property
     def conditions(self) -> list[Condition]:
@@ -77,8 +89,8 @@ class Run:
         for each in self.conditions:
             found = _with(found, np.array([each.start, each.end]), NEAR_ANGLE * most)
         for each in self.conditions:
-            parts = np.linspace(each.start, each.end, RANGE_PARTS + 1)[1:-1]
-            found = _with(found, parts, max(NEAR_ANGLE * most, (each.end - each.start) / RANGE_PARTS / 2))
+            parts = np.linspace(each.start, each.end, self.parts + 1)[1:-1]
+            found = _with(found, parts, max(NEAR_ANGLE * most, (each.end - each.start) / self.parts / 2))
         return np.sort(found)
 
     @property
@@ -105,33 +117,27 @@ class Run:
         """Whether the turn has these moves only, and ends where it starts."""
         return self.before.is_open
 
-    def states(self) -> FloatArray:
-        """The states at the cuts that meet all conditions with the least integral."""
-        found = self._states(self.conditions)
-        if found is not None:
-            return found
-        keys = list(dict.fromkeys(each.key for each in self.conditions))
+    def states(self, keys: Sequence[str] | None = None) -> FloatArray | None:
+        """The states at the cuts that meet all conditions, or those of some keys, with the least integral."""
+        return self._states(keys, _each).least()
 
-        def feasible(kept: Sequence[str]) -> bool:
-            return self._states([each for each in self.conditions if each.key in kept]) is not None
+    def is_impossible(self, keys: Sequence[str] | None = None) -> bool:
+        """Whether it is proved that no motion meets the conditions, or those of some keys."""
+        return self._states(keys, means_between).are_impossible()
 
-        raise Contradiction(irreducible(keys, feasible))
-
-    def _states(self, conditions: Sequence[Condition]) -> FloatArray | None:
-        """The states that meet some conditions; None if none do."""
+    def _states(self, keys: Sequence[str] | None, weights: Weights) -> States:
+        """The states that conditions of some keys (None for all) allow, by weights of Bernstein coefficients."""
         low, high = self._ends()
-        along: list[_Rows] = []
-        for each in conditions:
+        along: list[Rows] = []
+        for each in (each for each in self.conditions if keys is None or each.key in keys):
             if each.start == each.end and each.order < self.count:
                 place = self._place(each.start), each.order
                 low[place], high[place] = max(low[place], each.low), min(high[place], each.high)
             elif each.end > each.start:
-                along += self._along(each, low.shape)
+                along += self._along(each, low.shape, weights)
         if self.closed:
             low[0, 1:], high[0, 1:] = low[-1, 1:], high[-1, 1:]
-        if np.any(low > high):
-            return None
-        return _least(low, high, along, self.angles, self.closed)
+        return States(low, high, along, self.angles, self.closed)
 
     def _ends(self) -> tuple[FloatArray, FloatArray]:
         """The ranges of the states: given at both ends of the run, and where positions are numbers."""
@@ -151,22 +157,49 @@ class Run:
             low[-1, orders] = high[-1, orders] = _end_of(self.after, 0.0)[orders] / unit
         return low, high
 
-    def _along(self, condition: Condition, shape: tuple[int, ...]) -> "list[_Rows]":
+    def _along(self, condition: Condition, shape: tuple[int, ...], weights: Weights) -> list[Rows]:
         """The limits that a condition over a range of angles sets on the states at its cuts."""
         first, last = self._place(condition.start), self._place(condition.end)
         found = []
         for place, angle in zip(range(first, last), self.angles[first:last], strict=True):
-            values = np.zeros((2 * self.count - condition.order, *shape))
+            sums = weights(self.count, condition.order)
+            values = np.zeros((len(sums), *shape))
             per = angle**condition.order  # so that numbers of all orders are alike
-            here = _derivative(self.count, condition.order) @ bernstein_of(self.count, angle)
+            here = sums @ derivative_of(self.count, condition.order) @ bernstein_of(self.count, angle)
             values[:, place : place + 2] = here.reshape(len(here), 2, self.count)
             sides = ((1.0, condition.low), (-1.0, condition.high))
             equal = condition.low == condition.high
             for side, end in sides[: 1 if equal else 2]:
                 if isfinite(end):
                     rows = side * values.reshape(len(values), -1)
-                    found.append(_Rows(rows, np.full(len(values), side * end * per), equal))
+                    found.append(Rows(rows, np.full(len(values), side * end * per), equal))
         return found
+
+
+def solved(run: Run) -> tuple[Run, FloatArray]:
+    """A run with ranges in as many parts as it needs, and its states.
+
+    Raises
+    ------
+    Contradiction
+        If no motion meets all conditions, or none was found.
+    """
+    for parts in RANGE_PARTS:
+        finer = replace(run, parts=parts)
+        if (found := finer.states()) is not None:
+            return finer, found
+        if parts == RANGE_PARTS[0]:
+            _raise_if_impossible(replace(run, parts=RANGE_PARTS[-1]))
+    raise Contradiction(irreducible(_keys(run), lambda keys: finer.states(keys) is not None), proved=False)
+
+
+def _raise_if_impossible(run: Run) -> None:
+    if run.is_impossible():
+        raise Contradiction(irreducible(_keys(run), lambda keys: not run.is_impossible(keys)), proved=True)
+
+
+def _keys(run: Run) -> list[str]:
+    return list(dict.fromkeys(each.key for each in run.conditions))
 
 
 def _with(cuts: FloatArray, others: FloatArray, apart: float) -> FloatArray:
@@ -177,73 +210,9 @@ def _with(cuts: FloatArray, others: FloatArray, apart: float) -> FloatArray:
     return cuts
 
 
-@dataclass(frozen=True)
-class _Rows:
-    """Linear limits on the states, one after another: ``rows`` @ states ≥ ``least``, or equal to it."""
-
-    rows: FloatArray
-    least: FloatArray
-    equal: bool
-
-
 def _end_of(stroke: Stroke, x: float) -> FloatArray:
     """y, y', y'', y''' where a stroke starts (x = 0) or ends (x = 1)."""
     return stroke.motion(np.array([stroke.start + x * stroke.angle]))[:, 0]
-
-
-def _least(
-    low: FloatArray, high: FloatArray, along: Sequence[_Rows], angles: FloatArray, closed: bool
-) -> FloatArray | None:
-    """The states of the least integral within their ranges, if any are; ``closed``, the last joint is the first."""
-    joints, count = low.shape
-    scale = np.tile(angles.mean() ** np.arange(count), joints)
-    place = np.arange(joints * count).reshape(joints, count)
-    if closed:
-        place[-1, 1:] = place[0, 1:]
-    factor = np.zeros((angles.size * count, place.size))
-    for i, share in enumerate(angles / angles.mean()):
-        powers = np.tile(share ** np.arange(count), 2)
-        np.add.at(factor[i * count : (i + 1) * count].T, place[i : i + 2].ravel(), (_factor(count) * powers).T)
-        factor[i * count : (i + 1) * count] *= share ** (0.5 - count)
-    low, high = low.ravel() * scale, high.ravel() * scale
-    largest = np.abs(np.nan_to_num([low, high], posinf=0.0, neginf=0.0)).max()
-    fixed = high - low <= SINGLE_NUMBER * largest
-    states = np.where(fixed, low, 0.0)
-    free = distinct(place.ravel()[~fixed])
-    onto = np.eye(place.size)[place.ravel()]  # to all numbers of the states from those that are chosen
-
-    def limits(equal: bool) -> tuple[FloatArray, FloatArray]:
-        some = [each for each in along if each.equal == equal]
-        rows = np.concatenate([np.empty((0, place.size)), *(each.rows for each in some)]) / scale @ onto
-        return rows, np.concatenate([np.empty(0), *(each.least for each in some)]) - rows @ states
-
-    (same, values), (rows, least) = limits(True), limits(False)
-    size = 1.0 / np.linalg.norm(factor[:, free], axis=0)
-    rows = rows[:, free] * size
-    for side, end in ((1.0, low[free]), (-1.0, -high[free])):
-        some = np.isfinite(end)
-        rows, least = np.concatenate([rows, side * np.diag(size)[some]]), np.concatenate([least, end[some]])
-    solutions = solutions_of(same[:, free] * size, values, largest)
-    if solutions is None:
-        return None
-    (start, others), own = solutions, factor[:, free] * size
-    offset = factor @ states + own @ start
-    found = least_within(own @ others, offset, rows @ others, least - rows @ start, largest)
-    if found is None:
-        return None
-    states[free] = np.clip(size * (start + others @ found), low[free], high[free])
-    return np.asarray((states[place.ravel()] / scale).reshape(joints, count))
-
-
-@cache
-def _factor(count: int) -> FloatArray:
-    """From p, p', … at 0 and at 1, what has ∫₀¹ (p⁽ᵏ⁾)² dx as its square, k = ``count``, for p of degree 2k − 1."""
-    orders, degrees = range(count), range(2 * count)
-    ends = [[perm(n, k) * x ** max(n - k, 0) for n in degrees] for x in (0, 1) for k in orders]
-    powers = np.linalg.inv(np.array(ends, dtype=float))  # in a column one of these derivatives is 1, the others 0
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    values = polynomial.polyval((nodes + 1) / 2, polynomial.polyder(powers, count))
-    return np.asarray((values * np.sqrt(weights / 2)).T)
 
 
 def bernstein_of(count: int, angle: float) -> FloatArray:
@@ -257,7 +226,35 @@ def bernstein_of(count: int, angle: float) -> FloatArray:
     return np.block([[half, none], [none, (half * signs)[::-1]]])
 
 
-def _derivative(count: int, order: int) -> FloatArray:
+def derivative_of(count: int, order: int) -> FloatArray:
     """The matrix from Bernstein coefficients over [0, 1] to those of a derivative."""
     degree = 2 * count - 1
     return np.asarray(perm(degree, order) * np.diff(np.eye(degree + 1), order, axis=0))
+
+
+def _each(count: int, order: int) -> FloatArray:
+    """Every Bernstein coefficient: where all are within bounds, the motion is."""
+    return np.eye(2 * count - order)
+
+
+@cache
+def means_between(count: int, order: int) -> FloatArray:
+    """The means of a derivative over a range that the states at its ends give, of its Bernstein coefficients.
+
+    They are k! times divided differences of the motion, so means of its k-th derivative with the weight
+    (1 − x)ⁱ⁻¹xʲ⁻¹, i + j = k + 1, x from 0 to 1 over the range: of any motion they are within the bounds of that
+    derivative. With i or j = 0 they are its values at the ends.
+    """
+    degree, rows = 2 * count - order - 1, []
+    for i in range(max(0, order + 1 - count), min(order + 1, count) + 1):
+        j = order + 1 - i
+        row = [float(n == (0 if j == 0 else degree)) for n in range(degree + 1)]
+        if i and j:
+            row = [comb(degree, n) * _beta(n + j, degree - n + i) / _beta(i, j) for n in range(degree + 1)]
+        rows.append(row)
+    return np.array(rows)
+
+
+def _beta(p: int, q: int) -> float:
+    """The integral of xᵖ⁻¹ times that power of 1 − x over 0 to 1, Euler's of the first kind."""
+    return factorial(p - 1) * factorial(q - 1) / factorial(p + q - 1)

@@ -68,6 +68,24 @@ def solutions_of(rows: FloatArray, values: FloatArray, size: float = 0.0) -> tup
     return shortest, right[rank:].T
 
 
+def least_miss(rows: FloatArray, least: FloatArray, same: FloatArray, values: FloatArray) -> float:
+    """By what share of their own numbers any x must miss limits rows·x ≥ least and same·x = values; 0 if none.
+
+    0 too where the linear programme is not solved.
+    """
+    from scipy.optimize import linprog
+
+    every = np.concatenate([rows, same, -same])
+    wanted = np.concatenate([least, values, -values])
+    room = np.abs(wanted) + LEAST_LIMIT * np.abs(wanted).max(initial=0.0)
+    room[room == 0.0] = 1.0
+    system = np.column_stack([every / room[:, None], np.ones(len(every))])
+    bounds = [(None, None)] * rows.shape[1] + [(0.0, None)]
+    cost = np.append(np.zeros(rows.shape[1]), 1.0)
+    found = linprog(cost, -system, -wanted / room, bounds=bounds, method="highs")
+    return float(found.fun) if found.status == 0 else 0.0
+
+
 def _hold(rows: FloatArray, least: FloatArray, x: FloatArray, size: float) -> bool:
     return bool(np.all(least - rows @ x <= _room(rows, least, x, size)))
 

@@ -105,9 +105,10 @@ def _contradictions(data: Mapping[str, Any], given: Sequence[GivenSegment]) -> I
             yield "motion", None, "stays where it is: nothing that is asked moves it"
     except Contradiction as contradiction:
         first, *others = contradiction.keys
-        why = f"contradicts {listed_words(others)}: no motion meets all of these"
+        why = f"contradicts {listed_words(others)}: {contradiction.said}"
         if not others:
-            why = "contradicts what is beside the moves, or the numbers at their ends (to): no motion meets both"
+            beside = "what is beside the moves, or the numbers at their ends (to)"
+            why = f"contradicts {beside}: {contradiction.said.replace('all of these', 'both')}"
         yield first, None, f"{why}; leave one out, or ask for a wider range"
 
 

@@ -2,14 +2,16 @@
 
 import sys
 from dataclasses import replace
-from math import inf, radians, sqrt
+from math import inf, pi, radians, sqrt
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scipy.optimize import linprog, minimize
+from scipy.integrate import quad
+from scipy.optimize import brentq, linprog, minimize
+from scipy.special import beta
 from support.depth import times
 from support.pictures import faults_of
 
@@ -21,6 +23,7 @@ from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
 from camopt.motion.conditions import MISSED
 from camopt.motion.programme import Programme, root_mean_square, span
+from camopt.motion.run import Run, bernstein_of, derivative_of, means_between
 from camopt.motion.stroke import Passing
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics.irreducible import irreducible
@@ -117,7 +120,7 @@ def test_a_belt_on_the_way_of_a_move_is_a_stretch_at_constant_velocity():
 
 
 @pytest.mark.parametrize("name", ["position", "velocity", "acceleration", "jerk"])
-def test_a_range_of_angles_holds_each_derivative_and_costs_jerk(name):
+def test_a_range_of_angles_holds_eachderivative_of_and_costs_jerk(name):
     order = ("position", "velocity", "acceleration", "jerk").index(name)
     free = resolve(study.scene_with([])).programme
     angles = np.radians(np.linspace(60, 90, 500))
@@ -259,6 +262,98 @@ def test_the_message_names_what_contradicts_and_what_helps():
         "scene: motion.1.through.1.velocity: contradicts motion.1.through.2.velocity: "
         "no motion meets all of these; leave one out, or ask for a wider range"
     )
+
+
+def nose(low, high):
+    """A valve's lift of 9 mm from a ramp, its acceleration within bounds, mm/rad²; rising, then the same back."""
+    bounds = {"acceleration": [low, high]}
+    return scene_of(
+        {"segment": "move", "angle": 12, "to": 0.08, "velocity": 0.8, "acceleration": 0},
+        {"segment": "constant-velocity", "angle": 12, "velocity": 0.8},
+        {"segment": "move", "angle": 60, "to": 9, "through": [{"angle": [24, 84], **bounds}]},
+        {"segment": "move", "angle": 60, "through": [{"angle": [84, 144], **bounds}]},
+        {"segment": "constant-velocity", "angle": 12, "to": 0.08, "velocity": -0.8},
+        {"segment": "move", "angle": 12, "to": 0},
+        {"segment": "dwell", "angle": 192},
+    )
+
+
+def least_depth(high):
+    """How far below 0 the acceleration must go where it jumps from ``high`` once, as no smooth motion does."""
+    start, end, angle, velocity = 0.08 + 0.8 * radians(12), 9.0, radians(60), 0.8
+    share = brentq(  # of the angle at the upper bound, after which velocity goes to 0 as lift gets to 9
+        lambda x: (
+            start + velocity * angle + high * x * angle**2 * (1.0 - x / 2.0)
+            - (velocity + high * x * angle) * angle * (1.0 - x) / 2.0 - end
+        ),
+        0.0,
+        1.0,
+    )  # fmt: skip
+    return (velocity + high * share * angle) / ((1.0 - share) * angle)
+
+
+def test_bounds_on_acceleration_are_met_where_a_motion_between_their_ends_exists():
+    """Nearly as far as a motion that jumps between them; nearer than that it is not said that there is none."""
+    least = least_depth(60.0)
+    assert 20.9 < least < 21.2  # moves with short joins have 21.13, of 59.9
+    programme = resolve(nose(-21.9, 60.0)).programme
+    angles = np.radians(np.linspace(24.0, 144.0, 5001))[1:-1]
+    acceleration = programme.at(angles)[2]
+    assert [acceleration.min() > -21.9001, acceleration.max() < 60.0001] == [True, True]
+    assert programme.at(np.radians([84.0]))[0, 0] == pytest.approx(9.0, abs=1e-9)
+    with pytest.raises(BadInput, match=r"no motion was found that meets all of these, with each range in 48 parts"):
+        nose(-least - 0.05, 60.0)
+    with pytest.raises(BadInput, match=r"motion\.4\.through\.1\.acceleration: no motion meets all of these"):
+        nose(0.99 * -least, 60.0)
+
+
+@pytest.mark.parametrize("count", [3, 4])
+@pytest.mark.parametrize("order", range(4))
+def testmeans_between_of_aderivative_of_are_divided_differences_of_any_motion(count, order):
+    """Of y = cos(3x) on 0 to 1, from its states there, against integrals with the weights."""
+    verbs = [lambda x, k=k: 3.0**k * np.cos(3.0 * x + k * pi / 2) for k in range(4)]
+    ends = np.array([verbs[k](x) for x in (0.0, 1.0) for k in range(count)])
+    found = means_between(count, order) @ derivative_of(count, order) @ bernstein_of(count, 1.0) @ ends
+    orders = [(i, order + 1 - i) for i in range(order + 2) if max(i, order + 1 - i) <= count]
+
+    def mean(i, j):
+        if not i * j:
+            return verbs[order](float(i == 0))
+        return quad(lambda x: (1 - x) ** (i - 1) * x ** (j - 1) * verbs[order](x), 0, 1)[0] / beta(i, j)
+
+    integrals = [mean(i, j) for i, j in orders]
+    assert found == pytest.approx(integrals, rel=1e-9)
+
+
+@settings(max_examples=times(10, deep=100), deadline=None)
+@given(st.integers(0, 10**6))
+def test_what_a_motion_meets_is_not_said_to_be_impossible(seed):
+    """The bounds of a motion itself, on a range, with no room, however wide splines between the same cuts are."""
+    random = np.random.default_rng(seed)
+    motion = np.polynomial.Polynomial(random.normal(size=9)) * np.polynomial.Polynomial([0, 0, 0, 1.0])
+    x = np.linspace(0.0, radians(200.0), 4001)
+    (start, end), order = np.sort(random.choice(np.arange(10, 190), 2, replace=False)), int(random.integers(0, 4))
+    values = motion.deriv(order)(x[(x >= radians(start)) & (x <= radians(end))])
+    asked: list = [None] * 4
+    asked[order] = (float(values.min()) - 1e-9, float(values.max()) + 1e-9)
+    turn = resolve(scene_of(*MOVES, *BACK)).programme
+    last = turn.strokes[0].angle
+    run = Run(
+        [
+            replace(
+                turn.strokes[0],
+                high=float(motion(last)),
+                wanted=(None, float(motion.deriv(1)(last)), float(motion.deriv(2)(last))),
+                given=turn.strokes[0].given._replace(change=float(motion(last))),
+                through=(Passing(radians(start), radians(end), tuple(asked)),),
+            )
+        ],
+        turn.strokes[-1],
+        turn.strokes[1],
+        0.0,
+        48,
+    )
+    assert not run.is_impossible()
 
 
 @given(st.lists(st.tuples(st.integers(-5, 5), st.integers(-5, 5)), min_size=1, max_size=6))
