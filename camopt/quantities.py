@@ -307,6 +307,13 @@ _ALL = [
     Quantity("pressure_angle_max_rise_deg", "β_max", "deg", "pressure", "Largest |β| over the rises."),
     Quantity("pressure_angle_max_return_deg", "β_max", "deg", "pressure", "Largest |β| over the returns."),
     Quantity("pressure_angle_max_dwell_deg", "β_max", "deg", "pressure", "Largest |β| over the dwells."),
+    Quantity(
+        "pressure_angle_max_bottom_deg",
+        "β_max",
+        "deg",
+        "pressure",
+        "Largest |β| over the turn at the bottom of a groove, where it is steeper than at the mean radius.",
+    ),
     Quantity("pressure_angle_max_at_deg", "θ_p", "deg", "pressure", "Cam angle of the pitch point (largest |β|)."),
     Quantity("pitch_circle_radius_mm", "", "mm", "pressure", "Radius of the circle through the pitch point."),
     Quantity("pitch_curvature_max_per_mm", "κ", "1/mm", "curvature", "Largest curvature of the pitch curve."),

@@ -1,16 +1,26 @@
-"""Pressure angle: its largest magnitude over rises, returns and dwells, and the pitch point."""
+"""Pressure angle: its largest magnitude over rises, returns and dwells, and the pitch point.
 
+That of a cylindrical cam is at the mean radius R_m, unless it says otherwise. Further in, the groove is steeper: at
+its bottom, whose radius is R_m − d/2 with the depth d of the groove.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.peak import Angle, Peak
+from camopt.effects.peak_columns import peak_column
+from camopt.mechanisms.design import Designs
+from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 
 ANGLE_ERROR = 4e-16  # relative, of an angle from its tangent
 PITCH_POINT = {"pressure_angle_max_at_deg", "pitch_circle_radius_mm"}
+BOTTOM = "pressure_angle_max_bottom_deg"
 ANGLE_SCALE = Angle()
 STROKE_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 
@@ -18,15 +28,32 @@ STROKE_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 def offers(setup: Setup) -> tuple[str, ...]:
     names = ["pressure_angle_max_deg", *(f"pressure_angle_max_{kind}_deg" for kind in STROKE_KINDS)]
     names.append("pressure_angle_max_at_deg")
-    return (*names, *(() if setup.mechanism.body.developed else ("pitch_circle_radius_mm",)))
+    return (*names, BOTTOM if setup.mechanism.body.developed else "pitch_circle_radius_mm")
+
+
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    wanting = setup.mechanism.body.developed and setup.solid.groove_depth is None
+    return {BOTTOM: ("part.groove_depth",)} if wanting else {}
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     names = {f"pressure_angle_max_{kind}_deg": bit for kind, bit in STROKE_KINDS.items()} | {
         "pressure_angle_max_deg": ALL_STROKES
     }
-    pressure = setup.mechanism.pressure
-    return {name: Peak(((pressure, kinds),), LARGEST_MAGNITUDE, ANGLE_SCALE) for name, kinds in names.items()}
+    curves = {name: (setup.mechanism.pressure, kinds) for name, kinds in names.items()}
+    if BOTTOM in offers(setup) and BOTTOM not in lacks(setup):
+        curves[BOTTOM] = (_at_bottom(setup), ALL_STROKES)
+    return {name: Peak((curve,), LARGEST_MAGNITUDE, ANGLE_SCALE) for name, curve in curves.items()}
+
+
+def _at_bottom(setup: Setup) -> Callable[[Designs, Programme], Any]:
+    """Curve tan β at the bottom of the groove."""
+    inwards = (setup.solid.groove_depth or 0.0) / 2.0
+
+    def curve(designs: Designs, programme: Programme) -> Any:
+        return setup.mechanism.pressure(replace(designs, size=designs.size - inwards), programme)
+
+    return curve
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -47,7 +74,9 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         if "pitch_circle_radius_mm" in wanted:
             travel = case.setup.mechanism.travel(case.designs, case.programme, pitch_point)
             columns["pitch_circle_radius_mm"] = np.abs(travel.trace)
+    if BOTTOM in wanted:
+        columns[BOTTOM] = peak_column(case, peaks(case.setup)[BOTTOM])
     return columns
 
 
-EFFECT = Effect("pressure", offers, of_pitch=of_pitch, peaks=peaks)
+EFFECT = Effect("pressure", offers, lacks=lacks, of_pitch=of_pitch, peaks=peaks)

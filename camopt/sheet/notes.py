@@ -5,6 +5,7 @@ from math import degrees, isfinite, pi
 
 from camopt.contour.hole import keyway_turn
 from camopt.effects.curvature import CUTTER
+from camopt.effects.pressure import BOTTOM
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE
 from camopt.sheet.cam import TrueCam, steady_of
@@ -170,6 +171,7 @@ def _computed(cam: TrueCam) -> Iterator[str]:
 def _results(cam: TrueCam) -> Iterator[tuple[str, float | None]]:
     """What may be computed of a cam, in words with a place for the number."""
     yield "largest pressure angle {}°", cam.quantity("pressure_angle_max_deg")
+    yield "at the bottom of the groove {}°", cam.quantity(BOTTOM)
     yield "least convex radius of the profile {}", cam.quantity("profile_radius_min_mm")
     if cam.problem.setup.mechanism.two_sided:
         yield "cutter at most Ø{}", 2 * cam.roller

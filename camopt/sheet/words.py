@@ -75,10 +75,12 @@ GERMAN = {
     " Bent lines lead to where the profile is touched then.": (
         " Geknickte Linien führen zum Berührpunkt auf der Kontur."
     ),
-    "The keyway is at cam angle {}°.": "Die Nut liegt bei Drehwinkel {}°.",
-    "The keyway is at cam angle {}°, where the section is.": "Die Nut liegt bei Drehwinkel {}°, im Schnitt.",
-    "Middle of the keyway at φ {}°.": "Mitte der Nut bei φ {}°.",
-    "Bore and keyway: {}.": "Bohrung mit Nut: {}.",
+    "The keyway is at cam angle {}°.": "Die Passfedernut liegt bei Drehwinkel {}°.",
+    "The keyway is at cam angle {}°, where the section is.": (
+        "Die Passfedernut liegt bei Drehwinkel {}°, im Schnitt."
+    ),
+    "Middle of the keyway at φ {}°.": "Mitte der Passfedernut bei φ {}°.",
+    "Bore and keyway: {}.": "Bohrung mit Passfedernut: {}.",
     "Lift {}": "Hub {}",
     "s: lift of the follower, {}.": "s: Hub des Eingriffsglieds, {}.",
     "Tool at the end of the train: lift {}": "Werkzeug am Ende des Getriebezugs: Hub {}",
@@ -94,6 +96,7 @@ GERMAN = {
     ),
     " Profile: contact; centre: of the spherical face R{}.": " Kontur: Berührpunkt; Mitte: der Kugelfläche R{}.",
     "largest pressure angle {}°": "größter Pressungswinkel {}°",
+    "at the bottom of the groove {}°": "am Grund der Nut {}°",
     "least convex radius of the profile {}": "kleinster erhabener Radius {}",
     "cutter or wheel in hollow flanks at most R{}": "Fräser in hohlen Flanken bis R{}",
     "cutter at most Ø{}": "Fräser bis Ø{}",
