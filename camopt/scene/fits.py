@@ -15,7 +15,8 @@ from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, length
 
 FIT = r"[A-Z]{1,2}\d{1,2}"
-SHORT_BORE = re.compile(rf"\s*(\d+(?:\.\d+)?)\s*({FIT})\s*")
+SHORT_BORE = re.compile(rf"\s*(\d.*?)\s*({FIT})\s*")
+NUMBER = re.compile(r"\d+(?:\.\d+)?")
 STANDARD_KEYWAY, STANDARD_FIT = "DIN 6885", "JS9"
 SMALLEST_BORE = 6.0
 KEYWAYS = {
@@ -36,15 +37,22 @@ def depth_tolerance(width: float) -> float:
     return next((allowed for most, allowed in DEPTH_TOLERANCES.items() if width <= most), 0.3)
 
 
-def read_part(data: dict[str, Any]) -> Iterator[Fault]:
-    """Put what short forms stand for in their place, in ``data`` itself."""
+def read_bore(data: dict[str, Any]) -> None:
+    """Put the diameter, a number or a text with its unit, and the fit in their places, in ``data`` itself."""
     part = data.get("part")
-    if not isinstance(part, dict):
-        return
-    if isinstance(part.get("bore"), str) and (found := SHORT_BORE.fullmatch(part["bore"])):
-        part["bore"] = float(found[1])
+    if (
+        isinstance(part, dict)
+        and isinstance(part.get("bore"), str)
+        and (found := SHORT_BORE.fullmatch(part["bore"]))
+    ):
+        part["bore"] = float(found[1]) if NUMBER.fullmatch(found[1]) else found[1]
         part.setdefault("bore_fit", found[2])
-    if part.get("keyway") == STANDARD_KEYWAY:
+
+
+def read_keyway(data: dict[str, Any]) -> Iterator[Fault]:
+    """Put the sizes of a standard keyway in their places, by the bore in mm; in ``data`` itself."""
+    part = data.get("part")
+    if isinstance(part, dict) and part.get("keyway") == STANDARD_KEYWAY and not isinstance(part.get("bore"), str):
         yield from _standard_keyway(data, part)
 
 

@@ -6,6 +6,7 @@ the mean radius is in the middle of its depth.
 
 import re
 from collections.abc import Iterator, Mapping
+from datetime import date
 from math import hypot, radians, sin
 from typing import Annotated, Any, Literal
 
@@ -35,6 +36,10 @@ def _is_fit(value: Any) -> Any:
     if not isinstance(value, str) or not re.fullmatch(FIT, value):
         raise ValueError("a fit of ISO 286, such as H7")
     return value
+
+
+def _is_date(value: Any) -> Any:
+    return value.isoformat() if isinstance(value, date) else one_line(value)
 
 
 OneLine = Annotated[str, BeforeValidator(one_line)]
@@ -96,6 +101,14 @@ class Part(SceneTable):
     """Number of the drawing."""
     designer: OneLine | None = None
     """Who drew it."""
+    approved_by: OneLine | None = None
+    """Who approved it."""
+    legal_owner: OneLine | None = None
+    """The firm that owns the drawing."""
+    revision: OneLine | None = None
+    """Index of the revision, such as A."""
+    date_of_issue: Annotated[str, BeforeValidator(_is_date)] | None = None
+    """Date of issue, as a text or a date of TOML such as 2026-11-25."""
     language: Literal["en", "de"] = "en"
     """Language of the drawing."""
 

@@ -19,7 +19,7 @@ from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.drawn_profile import read_drawing
-from camopt.scene.fits import read_part
+from camopt.scene.fits import read_bore, read_keyway
 from camopt.scene.former import FORMER_KEYS, read_former
 from camopt.scene.load import read_load
 from camopt.scene.mapping import without
@@ -204,13 +204,15 @@ class Scene(HasHtml, Drawn, SceneTable):
         given, found = plain(values, file), list[Mistake]()
         if "search" in given:
             given["search"] = unfolded(given["search"])
-        unread = [*read_former(given), *read_part(given)]  # before units: a fit is none
+        unread = [*read_former(given)]
+        read_bore(given)  # before units: a fit is none
         if is_typed({key: value for key, value in given.items() if key != "name"}):
             from camopt.scene.places import tables_of
             from camopt.scene.units import with_units
 
             given, found = with_units(given, tables_of(Scene), file)
         tables = with_named_laws(given, own_law_tables(given))
+        unread += read_keyway(tables)
         unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
         by_crank = isinstance(cam := tables.get("cam"), dict) and "rpm_of_crank" in cam
         unread += [*read_speed(tables), *read_spring(tables)]

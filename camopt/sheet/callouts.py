@@ -79,7 +79,7 @@ def _keyway(view: FrontView, taken: Marks) -> Marks:
     bottom = ((part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)) * view.scale
     level = view.radius_at(turn, abs(first - last) / bottom) + 5.0 - bottom
     across, width = -1j * np.exp(1j * turn), keyway_width_said(part)
-    _, datum = symbols.datums_of(part, bool(part.thickness))
+    datum = symbols.datums_of(part, bool(part.thickness)).keyway
     return first_free(
         (
             distance(*ends, side * across, side * (level + further), width, datum)

@@ -171,6 +171,8 @@ class DevelopedView:
         if self.part.thickness:
             far = decimal(abs(start - bottom) / self.scale)
             marks += distance(bottom, start, 1j, FIRST_LEVEL + LEVEL_STEP, far)
+        if datum := symbols.datums_of(self.part, self.is_cut).face:
+            marks += datum_at(bottom - FIRST_LEVEL - LEVEL_STEP / 2, -1j, STEM, datum)
         return marks
 
     def _sense(self) -> Marks:
@@ -278,7 +280,7 @@ class DevelopedView:
             marks += distance(1j * radius, -1j * radius, -1j, radius + FIRST_LEVEL, bore_said(part))
         if part.keyway_width and part.keyway_depth:
             half, top = part.keyway_width / 2 * self.scale, radius + part.keyway_depth * self.scale
-            width, (_, datum) = keyway_width_said(part), symbols.datums_of(part, self.is_cut)
+            width, datum = keyway_width_said(part), symbols.datums_of(part, self.is_cut).keyway
             marks += distance(complex(-half, top), complex(half, top), 1.0, FIRST_LEVEL, width, datum)
             aside = max(radius + FIRST_LEVEL, half + DATUM_REACH + ROOM) if datum else radius + FIRST_LEVEL
             marks += distance(-1j * radius, 1j * top, 1j, aside, keyway_depth_said(part))

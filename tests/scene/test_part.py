@@ -83,7 +83,23 @@ def test_short_forms_of_the_hole(bore, keyway):
     assert scene.replace(**{"part.bore": 25}).part.keyway_width == keyway[0]
 
 
+@pytest.mark.parametrize(
+    ("bore", "size", "fit", "width"),
+    [
+        ("38.1 mm", 38.1, None, 12),
+        ("1.5 in", 38.1, None, 12),
+        ("1.5 in H7", 38.1, "H7", 12),
+        ("40 mm H7", 40.0, "H7", 12),
+        ("4cmH8", 40.0, "H8", 12),
+    ],
+)
+def test_a_bore_has_a_unit_a_fit_and_a_standard_keyway(bore, size, fit, width):
+    part = BASES["disc"].replace(part={"thickness": 16, "bore": bore, "keyway": "DIN 6885"}).part
+    assert (part.bore, part.bore_fit, part.keyway_width) == (size, fit, width)
+
+
 SHORT_MISTAKES = [
+    ({"bore": "1.5 kg H7", "keyway": "DIN 6885"}, "part.bore = '1.5 kg': must be a number in mm, or with a unit"),
     ({"bore": "30 h"}, "part.bore = '30 h': must be a number"),
     ({"bore": 20, "bore_fit": "h"}, "part.bore_fit = 'h': must be a fit of ISO 286, such as H7"),
     ({"bore": 20, "keyway": "DIN 6886"}, "part.keyway = 'DIN 6886': must be one of 'DIN 6885'"),

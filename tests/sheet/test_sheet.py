@@ -192,7 +192,8 @@ def test_a_tolerance_refers_to_the_bore_and_to_the_keyway_that_turns_the_cam(nam
     )
     has = bool(part.profile_tolerance and part.bore) and all(getattr(part, key) for key in cut)
     letters = Counter(mark.text for mark in sheet(name).marks if isinstance(mark, Words) and mark.height == LARGE)
-    assert letters["B"] == (2 if has and part.keyway_width else 0)
+    others = has * (bool(part.keyway_width) + (scene.cam.form == "cylindrical"))  # the face that a groove is from
+    assert (letters["B"], letters["C"]) == (2 * (others > 0), 2 * (others > 1))
     assert letters["A"] >= (2 if has else 0)  # a cutting plane is called A, too
 
 
@@ -265,6 +266,21 @@ def test_what_holds_elsewhere_is_noted():
         assert words in first
     block = fields(scene.replace(**{"part.hardness": "60 HRC", "part.case_depth": "0.8"}).whole_part, "1:1", "A4")
     assert "60 HRC, CHD 0.8" in [each.value for each in block]
+
+
+def test_boxes_of_the_title_block_have_keys(tmp_path):
+    """A date may be one of TOML."""
+    given = {"approved_by": "N. N.", "legal_owner": "Works Ltd", "revision": "B", "designer": "M. M."}
+    file = tmp_path / "a.toml"
+    file.write_text(PLATE.replace(part=PLATE.part.model_dump(exclude_none=True) | given).to_toml())
+    text = re.sub(r"(?m)^designer", "date_of_issue = 2026-11-25\ndesigner", file.read_text())
+    file.write_text(text)
+    scene = find_scene(str(file))
+    named = {each.name: each.value for each in fields(scene.whole_part, "1:1", "A4")}
+    boxes = ("Approved by", "Legal owner", "Rev.", "Created by", "Date of issue")
+    assert [named[box] for box in boxes] == [*given.values(), "2026-11-25"]
+    assert faults_of(sheet_of(scene, resolve_design(scene))) == []
+    assert Scene.from_dict(scene.to_dict()) == scene
 
 
 def test_a_groove_is_located_from_the_lower_face():
