@@ -17,8 +17,7 @@ from camopt.mechanisms.body import DISC, OUTER
 from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit
 from camopt.mechanisms.follower import FLAT, OSCILLATING
 from camopt.motion.contact import OscillatingFace
-from camopt.motion.programme import Programme, span
-from camopt.motion.table import ALL_STROKES
+from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
 from camopt.numerics.trigonometry import turned
@@ -134,7 +133,7 @@ def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]
 
 def slowest(sense: float, programme: Programme) -> float:
     """The least q, at which the face turns against the cam."""
-    return 1.0 + min(sense * speed for speed in span(programme, (0, 1), ALL_STROKES))
+    return 1.0 + programme.least_speed(sense)
 
 
 def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:

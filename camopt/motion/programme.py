@@ -17,6 +17,7 @@ from camopt.motion.segments import GivenSegment, strokes_from
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import (
+    ALL_STROKES,
     DWELL,
     INWARD,
     OUTWARD,
@@ -194,6 +195,10 @@ class Programme:
         load = None if self.load is None else self.load.state(angles, motion, way_of(self.kinds_at(angles)))
         y, y1, y2, y3 = motion
         return State(y, y1, y2, y3, load)
+
+    def least_speed(self, sense: float) -> float:
+        """The least y' of the turn, or with a sense of −1 of the turn the other way."""
+        return min(sense * speed for speed in span(self, (0, 1), ALL_STROKES))
 
     def panels_of(self, kinds: int) -> NDArray[np.bool_]:
         """The panels of the table in pieces of some kinds, or of some ways."""

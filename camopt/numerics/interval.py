@@ -49,8 +49,10 @@ def _square(a: "Interval") -> "Interval":
 
 
 def _divide(a: "Interval", b: "Interval") -> "Interval":
+    """By what may be 0 only where a formula has no value, as by a root, not without bounds on its own side."""
     through_zero = (b.low <= 0.0) & (b.high >= 0.0)
-    inverse = Interval(np.where(through_zero, -np.inf, 1.0 / b.high), np.where(through_zero, np.inf, 1.0 / b.low))
+    least = np.where(through_zero & (b.low < 0.0), -np.inf, 1.0 / b.high)
+    inverse = Interval(least, np.where(through_zero, np.inf, 1.0 / b.low))
     return _multiply(a, inverse)
 
 
@@ -71,8 +73,10 @@ def _sine(a: "Interval") -> "Interval":
 
 
 def _arctan2(y: "Interval", x: "Interval") -> "Interval":
-    """For y ≥ 0 and x ≥ 0 only, where it rises with y and falls with x."""
-    return Interval(np.arctan2(y.low, x.high), np.arctan2(y.high, x.low))
+    """Largest and least at corners, unless the range reaches the negative x axis, where the angle jumps."""
+    ends = _hull(*(np.arctan2(b, a) for b in (y.low, y.high) for a in (x.low, x.high)))
+    jumps = (x.low < 0.0) & (y.low <= 0.0) & (y.high >= 0.0)
+    return Interval(np.where(jumps, -np.pi, ends.low), np.where(jumps, np.pi, ends.high))
 
 
 def _rising(function: Any) -> Callable[..., "Interval"]:

@@ -16,15 +16,15 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from camopt.numerics import GIVEN, FloatArray
-from camopt.numerics.interval import INTERVAL_RULES, Interval, as_interval
+from camopt.numerics.interval import INTERVAL_RULES, OPERANDS, Interval, as_interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,13 +39,14 @@ class Sloped(np.lib.mixins.NDArrayOperatorsMixin):
     """Partial derivatives (d, n)."""
     span: Interval
     """The box as seen from the point (d, n)."""
+    keeps_quotients: ClassVar[bool] = True
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         if method != "__call__" or kwargs or any(isinstance(x, Quotient) for x in inputs):
             return NotImplemented
-        if ufunc not in PARTIALS:
+        if ufunc not in PARTIALS or not all(isinstance(x, ENTERING) for x in inputs):
             return NotImplemented
-        if ufunc is np.true_divide and isinstance(inputs[1], Sloped):
+        if ufunc is np.true_divide and isinstance(inputs[1], Sloped) and self.keeps_quotients:
             touching = inputs[1].value.low <= 0.0
             if np.any(touching):
                 return _kept(inputs[0], inputs[1], touching)
@@ -59,6 +60,33 @@ class Sloped(np.lib.mixins.NDArrayOperatorsMixin):
     @property
     def size(self) -> int:
         return self.value.size
+
+
+ENTERING = (Sloped, *OPERANDS)
+
+
+@dataclass(frozen=True, eq=False)
+class Placed(Sloped):
+    """A Sloped of a linkage: denominators may have either sign, and roots are those of what has to be positive."""
+
+    radicands: list[Sloped] = field(default_factory=list)
+    """All of which a root was taken: where one is below 0 there is no such linkage."""
+    keeps_quotients: ClassVar[bool] = False
+
+    @classmethod
+    def of(cls, number: Sloped, radicands: list[Sloped]) -> "Placed":
+        """A number of a linkage over boxes, with a list of radicands that all of its numbers share."""
+        return cls(number.value, number.at, number.slopes, number.span, radicands)
+
+    @property
+    def alone(self) -> Sloped:
+        """As any other quantity of the boxes."""
+        return Sloped(self.value, self.at, self.slopes, self.span)
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if ufunc is np.sqrt:
+            self.radicands.append(self.alone)
+        return super().__array_ufunc__(ufunc, method, *inputs, **kwargs)
 
 
 def range_of(x: Any) -> Interval:
@@ -87,20 +115,20 @@ def by_chain(value: Interval, at: Interval, parts: Sequence[tuple[Any, Any]]) ->
     What is given is right to GIVEN, as after one operation.
     """
     sloped = [(operand, partial) for operand, partial in parts if isinstance(operand, Sloped)]
-    span = sloped[0][0].span
+    like = sloped[0][0]
     slopes = reduce(add, [_times(partial, operand.slopes) for operand, partial in sloped])
-    every = span.low.shape[1:]
-    return by_mean_value(value, at if at.low.shape == every else at + as_interval(np.zeros(every)), slopes, span)
+    every = like.span.low.shape[1:]
+    return by_mean_value(value, at if at.low.shape == every else at + as_interval(np.zeros(every)), slopes, like)
 
 
-def by_mean_value(value: Interval, at: Interval, slopes: Interval, span: Interval) -> Sloped:
+def by_mean_value(value: Interval, at: Interval, slopes: Interval, like: Sloped) -> Sloped:
     """A quantity from its range, its value at the point and its slopes, which narrow the range."""
-    moved = slopes * span
+    moved = slopes * like.span
     at = widened(at)
     value, rounding = widened(value), GIVEN * moved.largest_magnitude.sum(axis=0)
     low = np.fmax(value.low, at.low + moved.low.sum(axis=0) - rounding)  # fmax: what is unknown narrows nothing
     high = np.fmin(value.high, at.high + moved.high.sum(axis=0) + rounding)
-    return Sloped(Interval(np.minimum(low, high), np.maximum(low, high)), at, slopes, span)
+    return replace(like, value=Interval(np.minimum(low, high), np.maximum(low, high)), at=at, slopes=slopes)
 
 
 def _times(partial: Any, slopes: Interval) -> Any:
@@ -196,7 +224,21 @@ def as_sloped(x: Any, like: Sloped) -> Sloped:
     if isinstance(x, Sloped):
         return x
     value = _entered(x) + as_interval(np.zeros(like.value.low.shape))
-    return Sloped(value, value, 0.0 * as_interval(np.ones(like.slopes.low.shape)), like.span)
+    return replace(like, value=value, at=value, slopes=0.0 * as_interval(np.ones(like.slopes.low.shape)))
+
+
+def hull_of(one: Sloped, other: Sloped, first: Any, second: Any) -> Sloped:
+    """One of two forms of the same quantity; what encloses both, where it is not said which."""
+
+    def pick(a: Interval, b: Interval) -> Interval:
+        low, high = np.minimum(a.low, b.low), np.maximum(a.high, b.high)
+        return Interval(
+            np.where(first, a.low, np.where(second, b.low, low)),
+            np.where(first, a.high, np.where(second, b.high, high)),
+        )
+
+    value, at, slopes = (pick(getattr(one, n), getattr(other, n)) for n in ("value", "at", "slopes"))
+    return replace(one, value=value, at=at, slopes=slopes)
 
 
 def _fraction_power(a: Quotient, exponent: Quotient) -> tuple[Any, Any]:

@@ -30,7 +30,8 @@ from camopt.scene.own_laws import law_of
 from camopt.scene.profile import programme_of
 from camopt.scene.scene import Scene
 from camopt.scene.segments import given_segments
-from camopt.scene.train import train_load
+from camopt.scene.train import train_load, trains_from
+from camopt.trains.train import Train
 
 VERDICT = ("feasible", "violated", "status", "relative_half_width")
 WITHOUT_SIZE = (
@@ -113,6 +114,11 @@ class Problem:
         setup = replace(setup, free=setup.free | numbers.keys())
         return replace(self, setup=setup, limits=self.values.limits(setup))
 
+    def bringing(self, keys: Collection[str]) -> "Problem":
+        """The problem of designs with numbers of their own that do not change what its own are, as of the train."""
+        setup = replace(self.setup, free=self.setup.free.union(keys))
+        return replace(self, setup=setup, limits=self.values.limits(setup))
+
     def alone(self, design: Designs) -> "tuple[Problem, Designs]":
         """The problem with the numbers of one design in it, and the design without them."""
         return self.with_numbers(design.brought), replace(design, numbers={})
@@ -141,6 +147,10 @@ class Problem:
             If the tool goes beyond a dead point of the train.
         """
         return self.values.driving(asked, self.setup, self.segments)
+
+    def trains(self, numbers: Mapping[str, Any]) -> Train:
+        """The trains with other numbers, by key of the scene: arrays, or ranges with slopes."""
+        return self.values.trains(numbers, angular=self.setup.angular)
 
     @property
     def size_name(self) -> str:
@@ -216,6 +226,10 @@ class SceneValues:
         _, load = constant_and_changing(*load_and_unit(self._scene))
         brought = train_load(self._scene.train, setup.train, load)
         return through_train(asked, setup.train, segments, brought, self._scene.file)
+
+    def trains(self, numbers: Mapping[str, Any], *, angular: bool) -> Train:
+        """The trains with other numbers, from a follower whose motion is an angle or not."""
+        return trains_from(self._scene.train, numbers, angular=angular)
 
     def limits(self, setup: Setup) -> tuple[Limit, ...]:
         """The limits that they set to designs of a setup."""

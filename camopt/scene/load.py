@@ -25,7 +25,7 @@ def constant_and_changing(load: Any, unit: float) -> tuple[float, ExternalLoad |
     ``unit`` of the load in N (N·mm). A table of one value is that constant.
     """
     if not isinstance(load, tuple):
-        return (load or 0.0) * unit, None
+        return (0.0 if load is None else load) * unit, None
     values = {value for _, value in load}
     if len(values) == 1:
         return values.pop() * unit, None

@@ -34,7 +34,7 @@ from camopt.scene.turn import turn_in
 from camopt.trains import TRAIN_STAGES
 from camopt.trains.carried import Carried
 from camopt.trains.link import value_at
-from camopt.trains.train import StageFault, Train, train_of
+from camopt.trains.train import StageFault, Train, train_of, trains_of
 
 NEAR_DEAD_POINT = 1e-6  # of its distance from the start position: a tool so near to a dead point is at it
 MOST_STAGES = 20
@@ -135,30 +135,53 @@ def train_from(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:
     """
     if not rows:
         return None
-    stages = [(row.stage, row.model_dump(exclude={"stage", *CARRIED}, exclude_none=True)) for row in rows]
-    train = train_of(stages, angular=angular)
-    return replace(train, carried=tuple(_carried(rows, train)))
+    stages = _stages(rows, {})
+    return _carrying(train_of([_links_of(each) for each in stages], angular=angular), stages)
 
 
-def _carried(rows: Sequence[TrainStage], train: Train) -> Iterator[Carried]:
+def trains_from(rows: Sequence[TrainStage], numbers: Mapping[str, Any], *, angular: bool) -> Train:
+    """The trains of a scene with other numbers, by key as ``train.1.crank``: arrays, or ranges with slopes."""
+    stages = _stages(rows, numbers)
+    return _carrying(trains_of([_links_of(each) for each in stages], angular=angular), stages)
+
+
+def _stages(rows: Sequence[TrainStage], numbers: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """What stages have by key, with other numbers by key of the scene."""
+    found = [row.model_dump(exclude={"load"}, exclude_none=True) | {"load": row.load} for row in rows]
+    for key, value in numbers.items():
+        _, number, name = key.split(".")
+        found[int(number) - 1][name] = value
+    return found
+
+
+def _links_of(stage: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """The name of a stage, and the keys of its links."""
+    return stage["stage"], {key: each for key, each in stage.items() if key not in ("stage", *CARRIED)}
+
+
+def _carrying(train: Train, stages: Sequence[Mapping[str, Any]]) -> Train:
+    return replace(train, carried=tuple(_carried(stages, train)))
+
+
+def _carried(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterator[Carried]:
     """What each stage carries, and the constant forces on it."""
-    for number, row in enumerate(rows, start=1):
+    for number, has in enumerate(stages, start=1):
         joint, turns, unit = _moved(train, number)
-        if (row.mass if turns else row.inertia) is not None:
-            what, has = ("turns", "an inertia, no mass") if turns else ("slides", "a mass, no inertia")
-            raise StageFault(number, f"what it moves {what}: it has {has}")
-        if row.gravity is not None and row.mass is None:
+        if ("mass" if turns else "inertia") in has:
+            what, of = ("turns", "an inertia, no mass") if turns else ("slides", "a mass, no inertia")
+            raise StageFault(number, f"what it moves {what}: it has {of}")
+        if "gravity" in has and "mass" not in has:
             raise StageFault(number, "gravity acts on a mass, which is missing")
-        mass = 1e3 * (row.inertia or 0.0) if turns else 1e-3 * (row.mass or 0.0)
-        constant, _ = constant_and_changing(row.load, unit)
-        force = constant + unit * (row.preload or 0.0) + 1e3 * mass * (row.gravity or 0.0)
-        stiffness, friction = unit * (row.spring_rate or 0.0), unit * (row.friction_force or 0.0)
-        if any((mass, stiffness, force, friction)):
+        mass = has.get("inertia", 0.0) * 1e3 if turns else has.get("mass", 0.0) * 1e-3
+        constant, _ = constant_and_changing(has["load"], unit)
+        force = constant + has.get("preload", 0.0) * unit + mass * 1e3 * has.get("gravity", 0.0)
+        stiffness, friction = (has.get(name, 0.0) * unit for name in ("spring_rate", "friction_force"))
+        if any(not isinstance(each, float) or each for each in (mass, stiffness, force, friction)):
             yield Carried(joint, mass, stiffness, force, friction)
-        if row.arm_inertia is not None:
+        if "arm_inertia" in has:
             if train.stages.count(number) == 1:
                 raise StageFault(number, "it has no arm of its own: arm_inertia goes with an input_arm")
-            yield Carried(joint - 1, 1e3 * row.arm_inertia)
+            yield Carried(joint - 1, has["arm_inertia"] * 1e3)
 
 
 def _moved(train: Train, number: int) -> tuple[int, bool, float]:

@@ -39,7 +39,7 @@ def powers_over(problem: Problem, mean: Mean, box: Designs, inside: Designs, fre
     found = powers_of(Case(exactly(problem).setup, problem.programme, inside), mean)
     known = np.isfinite(found.value)
     at = Interval(*(np.where(known, found.value + side * found.error, side * np.inf) for side in (-1.0, 1.0)))
-    return by_mean_value(value, at, slopes, sloped_boxes(box, inside, free, 1)[1].span)
+    return by_mean_value(value, at, slopes, sloped_boxes(box, inside, free, 1)[1])
 
 
 def _of_curve(

@@ -116,8 +116,8 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
 
     The base radius is free, within the range that ``[search]`` gives it, if any. For other sizes and numbers, such
     as a spring rate, a range in ``[search]`` means any value in it, and a list one of its values; what ``[search]``
-    does not name stays as it is in the scene. Where numbers of the train have a range, the answer is the best of
-    the trains that were tried all over it and on the way down from there: it is not proved.
+    does not name stays as it is in the scene. Where the proof for ranges of numbers of the train takes too long,
+    the answer is the best of the trains that were tried all over them and on the way down from there.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def answers_of(problem: Problem, turns: SegmentAngles, until: float) -> Iterator
 
 
 def _answers_of_train(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[Answered]:
-    """The smallest cam of each box of sizes, with one train, or the best of those that were tried in its ranges."""
+    """The smallest cam of each box of sizes, with one train, or with the best train in its ranges."""
     boxes = boxes_of(problem)
     for done, bounds in enumerate(boxes):
         end = share(until, len(boxes) - done)
@@ -292,9 +292,9 @@ def _both_free(problem: Problem) -> Iterator[Mistake]:
 def _warnings(problem: Problem, best: Design) -> Iterator[str]:
     """What to know of the smallest cam: numbers that do not hold its size; whether no limit that was set does.
 
-    And that no proof covers trains that were not tried.
+    And where no proof covers trains that were not tried.
     """
-    if ranges := free_of_train(problem):
+    if (ranges := free_of_train(problem)) and not best["proved"]:
         numbers = listed(each.key for each in ranges)
         yield f"the best of the trains that were tried in the ranges of {numbers}: no proof covers the others"
     free = [each for each in problem.choices.numbers if each.is_free]

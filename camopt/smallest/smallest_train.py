@@ -1,9 +1,9 @@
-"""The smallest cam over numbers of the train as well: the best of many in their ranges, and descents from it.
+"""The smallest cam over numbers of the train as well: the best of many in their ranges, descents from it, a proof.
 
 Each train gives the follower another motion, of which the smallest cam is sought as that of any other: a small one
-where many trains are tried, the smallest itself near the best of them. Nothing encloses the motions of a whole box
-of trains, so that no proof covers those that were not tried: the answer is the best of those that were, most often
-a local optimum (simplex method of Nelder and Mead).
+where many trains are tried, the smallest itself near the best of them (simplex method of Nelder and Mead). Boxes of
+sizes and trains (``train_boxes``) then prove that no other train has a smaller cam, or find it; where they run out,
+the answer is the best of the trains that were tried.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,26 +17,19 @@ import numpy as np
 
 from camopt.mechanisms.design import SizeBounds
 from camopt.numerics import FloatArray
-from camopt.numerics.clock import now, share
+from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.problem.sample import SAMPLERS
 from camopt.problem.settings import Setting
 from camopt.problem.variables import Variable
 from camopt.smallest.result import Smallest
 from camopt.smallest.smallest import small, smallest
+from camopt.smallest.train_boxes import BestTrain, TrainBoxes
 
-SPREAD, CORNERED = 32, 3  # trains all over the ranges; of how many numbers at most the ends of all as well
-DESCENTS = 2  # from the best of them
+SPREAD, CORNERED = 16, 3  # trains all over the ranges; of how many numbers at most the ends of all as well
+DESCENTS = 1  # from the best of them, before boxes
+TIMES = 1 / 6, 1 / 4, 5 / 6  # of the time: when trains all over, on the way down, and boxes are left
 DEAR = 1e9  # mm, what a train without a feasible design costs a descent
-
-
-class BestTrain(NamedTuple):
-    """The smallest cam of the trains that were tried, with the problem of its train."""
-
-    problem: Problem
-    answer: Smallest
-    cut: bool = False
-    """Whether the time was over before the search was."""
 
 
 def listed_trains(problem: Problem) -> list[Setting]:
@@ -66,7 +59,7 @@ class Descent(NamedTuple):
     """What finds the cam of one train."""
 
 
-ROUGH, FINE = Descent(0.1, 25, 1e-3, 1e-3, small), Descent(0.02, 50, 1e-7, 1e-9, smallest)
+ROUGH, FINE = Descent(0.1, 15, 1e-3, 1e-3, small), Descent(0.02, 50, 1e-7, 1e-9, smallest)
 
 
 @dataclass
@@ -84,15 +77,24 @@ class TrainSearch:
 
     def run(self) -> BestTrain:
         """The smallest cam of all trains that were tried."""
-        third, half = share(self.until, 3), share(self.until, 2)
+        spread, rough, boxes = (now() + part * (self.until - now()) for part in TIMES)
         for shares in self._spread():
-            self.size(shares, small, third)
+            self.size(shares, small, spread)
         for start in self._best(DESCENTS):
-            self.descend(start, ROUGH, half)
+            self.descend(start, ROUGH, rough)
+        found = TrainBoxes(self.problem, self.bounds, self._least, boxes).run()
+        if found.answer.proved:
+            return found
+        self.cut |= now() > boxes
         for start in self._best(1):
             self.descend(start, FINE, self.until)
-        found = min(self.tried.values(), key=lambda each: (each.answer.size, each.problem.setup.mechanism.is_apart))
-        return found._replace(answer=replace(found.answer, floor=self.bounds["size"][0]), cut=self.cut)
+        best = min(found, self._least, key=lambda each: each.answer.size)
+        return best._replace(answer=replace(best.answer, floor=found.answer.floor), cut=self.cut)
+
+    @property
+    def _least(self) -> BestTrain:
+        """The best of all trains that were tried."""
+        return min(self.tried.values(), key=lambda each: (each.answer.size, each.problem.setup.mechanism.is_apart))
 
     def size(self, shares: FloatArray, solve: Callable[..., Smallest], until: float) -> float:
         """The size of the cam of a train; none is looked for when the time is over."""

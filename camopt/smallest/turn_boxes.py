@@ -1,9 +1,8 @@
-"""The smallest cam over sizes and angles together, by bisection of boxes of both, many at once.
+"""The smallest cam over sizes and angles together, by bisection of boxes of both, many at once (``motion_boxes``).
 
-A box is dropped only if a limit, at some share of a stroke (``stroke_limits``), shows that it holds no feasible
-cam, if its angles are no part of a turn, or if a feasible cam is known that is as small. What is left when the
-search is stopped bounds how much smaller a cam may be. Limits that depend on where in the turn a stroke is, as
-under a load over the turn, drop no box; a cam has to hold them like all others to be the answer.
+A box is dropped if a limit at some share of a stroke (``stroke_limits``) shows that it holds no feasible cam, or
+if its angles are no part of a turn. Limits that depend on where in the turn a stroke is, as under a load over the
+turn, drop no box; a cam has to hold them like all others to be the answer.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
 """
@@ -11,6 +10,7 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -25,31 +25,22 @@ from camopt.numerics.curves import WITH_LOAD
 from camopt.numerics.sloped import Sloped
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
-from camopt.smallest.bisection import Bisection
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import least_size
-from camopt.smallest.combined import combined
 from camopt.smallest.enclosure import claims_on_size
-from camopt.smallest.excesses import SIDE_ROUNDING, Excesses, chained_excesses, cut_off, kept, widest
+from camopt.smallest.excesses import SIDE_ROUNDING, Excesses
 from camopt.smallest.first_look import largest_size, scale_of
-from camopt.smallest.result import Smallest, first_feasible, gap_of, known_crossings
-from camopt.smallest.sloped_designs import sloped_boxes
-from camopt.smallest.smallest import small
+from camopt.smallest.motion_boxes import MotionSearch, Said
+from camopt.smallest.result import Smallest
 from camopt.smallest.stroke_limits import stroke_limits
 from camopt.smallest.turns import SAME_POSITION, AngleRanges, BestTurn, SegmentAngles, better
 
-TURN_BATCH = 256  # boxes examined together, at most, to stop in time
-LOOKED_INTO = 12  # boxes whose middle is searched: the best turn so far may be in another valley
-LADDERS, LADDER = 3, 16  # how often so many sizes of a box are looked at, closer and closer
 
-
-class TurnSearch(Bisection):
+class TurnSearch(MotionSearch):
     """A search among the turns that have the same segments, below the best cam so far."""
 
-    most_boxes = 50_000
-
     def __init__(self, turns: SegmentAngles, bounds: SizeBounds, found: BestTurn) -> None:
-        self.turns, self.bounds, self.found, self.looked = turns, bounds, found, 0
+        self.turns, self.bounds, self.found, self.until = turns, bounds, found, turns.until
         self.problem, self.box = exactly(turns.problem), turns.box
         self.longest = turns.programme(self.box.high)
         """The strokes at their longest angles: no turn, but each of its strokes is one of turns."""
@@ -107,19 +98,29 @@ class TurnSearch(Bisection):
         floor = self.bisect(boxes, self.turns.until)
         return self.found._replace(answer=replace(self.found.answer, floor=floor))
 
-    def split(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
-        """Those with the smallest cams, and the rest."""
-        order = np.argsort(boxes.low["size"], kind="stable")
-        return boxes.take(order[:TURN_BATCH]), boxes.take(order[TURN_BATCH:])
+    @property
+    def deciding(self) -> dict[str, int]:
+        return self.names
 
-    def narrowed(self, boxes: Boxes) -> Boxes:
-        """What of some boxes may be part of a turn and hold a smaller cam, which is looked for there."""
-        boxes = self.summed(boxes)
-        if not len(boxes):
-            return boxes
-        self.looked += 1
-        self.look_into(boxes, closely=self.looked <= LOOKED_INTO)
-        return self.cut(boxes)
+    @property
+    def best(self) -> Smallest:
+        return self.found.answer
+
+    def motion(self, boxes: Boxes) -> tuple[Problem, FloatArray]:
+        freed = self.turn(boxes)
+        return self.problem.with_programme(self.turns.programme(freed)), freed
+
+    def offer(self, answer: Smallest, problem: Problem, told: Any) -> None:
+        self.found = better(self.found, BestTurn(answer, told))
+
+    def learn(self, design: Designs, problem: Problem) -> None:
+        if self.problem.setup.mechanism.exists(design, self.longest)[0]:
+            for limit in self.limits:
+                limit.look_at(self.problem, design)
+
+    def said(self, boxes: Designs, inside: Designs, like: Sloped) -> Said:
+        alone = [each for limit in self.limits for each in limit.excesses(boxes, inside, like)]
+        return Said(alone, [*self.sums(boxes)])
 
     def ends(self) -> SizeBounds:
         """Between which sizes and angles are worth a look."""
@@ -146,31 +147,6 @@ class TurnSearch(Bisection):
                 least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * SIDE_ROUNDING))
         return float(least)
 
-    def cut(self, boxes: Boxes) -> Boxes:
-        """Those of some boxes that may hold a smaller cam, without what limits cut off, and the side to cut."""
-        best = self.found.answer
-        if best.design is not None:
-            boxes = self.left(boxes, boxes.low["size"] >= best.size - gap_of(best.design)).below(best.size)
-        if not len(boxes):
-            return boxes
-        inside = boxes.middles(self.problem.design)
-        looked, like = sloped_boxes(boxes.designs(self.problem.design), inside, list(boxes.free), 1)
-        with np.errstate(all="ignore"):
-            reach = like.span
-            alone = [each for limit in self.limits for each in limit.excesses(looked, inside, like)]
-            if not alone:
-                return boxes.narrowed({}, {}, np.argmax(reach.high, axis=0))
-            over = chained_excesses([*alone, *self.sums(looked)])
-            left = cut_off(combined(over, reach, boxes.free.index("size")), reach)
-            side = widest(chained_excesses(alone), reach)
-        middle = np.array([inside.values[name] for name in boxes.free])
-        low, high = (np.array([ends[name] for name in boxes.free]) for ends in (boxes.low, boxes.high))
-        low, high = kept(low, high, middle, reach, left)
-        held = np.all(low <= high, axis=0) & ~over.surely
-        named = (dict(zip(boxes.free, each, strict=True)) for each in (low, high))
-        boxes = boxes.narrowed(next(named), next(named), side).take(held)
-        return self.left(boxes, boxes.narrow)
-
     def sums(self, boxes: Designs) -> Iterator[Excesses]:
         """That strokes leave the dwells what these can take."""
         together = sum(boxes.numbers[name] for name in self.names)
@@ -178,7 +154,7 @@ class TurnSearch(Bisection):
             for excess in (together - self.room[1], self.room[0] - together):
                 yield Excesses.of(excess / 360.0)
 
-    def summed(self, boxes: Boxes) -> Boxes:
+    def possible(self, boxes: Boxes) -> Boxes:
         """What of some boxes can be part of a turn."""
         names = list(self.names)
         low, high = (np.array([ends[name] for name in names]) for ends in (boxes.low, boxes.high))
@@ -186,30 +162,6 @@ class TurnSearch(Bisection):
         high = np.minimum(high, self.room[1] - (low.sum(axis=0) - low))
         ends = ({n: end for n, end in zip(names, each, strict=True) if n in boxes.free} for each in (low, high))
         return boxes.narrowed(next(ends), next(ends), boxes.side).take(np.all(low <= high + SAME_POSITION, axis=0))
-
-    def look_into(self, boxes: Boxes, *, closely: bool) -> None:
-        """Look at cams in the middle of the least box, and for where they exceed limits the most."""
-        design = boxes.take(slice(1)).middles(self.problem.design)
-        if self.problem.setup.mechanism.exists(design, self.longest)[0]:
-            for limit in self.limits:
-                limit.look_at(self.problem, design)
-        design = design.without(self.names)
-        freed = self.turn(boxes)
-        problem = self.problem.with_programme(self.turns.programme(freed))
-        if closely:
-            near = small(problem, self.bounds, self.found.answer.design, self.turns.until)
-            self.found = better(self.found, BestTurn(near, freed))
-        rounding = gap_of(design) / 4.0
-        low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
-        high = min(high + rounding, self.found.answer.size)
-        for _ in range(LADDERS):
-            sizes = np.linspace(low, high, LADDER)
-            ladder = replace(design.take(np.zeros(LADDER, dtype=int)), size=sizes)
-            cam = first_feasible(problem, ladder, known_crossings(problem), self.turns.until)
-            if cam is None:
-                return
-            self.found = better(self.found, BestTurn(Smallest(cam, 0.0), freed))
-            low, high = float(cam.size[0]) - (sizes[1] - sizes[0]), float(cam.size[0])
 
     def turn(self, boxes: Boxes) -> FloatArray:
         """A turn in the middle of the first box; dwells share what strokes leave, if they can."""

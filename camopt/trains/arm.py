@@ -12,13 +12,14 @@ Source: Norton, Design of Machinery, ch. 2 (the Scotch yoke is the same pairing)
 
 from cmath import rect
 from dataclasses import dataclass
-from math import cos, pi, radians, sin
+from math import pi
+from typing import Any
 
 import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, angle_of, direction, root
-from camopt.trains.link import NO_COUPLERS, DeadPoint, Unassembled
+from camopt.trains.link import NO_COUPLERS, RADIAN, DeadPoint, needed
 from camopt.trains.sketch import Port, Sketch, Standing, bar, sliding
 
 ALONG = "the arm points along the motion of the slide"
@@ -28,10 +29,10 @@ ALONG = "the arm points along the motion of the slide"
 class Arm:
     """From an angle to a length; mm and rad."""
 
-    length: float
-    start: float
-    cosine: float
-    sine: float
+    length: Any
+    start: Any
+    cosine: Any
+    sine: Any
     """Of the start angle, as both formulas take it."""
     couplers = NO_COUPLERS
 
@@ -79,7 +80,7 @@ class Arm:
         )
 
 
-def arm(length: float, angle: float) -> Arm:
+def arm(length: Any, angle: Any) -> Arm:
     """An arm with its start angle in deg.
 
     Raises
@@ -87,7 +88,6 @@ def arm(length: float, angle: float) -> Arm:
     Unassembled
         If the angle is not between −90 and 90.
     """
-    if not -90.0 < angle < 90.0:
-        raise Unassembled(f"an arm at {angle:g} deg {ALONG.removeprefix('the arm ')}, or beyond")
-    start = radians(angle)
-    return Arm(length, start, cos(start), sin(start))
+    needed(90.0 - abs(angle), lambda: f"an arm at {angle:g} deg {ALONG.removeprefix('the arm ')}, or beyond")
+    start = angle * RADIAN
+    return Arm(length, start, np.cos(start), np.sin(start))

@@ -21,11 +21,11 @@ class Carried:
 
     joint: int
     """1 is what the first link moves; 0 the follower."""
-    mass: float = 0.0
-    stiffness: float = 0.0
-    force: float = 0.0
+    mass: Any = 0.0
+    stiffness: Any = 0.0
+    force: Any = 0.0
     """A constant force against the motion, where the train starts."""
-    friction: float = 0.0
+    friction: Any = 0.0
     """The force of friction, against the velocity; none at rest."""
 
 

@@ -1,6 +1,7 @@
 """A link of constant ratio."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from camopt.trains.sketch import Port, Sketch, Standing, bar, sliding, wheel
 class Constant:
     """Output = factor·input: gears, racks, belts, levers, wedges."""
 
-    factor: float
+    factor: Any
     turns: tuple[bool, bool]
     couplers = NO_COUPLERS
 

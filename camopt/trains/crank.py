@@ -11,15 +11,25 @@ where crank and coupler are in line, (a ± b)·sin φ = e, and where the coupler
 Source: Norton, Design of Machinery, ch. 4 (the offset slider-crank).
 """
 
-from cmath import phase, rect
 from dataclasses import dataclass
-from math import asin, cos, pi, radians, sin, sqrt
+from math import asin, pi
+from typing import Any
 
 import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, angle_of, direction, quotient, root
-from camopt.trains.link import Bar, Coupler, DeadPoint, Unassembled, acute, nearest_ends, value_at
+from camopt.trains.link import (
+    RADIAN,
+    Bar,
+    Coupler,
+    DeadPoint,
+    Vector,
+    acute,
+    nearest_ends,
+    needed,
+    position_at,
+)
 from camopt.trains.sketch import Port, Sketch, Standing, bar, sliding
 
 IN_LINE = "crank and coupler are in line"
@@ -30,11 +40,11 @@ SQUARE = "the coupler is square to the slide"
 class Crank:
     """From an angle to a length; mm and rad. The slide's motion is positive away from the pivot."""
 
-    crank: float
-    coupler: float
-    offset: float
-    start: float
-    place: float
+    crank: Any
+    coupler: Any
+    offset: Any
+    start: Any
+    place: Any
     """x in the start position."""
     bar: Bar
     """The crank as the slide turns it."""
@@ -69,17 +79,17 @@ class Crank:
     def couplers(self) -> tuple[Coupler, Coupler]:
         """Against the line square to the slide, where the crank drives; against the crank, where the slide does."""
         places = (k * pi / 2 - self.start for k in range(-5, 6, 2))
-        by_crank = Coupler(lambda turned: acute(1j, self._coupler(turned + self.start)), tuple(places))
+        by_crank = Coupler(lambda turned: acute((0.0, 1.0), self._coupler(turned + self.start)), tuple(places))
         return by_crank, Coupler(self._angle_to_crank, (-self.place,))
 
-    def _coupler(self, angle: float) -> complex:
+    def _coupler(self, angle: Any) -> Vector:
         """From the crank's pin to the slide's."""
-        across = self.crank * sin(angle) - self.offset
-        return complex(sqrt((self.coupler - across) * (self.coupler + across)), -across)
+        across = self.crank * np.sin(angle) - self.offset
+        return np.sqrt((self.coupler - across) * (self.coupler + across)), -across
 
-    def _angle_to_crank(self, moved: float) -> float:
-        angle = value_at(self.backward, moved) + self.start
-        return acute(rect(1.0, angle), self._coupler(angle))
+    def _angle_to_crank(self, moved: Any) -> Any:
+        angle = position_at(self.backward, moved) + self.start
+        return acute((np.cos(angle), np.sin(angle)), self._coupler(angle))
 
     def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
         """Crank, coupler, and the slide in its guide."""
@@ -101,7 +111,7 @@ class Crank:
         return self.bar.angle(towards, x * x + self.offset * self.offset)
 
 
-def crank(length: float, coupler: float, offset: float, angle: float) -> Crank:
+def crank(length: Any, coupler: Any, offset: Any, angle: Any) -> Crank:
     """A crank with its start angle in deg.
 
     Raises
@@ -109,11 +119,11 @@ def crank(length: float, coupler: float, offset: float, angle: float) -> Crank:
     Unassembled
         If the coupler does not reach the slide's line, or is at a dead point at the start.
     """
-    start = radians(angle)
-    across = length * sin(start) - offset
-    if not abs(across) < coupler:
-        raise Unassembled(f"the coupler ({coupler:g}) does not reach the slide: it is {abs(across):g} away")
-    place = length * cos(start) + sqrt((coupler - across) * (coupler + across))
-    turned = phase(rect(1.0, start) / complex(place, offset))
-    bar = Bar(length, coupler, 1.0 if turned > 0.0 else -1.0, turned)
-    return Crank(length, coupler, offset, start, place, bar)
+    start = angle * RADIAN
+    cosine, sine = np.cos(start), np.sin(start)
+    across = sine * length - offset
+    far = "the coupler ({:g}) does not reach the slide: it is {:g} away"
+    needed(coupler - abs(across), lambda: far.format(coupler, abs(across)))
+    place = cosine * length + np.sqrt((coupler - across) * (coupler + across))
+    x, y = cosine * place + sine * offset, sine * place - cosine * offset
+    return Crank(length, coupler, offset, start, place, Bar(length, coupler, np.sign(y), np.arctan2(y, x)))

@@ -14,14 +14,26 @@ Source: Norton, Design of Machinery, ch. 4 (position analysis of the fourbar lin
 from cmath import phase, rect
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import acos, pi, radians
+from math import acos, pi
+from typing import Any
 
 import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, angle_of, direction, quotient
 from camopt.trains.crank import IN_LINE
-from camopt.trains.link import Bar, Coupler, DeadPoint, Unassembled, acute, nearest_ends, value_at
+from camopt.trains.link import (
+    RADIAN,
+    Bar,
+    Coupler,
+    DeadPoint,
+    Unassembled,
+    acute,
+    either,
+    nearest_ends,
+    needed,
+    position_at,
+)
 from camopt.trains.sketch import Port, Sketch, Standing, bar
 from camopt.trains.stage import Keys, Stage
 
@@ -32,9 +44,9 @@ ROCKER_IN_LINE = "coupler and rocker are in line"
 class FourBar:
     """From the angle of the crank to that of the rocker; mm and rad."""
 
-    ground: float
-    start: float
-    asked_start: float
+    ground: Any
+    start: Any
+    asked_start: Any
     """The rocker's angle at the start."""
     crank: Bar
     rocker: Bar
@@ -82,9 +94,11 @@ class FourBar:
         """Between coupler and rocker, which the crank drives; none where the rocker drives, as no train does."""
         return Coupler(self._angle_to_rocker, tuple(k * pi - self.start for k in range(-2, 3))), None
 
-    def _angle_to_rocker(self, turned: float) -> float:
-        rocker = rect(self.rocker.length, value_at(self.forward, turned) + self.asked_start)
-        return acute(rocker, self.ground + rocker - rect(self.crank.length, turned + self.start))
+    def _angle_to_rocker(self, turned: Any) -> Any:
+        a, c, phi = self.crank.length, self.rocker.length, turned + self.start
+        psi = position_at(self.forward, turned) + self.asked_start
+        x, y = np.cos(psi) * c, np.sin(psi) * c
+        return acute((x, y), (x + self.ground - np.cos(phi) * a, y - np.sin(phi) * a))
 
     def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
         """Crank, coupler and rocker."""
@@ -102,7 +116,7 @@ class FourBar:
         return self.crank.angle(*_aim(asked + self.asked_start, self.rocker.length, self.ground))
 
 
-def _aim(angle: Series, radius: float, offset: float) -> tuple[Series, Series]:
+def _aim(angle: Series, radius: Any, offset: Any) -> tuple[Series, Series]:
     """The direction and the squared distance of r·e^{iθ} + d, from the origin.
 
     As the angle of the larger of both and what the other adds to it, which is less than a right angle, the
@@ -110,12 +124,15 @@ def _aim(angle: Series, radius: float, offset: float) -> tuple[Series, Series]:
     """
     cosine, sine = direction(angle)
     square = cosine * (radius * offset * 2.0) + (radius * radius + offset * offset)
-    if radius > abs(offset):
-        return angle + angle_of(cosine * offset + radius, sine * -offset), square
-    return angle_of(cosine * (radius / offset) + 1.0, sine * (radius / offset)), square
+    towards = either(
+        radius - abs(offset),
+        lambda: angle + angle_of(cosine * offset + radius, sine * -offset),
+        lambda: angle_of(cosine * (radius / offset) + 1.0, sine * (radius / offset)),
+    )
+    return towards, square
 
 
-def four_bar(crank: float, coupler: float, rocker: float, ground: float, angle: float, *, crossed: bool) -> FourBar:
+def four_bar(crank: Any, coupler: Any, rocker: Any, ground: Any, angle: Any, *, crossed: bool) -> FourBar:
     """A linkage with the crank's start angle in deg.
 
     Raises
@@ -123,17 +140,20 @@ def four_bar(crank: float, coupler: float, rocker: float, ground: float, angle: 
     Unassembled
         If the coupler does not reach from the crank to the rocker.
     """
-    start = radians(angle)
-    pin = rect(crank, start) - ground
-    cosine = (abs(pin) ** 2 + rocker**2 - coupler**2) / (2 * rocker * abs(pin) or 1.0)
-    if not (abs(pin) > 0.0 and abs(cosine) < 1.0):
-        why = f"coupler and rocker ({coupler:g} and {rocker:g}) do not meet with the crank at {angle:g} deg"
-        raise Unassembled(why)
-    asked = phase(pin) + (acos(cosine) if crossed else -acos(cosine))
-    turned = phase(rect(1.0, start) / (ground + rect(rocker, asked)))
-    bars = Bar(crank, coupler, 1.0 if turned > 0.0 else -1.0), Bar(rocker, coupler, 1.0 if crossed else -1.0)
+    start = angle * RADIAN
+    cosine, sine = np.cos(start), np.sin(start)
+    back, down = ground - cosine * crank, -(sine * crank)
+    square = cosine * (crank * ground * -2.0) + (crank * crank + ground * ground)
+    along = square + (rocker - coupler) * (rocker + coupler)
+    room = square * (rocker * rocker * 4.0) - along * along
+    apart = "coupler and rocker ({:g} and {:g}) do not meet with the crank at {:g} deg"
+    needed(room, lambda: apart.format(coupler, rocker, angle))
+    side = 1.0 if crossed else -1.0
+    asked = np.arctan2(down, back) + np.arctan2(np.sqrt(room), along) * side + pi
+    pin = np.cos(asked) * rocker + ground, np.sin(asked) * rocker
+    bars = Bar(crank, coupler, np.sign(sine * pin[0] - cosine * pin[1])), Bar(rocker, coupler, side)
     bare = FourBar(ground, start, asked, *bars)
-    rests = value_at(bare.backward, 0.0), value_at(bare.forward, 0.0)
+    rests = position_at(bare.backward, 0.0), position_at(bare.forward, 0.0)
     return FourBar(ground, start, asked, *(replace(bar, rest=rest) for bar, rest in zip(bars, rests, strict=True)))
 
 

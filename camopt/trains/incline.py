@@ -8,13 +8,13 @@ it, γ = 90°, z = y·tan α.
 
 from cmath import rect
 from dataclasses import dataclass
-from math import radians, sin
+from typing import Any
 
 import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.trains.constant import Constant
-from camopt.trains.link import Unassembled
+from camopt.trains.link import RADIAN, Unassembled, needed
 from camopt.trains.sketch import Port, Sketch, Standing, sliding
 from camopt.trains.stage import Keys, Stage
 
@@ -23,8 +23,8 @@ from camopt.trains.stage import Keys, Stage
 class Wedge(Constant):
     """A wedge and what it lifts; rad."""
 
-    incline: float
-    guide: float
+    incline: Any
+    guide: Any
 
     def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
         """The wedge moves along, and a block on its incline moves along the guide."""
@@ -50,11 +50,13 @@ def _links(keys: Keys, turns: bool) -> tuple[Wedge]:
     if turns:
         raise Unassembled("its wedge takes a length, and what comes to it is an angle")
     incline, guide = keys["angle"], keys.get("guide", 90.0)
-    if not (0.0 < abs(incline) < 90.0 and 0.0 < guide < 180.0 and 0.0 < guide + incline < 180.0):
-        why = f"an incline of {incline:g} deg does not lift along a guide at {guide:g} deg: both are below 180 deg"
-        raise Unassembled(why + " together, and the incline is between 0 and ±90")
-    ratio = sin(radians(incline)) / sin(radians(guide + incline))
-    return (Wedge(ratio, (False, False), radians(incline), radians(guide)),)
+    together = guide + incline
+    margins = abs(incline), 90.0 - abs(incline), guide, 180.0 - guide, together, 180.0 - together
+    why = "an incline of {:g} deg does not lift along a guide at {:g} deg: both are below 180 deg together, {}"
+    for margin in margins:
+        needed(margin, lambda: why.format(incline, guide, "and the incline is between 0 and ±90"))
+    slope, across = incline * RADIAN, guide * RADIAN
+    return (Wedge(np.sin(slope) / np.sin(across + slope), (False, False), slope, across),)
 
 
 STAGE = Stage("incline", "a slide on an incline", ("angle",), ("guide",), lambda keys, turns: False, _links)

@@ -2,17 +2,23 @@
 
 Displacements are counted from the start position, mm or rad. Formulas take series (``numerics.taylor``): of arrays,
 or of balls, whose derivatives are those of the motion. What a link is made from, numbers of its start position
-found and rounded among it, is taken as exact.
+found and rounded among it, is taken as exact by proofs in balls.
+
+A link may be made from arrays, as many linkages with a formula for all, or from ranges with slopes, which enclose
+all linkages of a box (``numerics.sloped.Placed``). Of linkages among them that cannot be put together no number is
+known.
 """
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from math import atan2, inf, isfinite, pi
-from typing import NamedTuple, Protocol
+from functools import reduce
+from math import inf, isfinite, pi
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from camopt.numerics import FloatArray
+from camopt.numerics.sloped import Placed, as_sloped, hull_of
 from camopt.numerics.taylor import Series, Taylor, angle_of, quotient, root
 from camopt.trains.sketch import Sketch
 
@@ -31,14 +37,15 @@ class DeadPoint(NamedTuple):
 class Coupler(NamedTuple):
     """The coupler of a link: its transmission angle, and where between the ends of a travel it may be least."""
 
-    angle: Callable[[float], float]
+    angle: Callable[[Any], Any]
     """The acute angle, rad, at an input, mm or rad."""
-    places: tuple[float, ...]
+    places: tuple[Any, ...]
     """Inputs where its cosine is stationary."""
 
-    def least(self, low: float, high: float) -> float:
+    def least(self, low: Any, high: Any) -> Any:
         """The least angle over a travel of the input."""
-        return min(map(self.angle, (low, high, *(each for each in self.places if low < each < high))))
+        between = (np.minimum(np.maximum(each, low), high) for each in self.places)
+        return reduce(np.minimum, map(self.angle, (low, high, *between)))
 
 
 class Link(Protocol):
@@ -79,6 +86,7 @@ class Link(Protocol):
         ...
 
 
+RADIAN = pi / 180.0
 ROUNDED = 10.0 ** np.arange(-16, -5)
 FREE = DeadPoint(-inf, ""), DeadPoint(inf, "")
 """The ends of a link that has no dead point."""
@@ -98,6 +106,39 @@ def nearest_ends(places: Iterable[DeadPoint]) -> tuple[DeadPoint, DeadPoint]:
     return low, high
 
 
+def needed(margin: Any, why: Callable[[], str]) -> None:
+    """That a number is above 0; of many linkages, or a box of them, nothing is known where it is not.
+
+    Raises
+    ------
+    Unassembled
+        If it is one number, and is not.
+    """
+    if isinstance(margin, float | int | np.number) and not margin > 0.0:
+        raise Unassembled(why())
+
+
+def either(margin: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any:
+    """Numbers or series, one of two forms of them: the first where ``margin`` is above 0."""
+    if isinstance(margin, Placed):
+        return _either_of_ranges(margin, one(), other())
+    if isinstance(margin, np.ndarray):
+        return Taylor([np.where(margin > 0.0, a, b) for a, b in zip(one().terms, other().terms, strict=True)])
+    return one() if margin > 0.0 else other()
+
+
+def _either_of_ranges(margin: Placed, one: Series, other: Series) -> Series:
+    """Where boxes have linkages of both sides, what encloses both."""
+    sides = margin.value.low > 0.0, margin.value.high <= 0.0
+    pairs = zip(one.terms, other.terms, strict=True)
+    return Taylor([hull_of(as_sloped(a, margin), as_sloped(b, margin), *sides) for a, b in pairs])
+
+
+def position_at(formula: Callable[[Series], Series], place: Any) -> Any:
+    """The value of a formula at numbers, arrays or ranges."""
+    return formula(Taylor([place])).terms[0]
+
+
 def value_at(formula: Callable[[Series], Series], end: float) -> float:
     """The value of a formula at an end of its range, or so little inside that rounding does not take it beyond."""
     places = end * (1.0 - np.array([0.0, *ROUNDED])) if isfinite(end) else np.array([end])
@@ -106,10 +147,13 @@ def value_at(formula: Callable[[Series], Series], end: float) -> float:
     return float(found[np.isfinite(found) | np.isinf(places)][0])
 
 
-def acute(one: complex, other: complex) -> float:
+Vector = tuple[Any, Any]
+
+
+def acute(one: Vector, other: Vector) -> Any:
     """The acute angle between two directions, rad."""
-    turned = one.conjugate() * other
-    return atan2(abs(turned.imag), abs(turned.real))
+    (x, y), (u, v) = one, other
+    return np.arctan2(abs(x * v - y * u), abs(x * u + y * v))
 
 
 def one_like(series: Series) -> Series:
@@ -159,11 +203,11 @@ class Bar:
     distance q: anticlockwise of it if ``side`` is 1, clockwise if it is −1.
     """
 
-    length: float
-    other: float
+    length: Any
+    other: Any
     """The length of the second bar."""
-    side: float
-    rest: float = 0.0
+    side: Any
+    rest: Any = 0.0
     """What is taken off: the angle in the start position."""
 
     def angle(self, towards: Series, square: Series) -> Series:

@@ -6,7 +6,7 @@
 """
 
 from camopt.trains.constant import Constant
-from camopt.trains.link import Unassembled
+from camopt.trains.link import Unassembled, needed
 from camopt.trains.stage import Keys, Stage
 
 
@@ -14,8 +14,7 @@ def _links(keys: Keys, turns: bool) -> tuple[Constant]:
     if len(keys) != 1:
         raise Unassembled("it has either a ratio, or the radius of a pinion or drum (mm)")
     ((name, factor),) = keys.items()
-    if not factor:
-        raise Unassembled(f"a {name} of 0 moves nothing")
+    needed(abs(factor), lambda: f"a {name} of 0 moves nothing")
     if name == "ratio":
         return (Constant(factor, (turns, turns)),)
     return (Constant(factor if turns else 1.0 / factor, (turns, not turns)),)

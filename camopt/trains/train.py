@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from math import inf
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor
 from camopt.trains import TRAIN_STAGES
 from camopt.trains.carried import Brought, Carried, Joint, brought
-from camopt.trains.link import Link, Unassembled, one_like, value_at
+from camopt.trains.link import Link, Unassembled, one_like, position_at, value_at
 from camopt.trains.sketch import Port, Sketch
 from camopt.trains.stage import Keys
 
@@ -84,14 +84,15 @@ class Train:
         """Whether any of its links has a coupler."""
         return any(link.couplers[0] for link in self.links)
 
-    def least_transmission(self, low: float, high: float) -> float:
+    def least_transmission(self, low: Any, high: Any) -> Any:
         """The least transmission angle of its couplers over a travel of the tool, rad."""
         found = []
         for link in reversed(self.links):
-            low, high = sorted(value_at(link.backward, each) for each in (low, high))
+            one, other = (position_at(link.backward, each) for each in (low, high))
+            low, high = np.minimum(one, other), np.maximum(one, other)
             if (coupler := link.couplers[0]) is not None:
                 found.append(coupler.least(low, high))
-        return min(found)
+        return reduce(np.minimum, found)
 
     def sketch(self, follower: FloatArray, port: Port, size: float) -> Sketch:
         """Its links in some positions of the follower, from where that drives the first (``trains.sketch``)."""
@@ -104,10 +105,9 @@ class Train:
         return Sketch(members, [still for each in found for still in each.standing], first, port)
 
     @cached_property
-    def senses(self) -> tuple[float, ...]:
+    def senses(self) -> tuple[Any, ...]:
         """For each joint 1 if it moves out with the follower, −1 if against it."""
-        start = self.joints(Taylor([np.zeros(1), np.ones(1)]))
-        return tuple(float(np.sign(joint.ratio.terms[0][0])) for joint in start)
+        return tuple(np.sign(joint.ratio.terms[0]) for joint in self.joints(Taylor([0.0, 1.0])))
 
     def brought(self, follower: Series, ways: Sequence[Any], loads: Mapping[int, Series]) -> Brought:
         """What it brings to the follower (``trains.carried``)."""
@@ -134,16 +134,22 @@ def train_of(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Train:
     StageFault
         If a stage lacks a key, has one too many, cannot be put together, or starts at a dead point.
     """
+    train = trains_of(stages, angular=angular)
+    for number, link in zip(train.stages, train.links, strict=True):
+        for end in link.ends:
+            if abs(end.at) <= NO_MOTION:
+                raise StageFault(number, f"it starts at a dead point: {end.why}")
+    return train
+
+
+def trains_of(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Train:
+    """Trains whose numbers are arrays or ranges; those that cannot be put together are among them."""
     links, numbers = list[Link](), list[int]()
     for number, (name, keys) in enumerate(stages, start=1):
         try:
             found = TRAIN_STAGES[name].made(keys, angular)
         except Unassembled as unfit:
             raise StageFault(number, str(unfit)) from None
-        for link in found:
-            for end in link.ends:
-                if abs(end.at) <= NO_MOTION:
-                    raise StageFault(number, f"it starts at a dead point: {end.why}")
         links += found
         numbers += [number] * len(found)
         angular = TRAIN_STAGES[name].turns(keys, angular)

@@ -196,7 +196,7 @@ def test_no_box_loses_a_feasible_cam(name):
     above = {n: np.minimum(cams[n] + (1.0 - shares[n]) * widths[n], boxes.high[n]) for n in boxes.free}
     for number in range(0, count, max(1, count // times(12, deep=200))):
         one = boxes.narrowed(*({n: end[n][[number]] for n in boxes.free} for end in (below, above)), boxes.side)
-        left = search.cut(search.summed(one))
+        left = search.cut(search.possible(one))
         assert len(left) == 1
         for n in boxes.free:
             assert left.low[n][0] <= cams[n][number] <= left.high[n][0]

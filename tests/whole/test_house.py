@@ -37,7 +37,7 @@ ROOMS = {
     "tables": "mistakes version storage quantities shown numerics motion scene problem",
     "verdicts": "mistakes quantities shown numerics trains motion mechanisms effects scene problem tables",
     "smallest": (
-        "mistakes progress quantities shown numerics motion mechanisms effects scene problem tables verdicts"
+        "mistakes progress quantities shown numerics trains motion mechanisms effects scene problem tables verdicts"
     ),
     "front": (
         "mistakes version progress storage quantities shown engines numerics motion mechanisms "

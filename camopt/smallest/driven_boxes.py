@@ -1,0 +1,160 @@
+"""The motion of followers over boxes of trains: at a cam angle the tool is where it is asked, whatever the train.
+
+The formulas of the links, run on ranges with slopes (``numerics.sloped.Placed``), take the tool's position and its
+derivatives there to the follower's, y = f⁻¹(z), for all trains of a box, as they do for one. So a limit on a curve
+of the cam bounds the excess of all cams with all trains of a box (``enclosure``). Run on arrays, they give the
+motions of single trains.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms import Designs
+from camopt.motion.driven import tool_position, travel
+from camopt.motion.load import ExternalLoad
+from camopt.motion.programme import Programme
+from camopt.motion.table import INWARD, OUTWARD, RETURN, RISE, way_of
+from camopt.motion.train_load import TrainLoad
+from camopt.numerics import FloatArray, IntArray
+from camopt.numerics.interval import Interval
+from camopt.numerics.sloped import Placed, Sloped, range_of, widened
+from camopt.numerics.state import Load, State, TrainForces
+from camopt.numerics.taylor import Taylor
+from camopt.problem.problem import Problem
+from camopt.trains.link import position_at
+from camopt.trains.train import Train
+
+TERMS = 3  # of series: up to the acceleration, the highest derivative that values of curves take
+OTHER_KINDS = {RISE: RETURN, RETURN: RISE, OUTWARD: INWARD, INWARD: OUTWARD}
+
+
+class ToolPlaces(NamedTuple):
+    """Cam angles, and the motion that is asked of the tool there."""
+
+    angles: FloatArray
+    """(places,)"""
+    motion: FloatArray
+    """Position, from the start position of trains, velocity and acceleration by the cam angle (3, places)."""
+    kinds: IntArray
+    """Of the pieces, and the ways in which the tool moves (places,)."""
+    against: IntArray
+    """Those of a follower that goes in as the tool goes out."""
+
+    @classmethod
+    def of(cls, turn: Programme, angles: FloatArray) -> "ToolPlaces":
+        """The places at cam angles of a turn that drives a tool."""
+        motion, kinds = turn.tool.at(angles)[:TERMS], turn.tool.kinds_at(angles)
+        motion[0] = tool_position(turn, angles)
+        others = (np.where(kinds & kind, other, kinds & kind) for kind, other in OTHER_KINDS.items())
+        return cls(angles, motion, kinds, np.bitwise_or.reduce([kinds & ~sum(OTHER_KINDS), *others]))
+
+
+@dataclass(frozen=True)
+class Driven:
+    """The motion of the followers of some trains at cam angles; what curves ask of a motion.
+
+    Arrays, or ranges with slopes.
+    """
+
+    tool: Programme
+    load: ExternalLoad | TrainLoad | None
+    state: State
+    lift: Any
+    moved: Any
+    """How far the follower goes as the tool goes from its lowest to its highest position."""
+    sense: Any
+    """1 if the follower goes out with the tool, −1 if against it; 0 where trains of both kinds are in a box."""
+
+    def part(self, some: slice) -> "Driven":
+        """That of some of them."""
+        y, y1, y2, y3, load = self.state
+        y, y1, y2 = (_some(each, some) for each in (y, y1, y2))
+        if load is not None:
+            load = type(load)(*(_some(each, some) for each in load))
+        state = State(y, y1, y2, y3, load)
+        return replace(
+            self, state=state, lift=_some(self.lift, some), moved=_some(self.moved, some), sense=self.sense[some]
+        )
+
+    def least_speed(self, sense: float) -> float:
+        """Of a least velocity nothing is known but at the places."""
+        return inf
+
+
+def driven_at(problem: Problem, designs: Designs, angles: FloatArray, motion: Sequence[Any], ways: Any) -> Driven:
+    """The motion that trains of designs give at cam angles, with which go the tool's motion and its ways."""
+    turn = problem.programme
+    train = problem.trains({key: designs.numbers[key] for key in train_keys(problem)})
+    z, z1, z2 = motion
+    follower = train.follower(Taylor([z, z1, z2 / 2.0]))
+    one, other = (position_at(train.follower, _as(motion[0], end)) for end in travel(turn))
+    sense = _sense(other - one)
+    lowest, highest = np.minimum(one, other), np.maximum(one, other)
+    y, y1, y2 = follower.terms
+    load = _load(turn, train, follower, angles, ways * sense)
+    y, y1, y2 = (_plain(each) for each in (y - lowest, y1, y2 * 2.0))
+    state = State(y, y1, y2, 0.0, load)
+    return Driven(turn.tool, turn.load, state, _plain(highest - lowest), _plain(other - one), sense)
+
+
+def at_places(problem: Problem, designs: Designs, places: ToolPlaces) -> Driven:
+    """The motion of the followers of single designs, arrays (places, designs)."""
+    angles, motion, kinds = places.angles[:, None], places.motion[..., None], places.kinds[:, None]
+    return driven_at(problem, designs, angles, tuple(motion), way_of(kinds))
+
+
+def over_boxes(
+    problem: Problem, boxes: Designs, places: ToolPlaces, where: IntArray, radicands: list[Sloped]
+) -> Driven:
+    """That of all designs of boxes, each at a place of its own; adds the radicands that have to be positive."""
+    error = problem.programme.tool.table.error.max(axis=0)
+    rows = zip(places.motion[:, where], error, strict=False)
+    motion = tuple(widened(Interval(row - e, row + e)) for row, e in rows)
+    own: dict[str, Any] = {key: boxes.numbers[key] for key in train_keys(problem)}
+    ranges = {key: Placed.of(each, radicands) for key, each in own.items() if isinstance(each, Sloped)}
+    trains = boxes.with_values(ranges)
+    return driven_at(problem, trains, places.angles[where], motion, way_of(places.kinds[where]))
+
+
+def train_keys(problem: Problem) -> list[str]:
+    """The keys of the numbers of the train of which ``[search]`` gives a range."""
+    return [each.key for each in problem.choices.trains if each.in_range]
+
+
+def _as(like: Any, end: float) -> Any:
+    """An end of the travel, as the positions of the tool are given."""
+    return (
+        widened(Interval(np.full(like.size, end), np.full(like.size, end))) if isinstance(like, Interval) else end
+    )
+
+
+def _sense(moved: Any) -> Any:
+    """Which way the follower goes if the tool goes up; 0 where it is not known."""
+    if not isinstance(moved, Interval | Sloped):
+        return np.sign(moved)
+    ends = range_of(moved)
+    return (ends.low > 0.0) * 1.0 - (ends.high < 0.0)
+
+
+def _load(turn: Programme, train: Train, follower: Taylor, angles: FloatArray, ways: Any) -> Any:
+    """What curves take of the loads over the turn, and of what comes through trains."""
+    if isinstance(turn.load, ExternalLoad):
+        return Load(*turn.load.at(angles))
+    if turn.load is None:
+        return None
+    brought = replace(turn.load, train=train)
+    loads = {joint: Taylor([*load.at(angles), 0.0]) for joint, load in brought.loads}
+    still, carried = train.brought(follower, brought.ways(ways), loads)
+    return TrainForces(_plain(still.terms[0]), 0.0, _plain(carried.terms[0]), 0.0)
+
+
+def _plain(number: Any) -> Any:
+    return number.alone if isinstance(number, Placed) else number
+
+
+def _some(number: Any, index: slice) -> Any:
+    return number if isinstance(number, float) else number[index]

@@ -1,0 +1,87 @@
+"""The smallest cam over sizes and numbers of the train together, by bisection of boxes of both (``motion_boxes``).
+
+A box is dropped if a limit at some cam angle (``train_limits``) shows that it holds no feasible cam, or if none of
+its trains, or of its cams, can be put together. Limits on means, on the jerk of the follower and on what the train
+alone decides, as the transmission angle, drop no box; a cam has to hold them like all others to be the answer.
+"""
+
+from collections.abc import Collection
+from dataclasses import replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms import Designs
+from camopt.mechanisms.design import SizeBounds
+from camopt.numerics.sloped import Sloped
+from camopt.problem.problem import Problem, exactly
+from camopt.smallest.boxes import Boxes
+from camopt.smallest.closed_form import negligible
+from camopt.smallest.driven_boxes import train_keys
+from camopt.smallest.first_look import largest_size, scale_of
+from camopt.smallest.motion_boxes import MotionSearch, Said
+from camopt.smallest.result import Smallest
+from camopt.smallest.train_limits import TrainLimits
+
+
+class BestTrain(NamedTuple):
+    """The smallest cam of the trains that were tried, with the problem of its train."""
+
+    problem: Problem
+    answer: Smallest
+    cut: bool = False
+    """Whether the time was over before the search was."""
+
+
+class TrainBoxes(MotionSearch):
+    """A search among the trains of a problem, below the best cam so far."""
+
+    def __init__(self, problem: Problem, bounds: SizeBounds, found: BestTrain, until: float) -> None:
+        self.problem, self.bounds, self.found, self.until = exactly(problem), bounds, found, until
+        self.limits = TrainLimits.of(self.problem.bringing(self.deciding))
+
+    @cached_property
+    def deciding(self) -> Collection[str]:
+        return train_keys(self.problem)
+
+    @property
+    def best(self) -> Smallest:
+        return self.found.answer
+
+    def run(self) -> BestTrain:
+        """The smallest cam, with a size that no cam undercuts."""
+        ends = self.ends()
+        least, most = ends["size"]
+        if most <= least:  # as small as any cam may be
+            return self._with_floor(least)
+        boxes = Boxes.one(ends, scale_of(self.problem, self.bounds), self.problem.choices.variables)
+        return self._with_floor(self.bisect(boxes, self.until))
+
+    def _with_floor(self, floor: float) -> BestTrain:
+        return self.found._replace(answer=replace(self.found.answer, floor=floor))
+
+    def ends(self) -> SizeBounds:
+        """Between which sizes and numbers of the train are worth a look."""
+        of_limits = max((limit.least_size for limit in self.problem.limits), default=0.0)
+        least = max(self.bounds["size"][0], of_limits, negligible(self.problem, self.bounds))
+        most = min(largest_size(self.problem, self.bounds), self.best.size)
+        trains = {each.key: each.ends for each in self.problem.choices.trains if each.in_range}
+        return {**self.bounds, **trains, "size": (least, most)}
+
+    def motion(self, boxes: Boxes) -> tuple[Problem, None]:
+        numbers = {key: float(boxes.low[key][0] + boxes.high[key][0]) / 2.0 for key in self.deciding}
+        return self.problem.with_numbers(numbers), None
+
+    def offer(self, answer: Smallest, problem: Problem, told: None) -> None:
+        if answer.size < self.best.size:
+            self.found = self.found._replace(problem=problem, answer=answer)
+
+    def learn(self, design: Designs, problem: Problem) -> None:
+        mechanism = problem.setup.mechanism
+        if not mechanism.is_apart and mechanism.exists(design, problem.programme)[0]:
+            self.limits.learn(design, problem)
+
+    def said(self, boxes: Designs, inside: Designs, like: Sloped) -> Said:
+        with np.errstate(all="ignore"):
+            return self.limits.said(boxes, inside, like)
