@@ -1,6 +1,6 @@
 """Free laws as laws of a scene, and the smallest cams for them."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from math import isfinite, isnan, pi
 from typing import TYPE_CHECKING, Any
@@ -11,7 +11,7 @@ from camopt.effects.vibration import vibration
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.motion import LAWS
-from camopt.motion.conditions import Condition
+from camopt.motion.conditions import DERIVATIVE_NAMES, Condition
 from camopt.motion.law import is_still
 from camopt.motion.programme import Programme, mean_of_powers, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
@@ -24,7 +24,7 @@ from camopt.scene.scene import Scene
 from camopt.smallest.optimise import SECONDS, Optimum, optimise
 from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
-from camopt.synthesis.demand import LOST_AREA, SQUARES, TERM_ORDERS, Demand
+from camopt.synthesis.demand import LOST_AREA, SIZE_WORDS, SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.synthesised import Synthesis, free_names
 from camopt.tables.designs import Design, scene_with_row
@@ -65,14 +65,29 @@ def law_names_of(row: Mapping[str, Any]) -> tuple[str, str]:
 
 def known_row(demand: Demand, row: Design) -> Design:
     """A known law's cam with what it has of the objective, and whether it holds all that free laws hold."""
-    problem = demand.problem
-    names = (name if name in problem.laws else None for name in law_names_of(row))
-    programme, size = problem.with_laws(*names), row[problem.size_name]
+    programme, size = _programme_of(demand, row), row[demand.problem.size_name]
     terms = {name: term_of(demand, programme, name, size) for name in demand.objective}
-    smooth = all(jump.order > demand.rest for jump in programme.jumps)
-    small = size + demand.roller <= demand.prime[1] * (1.0 + LEAST_DERIVATIVE)
-    known: dict[str, Any] = {**terms, **row, "within": small and smooth and within(demand, programme)}
+    known: dict[str, Any] = {**terms, **row, "within": not beyond(demand, row)}
     return Design(known, row.searched)
+
+
+def beyond(demand: Demand, row: Design) -> list[str]:
+    """What a known law's cam breaks of all that free laws hold: names of limits, jumps, and the size."""
+    programme, size = _programme_of(demand, row), row[demand.problem.size_name]
+    jumps = {DERIVATIVE_NAMES[jump.order] for jump in programme.jumps if jump.order <= demand.rest}
+    found = [f"no jump of {name}" for name in sorted(jumps)] + list(broken_by(demand, programme))
+    return list(dict.fromkeys(found + [SIZE_WORDS] * (size > largest_size(demand) * (1.0 + LEAST_DERIVATIVE))))
+
+
+def largest_size(demand: Demand) -> float:
+    """Of the cam, mm; infinite if nothing keeps it from being larger."""
+    return demand.prime[1] - demand.roller
+
+
+def _programme_of(demand: Demand, row: Design) -> Programme:
+    """The turn with the known laws of a design."""
+    problem = demand.problem
+    return problem.with_laws(*(name if name in problem.laws else None for name in law_names_of(row)))
 
 
 def smallest_cams(scene: Scene) -> Optimum:
@@ -144,21 +159,22 @@ def programme_with(demand: Demand, found: "Iterate") -> Programme:
 
 def within(demand: Demand, programme: Programme) -> bool:
     """Whether a motion itself, not a solver's word, holds the limits on it and the conditions."""
+    return next(broken_by(demand, programme), None) is None
+
+
+def broken_by(demand: Demand, programme: Programme) -> Iterator[str]:
+    """The names of the limits on the motion, and of the conditions, that a motion breaks; again for each stroke."""
     for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
         for order, (low, high) in ranges.items():
             least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
             rounding = LEAST_DERIVATIVE * max(abs(end) for end in (low, high) if isfinite(end))
             if least < low - rounding or largest > high + rounding:
-                return False
+                yield DERIVATIVE_NAMES[order]
     if demand.residual is not None and term_of(demand, programme, residual.TERM, 0.0) > demand.residual:
-        return False
+        yield residual.TERM
     up = demand.strokes[0].low - programme.strokes[0].low  # the base circle may be another
-    return all(
-        _meets(demand, stroke, up, condition)
-        for stroke in programme.strokes
-        if stroke.is_free
-        for condition in demand.conditions
-    )
+    for stroke in (each for each in programme.strokes if each.is_free):
+        yield from (each.key for each in demand.conditions if not _meets(demand, stroke, up, each))
 
 
 def _meets(demand: Demand, stroke: Stroke, up: float, condition: Condition) -> bool:
@@ -175,7 +191,7 @@ def cam_for(asked: Scene, demand: Demand, found: "Iterate") -> Synthesis | None:
     if best is None:
         return None
     size = demand.problem.size_name
-    if best[size] + demand.roller > demand.prime[1]:
+    if best[size] > largest_size(demand):
         return None
     objective = objective_of(demand, found, best[size])
     return Synthesis(asked, scene_with_row(scene, best), best, objective)

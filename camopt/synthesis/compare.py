@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from camopt.scene.scene import Scene
 from camopt.synthesis.cams import OWN_MOVES, known_laws, known_row, law_names_of, own_law_names
 from camopt.synthesis.from_scene import demand_of
+from camopt.synthesis.unmet import broken_in_words
 from camopt.tables.designs import Design
 
 
@@ -18,6 +19,8 @@ class KnownLaws:
 
     scene: Scene
     rows: dict[str, Design]
+    beyond: dict[str, str]
+    """What each of those that are not ``within`` breaks."""
 
     @property
     def own(self) -> str | None:
@@ -38,4 +41,5 @@ def known_laws_of(scene: Scene) -> KnownLaws:
     weights = demand.objective
     for row in rows.values():
         row["objective"] = sum(weight * row[name] for name, weight in weights.items())
-    return KnownLaws(scene, rows)
+    beyond = {law: broken_in_words(scene, demand, row) for law, row in rows.items() if not row["within"]}
+    return KnownLaws(scene, rows, beyond)

@@ -135,7 +135,7 @@ def _best(scene: Scene, demand: Demand, advance: Progress) -> tuple[Synthesis, I
         found = [(cam, laws) for laws in known if (cam := cam_for(scene, demand, laws))]
     if not found:
         tried = [start, *(last for _, last in steps)][:MISSES_SHOWN]
-        raise no_cam([smallest_cams(scene_with_laws(scene, demand, each)) for each in tried])
+        raise no_cam(scene, demand, [smallest_cams(scene_with_laws(scene, demand, each)) for each in tried])
     cam, laws = _least(found)
     return replace(cam, convex=free), laws
 

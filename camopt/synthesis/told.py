@@ -2,6 +2,7 @@
 
 from camopt.problem.problem import resolve
 from camopt.synthesis.conditions import ground_of
+from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.units import objective_unit
 from camopt.tables.cells import number
@@ -17,3 +18,15 @@ def bound_in_words(result: Synthesis) -> str:
     elif result.bound is None and ground_of(resolve(result.asked)).dip is not None:
         what += " There is no bound: the follower is lowest in a move, where the scene gives no position."
     return what
+
+
+def size_in_words(result: Synthesis) -> str:
+    """That the scene's own size is the largest, where something else is minimised and [search] has none."""
+    problem = resolve(result.asked)
+    if "size" in problem.choices.variables or "size" in objective_in(result.asked.synthesis):
+        return ""
+    size = problem.setup.mechanism.body.size
+    words = (
+        f"The {size.replace('_', ' ')} may be at most that of the scene, {number(float(problem.design.size[0]))} mm"
+    )
+    return f"{words}: search.{size} gives it a range."

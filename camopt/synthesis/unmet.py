@@ -14,7 +14,8 @@ from camopt.quantities import AT_LEAST, QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.scene.tables import OBJECTIVE_TERMS
 from camopt.smallest.optimise import Optimum
-from camopt.synthesis.demand import SIZE_WORDS, Demand
+from camopt.synthesis.cams import beyond, largest_size
+from camopt.synthesis.demand import SIZE_WORDS, TERM_ORDERS, Demand
 from camopt.synthesis.from_scene import AMPLE_FACTOR, GENTLE, default_peaks
 from camopt.synthesis.units import unit_of
 from camopt.tables.cells import number
@@ -35,18 +36,58 @@ class Missed(NamedTuple):
     """Which bounds are easier to hold: larger, or smaller ones."""
 
 
-def no_cam(searches: Sequence[Optimum]) -> Unmet:
+def no_cam(scene: Scene, demand: Demand, searches: Sequence[Optimum]) -> Unmet:
     """No cam of free laws holds the limits that are not convex: what the one that misses by least has of each."""
-    held = "free laws hold the convex limits, but no cam was found that also holds"
-    misses = [each.nearest_miss for each in searches if each.nearest_miss is not None]
-    found = [missed for miss in misses if (missed := _missed(miss))]
+    held, more = (
+        "free laws hold the convex limits, but no cam was found that also holds",
+        _by_default(scene, demand),
+    )
+    found = [missed for each in searches if (missed := _missed_by(demand, each))]
     if not found:
         obstacles = dict.fromkeys(why for each in searches for why in each.obstacles.values())
-        return Unmet(f"{held} the others: {listed_words(list(obstacles))}")
+        others = f"the others: {listed_words(list(obstacles))}" if obstacles else "all of them together"
+        return Unmet(f"{held} {others}{more}")
     nearest = min(found, key=lambda each: (len(each), max(missed.by for missed in each.values())))
     wider = [f"{missed.easier} {key}" for key, missed in nearest.items() if "." in key]
-    lifts = f"; what lifts this is a {' or a '.join(wider)}, or no such limit" if wider else ""
-    return Unmet(f"{held} {listed_words([f'{key} ({missed.words})' for key, missed in nearest.items()])}{lifts}")
+    instead = (
+        "no such limit"
+        if all(key.startswith("limits.") for key in nearest if "." in key)
+        else "a range in [search]"
+    )
+    lifts = f"; what lifts this is a {' or a '.join(wider)}, or {instead}" if wider else ""
+    reached = [f"{key} ({missed.words})" for key, missed in nearest.items()]
+    return Unmet(f"{held} {listed_words(reached)}{lifts}{more}")
+
+
+def _by_default(scene: Scene, demand: Demand) -> str:
+    """What is limited by default alone, with the bound, and how to have another."""
+    found = []
+    for name in _usual(scene, demand):
+        ends = [abs(end) for row in demand.ranges for end in row.get(TERM_ORDERS[name], ())]
+        value = number(max(ends, default=0.0) * demand.per_unit[name])
+        found.append(f"{name} of at most {value} {unit_of(name, scene)}")
+    if not found:
+        return ""
+    return f"; by default laws have {listed_words(found)} ({_gentle(scene)}): {_lifted_by(scene)}"
+
+
+def _missed_by(demand: Demand, search: Optimum) -> dict[str, Missed]:
+    """What the nearest cam of a search breaks; one that holds all limits may be too large."""
+    if search.nearest_miss is not None:
+        return _missed(search.nearest_miss)
+    most, name = largest_size(demand), demand.problem.size_name
+    if search.best is None or search.best[name] <= most:
+        return {}
+    reached = f"{name} = {number(search.best[name])} was reached, at most {number(most)} mm is allowed"
+    return {_size_key(demand): Missed(reached, search.best[name] / most - 1.0, "larger")}
+
+
+def broken_in_words(scene: Scene, demand: Demand, row: Design) -> str:
+    """What a known law's cam breaks of all that free laws hold, by keys."""
+    names = beyond(demand, row)
+    said = [_key(scene, demand, name) for name in names if name != SIZE_WORDS]
+    size = f"{_size_key(demand)} of at most {number(largest_size(demand))} mm"
+    return listed_words(said + [size] * (SIZE_WORDS in names))
 
 
 def _missed(miss: Design) -> dict[str, Missed]:
@@ -125,12 +166,16 @@ def _asked(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_
 def _key(scene: Scene, demand: Demand, name: str) -> str:
     """The key that gives a limit or condition of a demand."""
     if name == SIZE_WORDS:
-        searched, key = "size" in demand.problem.choices.variables, demand.problem.setup.mechanism.body.size
-        return f"{SIZE_WORDS} ({'search' if searched else 'cam'}.{key})"
+        return f"{SIZE_WORDS} ({_size_key(demand)})"
     limits = {limit.name: key_of(limit) for limit in demand.problem.limits}
     if name in limits or "." in name:
         return limits.get(name, name)
     return f"synthesis.peak_{name}" if getattr(scene.synthesis, f"peak_{name}", None) else name
+
+
+def _size_key(demand: Demand) -> str:
+    searched, key = "size" in demand.problem.choices.variables, demand.problem.setup.mechanism.body.size
+    return f"{'search' if searched else 'cam'}.{key}"
 
 
 def _least(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_of: BestPossible) -> str:

@@ -22,13 +22,13 @@ from camopt import BadInput, Scene, Unmet, Unsolved, evaluate, find_scene, optim
 from camopt.cli.main import main
 from camopt.front.sweep import sweep
 from camopt.motion import LAWS
-from camopt.motion.programme import Programme, law_peaks, root_mean_square, span
+from camopt.motion.programme import Programme, law_peaks, peak, root_mean_square, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.problem.problem import resolve
 from camopt.scene.tables import OBJECTIVE_TERMS, SynthesisSettings
-from camopt.synthesis.cams import known_laws, scene_with_laws
+from camopt.synthesis.cams import known_laws, scene_with_laws, smallest_cams
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
 from camopt.synthesis.compare import known_laws_of
 from camopt.synthesis.conic import SOLVED, ConicProgramme
@@ -40,6 +40,8 @@ from camopt.synthesis.rows import ConvexRows
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.splines import Splines, elevated
 from camopt.synthesis.synthesise import bound_of, solved, synthesise
+from camopt.synthesis.unmet import no_cam
+from camopt.tables.cells import number
 from camopt.verdicts.certify import certify
 
 MOTION = [
@@ -905,6 +907,44 @@ def test_synthesis_imports_no_modelling_language():
     command = "import sys, camopt; camopt.synthesise(camopt.find_scene('roller-1000rpm'))"
     code = f"{command}; assert not {{'cvxpy', 'scipy.interpolate', 'scipy.stats'}} & {{*sys.modules}}"
     assert subprocess.run([sys.executable, "-c", code], check=False, stdout=subprocess.DEVNULL).returncode == 0
+
+
+VALVE_LIFT = [
+    {"segment": "move", "angle": 12, "to": 0.08, "velocity": 0.8, "acceleration": 0},
+    {"segment": "constant-velocity", "angle": 12, "velocity": 0.8},
+    {"segment": "move", "angle": 60, "to": 9},
+    {"segment": "move", "angle": 60},
+    {"segment": "constant-velocity", "angle": 12, "to": 0.08, "velocity": -0.8},
+    {"segment": "move", "angle": 12, "to": 0},
+    {"segment": "dwell", "angle": 192},
+]
+
+
+def test_what_keeps_a_cam_from_being_larger_is_named_with_what_is_by_default():
+    """Where acceleration is minimised the cam is no larger than the scene's own: a limit as any other."""
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "rpm": 3000, "base_radius": 21.5},
+            "follower": {"motion": "translating", "contact": "flat"},
+            "motion": VALVE_LIFT,
+            "limits": {"curvature_radius": 3},
+            "synthesis": {"minimise": "acceleration"},
+        }
+    )
+    demand, own = demand_of(scene), smallest_cams(scene)
+    least = own.best["base_radius_mm"]
+    assert least > 21.5
+    why = str(no_cam(scene, demand, [own]))
+    assert f"cam.base_radius (base_radius_mm = {number(least)} was reached, at most 21.5 mm is allowed)" in why
+    assert "a larger cam.base_radius, or a range in [search]" in why
+    moves = resolve(scene).programme
+    jerk = 1.25 * peak(moves, 3, ALL_STROKES) * (3000 * pi / 30) ** 3 / 1e3
+    assert f"by default laws have jerk of at most {number(jerk)} m/s³" in why
+    asked = scene.replace(**{"limits.jerk": 2e7})
+    known = known_laws_of(asked)
+    assert known.beyond == {"own moves": "cam.base_radius of at most 21.5 mm"}
+    assert evaluate(known.rows["own moves"].scene)["feasible"]  # of its own size
+    assert "by default" not in str(no_cam(asked, demand_of(asked), [own]))
 
 
 def test_known_laws_are_those_of_the_search_and_the_scenes_own():

@@ -27,7 +27,9 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
         return print_json({"scene": found.scene.name, **names, "least": ends, **tables})
     show(found.table() or f"{found.scene.name}: the frontier")
     show("The known laws are on the smallest cams that the limits allow them.")
-    show_limits_of_motion(found.scene, found.known, defaults)
+    if not all(row["within"] for row in found.known):
+        show("* breaks what the free laws hold")
+    show_limits_of_motion(found.scene, defaults)
     show_other_limits_of_synthesise(found, defaults)
     for term, (least, bound) in found.least.items():
         most = "" if not bound else f"; no motion within the other limits has less than {number(bound)}"

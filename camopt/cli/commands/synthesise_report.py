@@ -1,7 +1,7 @@
 """The output of ``camopt synthesise``."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from camopt.cli.commands.optimise_report import COSTS, price_in_words
 from camopt.cli.terminal import print_json, show
@@ -22,7 +22,7 @@ SHOWN_ZERO = 5e-4  # a share that is shown as 0.0%
 def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Price]", as_json: bool) -> None:
     """The cam of the free laws beside the smallest of each known law, the bound, the gap, and what bounds cost."""
     from camopt.synthesis.from_scene import default_peaks
-    from camopt.synthesis.told import bound_in_words
+    from camopt.synthesis.told import bound_in_words, size_in_words
     from camopt.synthesis.units import objective_unit
 
     defaults = default_peaks(result.asked)
@@ -46,7 +46,11 @@ def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Pr
     unit, what = objective_unit(result.asked), bound_in_words(result)
     swung = result.scene.mechanism.motion.angular
     why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
-    show_limits_of_motion(result.asked, known.rows.values(), defaults)
+    if known.beyond:
+        show(f"* breaks what the free laws hold: {broken_by_known(known.beyond)}")
+    show_limits_of_motion(result.asked, defaults)
+    if size := size_in_words(result):
+        show(size)
     show(_beside_known(result, known))
     show(what + ("" if result.convex else f" {why}, so the laws are a local optimum."))
     rows = [price_in_words(price, unit) for price in prices]
@@ -55,12 +59,20 @@ def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Pr
     return None
 
 
-def show_limits_of_motion(scene: "Scene", known: Iterable[dict[str, Any]], defaults: dict[str, float]) -> None:
-    """The limits that were taken by default, and what a star means."""
+def broken_by_known(beyond: dict[str, str]) -> str:
+    """What known laws break, with the names of those that break it where others break something else."""
+    laws: dict[str, list[str]] = {}
+    for law, broken in beyond.items():
+        laws.setdefault(broken, []).append(law)
+    if len(laws) == 1:
+        return next(iter(laws))
+    return "; ".join(f"{broken} ({', '.join(some)})" for broken, some in laws.items())
+
+
+def show_limits_of_motion(scene: "Scene", defaults: dict[str, float]) -> None:
+    """The limits that were taken by default."""
     from camopt.synthesis.from_scene import AMPLE_FACTOR
 
-    if not all(row["within"] for row in known):
-        show("* breaks a limit on the motion that the free laws meet")
     if not defaults:
         return
     kinds = {segment.segment for segment in scene.motion}
