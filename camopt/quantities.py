@@ -279,6 +279,7 @@ class Quantities(dict[str, Quantity]):
         return super().__contains__(name) or (isinstance(name, str) and _of_stage(name) is not None)
 
 
+KEEPS_CONTACT = "keeps contact at this speed, in a groove with one and the same flank."
 _ALL = [
     Quantity("law_rise", "", "", "sizes", "Motion law of the rises.", str),
     Quantity("law_return", "", "", "sizes", "Motion law of the returns.", str),
@@ -374,22 +375,23 @@ _ALL = [
     *[
         Quantity(name, symbol, unit, "force", sentence)
         for name, symbol, unit, sentence in (
-            ("contact_force_min_N", "F_min", "N", "Least force along the motion; contact is lost at 0 and below."),
-            ("contact_force_max_N", "F_max", "N", "Largest force along the motion."),
-            ("preload_required_N", "F_0", "N", "Least preload that keeps contact at this speed."),
-            ("preload_required_N_m", "M_0", "N·m", "Least preload that keeps contact at this speed."),
-            ("spring_rate_required_N_per_mm", "k", "N/mm", "Least spring rate that keeps contact at this speed."),
             (
-                "spring_rate_required_N_m_per_rad",
-                "k",
-                "N·m/rad",
-                "Least spring rate that keeps contact at this speed.",
+                "contact_force_min_N",
+                "F_min",
+                "N",
+                "Least force along the motion; contact is lost at 0 and below, in a groove its other flank bears.",
             ),
+            ("contact_force_max_N", "F_max", "N", "Largest force along the motion."),
+            ("preload_required_N", "F_0", "N", f"Least preload that {KEEPS_CONTACT}"),
+            ("preload_required_N_m", "M_0", "N·m", f"Least preload that {KEEPS_CONTACT}"),
+            ("spring_rate_required_N_per_mm", "k", "N/mm", f"Least spring rate that {KEEPS_CONTACT}"),
+            ("spring_rate_required_N_m_per_rad", "k", "N·m/rad", f"Least spring rate that {KEEPS_CONTACT}"),
             (
                 "jump_speed_rpm",
                 "",
                 "rpm",
-                "Speed of the cam above which contact is lost; 0 where nothing presses the follower.",
+                "Speed of the cam above which contact is lost, in a groove with one flank; 0 where nothing presses "
+                "the follower.",
             ),
             ("jump_speed_ratio", "", "", "Jump speed over the speed of the cam."),
         )

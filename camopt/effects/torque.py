@@ -115,13 +115,15 @@ def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTu
     upwards, downwards = _impulses(programme)
     unknown = inf if has_lost_energy(programme) else 0.0
     top, bottom = largest_of_series(series), -largest_of_series(-series)
+    room = WORK_ERROR * np.maximum(top, -bottom)
+    mean = np.where(np.abs(mean) <= room, 0.0, mean)  # of what comes back over the turn, rounding alone is left
     return TorqueOverTurn(
         top + inf if upwards else top,
         bottom - inf if downwards else bottom,
         mean + unknown,
         rms + inf if upwards or downwards else rms,
         _fluctuation(programme, factors, mean) + unknown,
-        np.zeros_like(mean) if upwards or downwards else WORK_ERROR * np.maximum(top, -bottom),
+        np.zeros_like(mean) if upwards or downwards else room,
     )
 
 

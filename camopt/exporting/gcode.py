@@ -72,7 +72,12 @@ def write(
         decimals = DIALECTS[control].decimals if control in DIALECTS else ALLOWED_DECIMALS[0]
     least = LEAST_CHORD * 10.0**-decimals if decimals in ALLOWED_DECIMALS else CHORD
     chord = max(CHORD, least) if chord is None else chord
-    _check(work, least, {name: value for name, value in locals().items() if name not in ("work", "path", "least")})
+    _check(
+        work,
+        path,
+        least,
+        {name: value for name, value in locals().items() if name not in ("work", "path", "least")},
+    )
     assert cutter_radius is not None
     assert feed is not None
     check_cutter(work.problem, cutter_radius)
@@ -141,9 +146,9 @@ def _levels(depth: float | None, step: float | None) -> list[float | None]:
 # ----------------------------------------------------------------------------------------------------- settings
 
 
-def _check(work: Workpiece, least: float, given: Mapping[str, Any]) -> None:
+def _check(work: Workpiece, path: Path, least: float, given: Mapping[str, Any]) -> None:
     """BadInput for settings that are missing or out of range."""
-    mistakes = [*_missing(work, given), *_out_of_range(given)]
+    mistakes = [*_missing(work, path, given), *_out_of_range(given)]
     part, depth = work.part, given["depth"]
     if depth is not None and part.thickness is not None and part.stands_on_hub and depth > part.thickness:
         mistakes.append(
@@ -156,12 +161,11 @@ def _check(work: Workpiece, least: float, given: Mapping[str, Any]) -> None:
         raise BadInput(mistakes)
 
 
-def _missing(work: Workpiece, given: Mapping[str, Any]) -> Iterator[Mistake]:
+def _missing(work: Workpiece, path: Path, given: Mapping[str, Any]) -> Iterator[Mistake]:
     """What there is no program without, and settings that mean nothing without another."""
     if work.problem.setup.mechanism.body.developed:
-        yield Mistake(
-            "camopt", "file", "….nc", "written for disc cams; a groove is cut from its .dxf, .csv or .step"
-        )
+        why = "programs are for disc cams; a groove is cut from its .dxf or .step, or from a .csv of its points"
+        yield Mistake("camopt", "file", str(path), why, bare=True)
     for name in ("cutter_radius", "feed"):
         if given[name] is None:
             yield Mistake("camopt", name, None, "missing: a program needs it", bare=True)

@@ -4,6 +4,7 @@ from camopt.effects import EFFECTS, effects_needed, lacking, offered
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
+from camopt.scene.train import CARRIED
 
 LOAD_USERS = ("force", "torque", "thrust", "hertz", "surface", "vibration")
 GUIDED = ("torque", "thrust", "hertz", "surface")
@@ -58,7 +59,11 @@ def unanswered(scene: Scene) -> list[str]:
     for effect in dict.fromkeys(scene.outputs):
         needs = [keys for name, keys in lacks.items() if QUANTITIES[name].effect == effect]
         if needs and effect not in shown:
-            sentences.append(f"outputs: {effect} shows nothing without {', '.join(sorted(needs, key=len)[0])}")
+            carried = any(getattr(stage, key) for stage in scene.train for key in CARRIED)
+            also = ", and does not count what the train carries alone" if carried else ""
+            sentences.append(
+                f"outputs: {effect} shows nothing without {', '.join(sorted(needs, key=len)[0])}{also}"
+            )
     return sentences
 
 

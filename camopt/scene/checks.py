@@ -152,7 +152,8 @@ def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[F
     absent += [f"search.cam.{key}" for key in others if key not in SEARCHED]
     for key in absent:
         if at(data, key) not in (None, 0.0):
-            yield key, at(data, key), f"a {what} has none"
+            instead = f": its size is cam.{body.size}" if key in (f"cam.{b.size}" for b in BODIES.values()) else ""
+            yield key, at(data, key), f"a {what} has none{instead}"
     for name in own:
         if Follower.model_fields[name].default is not None:
             continue

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from camopt.quantities import NUMBER_COLUMNS, QUANTITIES, number_quantities
+from camopt.quantities import NUMBER_COLUMNS, OF_STAGE, QUANTITIES, number_quantities, stage_quantity
 from camopt.scene.scene import Scene
 from camopt.scene.speed import OF_CRANK, TURNS_OF_CRANK
 
@@ -17,11 +17,20 @@ class Read(NamedTuple):
 
 
 def numbers_read(scene: Scene) -> list[Read]:
-    """The speed, and numbers of follower, spring, load and materials; for oscillating followers moments by rad."""
+    """The speed, and numbers of follower, spring, load, materials and train; of what turns moments by rad."""
     names = number_quantities(angular=scene.mechanism.motion.angular, tool_turns=scene.tool_turns)
     given = {key: value for key, value in scene.numbers(NUMBER_COLUMNS).items() if value is not None}
     found = [Read(key, value, QUANTITIES[names[key]].unit) for key, value in given.items()]
-    return [*_speed_of_crank(scene), *found]
+    return [*_speed_of_crank(scene), *found, *_of_train(scene)]
+
+
+def _of_train(scene: Scene) -> Iterator[Read]:
+    """The lengths and angles of each stage, and what it carries."""
+    for number, stage in enumerate(scene.train, start=1):
+        for key, value in stage:
+            if key in OF_STAGE and value is not None:
+                name = stage_quantity(number, key, turns=scene.turns_after(number))
+                yield Read(f"train.{number}.{key}", value, QUANTITIES[name].unit)
 
 
 def _speed_of_crank(scene: Scene) -> Iterator[Read]:

@@ -24,6 +24,7 @@ PURPOSES = {
     "press": "press-with-drift",
     "lock-bolt": "indexing-overlap",
     "belt": "belt-matching",
+    "barrel": "feeder-with-stop",
 }
 """What a cam is for, each with the shipped scene of one."""
 PAIRINGS = {

@@ -141,7 +141,7 @@ class Cam(SceneTable):
 
     read_as: ClassVar[Mapping[str, str]] = {"rpm_of_crank": "rpm"}
     form: CamForm
-    """A disc cam turns about an axis square to the motion, a cylindrical one carries a groove on its mantle."""
+    """A disc cam turns about an axis square to the motion, a cylindrical (barrel) cam has a groove round it."""
     rotation: Literal["ccw", "cw"] = "ccw"
     """Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw."""
     rpm: Speed | None = None
@@ -222,6 +222,11 @@ class Dynamics(SceneTable):
 
 class Follower(SceneTable):
     """The follower: how it moves, what touches the cam, and its sizes."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "roller_diameter": "not a known key; follower.roller_radius is half of it",
+        "face_diameter": "not a known key; follower.face_radius is half of it",
+    }
 
     motion: MotionName
     """Along a straight line, or about a pivot."""

@@ -29,8 +29,8 @@ def write_workbook(path: str | os.PathLike[str], sheets: Mapping[str, SheetColum
     try:
         from xlsxwriter import Workbook
     except ModuleNotFoundError:
-        why = 'written where XlsxWriter is installed; pip install "camopt[excel]" adds it'
-        raise BadInput([Mistake("camopt", "file", os.fspath(path), why)]) from None
+        why = 'needs XlsxWriter, which is not installed: pip install "camopt[excel]" adds it'
+        raise BadInput([Mistake("camopt", "file", os.fspath(path), why, bare=True)]) from None
     longest = max(columns[0].size for _, _, columns in sheets.values())
     if longest > SHEET_ROWS:
         raise BadInput(

@@ -198,6 +198,15 @@ def test_a_damped_sinusoidal_follower_takes_what_the_damper_takes():
     assert evaluate(scene)["power_mean_W"] == near(50.0 * (omega * h / 2) ** 2 / 2)
 
 
+@pytest.mark.parametrize("law", ["modified-sine", "poly345", "modified-trapezoid"])
+def test_a_turn_that_takes_nothing_has_no_mean_torque(law):
+    """What goes into mass and spring comes back: what rounding leaves of it is no torque."""
+    dynamics = {"mass": 3.0, "spring_rate": 2.0, "preload": 70.0}
+    found = evaluate(cam(motion(law, 60.0), dynamics))
+    assert (found["torque_mean_N_m"], found["power_mean_W"]) == (0.0, 0.0)
+    assert found["torque_rms_N_m"] > 0.1
+
+
 PRODUCTS = {"harmonic": pi**3 / 8, "parabolic": 8.0, "cycloidal": 1.5 * sqrt(3) * pi}
 
 

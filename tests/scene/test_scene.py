@@ -271,6 +271,13 @@ ONE_MISTAKE = [
     ("roller", {"follower.offset": -60}, "follower.offset = -60.0: must be smaller than the prime radius (55)"),
     ("roller", {"cam.shaft_diameter": 101}, "cam.shaft_diameter = 101.0: must be at most twice the base radius (1"),
     ("arm", {"follower.offset": 3}, "follower.offset = 3: a disc cam with an oscillating roller follower has none"),
+    ("roller", {"follower.roller_diameter": 20}, "follower.roller_diameter = 20: not a known key; follower.roller_r"),
+    (
+        "groove",
+        {"cam.base_radius": 40},
+        "cam.base_radius = 40: a cylindrical cam with an oscillating roller follower has none: its size is "
+        "cam.mean_radius",
+    ),
     ("arm", {"follower.arm_length": 500}, "follower.arm_length = 500.0: no triangle: the prime radius (50) must l"),
     ("arm", {"motion.1.lift": 170.0, "motion.2.lift": 170.0}, "motion.lift: the arm starts at 22.6199 deg and ris"),
     ("swinging face", {"follower.centre_distance": 25}, "follower.centre_distance = 25.0: must be above the diffe"),

@@ -34,7 +34,8 @@ def _highest(scene: "Scene") -> str:
 
     programme, unit = resolve(scene).programme.tool, "deg" if scene.tool_turns else "mm"
     angle = degrees(farthest(programme, 1.0).angle)
-    return f"Largest lift: {number(programme.lift / programme.unit)} {unit}, reached at {number(angle)}°."
+    whose = " of the tool" if scene.train else ""
+    return f"Largest lift{whose}: {number(programme.lift / programme.unit)} {unit}, reached at {number(angle)}°."
 
 
 def _of_crank(result: "Evaluation") -> str:
