@@ -123,6 +123,12 @@ def test_a_program_that_cannot_be_is_said(tmp_path, settings, message):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_groove_has_no_program(tmp_path):
+    """The message names the file that was asked for."""
+    with pytest.raises(BadInput, match=r"cam\.mpf'?: programs are for disc cams; a groove is cut from its \.dxf"):
+        export(find_scene("feeder-with-stop"), tmp_path / "cam.mpf", **NC)
+
+
 @pytest.mark.parametrize(
     ("part", "settings", "deepest"),
     [
