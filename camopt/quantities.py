@@ -14,7 +14,7 @@ WITHOUT_BOUNDS = ("sizes", "limits", "proof")
 """Effects whose quantities are what is asked, or its answer."""
 UNBOUNDED = (
     *("pressure_angle_max_at_deg", "pitch_circle_radius_mm", "centroid_x_mm", "centroid_y_mm"),
-    *("jamming_angle_deg", "contact_half_length_mm", "contact_shear_depth_mm"),
+    *("jamming_angle_deg", "contact_half_length_mm", "contact_shear_depth_mm", "joint_force_max_at_deg"),
 )
 """Quantities that say where or how something is, not how much."""
 BOUNDED_BELOW = (
@@ -304,6 +304,16 @@ _ALL = [
         "transmission",
         "Least transmission angle of the couplers of a train over the turn.",
     ),
+    Quantity(
+        "joint_force_max_N",
+        "F_J",
+        "N",
+        "joints",
+        "Largest force in the pins of couplers, rollers, teeth, levers and faces of a train.",
+    ),
+    Quantity("joint_force_max_at_deg", "", "deg", "joints", "Cam angle of the largest of these forces."),
+    Quantity("pivot_force_max_N", "F_P", "N", "joints", "Largest force on a pivot of a train, wherever it stands."),
+    Quantity("slide_thrust_max_N", "", "N", "joints", "Largest force of a train's slides across their guides."),
     Quantity("pressure_angle_max_deg", "β_max", "deg", "pressure", "Largest |β| over the turn."),
     Quantity("pressure_angle_max_rise_deg", "β_max", "deg", "pressure", "Largest |β| over the rises."),
     Quantity("pressure_angle_max_return_deg", "β_max", "deg", "pressure", "Largest |β| over the returns."),

@@ -9,13 +9,13 @@ from camopt.drawing.limit_lines import limit_lines
 from camopt.drawing.loads import by_way
 from camopt.drawing.panels import Panel, greatest_and_least, known, marked
 from camopt.drawing.picture import Picture, four_digits
-from camopt.effects import vibration
+from camopt.effects import joints, vibration
 from camopt.effects.force import force_curve, weights
 from camopt.effects.loads import torque_curve, ways
 from camopt.effects.motion import scale
 from camopt.effects.peak import Variant
 from camopt.motion.programme import Programme
-from camopt.motion.table import DWELL
+from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave
 from camopt.quantities import QUANTITIES
@@ -23,7 +23,7 @@ from camopt.quantities import QUANTITIES
 
 def dynamics_panels(picture: Picture) -> list[Panel]:
     """The diagrams of force, torque and vibration, of those that were computed and are finite."""
-    return [*_force(picture), *_torque(picture), *_train(picture)]
+    return [*_force(picture), *_torque(picture), *_joints(picture), *_train(picture)]
 
 
 def _force(picture: Picture) -> list[Panel]:
@@ -62,6 +62,27 @@ def _torque(picture: Picture) -> list[Panel]:
     panel.reference = [np.full_like(value, mean) for value in values]
     panel.note = f"dash-dot: mean {four_digits(mean)} N·m"
     panel.limits = limit_lines(picture, ends[0])
+    return [panel]
+
+
+def _joints(picture: Picture) -> list[Panel]:
+    """The force in the joint of a train that has the largest, and the largest forces in the others."""
+    if not known(picture, joints.LARGEST_OF["joint"]):
+        return []
+    problem, speed = picture.problem, picture.problem.setup.omega or 0.0
+    forces = [force for force in joints.forces_of(problem.setup) if force.kind == "joint"]
+    worst = [float(joints.worst_of(problem.programme, force, speed).value) for force in forces]
+    most = forces[int(np.argmax(worst))]
+    turn = joints.joint_turn(problem.programme, most.parts)
+    values = [joints.force_at(turn, angles, speed) for angles in picture.pieces]
+    name = joints.LARGEST_OF["joint"]
+    panel = Panel(f"Force in a joint of the train: {most.name} of stage {most.stage}", "N", values, quantity=name)
+    panel.peaks = [marked(picture, values, name)]
+    panel.limits = limit_lines(picture, name, ALL_STROKES)
+    others = [
+        f"{f.name} of stage {f.stage} {four_digits(w)} N" for f, w in zip(forces, worst, strict=True) if f != most
+    ]
+    panel.note = f"largest in others: {', '.join(others)}" if others else ""
     return [panel]
 
 

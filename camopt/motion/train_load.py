@@ -5,6 +5,7 @@ the series of the motion give, are interpolated at Chebyshev points and integrat
 formulas in between, and rounding, is the error of the table.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +19,9 @@ from camopt.numerics.loading import ForceTable, TrainLoadTable
 from camopt.numerics.panels import TABLE_DEGREE, derivatives
 from camopt.numerics.piecewise import MotionTable, node_values, ranges
 from camopt.numerics.state import TrainForces
-from camopt.numerics.taylor import Taylor
+from camopt.numerics.taylor import Series, Taylor
+from camopt.trains.carried import Brought
+from camopt.trains.joints import Weighted
 from camopt.trains.train import Train
 
 NODES, TO_POWERS = chebyshev_projection(TABLE_DEGREE - 1)
@@ -30,29 +33,34 @@ ROUNDED = 64.0  # errors of the formulas, in roundings of the largest value in t
 
 @dataclass(frozen=True)
 class TrainLoad:
-    """What comes to a follower through a train, N (N·mm): F = S + ω²·I."""
+    """What comes to a follower through a train, or to joints of it, N (N·mm): F = S + ω²·I."""
 
     train: Train
     loads: tuple[tuple[int, ExternalLoad], ...] = ()
     """Loads that change over the turn, by joint; 0 is the follower."""
     zero: float = 0.0
     """Where the follower is lowest in the turn, from the start position of the train, mm (rad)."""
+    parts: tuple[Weighted, ...] = ()
+    """The forces in joints of which it is the sum; none for the force at the follower."""
 
     @property
     def angles(self) -> tuple[float, ...]:
         """The cam angles where loads have corners, rad."""
         return tuple(angle for _, load in self.loads for angle in load.angles)
 
-    def ways(self, way: Any) -> list[Any]:
-        """Which way each joint moves if the follower moves one way: 1, −1, or 0 at rest."""
-        return [way * sense for sense in self.train.senses]
+    def of(self, train: Train, follower: Series, way: Any, loads: Mapping[int, Series]) -> Brought:
+        """S and I, of its train in some kind of number, if the follower moves one way: 1, −1, or 0 at rest."""
+        ways = [way * sense for sense in self.train.senses]
+        if self.parts:
+            return train.force_in(self.parts, follower, ways, loads)
+        return train.brought(follower, ways, loads)
 
     def state(self, angles: FloatArray, motion: FloatArray, way: FloatArray) -> TrainForces:
         """As curves take it: of a motion (4, …) at cam angles, which goes out (1), in (−1) or rests (0)."""
         y, y1, y2, y3 = motion
         loads = {joint: Taylor([*load.at(angles), 0.0, 0.0]) for joint, load in self.loads}
         follower = Taylor([y + self.zero, y1, y2 / 2.0, y3 / 6.0])
-        still, carried = self.train.brought(follower, self.ways(way), loads)
+        still, carried = self.of(self.train, follower, way, loads)
         rows = (*still.terms[:2], *carried.terms[:2])
         return TrainForces(*(np.broadcast_to(row, y.shape) for row in rows))
 

@@ -173,10 +173,10 @@ def _carried(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterator[Carr
         if "gravity" in has and "mass" not in has:
             raise StageFault(number, "gravity acts on a mass, which is missing")
         mass = has.get("inertia", 0.0) * 1e3 if turns else has.get("mass", 0.0) * 1e-3
-        constant, _ = constant_and_changing(has["load"], unit)
+        constant, changing = constant_and_changing(has["load"], unit)
         force = constant + has.get("preload", 0.0) * unit + mass * 1e3 * has.get("gravity", 0.0)
         stiffness, friction = (has.get(name, 0.0) * unit for name in ("spring_rate", "friction_force"))
-        if any(not isinstance(each, float) or each for each in (mass, stiffness, force, friction)):
+        if changing or any(not isinstance(each, float) or each for each in (mass, stiffness, force, friction)):
             yield Carried(joint, mass, stiffness, force, friction)
         if "arm_inertia" in has:
             if train.stages.count(number) == 1:
@@ -202,7 +202,7 @@ def train_load(
         joint, _, unit = _moved(train, number)
         _, changing = constant_and_changing(row.load, unit)
         loads += [] if changing is None else [(joint, changing)]
-    return TrainLoad(train, tuple(loads)) if train.carried or any(joint for joint, _ in loads) else load
+    return TrainLoad(train, tuple(loads)) if train.carried else load
 
 
 def tool_turns(rows: Sequence[Mapping[str, Any]], turns: bool) -> bool:

@@ -19,7 +19,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, angle_of, direction, root
-from camopt.trains.link import NO_COUPLERS, RADIAN, DeadPoint, needed
+from camopt.trains.link import NO_COUPLERS, RADIAN, DeadPoint, Force, needed, one_like
 from camopt.trains.sketch import Port, Sketch, Standing, bar, sliding
 
 ALONG = "the arm points along the motion of the slide"
@@ -35,6 +35,7 @@ class Arm:
     sine: Any
     """Of the start angle, as both formulas take it."""
     couplers = NO_COUPLERS
+    forces = (Force("roller", "joint", one_like, touches=True),)
 
     @property
     def turns(self) -> tuple[bool, bool]:

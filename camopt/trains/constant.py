@@ -7,7 +7,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series
-from camopt.trains.link import FREE, NO_COUPLERS, DeadPoint, one_like
+from camopt.trains.link import FREE, NO_COUPLERS, DeadPoint, Force, one_like
 from camopt.trains.sketch import Port, Sketch, Standing, bar, sliding, wheel
 
 
@@ -31,6 +31,17 @@ class Constant:
 
     def ratio(self, given: Series) -> Series:
         return one_like(given) * self.factor
+
+    @property
+    def forces(self) -> tuple[Force, ...]:
+        """On a pinion's teeth along the rack; of a lever at its ends and its pivot; wheels have no radii here."""
+        if self.turns == (True, True):
+            return ()
+        if self.turns != (False, False):
+            along = 1.0 if self.turns[0] else self.factor
+            return (Force("teeth", "joint", lambda given: one_like(given) * along, touches=True),)
+        ends = Force("input end", "joint", self.ratio), Force("output end", "joint", one_like)
+        return (*ends, Force("pivot", "pivot", lambda given: one_like(given) * (1.0 - self.factor)))
 
     def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
         """Wheels in mesh or with a belt, a pinion on its rack, or a lever between two slides."""

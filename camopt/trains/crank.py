@@ -24,10 +24,12 @@ from camopt.trains.link import (
     Bar,
     Coupler,
     DeadPoint,
+    Force,
     Vector,
     acute,
     nearest_ends,
     needed,
+    one_like,
     position_at,
 )
 from camopt.trains.sketch import Port, Sketch, Standing, bar, sliding
@@ -71,9 +73,26 @@ class Crank:
 
     def ratio(self, given: Series) -> Series:
         cosine, sine = direction(given + self.start)
-        across = sine * self.crank - self.offset
-        along = root(-((across - self.coupler) * (across + self.coupler)))
+        along, across = self._along_and_across(sine)
         return (sine + quotient(across * cosine, along)) * -self.crank
+
+    def _along_and_across(self, sine: Series) -> tuple[Series, Series]:
+        """The coupler from the slide's pin to the crank's: how far ahead the slide is, and S."""
+        across = sine * self.crank - self.offset
+        return root(-((across - self.coupler) * (across + self.coupler))), across
+
+    @property
+    def forces(self) -> tuple[Force, ...]:
+        """b/Q in the coupler, and S/Q across the slide."""
+        return Force("coupler", "joint", self._pushed), Force("guide", "guide", self._thrust)
+
+    def _pushed(self, given: Series) -> Series:
+        along, _ = self._along_and_across(direction(given + self.start).sine)
+        return quotient(one_like(given) * self.coupler, along)
+
+    def _thrust(self, given: Series) -> Series:
+        along, across = self._along_and_across(direction(given + self.start).sine)
+        return quotient(across, along)
 
     @property
     def couplers(self) -> tuple[Coupler, Coupler]:

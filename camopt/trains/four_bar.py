@@ -27,11 +27,13 @@ from camopt.trains.link import (
     Bar,
     Coupler,
     DeadPoint,
+    Force,
     Unassembled,
     acute,
     either,
     nearest_ends,
     needed,
+    one_like,
     position_at,
 )
 from camopt.trains.sketch import Port, Sketch, Standing, bar
@@ -84,10 +86,22 @@ class FourBar:
 
     def ratio(self, given: Series) -> Series:
         """Both ends of the coupler are as fast along it: a·φ'·sin(φ − δ) = c·ψ'·sin(ψ − δ), with δ its angle."""
+        return quotient(*self._levers(given))
+
+    def _levers(self, given: Series) -> tuple[Series, Series]:
+        """The moments of the coupler, as a force b, about both pivots: b·a·sin(δ − φ) and b·c·sin(δ − ψ)."""
         (c1, s1), (c2, s2) = direction(given + self.start), direction(self.forward(given) + self.asked_start)
         a, c = self.crank.length, self.rocker.length
         along, across = c2 * c - c1 * a + self.ground, s2 * c - s1 * a
-        return quotient((c1 * across - s1 * along) * a, (c2 * across - s2 * along) * c)
+        return (c1 * across - s1 * along) * a, (c2 * across - s2 * along) * c
+
+    @property
+    def forces(self) -> tuple[Force]:
+        """1/(c·sin(δ − ψ)) in the coupler."""
+        return (Force("coupler", "joint", self._pushed),)
+
+    def _pushed(self, given: Series) -> Series:
+        return quotient(one_like(given) * self.crank.other, self._levers(given)[1])
 
     @property
     def couplers(self) -> tuple[Coupler, None]:

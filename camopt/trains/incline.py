@@ -14,7 +14,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.trains.constant import Constant
-from camopt.trains.link import RADIAN, Unassembled, needed
+from camopt.trains.link import RADIAN, Force, Unassembled, needed, one_like
 from camopt.trains.sketch import Port, Sketch, Standing, sliding
 from camopt.trains.stage import Keys, Stage
 
@@ -25,6 +25,20 @@ class Wedge(Constant):
 
     incline: Any
     guide: Any
+    pressed: Any
+    """The force on its face for one along the guide, 1/sin(γ + α)."""
+    wedge_thrust: Any
+    """What the guide of the wedge takes then, cos α/sin(γ + α)."""
+    slide_thrust: Any
+    """And that of the slide, cos(γ + α)/sin(γ + α)."""
+
+    @property
+    def forces(self) -> tuple[Force, ...]:
+        return (
+            Force("face", "joint", lambda given: one_like(given) * self.pressed, touches=True),
+            Force("guide of the wedge", "guide", lambda given: one_like(given) * self.wedge_thrust),
+            Force("guide of the slide", "guide", lambda given: one_like(given) * self.slide_thrust),
+        )
 
     def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
         """The wedge moves along, and a block on its incline moves along the guide."""
@@ -56,7 +70,9 @@ def _links(keys: Keys, turns: bool) -> tuple[Wedge]:
     for margin in margins:
         needed(margin, lambda: why.format(incline, guide, "and the incline is between 0 and ±90"))
     slope, across = incline * RADIAN, guide * RADIAN
-    return (Wedge(np.sin(slope) / np.sin(across + slope), (False, False), slope, across),)
+    lifted, sine = np.sin(across + slope), np.sin(slope)
+    shares = 1.0 / lifted, np.cos(slope) / lifted, np.cos(across + slope) / lifted
+    return (Wedge(sine / lifted, (False, False), slope, across, *shares),)
 
 
 STAGE = Stage("incline", "a slide on an incline", ("angle",), ("guide",), lambda keys, turns: False, _links)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import reduce
 from math import inf, isfinite, pi
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
@@ -48,6 +48,18 @@ class Coupler(NamedTuple):
         return reduce(np.minimum, map(self.angle, (low, high, *between)))
 
 
+class Force(NamedTuple):
+    """A force in a joint of a link, for each N (N·mm) against the motion that the link gives."""
+
+    name: str
+    kind: Literal["joint", "pivot", "guide"]
+    """What the link passes on, what a pivot of its own takes, or what a guide takes across its slide."""
+    share: Callable[[Series], Series]
+    """By the input, 1 (1/mm); above 0 where a coupler is pushed, and what only touches is pressed together."""
+    touches: bool = False
+    """Whether both sides only touch, so that they are pressed together whichever of them drives."""
+
+
 class Link(Protocol):
     """One pairing of an input and an output, mm or rad."""
 
@@ -76,6 +88,11 @@ class Link(Protocol):
     @property
     def couplers(self) -> tuple[Coupler | None, Coupler | None]:
         """Its coupler, if it has one: driven from its input, and from its output, which is the input then."""
+        ...
+
+    @property
+    def forces(self) -> tuple[Force, ...]:
+        """The forces in its joints; none where they take sizes that it does not have."""
         ...
 
     def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
@@ -190,6 +207,15 @@ class Reversed:
     def couplers(self) -> tuple[Coupler | None, Coupler | None]:
         given, asked = self.link.couplers
         return asked, given
+
+    @property
+    def forces(self) -> tuple[Force, ...]:
+        return tuple(each._replace(share=self._share(each)) for each in self.link.forces)
+
+    def _share(self, force: Force) -> Callable[[Series], Series]:
+        """What drives the link's output pushes there with what is asked over the ratio, not against its motion."""
+        sign = 1.0 if force.touches else -1.0
+        return lambda given: force.share(self.link.backward(given)) * self.ratio(given) * sign
 
     def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
         return self.link.sketch(asked, given, size, back=not back).swapped

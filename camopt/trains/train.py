@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.numerics import FloatArray
-from camopt.numerics.taylor import Series, Taylor
+from camopt.numerics.taylor import Series, Taylor, quotient
 from camopt.trains import TRAIN_STAGES
 from camopt.trains.carried import Brought, Carried, Joint, brought
+from camopt.trains.joints import JointForce, Weighted, forces_of
 from camopt.trains.link import Link, Unassembled, one_like, position_at, value_at
 from camopt.trains.sketch import Port, Sketch
 from camopt.trains.stage import Keys
@@ -112,6 +113,29 @@ class Train:
     def brought(self, follower: Series, ways: Sequence[Any], loads: Mapping[int, Series]) -> Brought:
         """What it brings to the follower (``trains.carried``)."""
         return brought(self.joints(follower), self.carried, ways, loads)
+
+    @cached_property
+    def forces(self) -> tuple[JointForce, ...]:
+        """The forces in its joints, from the follower to the tool (``trains.joints``)."""
+        return tuple(forces_of(self.links, self.stages))
+
+    def force_in(
+        self, parts: Sequence[Weighted], follower: Series, ways: Sequence[Any], loads: Mapping[int, Series]
+    ) -> Brought:
+        """A sum of forces of its links, in the form of what it brings to the follower."""
+        joints = self.joints(follower)
+        still, inertia = (each * 0.0 for each in brought(joints, (), ways, {}))
+        for part in parts:
+            share = self.links[part.link].forces[part.force].share(joints[part.link].moved) * part.sign
+            asked = self._asked(part.link + 1, joints, ways, loads)
+            still, inertia = still + asked.still * share, inertia + asked.carried * share
+        return Brought(still, inertia)
+
+    def _asked(self, joint: int, joints: list[Joint], ways: Sequence[Any], loads: Mapping[int, Series]) -> Brought:
+        """What a joint, and all beyond it, takes from the link that moves it."""
+        carried = tuple(each for each in self.carried if each.joint >= joint)
+        beyond = brought(joints, carried, ways, {k: load for k, load in loads.items() if k >= joint})
+        return Brought(*(quotient(each, joints[joint].ratio) for each in beyond))
 
     @cached_property
     def reach(self) -> tuple[End, End]:

@@ -8,6 +8,7 @@ from typing import Any, overload
 import numpy as np
 
 from camopt.effects import Case
+from camopt.effects.joints import JointRow, joint_rows
 from camopt.effects.motion import MOVE_KINDS
 from camopt.mistakes import UnknownName, nearest
 from camopt.motion.table import ALL_STROKES
@@ -35,6 +36,10 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
         The values by name: numbers, but for ``feasible`` and the like, which are true or false, and texts.
     unbounded : dict
         For each value that is infinite, why it is.
+    joint_forces : list of JointRow
+        The forces in each joint of a train, if the scene calls for them: the stage, the joint, the least and the
+        largest force over the turn, N, and the cam angle of the largest magnitude, deg. Above 0 a coupler is pushed
+        and a roller pressed on its face. On a pivot the largest sum of the magnitudes of both forces on it.
     warnings : tuple of str
         What to know of the cam unasked: that an elastic train loses contact where a rigid one keeps it, and that
         moves go beyond every position that was asked.
@@ -83,6 +88,13 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
         return design_table(self.scene.name, resolve(self.scene), self, about)
 
     @property
+    def joint_forces(self) -> list[JointRow]:
+        """The forces in each joint of a train, if the scene calls for them."""
+        problem = resolve(self.scene)
+        called = any(QUANTITIES[name].effect == "joints" for name in self)
+        return joint_rows(problem.setup, problem.programme) if called else []
+
+    @property
     def shown_cam(self) -> Scene:
         """The scene itself."""
         return self.scene
@@ -90,7 +102,8 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
     def to_json(self) -> dict[str, Any]:
         """The values with None in place of infinity; the reasons under ``unbounded``, and ``warnings``, if any."""
         finite = {n: None if isinstance(v, float) and isinf(v) else v for n, v in self.quantities.items()}
-        about = {"unbounded": self.unbounded, "warnings": list(self.warnings)}
+        joints = [{name: v for name, v in row._asdict().items() if v is not None} for row in self.joint_forces]
+        about = {"unbounded": self.unbounded, "joint_forces": joints, "warnings": list(self.warnings)}
         return finite | {name: value for name, value in about.items() if value}
 
 
@@ -138,7 +151,7 @@ def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
     return Evaluation(scene, values, unbounded, warnings_of(problem))
 
 
-LOAD_EFFECTS = ("force", "torque", "thrust", "hertz", "surface")
+LOAD_EFFECTS = ("force", "torque", "joints", "thrust", "hertz", "surface")
 
 
 def _overloaded(name: str, problem: Problem) -> str:

@@ -52,7 +52,7 @@ class ThroughTrain:
         """S and I (``trains.carried``) about x as series by the cam angle, from that of the displacement."""
         loads = {joint: line.series(x, angle, follower)[0] for joint, line in self.loads}
         way = follower[1].sgn() if self.way is None else self.way
-        return list(self.train.brought(follower + self.zero, self.load.ways(way), loads))
+        return list(self.load.of(self.train, follower + self.zero, way, loads))
 
 
 LoadPart = LoadLine | ThroughTrain

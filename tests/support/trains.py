@@ -7,7 +7,9 @@ import mpmath
 import numpy as np
 from mpmath import mpf
 
+from camopt.numerics.taylor import Taylor
 from camopt.trains import TRAIN_STAGES
+from camopt.trains.carried import Carried
 from camopt.trains.four_bar import four_bar
 from camopt.trains.train import StageFault, Train, train_of
 
@@ -150,6 +152,12 @@ def random_train(rng: np.random.Generator) -> tuple[Stages, Train, bool]:
         low, high = train.reach
         if high.at - low.at > (0.05 if train.angular else 2.0):
             return stages, train, angular
+
+
+def drawn_loads(rng: np.random.Generator, joints: int) -> tuple[tuple[Carried, ...], dict[int, Taylor]]:
+    """Masses, springs and forces at each joint, and a load that changes at the last."""
+    carried = tuple(Carried(k, *rng.uniform(0.0, 2.0, 4)) for k in range(1, joints + 1))
+    return carried, {joints: Taylor([float(rng.uniform(-5, 5)), 0.0, 0.0, 0.0])}
 
 
 def exact(stages: Stages, angular: bool, x: Any) -> Any:

@@ -6,7 +6,7 @@ import pytest
 from flint import arb
 from mpmath import mpf
 from support.cams import CONTACTS, SWUNG, UNGUIDED, cam_with, turn_of
-from support.trains import LOOPS, exact, random_train, turned_by
+from support.trains import LOOPS, drawn_loads, exact, random_train, turned_by
 
 import camopt
 from camopt import Scene, certify, evaluate
@@ -16,7 +16,6 @@ from camopt.numerics.panels import derivatives
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve
 from camopt.trains import TRAIN_STAGES
-from camopt.trains.carried import Carried
 from camopt.trains.train import Train
 from camopt.verdicts.exact_motion import exact_motion, motion_at
 
@@ -47,8 +46,7 @@ def test_the_force_at_the_follower_is_that_of_lagrange(seed):
     y = float(train.follower(Taylor([low + (high - low) * rng.uniform(0.2, 0.8)])).terms[0])
     y1, y2 = rng.uniform(-3, 3, 2)
     way = float(np.sign(y1))
-    carried = tuple(Carried(k, *rng.uniform(0.0, 2.0, 4)) for k in range(1, len(train.links) + 1))
-    load = {len(train.links): Taylor([float(rng.uniform(-5, 5)), 0.0, 0.0, 0.0])}
+    carried, load = drawn_loads(rng, len(train.links))
     ours = Train(train.links, train.stages, carried).brought(
         Taylor([y, y1, y2 / 2, 0.0]), [way * sense for sense in train.senses], load
     )

@@ -19,6 +19,10 @@ def show_evaluation(result: "Evaluation", as_json: bool) -> None:
     if as_json:
         return print_json(result.to_json())
     show(result.table(explained=room_across() >= ROOM_TO_EXPLAIN), _highest(result.scene))
+    if joints := [
+        {name: "" if v is None else v for name, v in each._asdict().items()} for each in result.joint_forces
+    ]:
+        show("", table_of(JOINTS, joints, joints[0]), JOINTS_SAY)
     if read := numbers_read(result.scene):
         rows = [{"key": each.key, "value": as_read(each.value), "unit": each.unit} for each in read]
         show("", table_of("Numbers of the scene, as they are read", rows, ["key", "value", "unit"]))
@@ -50,4 +54,9 @@ def as_read(value: Any) -> str:
     return number(value) if isinstance(value, float) else f"{len(value):,} rows"
 
 
+JOINTS = "Forces in the joints of the train over the turn"
+JOINTS_SAY = (
+    "Above 0 a coupler is pushed and a roller pressed on its face, below 0 pulled and lifted off. On a pivot: the "
+    "sum of the magnitudes of both forces on it, the largest that it can be."
+)
 ROOM_TO_EXPLAIN = 110  # columns of a screen: on a narrower one each sentence would be a column of single words
