@@ -1,7 +1,8 @@
-"""The motion of a follower that drives a tool through a train: a law for each law of the tool, and their turn.
+"""The motion of a follower that drives a tool through a train, or of a tool that a known follower drives.
 
 The motion is asked at the tool, where z is; the follower is where the train has it, y = f⁻¹(z), and its derivatives
-are those of the series of both (``numerics.taylor``). So y has as many of them as z, and jumps where z does.
+are those of the series of both (``numerics.taylor``). So y has as many of them as z, and jumps where z does. Where
+the cam is given, y is known, and the tool is driven by the follower through the same train from its other end.
 """
 
 from dataclasses import dataclass, replace
@@ -26,7 +27,10 @@ OTHER_WAY = {RISE: RETURN, RETURN: RISE}
 
 @dataclass(frozen=True)
 class DrivenLaw(ByOrder):
-    """The motion of a follower in a stroke of the tool, from its start and in units of ``size``, mm (rad)."""
+    """The motion of a follower in a stroke of the tool, from its start and in units of ``size``, mm (rad).
+
+    Of a tool that a known follower drives, follower and tool change places.
+    """
 
     law: Law
     """The tool's."""
@@ -90,6 +94,21 @@ def driven(tool: Programme, train: Train, zero: float, load: ExternalLoad | Trai
     return replace(turn, load=replace(load, zero=base - turn.strokes[0].low))
 
 
+def driving(follower: Programme, train: Train, load: ExternalLoad | TrainLoad | None = None) -> Programme:
+    """The turn of a follower whose motion is known, with the tool that it drives; it starts at the train's start.
+
+    Raises
+    ------
+    StageFault
+        If the follower goes beyond a dead point.
+    """
+    zero = -follower.strokes[0].low
+    moved = driven(replace(follower, load=None), train.driven_back, zero)
+    if isinstance(load, TrainLoad):
+        load = replace(load, zero=zero)
+    return replace(follower, load=load, asked=replace(moved, asked=None))
+
+
 def travel(turn: Programme) -> tuple[float, float]:
     """From where to where the tool of a follower goes, from the start position of their train, mm (rad)."""
     low, high = (_zero(turn) + level for level in turn.tool.levels)
@@ -103,6 +122,8 @@ def tool_position(turn: Programme, angles: FloatArray) -> FloatArray:
 
 def _zero(turn: Programme) -> float:
     """Where the tool of a follower is lowest."""
+    if turn.radii:
+        return next(s.law.start - s.low for s in turn.tool.strokes if isinstance(s.law, DrivenLaw))
     return next(stroke.law.zero for stroke in turn.strokes if isinstance(stroke.law, DrivenLaw))
 
 

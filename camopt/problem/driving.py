@@ -1,10 +1,10 @@
-"""From the motion that a scene asks of its tool to that of its follower."""
+"""From the motion that a scene asks of its tool to that of its follower, or from a given cam to its tool."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 from camopt.mistakes import BadInput, Mistake
-from camopt.motion.driven import driven
+from camopt.motion.driven import driven, driving
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment, start_position
@@ -23,13 +23,17 @@ def through_train(
 ) -> Programme:
     """The turn of the follower, under a load; without a train it is what is asked.
 
+    On a given profile the follower's turn is known, and comes with that of the tool.
+
     Raises
     ------
     BadInput
-        If the tool goes beyond a dead point of the train.
+        If the tool, or a follower on a profile, goes beyond a dead point of the train.
     """
     if train is None:
         return asked
+    if asked.radii:
+        return driving(asked, train, load)
     zero = (start_position(segments) - asked.start) * asked.unit
     try:
         return driven(replace(asked, load=None), train, zero, load)

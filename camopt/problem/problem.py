@@ -93,7 +93,7 @@ class Problem:
             values.setup, relative_error=self.setup.relative_error, free=self.setup.free - numbers.keys()
         )
         changed = replace(self, values=values, setup=setup, limits=values.limits(setup))
-        return changed.moving(self.programme.tool) if moved else changed
+        return changed.moving(self.given) if moved else changed
 
     def moving(self, asked: Programme) -> "Problem":
         """The problem of another motion that is asked; of no design, where the train cannot move so far."""
@@ -136,7 +136,12 @@ class Problem:
     def asked_by(self, rise: str | None, fall: str | None) -> Programme:
         """The motion that is asked, of the tool or the follower itself, with other laws."""
         chosen = (None if name is None else self.laws[name] for name in (rise, fall))
-        return self.programme.tool.with_laws(*chosen)
+        return self.given.with_laws(*chosen)
+
+    @property
+    def given(self) -> Programme:
+        """The motion that the scene gives: what is asked, or that of the follower on a given profile."""
+        return replace(self.programme, asked=None) if self.profile else self.programme.tool
 
     def driving(self, asked: Programme) -> Programme:
         """The turn of the follower that moves as asked, or drives a tool so, under the scene's load.
@@ -255,15 +260,14 @@ def resolve(scene: Scene) -> Problem:
     values, (_, load) = SceneValues(scene), constant_and_changing(*load_and_unit(scene))
     turn = given_segments(scene.motion, scene.cam.rpm)
     if scene.profile:
-        programme = programme_of(scene.profile, scene.cam, scene.follower, load)
+        motion = programme_of(scene.profile, scene.cam, scene.follower, load)
     else:
-        asked = Programme.from_segments(turn, angular=setup.tool_turns, laws=laws, load=load)
-        programme = values.driving(asked, setup, turn)
+        motion = Programme.from_segments(turn, angular=setup.tool_turns, laws=laws, load=load)
     return Problem(
         file=scene.file,
         setup=setup,
         laws=laws,
-        programme=programme,
+        programme=values.driving(motion, setup, turn),
         segments=tuple(turn),
         profile=tuple(inf if each.radius is None else each.radius for each in scene.profile),
         design=design,

@@ -88,16 +88,16 @@ class Space:
         columns = {name: value + np.zeros(count) for name, value in fixed.sizes.items()}
         designs = fixed.with_values(columns | {each.field: rows.column(each.quantity) for each in brought})
         shared = [each for each in self.problem.choices.numbers if not each.is_ranged]
-        for motion in map(self.problem.with_programme, self._asked.values()):
+        for motion in map(self.problem.with_programme, self._given.values()):
             rise, fall = (motion.programme.law_names(kind) for kind in (RISE, RETURN))
             here = np.flatnonzero((rows.column("law_rise") == rise) & (rows.column("law_return") == fall))
             for setting, which in _by_setting({v.key: rows.column(v.quantity)[here] for v in shared}, here.size):
                 yield motion.with_numbers(setting), here[which], designs.take(here[which])
 
     @property
-    def _asked(self) -> dict[Programme, Programme]:
-        """A programme of the problems for each motion that is asked of the tool, whatever its train."""
-        return {each.programme.tool: each.programme for each in self.problems}
+    def _given(self) -> dict[Programme, Programme]:
+        """A programme of the problems for each motion that is given, whatever its train."""
+        return {each.given: each.programme for each in self.problems}
 
     def designs_apart(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.intp], Designs]]:
         """The same with a problem for each setting, which has the digits of a scene: designs bring no numbers."""

@@ -19,7 +19,7 @@ from camopt.scene.part import check_part
 from camopt.scene.profile import check_profile, highest_on_profile
 from camopt.scene.sizes import SIGNED_SIZES, mechanism_in, sizes_in
 from camopt.scene.tables import Cam, Follower
-from camopt.scene.train import check_train, follower_lift
+from camopt.scene.train import check_train, lifts_through
 from camopt.scene.turn import LEAST_MOVE, POSITIONED, check_law, check_turn, highest_of
 
 FOLLOWER_SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in FIELDS) for table in (Follower, Cam))
@@ -47,8 +47,8 @@ def faults_of(data: Mapping[str, Any]) -> Iterator[Fault]:
     if found := mechanism_in(data):
         mechanism, tip = found
         # of moves it is that of their polynomials, of a profile that of its follower, which are made for it
-        asked = highest_on_profile(data) if profiled else highest_of(data)
-        lift = follower_lift(data) if data.get("train") else asked
+        given = highest_on_profile(data) if profiled else highest_of(data)
+        asked, lift = lifts_through(data, given) if data.get("train") else (given, given)
         yield from _dynamics(data, lift, mechanism, tip)
         yield from _lash(data, asked)
         yield from _keys(data, mechanism, tip)

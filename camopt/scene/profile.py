@@ -52,7 +52,7 @@ def programme_of(
     return programme_on(parts_of(elements), contact, load)
 
 
-def _programme_in(data: Mapping[str, Any]) -> Programme | None:
+def programme_in(data: Mapping[str, Any]) -> Programme | None:
     """The turn of the plain mapping of a scene; None where a number that it needs is missing or wrong."""
     elements, contact = _elements(data), _contact(data)
     return programme_on(parts_of(elements), contact) if elements and contact else None
@@ -61,7 +61,7 @@ def _programme_in(data: Mapping[str, Any]) -> Programme | None:
 def highest_on_profile(data: Mapping[str, Any]) -> float | None:
     """The highest displacement above the lowest, mm or deg; None where it is not known."""
     try:
-        programme = _programme_in(data)
+        programme = programme_in(data)
     except Unfit:
         return None
     if programme is None:
@@ -81,7 +81,7 @@ def check_profile(data: Mapping[str, Any]) -> Iterator[Fault]:
     if elements := _elements(data):
         try:
             yield from _base(data, least_radius(parts_of(elements)))
-            _programme_in(data)
+            programme_in(data)
         except Unfit as unfit:
             yield f"profile.{unfit.number}" if unfit.number else "profile", None, unfit.why
 

@@ -14,12 +14,14 @@ from pydantic import Field
 from camopt.mechanisms.follower import MOTIONS
 from camopt.mistakes import BadInput
 from camopt.motion.load import ExternalLoad
+from camopt.motion.profile import Unfit
 from camopt.motion.programme import Programme
 from camopt.motion.segments import start_position
 from camopt.motion.train_load import TrainLoad
 from camopt.scene.law_forms import Fault
 from camopt.scene.load import constant_and_changing
 from camopt.scene.mapping import at, tables_in
+from camopt.scene.profile import programme_in
 from camopt.scene.tables import (
     Anywhere,
     GivenLoad,
@@ -49,7 +51,7 @@ class TrainStage(SceneTable):
     vibration, and limits on them; pressure angle, curvature and ``[follower.dynamics]`` are those of the follower.
     Each stage takes a length or an angle from what is before it, and moves the next. Its angles are those of the
     start position, in which the tool is at 0: where the turn starts, or at the position 0 of a motion that gives
-    positions.
+    positions. With a ``[[profile]]`` the cam is known, and the motion of the tool is what follows.
 
     - A ``rocker`` has two arms, with rollers or pads on faces square to the motions that they take and give.
     - A ``bell-crank`` is a rocker whose second arm, the crank, moves a slide by a coupler.
@@ -225,9 +227,6 @@ def check_train(data: Mapping[str, Any]) -> Iterator[Fault]:
     yield from _searched(data)
     if not stages_in(data):
         return
-    if data.get("profile") is not None:
-        yield "train", None, "goes with [[motion]]: a [[profile]] moves its follower alone"
-        return
     try:
         train = _train_in(data)
     except StageFault as fault:
@@ -269,48 +268,79 @@ def _train_in(data: Mapping[str, Any]) -> Train | None:
     return train_from(rows, angular=MOTIONS[follower].angular)
 
 
-class ToolTurn(NamedTuple):
-    """The motion of the tool, mm or deg, and its lowest and its highest position as given."""
+class GivenTurn(NamedTuple):
+    """The motion that a scene gives, of its tool or of a follower on a profile, from the start of the train."""
 
     programme: Programme
     low: float
+    """The lowest and the highest position, mm or rad."""
     high: float
+    unit: float
+    """Of the programme, in mm (rad)."""
+
+    def through(self, train: Train) -> tuple[float, float]:
+        """The lowest and the highest position of the other end of a train, from this one."""
+        low, high = sorted(value_at(train.follower, level) for level in (self.low, self.high))
+        return low, high
 
 
-def _tool_in(data: Mapping[str, Any]) -> ToolTurn | None:
-    """The motion of the tool in the plain mapping of a scene; None where it is not known."""
+def _turn_given(data: Mapping[str, Any], train: Train) -> GivenTurn | None:
+    """The motion in the plain mapping of a scene; None where it is not known."""
+    if data.get("profile") is not None:
+        try:
+            on_profile = programme_in(data)
+        except Unfit:  # which is said
+            return None
+        if on_profile is None:
+            return None
+        low = -on_profile.strokes[0].low
+        return GivenTurn(on_profile, low, low + on_profile.lift, 1.0)
     if (found := turn_in(data)) is None:
         return None
     given, programme = found
-    low = start_position(given) - programme.start
-    return ToolTurn(programme, low, low + programme.lift)
+    unit = radians(1.0) if train.angular else 1.0
+    low = (start_position(given) - programme.start) * unit
+    return GivenTurn(programme, low, low + programme.lift * unit, unit)
 
 
 def _beyond(data: Mapping[str, Any], train: Train) -> Iterator[Fault]:
-    """Where the tool does not stay between the dead points of the train."""
-    tool = _tool_in(data)
+    """Where the tool, or the follower on a given profile, does not stay between the dead points of the train."""
+    turn, who = _turn_given(data, train), "tool"
+    if data.get("profile") is not None:
+        train, who = train.driven_back, "follower"
     unit, word = (radians(1.0), "deg") if train.angular else (1.0, "mm")
-    for side, end in zip((-1.0, 1.0), train.reach, strict=True) if tool else ():
-        assert tool is not None
-        farthest, limit = tool.high if side > 0.0 else tool.low, end.at / unit
+    for side, end in zip((-1.0, 1.0), train.reach, strict=True) if turn else ():
+        assert turn is not None
+        farthest, limit = turn.high if side > 0.0 else turn.low, end.at
         if side * farthest >= side * limit - NEAR_DEAD_POINT * abs(limit):
-            reached = f"the tool goes to {farthest:.6g} {word}, and a dead point is at {limit:.6g} {word}"
-            cam = _first_angle(tool, side, limit)
-            yield f"train.{end.stage}", None, f"{reached}, {cam:.4g} deg of the turn: {end.why} there"
+            goes = (
+                f"the {who} goes to {farthest / unit:.6g} {word}, and a dead point is at {limit / unit:.6g} {word}"
+            )
+            cam = _first_angle(turn, side, limit)
+            yield f"train.{end.stage}", None, f"{goes}, {cam:.4g} deg of the turn: {end.why} there"
 
 
-def _first_angle(tool: ToolTurn, side: float, limit: float) -> float:
-    """The cam angle, deg, at which a tool comes to a limit on one side of it, or nearest to it."""
+def _first_angle(turn: GivenTurn, side: float, limit: float) -> float:
+    """The cam angle, deg, at which a motion comes to a limit on one side of it, or nearest to it."""
     angles = np.linspace(0.0, 2 * np.pi, LOOKED_AT)
-    ahead = side * (tool.low + tool.programme.at(angles)[0] - limit)
+    ahead = side * (turn.low + turn.programme.at(angles)[0] * turn.unit - limit)
     over = np.flatnonzero(ahead >= 0.0)
     return float(np.degrees(angles[over[0] if over.size else int(ahead.argmax())]))
 
 
-def follower_lift(data: Mapping[str, Any]) -> float | None:
-    """The lift of the follower of a scene with a train, mm or deg; None where it is not known."""
-    if any(check_train(data)) or (train := _train_in(data)) is None or (tool := _tool_in(data)) is None:
-        return None
-    unit = radians(1.0) if train.angular else 1.0
-    low, high = (value_at(train.follower, level * unit) for level in (tool.low, tool.high))
-    return abs(high - low) * (degrees(1.0) if train.links[0].turns[0] else 1.0)
+class Lifts(NamedTuple):
+    """The highest displacement above the lowest, mm or deg, of a tool and of its follower; None where not known."""
+
+    tool: float | None
+    follower: float | None
+
+
+def lifts_through(data: Mapping[str, Any], given: float | None) -> Lifts:
+    """The lifts of tool and follower of a scene with a train, from that of the motion that it gives."""
+    profiled, other = data.get("profile") is not None, None
+    train = None if any(check_train(data)) else _train_in(data)
+    if train is not None and (turn := _turn_given(data, train)):
+        out = train.driven_back if profiled else train
+        low, high = turn.through(out)
+        other = (high - low) * (degrees(1.0) if out.links[0].turns[0] else 1.0)
+    return Lifts(other, given) if profiled else Lifts(given, other)

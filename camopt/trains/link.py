@@ -221,6 +221,11 @@ class Reversed:
         return self.link.sketch(asked, given, size, back=not back).swapped
 
 
+def reversed_link(link: Link) -> Link:
+    """A link that is driven from its other end."""
+    return link.link if isinstance(link, Reversed) else Reversed(link)
+
+
 @dataclass(frozen=True)
 class Bar:
     """A bar that turns about the origin, and a second one from its end to a point that moves.

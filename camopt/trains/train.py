@@ -13,7 +13,7 @@ from camopt.numerics.taylor import Series, Taylor, quotient
 from camopt.trains import TRAIN_STAGES
 from camopt.trains.carried import Brought, Carried, Joint, brought
 from camopt.trains.joints import JointForce, Weighted, forces_of
-from camopt.trains.link import Link, Unassembled, one_like, position_at, value_at
+from camopt.trains.link import Link, Unassembled, one_like, position_at, reversed_link, value_at
 from camopt.trains.sketch import Port, Sketch
 from camopt.trains.stage import Keys
 
@@ -55,6 +55,11 @@ class Train:
     def angular(self) -> bool:
         """Whether the tool's motion is an angle."""
         return self.links[-1].turns[1]
+
+    @cached_property
+    def driven_back(self) -> "Train":
+        """The train from the tool to the follower, as where the tool drives; it carries nothing."""
+        return Train(tuple(map(reversed_link, self.links[::-1])), self.stages[::-1])
 
     def tool(self, follower: Series) -> Series:
         """The displacement of the tool."""

@@ -1,7 +1,7 @@
 """The motion of a turn in balls: from the numbers that it was made from, taken as exact."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import factorial
 from typing import NamedTuple
 
@@ -68,10 +68,25 @@ class ExactMotion:
 @precisely()
 def exact_motion(programme: Programme) -> ExactMotion:
     """The turn of a programme, the numbers that it was made from taken as exact."""
-    if programme.asked is not None:
-        return _driven(programme, exact_motion(programme.asked))
+    if programme.asked is None:
+        return _given_motion(programme, None if programme.load is None else LoadsInBalls(programme.load))
+    if programme.radii:
+        follower = _given_motion(programme, _loads_on_profile(programme))
+        return replace(follower, asked=replace(_driven(programme.asked, follower), asked=None))
+    return _driven(programme, exact_motion(programme.asked))
+
+
+def _loads_on_profile(programme: Programme) -> LoadsInBalls | None:
+    """What comes through a train to a follower on a given profile, which starts where the train does."""
+    load = programme.load
+    if not isinstance(load, TrainLoad):
+        return None if load is None else LoadsInBalls(load)
+    return LoadsInBalls(load, train_in_balls(load.train), arb(load.zero), programme.monotone)
+
+
+def _given_motion(programme: Programme, loads: LoadsInBalls | None) -> ExactMotion:
+    """The turn of a programme that nothing drives."""
     degree, strokes, start = arb.pi() / 180, [], arb(0)
-    loads = None if programme.load is None else LoadsInBalls(programme.load)
     level = arb(programme.start) * _unit(programme.strokes[0])
     for stroke in programme.strokes:
         angle, change, size = _given(stroke)
