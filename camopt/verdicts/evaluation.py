@@ -36,10 +36,6 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
         The values by name: numbers, but for ``feasible`` and the like, which are true or false, and texts.
     unbounded : dict
         For each value that is infinite, why it is.
-    joint_forces : list of JointRow
-        The forces in each joint of a train, if the scene calls for them: the stage, the joint, the least and the
-        largest force over the turn, N, and the cam angle of the largest magnitude, deg. Above 0 a coupler is pushed
-        and a roller pressed on its face. On a pivot the largest sum of the magnitudes of both forces on it.
     warnings : tuple of str
         What to know of the cam unasked: that an elastic train loses contact where a rigid one keeps it, and that
         moves go beyond every position that was asked.
@@ -89,7 +85,12 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
 
     @property
     def joint_forces(self) -> list[JointRow]:
-        """The forces in each joint of a train, if the scene calls for them."""
+        """The forces in each joint of a train, if the scene calls for them.
+
+        Of each the stage, the joint, the least and the largest force over the turn, N, and the cam angle of the
+        largest magnitude, deg. Above 0 a coupler is pushed and a roller pressed on its face. On a pivot the largest
+        sum of the magnitudes of both forces on it.
+        """
         problem = resolve(self.scene)
         called = any(QUANTITIES[name].effect == "joints" for name in self)
         return joint_rows(problem.setup, problem.programme) if called else []
