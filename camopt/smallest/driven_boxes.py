@@ -148,7 +148,7 @@ def _load(turn: Programme, train: Train, follower: Taylor, angles: FloatArray, w
         return None
     brought = replace(turn.load, train=train)
     loads = {joint: Taylor([*load.at(angles), 0.0]) for joint, load in brought.loads}
-    still, carried = train.brought(follower, brought.ways(ways), loads)
+    still, carried = brought.of(train, follower, ways, loads)
     return TrainForces(_plain(still.terms[0]), 0.0, _plain(carried.terms[0]), 0.0)
 
 
