@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from camopt.synthesis.traded import Frontier
     from camopt.tables.designs import Design, scene_of
     from camopt.tables.table import load
+    from camopt.tolerances.tolerance import DwellError, MotionError, MotionErrors, tolerance
     from camopt.verdicts.certify import certify
     from camopt.verdicts.evaluation import Evaluation, evaluate
 
@@ -59,6 +60,7 @@ _HOMES = {
     "FileCheck": "storage.checking",
     "Comparison": "comparing.compare",
     "Design": "tables.designs",
+    "DwellError": "tolerances.tolerance",
     "Evaluation": "verdicts.evaluation",
     "Export": "exporting.exported",
     "Fit": "measured.fitted",
@@ -66,6 +68,8 @@ _HOMES = {
     "Harmonics": "studies.harmonics",
     "LAWS": "motion",
     "MeasuredProfile": "measured.profile",
+    "MotionError": "tolerances.tolerance",
+    "MotionErrors": "tolerances.tolerance",
     "Optimum": "smallest.optimise",
     "Passage": "studies.timing",
     "Price": "smallest.prices",
@@ -109,6 +113,7 @@ _HOMES = {
     "sweep_part": "front.parts",
     "synthesise": "synthesis.synthesise",
     "timing": "studies.timing",
+    "tolerance": "tolerances.tolerance",
 }
 
 __all__ = [
@@ -119,6 +124,7 @@ __all__ = [
     "CamoptError",
     "Comparison",
     "Design",
+    "DwellError",
     "Evaluation",
     "Export",
     "FileCheck",
@@ -126,6 +132,8 @@ __all__ = [
     "Frontier",
     "Harmonics",
     "MeasuredProfile",
+    "MotionError",
+    "MotionErrors",
     "Optimum",
     "Passage",
     "Price",
@@ -169,6 +177,7 @@ __all__ = [
     "sweep_part",
     "synthesise",
     "timing",
+    "tolerance",
 ]
 
 

@@ -29,13 +29,15 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> 
     - What ``response_spectrum`` gives, for one law or a list at one damping ratio: residual amplitude in the dwell,
       and largest acceleration of the mass.
     - What ``harmonics`` gives: the amplitudes of displacement and acceleration by order.
+    - What ``tolerance`` gives: the errors of displacement, velocity and acceleration over the turn, and what each
+      tolerance contributes.
 
     The same input gives the same file, and the file appears only when whole.
 
     Parameters
     ----------
-    what : Scene, Design, Evaluation, Synthesis, Frontier, Fit, Comparison, Harmonics, Spectrum or list of Spectrum
-        What is drawn.
+    what : Scene, Design, Evaluation, Synthesis, Frontier, Fit, Comparison, Harmonics, MotionErrors or Spectrum
+        What is drawn; of spectra also a list.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
     **options

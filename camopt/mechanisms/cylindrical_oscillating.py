@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import CYLINDER, GROOVE
-from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, without_roller
+from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, Shift, without_roller
 from camopt.mechanisms.follower import OSCILLATING, ROUND
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
@@ -106,6 +106,13 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return ContactPoint(x, sine * l, -y1 * cosine * l, y1 * sine * (sense * l) + design.size)
 
 
+def _shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
+    """On the developed plane the arm turns about its pivot, and a longer one reaches further from it."""
+    l, sense = design.arm_length, design.sense  # noqa: E741
+    cosine, sine = np.cos(y - lift / 2), np.sin(y - lift / 2)
+    return {"displacement": (sine * (sense * l), cosine * l), "arm_length": (-(cosine * sense), sine)}
+
+
 def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
     lift = sizes["lift"]
     if lift < 180.0:
@@ -126,6 +133,7 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     contact=_contact,
+    shifts=_shifts,
     pitch=without_roller,
     misfit=_misfit,
 )

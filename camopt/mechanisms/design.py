@@ -149,6 +149,10 @@ class ContactPoint(NamedTuple):
     up: Any
 
 
+Shift = tuple[Any, Any]
+"""How far a point of the follower moves (x, y) per mm or rad of a cause; numbers, or as ContactPoint."""
+
+
 class Travel(NamedTuple):
     """The trace point in the ground frame, as complex x + iy, and the cam's outward normal there."""
 
@@ -180,6 +184,10 @@ class Mechanism:
     """That condition in words."""
     contact: Callable[[Designs, float, Any, Any, Any], ContactPoint]
     """From a design, the lift, the cam angle (rad), y and y' to where the follower touches or traces the cam."""
+    shifts: Callable[[Designs, float, Any, Any], dict[str, Shift]]
+    """From a design, the lift, y and y' to how the trace point (of a flat face: where it touches) moves: by its
+    ``displacement``, and by each size that moves it while the displacement stays, by field of ``Designs``. Along a
+    flat face it may move in any way."""
     sliding: Callable[[Designs, Programme], Any] | None = None
     """Curve of the speed at which the trace point or the flat face slides over a disc cam, mm/rad."""
     curvature: Callable[[Designs, Programme], Any] | None = None

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import DISC, OUTER
-from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, drawn_by_point
+from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, Shift, drawn_by_point
 from camopt.mechanisms.follower import OSCILLATING, ROUND
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.contact import OscillatingPoint
@@ -142,6 +142,17 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return ContactPoint(x, height, x - turn * (design.centre_distance - x), height + turn * height)
 
 
+def _shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
+    """The arm turns about its pivot: its tip moves square to it, and a longer arm moves it along."""
+    angle, l = y + first_angle(design), design.arm_length  # noqa: E741
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return {
+        "displacement": (sine * l, cosine * l),
+        "arm_length": (-cosine, sine),
+        "centre_distance": (1.0, 0.0),
+    }
+
+
 def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
     arm, centre, prime = sizes["arm_length"], sizes["centre_distance"], sizes["size"] + sizes["roller_radius"]
     lift = sizes["lift"]
@@ -174,6 +185,7 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="prime radius, arm and centre distance have to form a triangle throughout the lift",
     contact=_contact,
+    shifts=_shifts,
     pitch=drawn_by_point,
     misfit=_misfit,
     on_profile=_on_profile,

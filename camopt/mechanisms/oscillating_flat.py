@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import DISC, OUTER
-from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit
+from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, Shift
 from camopt.mechanisms.follower import FLAT, OSCILLATING
 from camopt.motion.contact import OscillatingFace
 from camopt.motion.programme import Programme
@@ -144,6 +144,14 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return ContactPoint(sine * f - t * cosine + c, cosine * f + t * sine, sine, cosine)
 
 
+def _shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
+    """Where a face at the distance t from its pivot touches, it moves by t·dψ along its normal."""
+    psi = y + np.arcsin(first_sine(design))
+    cosine, sine = np.cos(psi), np.sin(psi)
+    t = cosine * design.centre_distance / (y1 * design.sense + 1.0)
+    return {"displacement": (t * sine, t * cosine), "centre_distance": (1.0, 0.0), "face_offset": (sine, cosine)}
+
+
 def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
     base, face, centre, lift = (sizes[name] for name in ("size", "face_offset", "centre_distance", "lift"))
     if not abs(base - face) < centre:
@@ -174,6 +182,7 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="the face has to touch the base circle, and to swing by less than the cam turns",
     contact=_contact,
+    shifts=_shifts,
     misfit=_misfit,
     on_profile=_on_profile,
 )

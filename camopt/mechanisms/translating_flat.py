@@ -46,5 +46,6 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="the base radius has to be above 0",
     contact=_contact,
+    shifts=lambda design, lift, y, y1: {"displacement": (0.0, 1.0), "offset": (1.0, 0.0)},
     on_profile=lambda sizes, sense: TranslatingFace(),
 )

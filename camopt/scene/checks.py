@@ -19,6 +19,7 @@ from camopt.scene.part import check_part
 from camopt.scene.profile import check_profile, highest_on_profile
 from camopt.scene.sizes import SIGNED_SIZES, mechanism_in, sizes_in
 from camopt.scene.tables import Cam, Follower
+from camopt.scene.tolerances import check_tolerances
 from camopt.scene.train import check_train, lifts_through
 from camopt.scene.turn import LEAST_MOVE, POSITIONED, check_law, check_turn, highest_of
 
@@ -55,6 +56,7 @@ def faults_of(data: Mapping[str, Any]) -> Iterator[Fault]:
         if lift is not None or not profiled:  # that a follower cannot be on its profile is told already
             yield from _fit(data, lift, mechanism, tip)
         yield from check_part(data, mechanism, lift, _trace_radius(data, tip))
+        yield from check_tolerances(data, mechanism, tip, _named(mechanism, tip))
         yield from _search(data, mechanism, tip)
         yield from _limits(data, mechanism, tip)
 

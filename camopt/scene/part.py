@@ -128,7 +128,7 @@ def reach_of(bore: float, width: float, depth: float) -> float:
     return hypot(bore / 2 + depth, width / 2) if width else bore / 2
 
 
-def resolved(part: Part, title: str, cam: Cam, materials: Materials) -> Part:
+def resolved(part: Part, title: str, cam: Cam, materials: Materials, profile_tolerance: float | None) -> Part:
     """The part, completed from other tables of the scene.
 
     The bore is that of the shaft, material and density are those of the contact, the name is that of the scene.
@@ -139,6 +139,7 @@ def resolved(part: Part, title: str, cam: Cam, materials: Materials) -> Part:
         "material": materials.cam,
         "density": listed and listed.density,
         "name": title,
+        "profile_tolerance": profile_tolerance,
         "keyway_angle": TOWARDS_FOLLOWER if part.keyway_width else None,
     }
     return part.model_copy(update={key: v for key, v in elsewhere.items() if getattr(part, key) is None})

@@ -9,6 +9,7 @@ from textwrap import dedent
 from camopt.quantities import OF_TOOL
 from camopt.scene.choices import StepRange
 from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, SceneTable, Segment, Through
+from camopt.scene.tolerances import FollowerTolerances, Tolerance
 from camopt.scene.train import TrainStage
 
 TOP = ""
@@ -29,6 +30,8 @@ def tables_of(scene: type[SceneTable]) -> dict[str, type[SceneTable]]:
         "motion.through": Through,
         "profile": ProfileElement,
         "train": TrainStage,
+        "tolerances.follower": FollowerTolerances,
+        "tolerances.KEY": Tolerance,
         "laws.NAME": OwnLaw,
         "search.KEY": StepRange,
     }

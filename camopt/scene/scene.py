@@ -48,6 +48,7 @@ from camopt.scene.tables import (
     or_text,
 )
 from camopt.scene.text import is_typed, parsed, plain
+from camopt.scene.tolerances import Tolerances
 from camopt.scene.train import MOST_STAGES, TrainStage, tool_turns
 from camopt.shown import Drawn, HasHtml
 from camopt.storage.files import read_bytes
@@ -86,6 +87,8 @@ class Scene(HasHtml, Drawn, SceneTable):
         Of the cam and the follower.
     part : Part
         What the cam is made as: thickness, hub, keyway.
+    tolerances : Tolerances
+        How far the real cam and its follower may be from all this.
     accuracy : Accuracy
         The largest relative error of reported values.
     outputs : tuple of str
@@ -132,6 +135,8 @@ class Scene(HasHtml, Drawn, SceneTable):
     """Bodies in contact and their lubricant."""
     part: Part = Part()
     """The cam as it is made."""
+    tolerances: Tolerances = Tolerances()
+    """How far the real cam and its follower may be from all this."""
     accuracy: Accuracy = Accuracy()
     """How exact results are."""
     outputs: Outputs = ()
@@ -189,7 +194,7 @@ class Scene(HasHtml, Drawn, SceneTable):
     @property
     def whole_part(self) -> Part:
         """The part, completed from other tables of the scene: bore, material, density, name."""
-        return resolved(self.part, self.name, self.cam, self.materials)
+        return resolved(self.part, self.name, self.cam, self.materials, self.tolerances.profile)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self.__dict__ == other.__dict__
@@ -204,6 +209,8 @@ class Scene(HasHtml, Drawn, SceneTable):
         given, found = plain(values, file), list[Mistake]()
         if "search" in given:
             given["search"] = unfolded(given["search"])
+        if "tolerances" in given:
+            given["tolerances"] = unfolded(given["tolerances"])
         unread = [*read_former(given)]
         read_bore(given)  # before units: a fit is none
         if is_typed({key: value for key, value in given.items() if key != "name"}):

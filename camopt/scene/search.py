@@ -127,7 +127,7 @@ class Search(SceneTable):
 
 
 def unfolded(search: Any) -> Any:
-    """The table ``[search]`` with tables in place of keys that lead to them, as ``"train.1.coupler"`` does."""
+    """A table with tables in place of keys that lead to them, as ``"train.1.coupler"`` does in ``[search]``."""
     if not isinstance(search, dict):
         return search
     found = {key: value for key, value in search.items() if "." not in key}

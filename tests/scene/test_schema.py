@@ -37,7 +37,7 @@ def test_what_camopt_writes_is_taken(name):
     READER.validate(FREE[name].to_dict())
 
 
-PLACED = {"laws.NAME": "laws.mine", "search.KEY": "search.offset"}
+PLACED = {"laws.NAME": "laws.mine", "search.KEY": "search.offset", "tolerances.KEY": "tolerances.phase"}
 
 
 def put(place, key, value):

@@ -35,6 +35,7 @@ ROOMS = {
     "scene": "mistakes version storage quantities shown numerics trains motion mechanisms",
     "problem": "mistakes quantities numerics trains motion mechanisms effects scene",
     "tables": "mistakes version storage quantities shown numerics motion scene problem",
+    "tolerances": "mistakes quantities shown numerics motion mechanisms effects scene problem tables",
     "verdicts": "mistakes quantities shown numerics trains motion mechanisms effects scene problem tables",
     "smallest": (
         "mistakes progress quantities shown numerics trains motion mechanisms effects scene problem tables verdicts"
@@ -57,7 +58,7 @@ ROOMS = {
     ),
     "drawing": (
         "mistakes storage quantities shown numerics trains motion mechanisms effects scene problem tables verdicts "
-        "synthesis measured comparing"
+        "tolerances synthesis measured comparing"
     ),
     "sheet": "mistakes version numerics motion mechanisms effects scene problem verdicts contour drawing",
     "points": (
@@ -78,8 +79,8 @@ ROOMS = {
     "serving": ("mistakes quantities kernels numerics scene problem tables verdicts smallest drawing reporting"),
     "cli": (
         "mistakes version storage quantities kernels engines numerics motion mechanisms scene problem tables "
-        "verdicts smallest front synthesis measured comparing drawing points exporting studies reporting "
-        "serving"
+        "tolerances verdicts smallest front synthesis measured comparing drawing points exporting studies "
+        "reporting serving"
     ),
 }
 """Folders and modules of the package in the order of the data, each with the rooms that it may import, and does.

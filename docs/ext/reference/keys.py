@@ -22,9 +22,10 @@ from camopt.scene.tables import Dynamics, ShortLimits
 
 from .markdown import entry, prose, table
 
-ORDER = ("cam", "follower", "follower.dynamics", "motion", "motion.through", "profile", "laws.NAME", "search")
-ORDER += ("search.KEY", "synthesis", "materials", "part", "accuracy")
-"""The tables; ``limits`` have a page of their own."""
+ORDER = [
+    place for name in Scene.model_fields if name != "limits" for place in TABLES if place.split(".")[0] == name
+]
+"""The tables, each with those in it after it; ``limits`` have a page of their own."""
 
 
 def needed_by(place: str, key: str) -> str:

@@ -1,0 +1,78 @@
+"""The picture of motion errors: the worst case and the 99.73 % band over the turn, and what contributes to them."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camopt.drawing.canvas import Target, canvas
+from camopt.drawing.style import MUTED, PAGE_TITLE, SERIES, dress
+from camopt.problem.problem import resolve_design
+from camopt.scene.tolerances import WITHIN
+from camopt.tolerances.response import ORDERS
+from camopt.tolerances.turn import NAMES, TurnErrors
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from camopt.tolerances.tolerance import MotionError, MotionErrors
+
+LIGHT, DARK = "#d9e6f2", "#9fc0dd"
+
+
+def draw(what: "MotionErrors", path: Target = None) -> "Figure":
+    """Draw the errors of displacement, velocity and acceleration over the turn, and the share of each tolerance."""
+    turn = TurnErrors(what.scene, resolve_design(what.scene))
+    with canvas(path, (12.5, 9.0), layout="constrained") as figure:
+        title = f"{what.scene.name}: errors of the motion by its tolerances"
+        figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
+        panels = figure.subplots(ORDERS, 2, width_ratios=[2.2, 1.0])
+        for order, error in enumerate(what.errors):
+            _over_turn(panels[order, 0], turn, order, error)
+            _tornado(panels[order, 1], order, error)
+        panels[-1, 0].set_xlabel("cam angle, deg")
+        handles, labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower left", ncols=2)
+    return figure
+
+
+def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") -> None:
+    """The range of an error at each cam angle."""
+    angles, unit, found = np.degrees(turn.nodes), turn.scale(order), turn.sampled
+    lower, upper = (unit * sum(getattr(each, end)[order] for each in found) for end in ("lower", "upper"))
+    axes.set_title(f"{NAMES[order].capitalize()} error, {error.unit}", loc="left")
+    axes.set(xlim=(0.0, 360.0), xticks=np.arange(0, 361, 60))
+    if np.isfinite(upper).all():
+        middle = unit * sum(each.middle[order] for each in found) + 0.0 * angles
+        half = unit * WITHIN * np.sqrt(sum(np.square(each.deviation[order]) for each in found))
+        axes.fill_between(angles, lower, upper, color=LIGHT, lw=0, label="worst case")
+        axes.fill_between(
+            angles, middle - half, middle + half, color=DARK, lw=0, label="independent errors, 99.73 %"
+        )
+        if error.at_deg is not None:
+            axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":")
+    if np.isinf(error.worst):
+        where = "no bound" if error.at_deg is None else f"between jumps; infinite at {error.at_deg:.6g} deg"
+        axes.text(0.5, 0.5, where, transform=axes.transAxes, ha="center", va="center", color=MUTED)
+    if not np.isfinite(upper).all():
+        axes.set_yticks([])
+    dress(axes)
+
+
+def _tornado(axes: Any, order: int, error: "MotionError") -> None:
+    """What each tolerance contributes to the worst case, the largest on top."""
+    shares = sorted(error.shares.items(), key=lambda each: each[1])
+    keys, values = [key for key, _ in shares], np.array([value for _, value in shares])
+    axes.set_title(f"Worst case, {error.unit}" if np.isfinite(error.worst) else "Worst case: infinite", loc="left")
+    axes.set_yticks(range(len(keys)), labels=[key.removeprefix("follower.").replace("_", " ") for key in keys])
+    axes.set_ylim(-0.8, max(len(keys), 4) - 0.2)
+    if np.isfinite(values).all():
+        axes.barh(range(len(keys)), values, color=SERIES[0], height=0.6, zorder=3)
+        for place, value in enumerate(values):
+            axes.text(value, place, f" {value:.3g}", va="center", ha="left")
+        axes.set_xlim(0.0, 1.25 * float(values.max() or 1.0))
+    else:
+        axes.set_xlim(0.0, 1.0)
+        axes.set_xticks([])
+        for place, value in enumerate(values):
+            axes.text(0.02, place, "∞" if np.isinf(value) else "", va="center")
+    dress(axes)

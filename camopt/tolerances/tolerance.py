@@ -1,0 +1,221 @@
+"""Motion errors: how far displacement, velocity and acceleration of a real cam may be from those asked.
+
+To first order errors add up. At worst each is at the end of its zone that moves the motion the same way as the
+others; errors that are independent of each other have the root of the sum of their squared deviations:
+
+    worst = Σ c·t,    band = |Σ c·m| + 3·√(Σ c²·σ²)
+
+with the answer c of the motion (``tolerances.response``), the zone's end t, its middle m and its standard deviation
+σ. The band holds 99.73 % of the cams at each cam angle, if the sum is normal: it nearly is if there are several
+errors of one order.
+
+Source: Greenwood and Chase, Worst case tolerance analysis with nonlinear problems, J. Eng. Ind. 110, 1988.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import degrees, inf
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion.table import DWELL
+from camopt.numerics import FloatArray
+from camopt.problem.problem import resolve_design
+from camopt.scene.scene import Scene
+from camopt.shown import Drawn, HasHtml
+from camopt.tables.layout import Table, table_of
+from camopt.tolerances.contributions import Contribution
+from camopt.tolerances.response import ORDERS
+from camopt.tolerances.turn import NAMES, TurnErrors, band, worst
+
+DWELL_NODES = 33
+"""Cam angles at which a dwell is looked at."""
+
+
+class MotionError(NamedTuple):
+    """How far one of displacement, velocity and acceleration may be off at worst, and by tolerances.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("bucket-valve").replace(**{"tolerances.profile": 0.01})
+    >>> camopt.tolerance(scene).errors[0].worst
+    0.01
+    """
+
+    name: str
+    unit: str
+    worst: float
+    at_deg: float | None
+    """The cam angle of the worst case; of an infinite one where it first is; None if it is so everywhere."""
+    three_sigma: float
+    """The largest half-width of the band of independent errors."""
+    three_sigma_at_deg: float | None
+    shares: dict[str, float]
+    """What each tolerance contributes to the worst case; adds up to it."""
+    variances: dict[str, float]
+    """The share of each tolerance in the variance at the angle of the band; adds up to 1."""
+
+
+class DwellError(NamedTuple):
+    """How far the follower may move in a dwell, at worst.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("two-pauses").replace(**{"tolerances.bore_eccentricity": 0.01})
+    >>> len(camopt.tolerance(scene).dwells)
+    2
+    """
+
+    start_deg: float
+    end_deg: float
+    change: float
+    """Between any two cam angles of it, mm (deg)."""
+
+
+@dataclass(frozen=True)
+class MotionErrors(HasHtml, Drawn):
+    """How far the motion may be from the one that was asked, by the tolerances of a scene, to first order.
+
+    Attributes
+    ----------
+    scene : Scene
+        The cam, with its ``[tolerances]``.
+    errors : tuple of MotionError
+        Of displacement, velocity and acceleration of the tool.
+    dwells : tuple of DwellError
+        In the order of the turn.
+    reason : str
+        Why an error is infinite; "" if none is.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(tolerances={"follower.offset": 0.02})
+    >>> found = camopt.tolerance(scene)
+    >>> round(found.errors[0].worst, 5)
+    0.01777
+    """
+
+    picture: ClassVar[str] = "motion_errors"
+    scene: Scene
+    errors: tuple[MotionError, ...]
+    dwells: tuple[DwellError, ...]
+    reason: str
+
+    def records(self) -> list[dict[str, Any]]:
+        """A mapping for each of displacement, velocity and acceleration."""
+        return [each._asdict() for each in self.errors]
+
+    def table(self) -> Table:
+        """The worst case, what each tolerance contributes to it, and the band, of each of the three."""
+        rows = [
+            self._row("worst case", "worst"),
+            *({"": key, **{each.name: each.shares[key] for each in self.errors}} for key in self.errors[0].shares),
+            self._row("at cam angle, deg", "at_deg"),
+            self._row("independent errors, 99.73 %", "three_sigma"),
+            self._row("at cam angle, deg", "three_sigma_at_deg"),
+        ]
+        if self.dwells:
+            rows.append({"": "change in a dwell", NAMES[0]: max(each.change for each in self.dwells)})
+        units = {each.name: each.unit for each in self.errors}
+        table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *NAMES], units=units)
+        return replace(table, note=self.reason)
+
+    def _row(self, said: str, field: str) -> dict[str, Any]:
+        """What each of the three has in a field; nothing where it has none."""
+        values = {each.name: getattr(each, field) for each in self.errors}
+        return {"": said, **{name: "" if value is None else value for name, value in values.items()}}
+
+
+def tolerance(scene: Scene) -> MotionErrors:
+    """Find how far the motion of a real cam may be from the one asked, by its ``[tolerances]``, to first order.
+
+    The profile is cut for the sizes of the scene, with errors along its normal; the follower is put together with
+    errors of its own sizes. Errors are those of the tool: with a train they are what comes through it.
+
+    Parameters
+    ----------
+    scene : Scene
+        A scene with sizes of its own, and ``[tolerances]``.
+
+    Returns
+    -------
+    MotionErrors
+        Worst cases, bands of independent errors, what each tolerance contributes, and changes in dwells. They leave
+        out terms of second order, below 0.05 µm for errors of 10 µm. An error is infinite where the motion that it
+        changes jumps, or where it is the slope of a profile whose waves are not limited.
+
+    Raises
+    ------
+    BadInput
+        If the scene lacks a size, or has no tolerances.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(tolerances={"profile": 0.01, "waves": 20})
+    >>> [round(each.worst, 4) for each in camopt.tolerance(scene).errors]
+    [0.0134, 0.028, inf]
+    """
+    turn = TurnErrors(scene, resolve_design(scene))
+    if not turn.sampled:
+        why = "names none: give one, such as profile = 0.02 or follower.roller_radius = 'h6'"
+        raise BadInput([Mistake(turn.problem.file, "tolerances", None, why, bare=True)])
+    errors = tuple(_error(turn, order) for order in range(ORDERS))
+    return MotionErrors(scene, errors, tuple(_dwells(turn)), " ".join(_reasons(turn)))
+
+
+def _error(turn: TurnErrors, order: int) -> MotionError:
+    """The largest error of an order."""
+    if unbounded := turn.unbounded(order):
+        return _endless(turn, order, unbounded)
+    unit, worst_at, band_at = turn.scale(order), turn.highest(worst, order), turn.highest(band, order)
+    at_worst, at_band = (turn.at(np.array([place])) for place in (worst_at, band_at))
+    ends = np.array([[each.upper[order, 0], -each.lower[order, 0]] for each in at_worst])
+    shares = unit * ends[:, ends.sum(axis=0).argmax()]
+    variances = np.array([np.square(each.deviation[order, 0]) for each in at_band])
+    return MotionError(
+        NAMES[order],
+        turn.unit(order),
+        float(shares.sum()),
+        degrees(worst_at),
+        unit * float(band(at_band, order)[0]),
+        degrees(band_at),
+        _by_key(at_worst, shares),
+        _by_key(at_band, variances / (variances.sum() or 1.0)),
+    )
+
+
+def _endless(turn: TurnErrors, order: int, unbounded: dict[str, float | None]) -> MotionError:
+    """An error that is infinite, by some of the tolerances."""
+    at = next((degrees(place) for place in unbounded.values() if place is not None), None)
+    shares = {each.key: inf if each.key in unbounded else 0.0 for each in turn.sampled}
+    variances = {key: float(key in unbounded) / len(unbounded) for key in shares}
+    return MotionError(NAMES[order], turn.unit(order), inf, at, inf, at, shares, variances)
+
+
+def _by_key(found: list[Contribution], values: FloatArray) -> dict[str, float]:
+    return {each.key: float(value) for each, value in zip(found, values, strict=True)}
+
+
+def _dwells(turn: TurnErrors) -> Iterator[DwellError]:
+    """How far the follower may move in each dwell of the motion that is asked."""
+    unit = turn.scale(0)
+    for stroke in turn.problem.programme.tool.strokes:
+        if stroke.kind == DWELL:
+            end = stroke.start + stroke.angle
+            found = turn.at(np.linspace(stroke.start, np.nextafter(end, 0.0), DWELL_NODES))
+            yield DwellError(degrees(stroke.start), degrees(end), unit * sum(each.change() for each in found))
+
+
+def _reasons(turn: TurnErrors) -> Iterator[str]:
+    """Why errors are infinite, a sentence each."""
+    if turn.impulses:
+        first = min(turn.impulses.values())
+        what = NAMES[first.order]
+        yield (
+            f"The {what} of the motion jumps at {degrees(first.at):.6g} deg: where an error moves the jump, "
+            f"its own {what} is an impulse to first order; in truth it is a short, steep ramp."
+        )
+    if turn.scene.tolerances.profile is not None and turn.scene.tolerances.waves is None:
+        yield "The slope of the profile's error has no bound without tolerances.waves."

@@ -1,0 +1,136 @@
+"""The errors of a motion over the turn: totals at cam angles, where they are largest, and where they jump.
+
+Contributions are sampled on every panel of the motion, on both sides of each jump, and every place that is nearly
+as high as the highest is looked at again between its neighbours: there they are smooth, but for kinks.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from math import degrees
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.effects.motion import scale as motion_scale
+from camopt.motion.programme import JUMP_SIDE
+from camopt.numerics import FloatArray
+from camopt.problem.problem import Problem
+from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.scene.scene import Scene
+from camopt.scene.tolerances import WITHIN
+from camopt.tolerances.contributions import Contribution, contributions
+from camopt.tolerances.response import ORDERS
+
+NAMES = ("displacement", "velocity", "acceleration")
+NODES = 24
+"""Cam angles of a panel of the motion."""
+NEAR = 1e-3
+"""Places this near to the highest, relative, are looked at again."""
+ZOOMS, FINER = 5, 33
+"""How often, and with how many cam angles between the neighbours of the highest one."""
+SAME = 1e-9
+"""Two sides of a jump that differ by less, relative to the largest of the turn, are the same."""
+Total = Callable[[list[Contribution], int], FloatArray]
+
+
+def worst(found: list[Contribution], order: int) -> FloatArray:
+    """The worst case of an order, at each cam angle: all errors at the ends that move the motion the same way."""
+    lower, upper = (sum(getattr(each, end)[order] for each in found) for end in ("lower", "upper"))
+    return np.asarray(np.maximum(-lower, upper))
+
+
+def band(found: list[Contribution], order: int) -> FloatArray:
+    """The band of independent errors of an order, at each cam angle: |mean| + 3σ."""
+    middle = sum(each.middle[order] for each in found)
+    variance = sum(np.square(each.deviation[order]) for each in found)
+    return np.asarray(np.abs(middle) + WITHIN * np.sqrt(variance))
+
+
+class Impulse(NamedTuple):
+    """An impulse of what a tolerance contributes: infinite from an order on, at a cam angle, rad."""
+
+    order: int
+    at: float
+
+
+@dataclass(frozen=True)
+class TurnErrors:
+    """The errors of one design over a turn of the cam, by its cam angle."""
+
+    scene: Scene
+    problem: Problem
+
+    def at(self, angles: FloatArray) -> list[Contribution]:
+        """What each tolerance contributes at cam angles, rad."""
+        return [*contributions(self.scene, self.problem, angles)]
+
+    def scale(self, order: int) -> float:
+        """What mm (rad) by the cam angle are multiplied by, for a table."""
+        setup = self.problem.setup
+        if order == 0:
+            return degrees(1.0) if setup.tool_turns else 1.0
+        return float(motion_scale(setup, order))
+
+    def unit(self, order: int) -> str:
+        """The unit of an order in tables."""
+        setup = self.problem.setup
+        if order == 0:
+            return "deg" if setup.tool_turns else "mm"
+        name = motion_quantity(NAMES[order], "", angular=setup.tool_turns, timed=setup.omega is not None)
+        return QUANTITIES[name].unit
+
+    def highest(self, total: Total, order: int) -> float:
+        """The cam angle of the largest total of an order that is bounded, rad."""
+        values, nodes = total(self.sampled, order), self.nodes
+        tops = np.flatnonzero(values >= (1.0 - NEAR) * values.max())
+        tops = tops[(values[tops] >= values[tops - 1]) & (values[tops] >= values[(tops + 1) % values.size])]
+        low, high = nodes[np.maximum(tops - 1, 0)], nodes[np.minimum(tops + 1, nodes.size - 1)]
+        for _ in range(ZOOMS):
+            inside = low + (high - low) * np.linspace(0.0, 1.0, FINER)[:, None]
+            found = total(self.at(inside.ravel()), order).reshape(inside.shape)
+            k, column = found.argmax(axis=0), np.arange(tops.size)
+            low, high = inside[np.maximum(k - 1, 0), column], inside[np.minimum(k + 1, FINER - 1), column]
+        return float(inside[k, column][found.max(axis=0).argmax()])
+
+    def unbounded(self, order: int) -> dict[str, float | None]:
+        """The keys of tolerances whose contribution to an order has no bound, each with the cam angle, rad.
+
+        None of one that has no bound at any angle.
+        """
+        jumps = {key: impulse.at for key, impulse in self.impulses.items() if impulse.order <= order}
+        return jumps | {each.key: None for each in self.sampled if np.isinf(each.upper[order]).any()}
+
+    @cached_property
+    def impulses(self) -> dict[str, "Impulse"]:
+        """The impulses of what tolerances contribute, by key of the tolerance; of those that have one.
+
+        Where velocity or acceleration of the motion jumps, what an error does to it may jump too: the next slope is
+        an impulse there.
+        """
+        places = np.array([jump.at for jump in self.problem.programme.jumps])
+        turn, found = self.problem.programme.strokes[-1].end, dict[str, Impulse]()
+        if not places.size:
+            return found
+        before, after = (self.at(np.mod(places + side, turn)) for side in (-JUMP_SIDE, JUMP_SIDE))
+        for left, right, usual in zip(before, after, self.sampled, strict=True):
+            for order in reversed(range(ORDERS - 1)):
+                with np.errstate(invalid="ignore"):
+                    change = np.abs(right.upper[order] - left.upper[order])
+                jumps = np.flatnonzero(change > SAME * usual.upper[order].max())
+                if jumps.size:
+                    found[left.key] = Impulse(order + 1, float(places[jumps[0]]))
+        return found
+
+    @cached_property
+    def sampled(self) -> list[Contribution]:
+        """The contributions at the nodes."""
+        return self.at(self.nodes)
+
+    @cached_property
+    def nodes(self) -> FloatArray:
+        """The cam angles at which errors are sampled, rad, in the order of the turn."""
+        table = self.problem.programme.table
+        half = table.half_width[:, None]
+        inner = np.clip(np.linspace(-1.0, 1.0, NODES) * half, JUMP_SIDE - half, half - JUMP_SIDE)
+        return np.asarray((table.centre[:, None] + inner).ravel())
