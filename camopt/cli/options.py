@@ -156,7 +156,8 @@ def outputs_option(command: Callable[..., Any]) -> Callable[..., Any]:
         "--outputs",
         callback=lambda context, option, text: text and [name.strip() for name in text.split(",")],
         metavar="NAME,NAME|all",
-        help="Quantities or effects to report, such as force,hertz (`camopt effects` lists the effects), or all.",
+        help="Quantities or effects to report beside sizes and limited ones, such as force,hertz, in place of the "
+        "standard ones (`camopt effects` lists the effects); or all.",
     )(command)
 
 

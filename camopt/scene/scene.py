@@ -92,7 +92,7 @@ class Scene(HasHtml, Drawn, SceneTable):
     accuracy : Accuracy
         The largest relative error of reported values.
     outputs : tuple of str
-        Quantities or effects to report besides.
+        Quantities or effects to report besides, in place of those of motion and geometry; sizes always are.
 
     Raises
     ------
@@ -140,7 +140,8 @@ class Scene(HasHtml, Drawn, SceneTable):
     accuracy: Accuracy = Accuracy()
     """How exact results are."""
     outputs: Outputs = ()
-    """Quantities or effects to report besides those that limits and objectives need, or ``all``."""
+    """Quantities or effects to report, or ``all``, beside sizes and what limits and objectives need, in place of
+    those of motion and geometry."""
     _file: str = PrivateAttr("scene")
     _by_crank: bool = PrivateAttr(False)
 

@@ -146,7 +146,7 @@ def evaluate(scene: Scene) -> Evaluation:
 def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
     """As ``evaluate``, for a scene already resolved to a problem."""
     problem = exactly(problem)
-    (found,) = evaluate_rows(problem, problem.design, problem.wanted).records()
+    (found,) = evaluate_rows(problem, problem.design, problem.wanted | problem.sizes).records()
     values = {name: found[name] for name in in_order(found)}
     unbounded = {n: _reason(n, problem) for n, v in values.items() if v in (inf, -inf)}
     return Evaluation(scene, values, unbounded, warnings_of(problem))

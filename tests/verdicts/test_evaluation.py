@@ -86,7 +86,8 @@ def test_every_value_is_a_number_and_every_infinity_has_its_reason(name):
 
 def test_named_outputs_are_all_that_is_computed():
     scene = find_scene("exhaust-valve").replace(outputs=["pressure_angle_max_deg"])
-    assert set(evaluate(scene)) >= {"pressure_angle_max_deg"}
+    assert set(evaluate(scene)) >= {"pressure_angle_max_deg", "base_radius_mm", "roller_radius_mm"}
+    assert evaluate(scene)["base_radius_mm"] == scene.cam.base_radius
     assert "velocity_max_rise_mm_per_rad" not in evaluate(scene)
     assert "face_reach_max_mm" not in evaluate(scene)
 
