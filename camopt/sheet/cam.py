@@ -20,8 +20,8 @@ from camopt.motion.stroke import Stroke
 from camopt.problem.problem import Problem
 from camopt.scene.part import Part
 from camopt.scene.scene import Scene
-from camopt.sheet.marks import decimal
-from camopt.sheet.words import LANGUAGES
+from camopt.sheet.marks import Mark, Words, decimal
+from camopt.sheet.words import LANGUAGES, with_sign
 from camopt.verdicts.running import run_effects
 
 FINENESS = 2e-5  # of the cam's size: how far lines may be off its curves
@@ -82,6 +82,10 @@ class TrueCam:
     def say(self) -> Callable[[str], str]:
         """What a text is in the language of the drawing."""
         return LANGUAGES[self.part.language]
+
+    def numbered(self, mark: Mark) -> Mark:
+        """A mark with the decimal sign of the language of the drawing."""
+        return mark._replace(text=with_sign(mark.text, self.part.language)) if isinstance(mark, Words) else mark
 
     @property
     def size(self) -> float:

@@ -52,6 +52,7 @@ from camopt.sheet.section import Gap, hatching, outlines
 
 BESIDE_GROOVE = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
 VIEW_GAP = 12.0  # mm: one view from the next
+LEADER = 12.0  # mm: from a frame back to where its leader ends
 FLANKS = ("profile_left", "profile_right")
 
 
@@ -156,12 +157,16 @@ class DevelopedView:
 
     def _lengths(self) -> Marks:
         bottom, top = self.ends
-        size = self.cam.size
         foot, end = 1j * bottom, self.around + 1j * bottom
-        marks = distance(foot, end, 1.0, -FIRST_LEVEL, f"{decimal(2 * pi * size)} (2π · R{decimal(size)})")
+        marks = distance(foot, end, 1.0, -FIRST_LEVEL, self._circumference)
         if self.part.thickness:
             marks += distance(end, end + 1j * (top - bottom), 1j, -FIRST_LEVEL, decimal(self.part.thickness))
         return [*marks, *self._width()]
+
+    @property
+    def _circumference(self) -> str:
+        size = self.cam.size
+        return f"{decimal(2 * pi * size)} (2π · R{decimal(size)})"
 
     def _width(self) -> Marks:
         """The width of the groove at cam angle 0, and how far its middle is from the lower face."""
@@ -192,8 +197,9 @@ class DevelopedView:
         if not frame:
             return []
         corner = right - box_of(frame).high
-
-        place = int(np.argmin(np.abs(self.pitch.real - (corner.real - 12.0))))
+        said = self.around / 2 + width_of(self._circumference, LARGE) / 2 + ROOM  # where that ends, if it has room
+        corner += max(0.0, said + LEADER - corner.real) if said <= self.around else 0.0
+        place = int(np.argmin(np.abs(self.pitch.real - (corner.real - LEADER))))
         low = self.pitch.real[place] + 1j * self._lowest(float(self.pitch.real[place]))
         shelf = corner + 0.5j * CELL
         knee = shelf - 4.0

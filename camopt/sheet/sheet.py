@@ -64,5 +64,5 @@ def sheet_of(scene: Scene, problem: Problem) -> Sheet:
         views = Views(cam, scale)
         for desk in desks:
             if marks := together(desk.form.place(desk, views)):
-                return Sheet(cam, desk.form.paper, scale, [*desk.standing(scale), *marks])
+                return Sheet(cam, desk.form.paper, scale, [*desk.standing(scale), *map(cam.numbered, marks)])
     raise BadInput([Mistake(scene.file, "scene", scene.name, "a cam that fits on a sheet of A3")])

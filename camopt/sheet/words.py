@@ -1,5 +1,6 @@
 """The texts of a drawing in the languages that it may have: English, as the code has them, and German."""
 
+import re
 from collections.abc import Callable
 
 GERMAN = {
@@ -106,3 +107,10 @@ GERMAN = {
 
 LANGUAGES: dict[str, Callable[[str], str]] = {"en": str, "de": GERMAN.__getitem__}
 """What a text is in a language."""
+
+DECIMAL_POINT = re.compile(r"(?<=\d)\.(?=\d)")
+
+
+def with_sign(text: str, language: str) -> str:
+    """A text of the drawing with the decimal sign of its language."""
+    return text if language == "en" else DECIMAL_POINT.sub(",", text)

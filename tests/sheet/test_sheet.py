@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
-from shapely import LineString, MultiPoint
+from shapely import LineString, MultiPoint, Polygon
 from support.cams import CONTACTS, cam_with
 from support.depth import covering, is_deep
 from support.sheets import faults_of
@@ -29,7 +29,7 @@ from camopt.sheet.ring import ring, spread_apart, unrolled
 from camopt.sheet.section import section
 from camopt.sheet.sheet import sheet_of
 from camopt.sheet.title_block import fields, title_block
-from camopt.sheet.words import GERMAN
+from camopt.sheet.words import GERMAN, with_sign
 
 PLATE = find_scene("valve-rod-radial")
 CYLINDER = find_scene("feeder-with-stop")
@@ -173,7 +173,8 @@ def test_what_is_asked_of_a_tool_is_not_said_of_the_follower(language):
     follower = cam_points(scene, step=0.5)["displacement_mm"].max()
     assert [decimal(follower) in note, note.count("0.01396 mm/°"), note.count("−0.01396")] == [True, 2, 1]
     whole = " ".join(mark.text for mark in found.marks if isinstance(mark, Words))
-    assert " ".join(note.split()) in whole
+    assert " ".join(with_sign(note, language).split()) in whole
+    assert ("0,01396" in whole) == (language == "de")
 
 
 @pytest.mark.parametrize("name", CHECKED)
@@ -305,6 +306,20 @@ def test_a_section_is_where_its_groove_is(turn):
         flanks = [np.interp(x, true[f"profile_{n}_x_mm"], true[f"profile_{n}_y_mm"]) for n in ("right", "left")]
         drawn = points.real[np.abs(points.imag - side * (outer - depth)) < 1e-9]
         assert [drawn.min(), drawn.max()] == pytest.approx(np.array(flanks) - face, abs=5e-3)
+
+
+def test_the_leader_to_a_flank_leaves_the_length_of_the_circumference_alone():
+    scene = find_scene("feeder-with-stop").replace(
+        **{"cam.mean_radius": 60, "part.profile_tolerance": 0.02, "part.roughness": 0.8}
+    )
+    marks = DevelopedView(TrueCam(scene, resolve_design(scene)), 0.2).groove()
+    (words,) = (mark for mark in marks if isinstance(mark, Words) and "2π" in mark.text)
+    box = Polygon([(corner.real, corner.imag) for corner in words.corners])
+    crossed = [
+        mark for mark in marks
+        if isinstance(mark, Line) and LineString([(p.real, p.imag) for p in mark.points]).intersects(box)
+    ]  # fmt: skip
+    assert crossed == []
 
 
 def test_a_groove_is_cut_no_wider_than_its_roller():
