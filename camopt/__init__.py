@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from camopt.tables.designs import Design, scene_of
     from camopt.tables.table import load
     from camopt.tolerances.tolerance import DwellError, MotionError, MotionErrors, tolerance
+    from camopt.unit_systems import shown_in
     from camopt.verdicts.certify import certify
     from camopt.verdicts.evaluation import Evaluation, evaluate
 
@@ -109,6 +110,7 @@ _HOMES = {
     "sensitivities": "studies.sensitivities",
     "scene_of": "tables.designs",
     "shipped_scenes": "scene.sources",
+    "shown_in": "unit_systems",
     "sweep": "front.sweep",
     "sweep_part": "front.parts",
     "synthesise": "synthesis.synthesise",
@@ -173,6 +175,7 @@ __all__ = [
     "scene_of",
     "sensitivities",
     "shipped_scenes",
+    "shown_in",
     "sweep",
     "sweep_part",
     "synthesise",

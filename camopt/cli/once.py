@@ -24,6 +24,7 @@ from camopt.mistakes import BadInput
 from camopt.scene.sources import sources
 from camopt.storage.publishing import already_done, answered, answered_in_words, published
 from camopt.storage.unit import Unit
+from camopt.unit_systems import MM, system_shown
 from camopt.version import version_of_rows
 
 NO_MATTER = {"as_json", "quiet", "again", "workers", "scheduler"}
@@ -128,9 +129,8 @@ def _words(context: click.Context) -> str:
     """A digest of a command, its options, all that its scene is read of, and the version; empty if that fails."""
     given: Mapping[str, Any] = context.params
     asked = {name: value for name, value in given.items() if name not in NO_MATTER}
-    digest = sha256(
-        json.dumps([context.command.name, version_of_rows(), asked], default=str, sort_keys=True).encode()
-    )
+    question = [context.command.name, version_of_rows(), system_shown(), asked]
+    digest = sha256(json.dumps(question, default=str, sort_keys=True).encode())
     try:
         for text in sources(given["scene"]):
             digest.update(sha256(text).digest())
@@ -144,6 +144,8 @@ def once(made: Once, scene: Any, again: bool, as_json: bool, quiet: bool, work: 
     from camopt.cli import terminal
 
     words, question = words_read(), {"scene": scene.to_toml(), "version": version_of_rows(), **made.asked}
+    if system_shown() != MM:
+        question["units"] = system_shown()
     if not again and (said := KeptReport.of(answered(made.folder, made.command, question))):
         return said.repeat(made.folder, as_json, quiet)
     terminal.say_notes(() if quiet else made.before)

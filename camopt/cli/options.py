@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from camopt.unit_systems import SYSTEMS, shown_in
+
 DEFAULT_SCENE = "roller-1000rpm"
 PICTURES = (".png", ".svg", ".pdf")
 ANIMATIONS = (".gif", ".mp4", ".svg")
@@ -15,7 +17,44 @@ ANIMATIONS = (".gif", ".mp4", ".svg")
 def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options common to all commands."""
     command = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")(command)
+    command = units_option(command)
     return click.option("--quiet", is_flag=True, help="Print no progress bar and no messages.")(command)
+
+
+class Measure(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
+    """A number in a unit, or a text with a unit of that kind, such as 0.25 in."""
+
+    name = "float"
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        from contextlib import suppress
+
+        from camopt.scene.units import converted
+
+        with suppress(ValueError):
+            return float(value)
+        try:
+            return converted(str(value), self.unit)
+        except ValueError as trouble:
+            self.fail(f"{value!r} must be {trouble}", param, ctx)
+
+
+def units_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The option that says in which units results are shown; JSON and stored tables, whose names say it, stay."""
+    return click.option(
+        "--units",
+        type=click.Choice(SYSTEMS),
+        default=SYSTEMS[0],
+        envvar="CAMOPT_UNITS",
+        show_default=True,
+        show_envvar=True,
+        expose_value=False,
+        callback=lambda context, option, units: context.with_resource(shown_in(units)),
+        help="Units of what is shown, drawn and exported. JSON and Parquet stay as their names say.",
+    )(command)
 
 
 class Setting(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
@@ -132,7 +171,7 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--relative-error", "--tolerance", type=float, help="Largest relative error of each value."),
         click.option(
             "--min-curvature",
-            type=float,
+            type=Measure("mm"),
             help="Least convex radius allowed on the profile, mm.",
         ),
         click.option("--max-pressure-return", type=float, help="Largest pressure angle allowed on returns, deg."),

@@ -1,6 +1,6 @@
 """Paths of arcs and lines, and paths of cubics, for machines and other programs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -64,6 +64,10 @@ class ArcPath:
         chords, turn = self.chords / np.abs(self.chords), np.exp(0.5j * self.sweeps)
         return chords / turn, chords * turn
 
+    def times(self, factor: float) -> "ArcPath":
+        """The path in another unit of length."""
+        return replace(self, vertices=factor * self.vertices)
+
     @property
     def backwards(self) -> "ArcPath":
         """The path from its end to its start."""
@@ -104,6 +108,10 @@ class CubicPath:
     angles: FloatArray
     spans: tuple[int, ...]
     what: ClassVar[str] = "cubics"
+
+    def times(self, factor: float) -> "CubicPath":
+        """The path in another unit of length."""
+        return replace(self, controls=factor * self.controls)
 
     def __len__(self) -> int:
         return len(self.controls)

@@ -14,7 +14,7 @@ from camopt.drawing.picture import (
     draw_circle,
     draw_line,
     fit_axes,
-    four_digits,
+    in_figures,
     round_length,
 )
 from camopt.drawing.style import (
@@ -33,6 +33,7 @@ from camopt.drawing.style import (
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves
 from camopt.motion.table import DWELL
+from camopt.unit_systems import computed, shown, shown_unit
 
 FROM_START = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
 ASIDE = (5.0, 8.0, 12.0, 16.0, 22.0, 30.0)  # points: of ω from its arrow
@@ -123,13 +124,13 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
     values, problem = picture.values, picture.problem
     base, radius = float(problem.design.size[0]), float(problem.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
-    draw_circle(axes, base, color=MUTED, label=f"base circle, R {four_digits(base)}", **thin)
+    draw_circle(axes, base, color=MUTED, label=f"base circle, R {in_figures(base)}", **thin)
     if radius > 0.0:
-        label = f"prime circle, R {four_digits(base + radius)}"
+        label = f"prime circle, R {in_figures(base + radius)}"
         draw_circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
     if not problem.setup.mechanism.flat_faced:
         through = values["pitch_circle_radius_mm"]
-        label = f"pitch circle, R {four_digits(through)}"
+        label = f"pitch circle, R {in_figures(through)}"
         draw_circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
         spans.append(through * np.array([1, 1j, -1, -1j]))
         lowest = min(lowest, -through)
@@ -173,14 +174,14 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
         color=REFERENCE_COLOUR,
         lw=0.8,
         zorder=2.5,
-        label=f"offset circle, R {four_digits(abs(offset))}",
+        label=f"offset circle, R {in_figures(abs(offset))}",
     )
     draw_line(axes, offset + 1j * np.array([level - 0.03 * size, 0.9 * size]), **dashes)
     arrow = {"arrowstyle": "<|-|>", "color": MUTED, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
     axes.annotate("", (0.0, level), (offset, level), arrowprops=arrow)
     side = 1.0 if offset > 0 else -1.0
     place = {"ha": "left" if offset > 0 else "right", "va": "center", "fontsize": TEXT, "color": INK}
-    axes.text(offset + side * 0.03 * size, level, f"offset {four_digits(offset)}", **place)
+    axes.text(offset + side * 0.03 * size, level, f"offset {in_figures(offset)}", **place)
     return ends
 
 
@@ -223,8 +224,9 @@ def frame(axes: Any, points: ComplexArray) -> tuple[complex, float]:
     """Limits round the points, no axes, and a bar of round length for scale; as ``fit`` what was chosen."""
     corner, unit = fit_axes(axes, points, 0.03)
     axes.set_axis_off()
-    length = round_length(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6)
+    length = round_length(shown(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6, "mm"))
+    text, length = f"{length:g} {shown_unit('mm')}", computed(length, "mm")
     draw_line(axes, [corner, corner + length], color=INK, lw=2.5, solid_capstyle="butt", clip_on=False)
     place = corner + 0.07j * unit
-    axes.text(place.real, place.imag, f"{length:g} mm", fontsize=TEXT, color=INK, ha="left", va="bottom")
+    axes.text(place.real, place.imag, text, fontsize=TEXT, color=INK, ha="left", va="bottom")
     return corner, unit

@@ -12,6 +12,7 @@ from camopt.mechanisms.design import BoolArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.tables.cells import heading
+from camopt.unit_systems import shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,8 +50,9 @@ def _values(table: TableComparison) -> tuple[FloatArray, FloatArray]:
     """The objectives of the points of both fronts."""
     assert table.fronts is not None
     signs = np.array([1.0 if aim == "minimise" else -1.0 for aim in table.objectives[0].values()])
+    scales = signs * [shown(1.0, table.units[name]) for name in table.objectives[0]]
     a, b = table.fronts.costs
-    return a * signs, b * signs
+    return a * scales, b * scales
 
 
 def _pairs(table: TableComparison) -> list[tuple[int, int]]:
@@ -86,4 +88,4 @@ def _which_of(points: FloatArray, others: FloatArray) -> BoolArray:
 def _label(name: str, unit: str) -> str:
     """What an axis shows, with its unit."""
     words = heading(name, unit).split("\n")
-    return f"{' '.join(words[:-1])}, {unit}" if unit else " ".join(words)
+    return f"{' '.join(words[:-1])}, {words[-1]}" if unit else " ".join(words)

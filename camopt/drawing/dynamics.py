@@ -8,7 +8,7 @@ import numpy as np
 from camopt.drawing.limit_lines import limit_lines
 from camopt.drawing.loads import by_way
 from camopt.drawing.panels import Panel, greatest_and_least, known, marked
-from camopt.drawing.picture import Picture, four_digits
+from camopt.drawing.picture import Picture, told
 from camopt.effects import joints, vibration
 from camopt.effects.force import force_curve, weights
 from camopt.effects.loads import torque_curve, ways
@@ -60,7 +60,7 @@ def _torque(picture: Picture) -> list[Panel]:
     )
     mean = picture.values["torque_mean_N_m"]
     panel.reference = [np.full_like(value, mean) for value in values]
-    panel.note = f"dash-dot: mean {four_digits(mean)} N·m"
+    panel.note = f"dash-dot: mean {told(mean, 'N·m')}"
     panel.limits = limit_lines(picture, ends[0])
     return [panel]
 

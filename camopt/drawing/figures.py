@@ -8,16 +8,15 @@ import numpy as np
 from camopt.drawing import diagrams
 from camopt.drawing.cam import draw_disc
 from camopt.drawing.canvas import Target, canvas
-from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import Label, settle
-from camopt.drawing.loads import load_panels
-from camopt.drawing.panels import panels
-from camopt.drawing.picture import Picture, four_digits
+from camopt.drawing.picture import Picture, four_digits, told
+from camopt.drawing.shown_panels import shown_panels
 from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE_SIZE
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tables.designs import Design
+from camopt.unit_systems import shown
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.judging import excesses, violations
 
@@ -30,7 +29,7 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
     scene = what if isinstance(what, Scene) else what.scene
     picture = Picture(scene, resolve_design(scene))
     developed = picture.problem.setup.mechanism.body.developed
-    shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
+    shown = shown_panels(picture)
     page = _below_a_groove(len(shown)) if developed else _beside_a_disc(len(shown))
     with canvas(path, (FIGURE_WIDTH, page.height)) as figure:
         axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
@@ -145,7 +144,7 @@ def sizes_in_words(picture: Picture) -> str:
         "centre_distance_mm": "pivot at",
         "face_offset_mm": "face offset",
     }
-    sizes = [f"{words} {four_digits(values[key])} mm" for key, words in names.items() if values.get(key)]
+    sizes = [f"{words} {told(values[key])}" for key, words in names.items() if values.get(key)]
     laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]
     return BETWEEN.join([*words, *sizes, *laws])
 
@@ -159,12 +158,12 @@ def results_in_words(picture: Picture) -> str:
     words = ["pressure angle 0" if square else f"largest pressure angle: {', '.join(angles)}"]
     least = values["profile_radius_min_mm"]
     if np.isfinite(least) and least > 0.0 and not picture.undercut:
-        words.append(f"least convex radius of the profile {four_digits(least)} mm")
+        words.append(f"least convex radius of the profile {told(least)}")
     if "face_reach_min_mm" in values:
-        ends = [four_digits(values[f"face_reach_{end}_mm"]) for end in ("min", "max")]
-        words.append(f"contact on the face from {' to '.join(ends)} mm")
+        least, most = (values[f"face_reach_{end}_mm"] for end in ("min", "max"))
+        words.append(f"contact on the face from {four_digits(shown(least, 'mm'))} to {told(most)}")
     if "shaft_clearance_mm" in values:
-        words.append(f"clear of the shaft by {four_digits(values['shaft_clearance_mm'])} mm")
+        words.append(f"clear of the shaft by {told(values['shaft_clearance_mm'])}")
     return BETWEEN.join(words)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.diagrams import in_powers
 from camopt.drawing.measured_profile import draw_profile
-from camopt.drawing.picture import Picture, four_digits
+from camopt.drawing.picture import Picture, four_digits, told
 from camopt.drawing.style import ALARM, COLOURS, DOT, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE_SIZE, dress
 from camopt.effects.motion import scale
 from camopt.measured.fitted import Fit
@@ -15,6 +15,7 @@ from camopt.measured.reading import angle_from
 from camopt.motion.table import RISE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
+from camopt.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,9 +32,9 @@ def draw(result: Fit, path: Target = None) -> "Figure":
     picture = Picture(result.scene, resolve(result.scene))
     size = WIDE_PAGE if result.profile else PAGE_SIZE
     with canvas(path, size) as figure:
-        count = f"{result.points.angles.size} points, noise {four_digits(result.noise)} {result.unit}"
+        count = f"{result.points.angles.size} points, noise {told(result.noise, result.unit)}"
         figure.text(0.03, 0.96, result.scene.name, fontsize=PAGE_TITLE, fontweight="bold")
-        about = f"{count}, band ±{four_digits(result.band)} {result.unit}"
+        about = f"{count}, band ±{told(result.band, result.unit)}"
         figure.text(0.03, 0.935, about, fontsize=TITLE_SIZE - 1.0, color=MUTED)
         part = PAGE_SIZE[0] / size[0]
         lift, off, acceleration = (figure.add_axes((part * x, y, part * w, h)) for x, y, w, h in PLACES)
@@ -57,15 +58,16 @@ def _turn(picture: Picture, order: int) -> tuple[Any, Any]:
 
 def _lift(axes: Any, result: Fit, picture: Picture) -> None:
     angles, values = _turn(picture, 0)
-    per = np.degrees(1.0) if picture.problem.setup.tool_turns else 1.0
-    axes.plot(angles, values * per, color=FIT_COLOUR, lw=1.4, label="motion")
+    one = shown(1.0, result.unit)
+    values = values * one * (np.degrees(1.0) if picture.problem.setup.tool_turns else 1.0)
+    axes.plot(angles, values, color=FIT_COLOUR, lw=1.4, label="motion")
     axes.fill_between(
-        angles, values * per - result.band, values * per + result.band, color=FIT_COLOUR, alpha=0.15, lw=0
+        angles, values - one * result.band, values + one * result.band, color=FIT_COLOUR, alpha=0.15, lw=0
     )
-    measured = angle_from(result.start, result.points.angles), result.points.lifts - result.zero
+    measured = angle_from(result.start, result.points.angles), one * (result.points.lifts - result.zero)
     axes.plot(*measured, color=INK, label="points", **DOT)
-    _outliers(axes, result, result.outliers.lifts - result.zero)
-    axes.set_title(f"Lift, {result.unit}", loc="left")
+    _outliers(axes, result, one * (result.outliers.lifts - result.zero))
+    axes.set_title(f"Lift, {shown_unit(result.unit)}", loc="left")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
 
 
@@ -77,21 +79,21 @@ def _outliers(axes: Any, result: Fit, values: Any) -> None:
 
 def _deviations(axes: Any, result: Fit) -> None:
     """Deviations of the points from the motion; outliers at the edge of the diagram, with their rows."""
-    band = result.band
+    one = shown(1.0, result.unit)
+    band = one * result.band
     axes.axhline(0.0, color=FIT_COLOUR, lw=1.0)
     for side in (-band, band):
         axes.axhline(side, **LIMIT)
-    axes.plot(
-        angle_from(result.start, result.points.angles), -np.array(result.deviation.at_points), color=INK, **DOT
-    )
+    off = -one * np.array(result.deviation.at_points)
+    axes.plot(angle_from(result.start, result.points.angles), off, color=INK, **DOT)
     for each in result.left_out:
         side = BANDS_SHOWN * band * (1.0 if each.deviation < 0.0 else -1.0)
         angle = float(angle_from(result.start, each.angle))
         axes.plot([angle], [0.93 * side], ls="none", marker="x", ms=6.0, color=ALARM)
         place = {"textcoords": "offset points", "xytext": (6, 0), "va": "center", "color": ALARM}
-        axes.annotate(f"row {each.row}: {four_digits(-each.deviation)}", (angle, 0.93 * side), **place)
+        axes.annotate(f"row {each.row}: {four_digits(-one * each.deviation)}", (angle, 0.93 * side), **place)
     axes.set_ylim(-BANDS_SHOWN * band, BANDS_SHOWN * band)
-    axes.set_title(f"Deviation of the points, {result.unit}", loc="left")
+    axes.set_title(f"Deviation of the points, {shown_unit(result.unit)}", loc="left")
 
 
 def _acceleration(axes: Any, result: Fit, picture: Picture) -> None:
@@ -100,6 +102,7 @@ def _acceleration(axes: Any, result: Fit, picture: Picture) -> None:
     at, before = result.differences["acceleration"]
     order = np.argsort(at)
     unit = QUANTITIES[result.quantity("acceleration")].unit
+    values, before, unit = shown(values, unit), shown(before, unit), shown_unit(unit)
     factor, unit = in_powers([values[~np.isnan(values)]], unit)
     low, high = float(np.nanmin(values)) * factor, float(np.nanmax(values)) * factor
     axes.plot(

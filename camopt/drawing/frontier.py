@@ -1,7 +1,9 @@
 """The picture of a frontier: new laws as a front, the values that no motion can reach, known laws as points."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from math import isinf, pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from camopt.motion.table import RISE
 from camopt.synthesis.traded import Frontier
 from camopt.synthesis.units import unit_of
 from camopt.tables.columns import joined_laws
+from camopt.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,6 +40,7 @@ AXIS_NAMES = {
 
 def draw(found: Frontier, path: Target = None) -> "Figure":
     """Draw a frontier: its first axis up, the second to the right, a third as colours."""
+    found = _as_shown(found)
     with canvas(path, (10.5, 7.0), layout="constrained") as figure:
         axes = figure.subplots()
         (_cloud if len(found.axes) == 3 else _curve)(figure, axes, found)
@@ -56,7 +60,20 @@ def _label(found: Frontier, axis: str) -> str:
     """What an axis shows, with its unit."""
     unit = unit_of(axis, found.scene)
     words = AXIS_NAMES.get(axis) or axis.removesuffix(f"_{unit.translate(UNIT_LETTERS)}").replace("_", " ")
-    return f"{words}, {unit}" if unit else words
+    return f"{words}, {shown_unit(unit)}" if unit else words
+
+
+def _as_shown(found: Frontier) -> Frontier:
+    """The frontier with the values of its axes in the units in which they are shown."""
+    units = found.units
+
+    def converted(row: Mapping[str, Any]) -> Any:
+        known = {name: unit for name, unit in units.items() if row.get(name) is not None}
+        return {**row, **{name: shown(row[name], unit) for name, unit in known.items()}}
+
+    least = {axis: tuple(end and shown(end, units[axis]) for end in ends) for axis, ends in found.least.items()}
+    rows, known = ([converted(row) for row in each] for each in (found.rows, found.known))
+    return replace(found, rows=rows, known=known, least=cast("dict[str, tuple[float, float | None]]", least))
 
 
 def _curve(figure: Any, axes: Any, found: Frontier) -> None:

@@ -6,9 +6,19 @@ import numpy as np
 
 from camopt.drawing.follower import Parts, draw_arm
 from camopt.drawing.labels import Label
-from camopt.drawing.picture import STROKE_NAMES, Picture, area, draw_line, fit_axes, four_digits, round_length
+from camopt.drawing.picture import (
+    STROKE_NAMES,
+    Picture,
+    area,
+    draw_line,
+    fit_axes,
+    four_digits,
+    in_figures,
+    round_length,
+)
 from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH_COLOUR, PROFILE, SMALL, TEXT
 from camopt.mechanisms.design import ComplexArray
+from camopt.unit_systems import computed, shown, shown_unit
 
 ANGLE_OFFSETS = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above the sheet
 
@@ -26,11 +36,20 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     spans = [sheet, *draw_groove_follower(Parts(axes, axes, axes), picture)]
     _narrow(axes, np.concatenate(spans))
     fit_axes(axes, np.concatenate(spans), 0.02)
-    axes.set(xlabel=f"circumference at R {four_digits(float(design.size[0]))}, mm", ylabel="along its axis, mm")
+    radius, unit = in_figures(float(design.size[0])), shown_unit("mm")
+    axes.set(xlabel=f"circumference at R {radius}, {unit}", ylabel=f"along its axis, {unit}")
     axes.spines[:].set_visible(False)
-    axes.set_xticks(np.arange(0.0, around, round_length(around / 4)))
-    axes.set_yticks([y for y in axes.get_yticks() if low <= y <= high])
+    axes.set_xticks(np.arange(0.0, around, _step(around / 4)))
+    step = _step((high - low) / 4)
+    axes.set_yticks(np.arange(np.ceil(low / step), np.floor(high / step) + 1.0) * step)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(lambda length, _: four_digits(shown(length, "mm")))
     return labels
+
+
+def _step(length: float) -> float:
+    """A length, mm, that is round in the unit that is shown, and about as long as another."""
+    return float(computed(round_length(shown(length, "mm")), "mm"))
 
 
 def sides_of(picture: Picture) -> tuple[float, float]:

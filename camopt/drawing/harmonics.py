@@ -6,6 +6,7 @@ import numpy as np
 
 from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.style import PAGE_TITLE, dress, pen_of
+from camopt.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,8 +20,8 @@ def draw(what: "Harmonics", path: Target = None) -> "Figure":
     """Draw the amplitudes of a motion's harmonics."""
     unit = "deg" if what.scene.tool_turns else "mm"
     amplitudes = (
-        (f"Displacement, {unit}", what.displacement),
-        (f"Acceleration, {what.acceleration_unit}", what.acceleration),
+        (f"Displacement, {shown_unit(unit)}", shown(what.displacement, unit)),
+        (f"Acceleration, {shown_unit(what.acceleration_unit)}", shown(what.acceleration, what.acceleration_unit)),
     )
     with canvas(path, (12.5, 5.0), layout="constrained") as figure:
         title = f"{what.scene.name}: harmonics of the motion"

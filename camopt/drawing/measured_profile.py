@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.drawing.picture import Picture, draw_circle, draw_line, fit_axes, four_digits
+from camopt.drawing.picture import Picture, draw_circle, draw_line, fit_axes, told
 from camopt.drawing.style import ALARM, DOT, FILL, INK, PROFILE, REFERENCE_COLOUR
 from camopt.measured.fitted import Fit
 
@@ -40,8 +40,8 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
             shown.append(places)
     fit_axes(axes, np.concatenate(shown), 0.04)
     axes.set_axis_off()
-    furthest = four_digits(float(np.abs(result.distances).max()))
-    axes.set_title(f"Profile; points {times:g} times as far off it (at most {furthest} mm)", loc="left")
+    furthest = told(float(np.abs(result.distances).max()))
+    axes.set_title(f"Profile; points {times:g} times as far off it (at most {furthest})", loc="left")
     axes.legend(loc="upper left", bbox_to_anchor=(0.0, 0.0), ncols=3, borderaxespad=0.2)
 
 

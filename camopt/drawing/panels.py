@@ -1,7 +1,7 @@
 """The contents of each diagram: values piece by piece, exact peaks, limits, impulses and notes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite, pi
 from typing import Any, NamedTuple
@@ -9,13 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.drawing.limit_lines import limit_lines
-from camopt.drawing.picture import STROKE_NAMES, Picture, four_digits
+from camopt.drawing.picture import STROKE_NAMES, Picture, four_digits, told
 from camopt.drawing.style import INK, REFERENCE_COLOUR
 from camopt.effects.motion import scale
 from camopt.mechanisms.design import BoolArray
 from camopt.motion.table import ALL_STROKES, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
+from camopt.unit_systems import shown, shown_unit
 
 NEGLIGIBLE = 1e-6  # jumps below this share of the range are none, samples this near the peak are the peak
 CLIP = 4.0  # times the usual pitch curvature: where the diagram of curvature is cut off
@@ -43,6 +44,11 @@ class MarkedPeak:
     colour: str = INK
     least: bool = False
 
+    def times(self, factor: float) -> "MarkedPeak":
+        """The peak in another unit, with its text if that is the value alone."""
+        value = factor * self.value
+        return replace(self, value=value, text=four_digits(value) if self.text[-1:].isdigit() else self.text)
+
 
 @dataclass
 class Panel:
@@ -63,6 +69,26 @@ class Panel:
     marks: list[MoveMark] = field(default_factory=list)
     quantity: str = ""  # that is an extreme of the values, of a load
     at: Curve | None = None  # the values at any cam angles, rad, of the diagrams that an animation shows
+
+    def as_shown(self) -> "Panel":
+        """The diagram in the unit in which results are shown; numbers in notes are so already."""
+        one, at = shown(1.0, self.unit), self.at
+        if one == 1.0:
+            return self
+        return replace(
+            self,
+            unit=shown_unit(self.unit),
+            values=[one * values for values in self.values],
+            peaks=[each.times(one) for each in self.peaks],
+            limits=[(kinds, one * bound) for kinds, bound in self.limits],
+            impulses=[(angle, one * size) for angle, size in self.impulses],
+            reference=self.reference and [one * values for values in self.reference],
+            other=self.other and [one * values for values in self.other],
+            span=self.span and (one * self.span[0], one * self.span[1]),
+            bands=[(one * low, one * high) for low, high in self.bands],
+            marks=[mark._replace(low=one * mark.low, high=one * mark.high) for mark in self.marks],
+            at=at and (lambda angles: one * at(angles)),
+        )
 
 
 def panels(picture: Picture) -> list[Panel]:
@@ -90,7 +116,9 @@ def _displacement(picture: Picture) -> Panel:
     if dynamics.lash is not None:
         low, high = ((dynamics.lash + side * dynamics.lash_variation) * factor for side in (-1, 1))
         panel.bands = [(low, high)]
-        notes.append(f"grey: lash {low:.4g} to {high:.4g} {panel.unit}" if high > low else f"grey: lash {low:.4g}")
+        one, shown_as = shown(1.0, panel.unit), shown_unit(panel.unit)
+        ends = f"{one * low:.4g}" + (f" to {one * high:.4g} {shown_as}" if high > low else "")
+        notes.append(f"grey: lash {ends}")
     panel.note = "  ·  ".join(notes)
     return panel
 
@@ -100,10 +128,10 @@ def _of_follower(picture: Picture, tool: float) -> tuple[PieceValues, str]:
     setup, lift = picture.problem.setup, picture.problem.programme.lift
     factor, unit = (np.degrees(1.0), "deg") if setup.angular else (1.0, "mm")
     alike = setup.angular == setup.tool_turns
-    shown = factor if alike else tool / lift
-    scaled = "" if alike else f" {unit}, scaled to the same height"
-    note = f"dash-dot: of the follower, up to {four_digits(lift * factor)}{scaled}"
-    return [rows[0] * shown for rows in picture.motion], note
+    as_high = factor if alike else tool / lift
+    scaled = "" if alike else f" {shown_unit(unit)}, scaled to the same height"
+    note = f"dash-dot: of the follower, up to {four_digits(shown(lift * factor, unit))}{scaled}"
+    return [rows[0] * as_high for rows in picture.motion], note
 
 
 def moves_asked(picture: Picture, order: int, factor: float) -> list[MoveMark]:
@@ -212,9 +240,7 @@ def _trace_curvature(picture: Picture, pitch: PieceValues) -> Panel:
     least = picture.values["profile_radius_min_mm"]
     if isfinite(least) and least > 0.0 and not both:
         peaks = bounds(picture, profiles[0], (1.0 / least, np.nan))
-        panel.peaks = [
-            MarkedPeak(p.angle, p.value, f"ρ {four_digits(least)} mm") for p in peaks if abs(p.value) <= cap
-        ]
+        panel.peaks = [MarkedPeak(p.angle, p.value, f"ρ {told(least)}") for p in peaks if abs(p.value) <= cap]
     panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit_lines(picture, "profile_radius_min_mm")]
     return panel
 

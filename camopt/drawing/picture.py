@@ -15,6 +15,7 @@ from camopt.numerics.curves import curve
 from camopt.problem.problem import Problem
 from camopt.quantities import GEOMETRY, QUANTITIES
 from camopt.scene.scene import Scene
+from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.running import run_effects
 
 STROKE_NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}
@@ -142,6 +143,16 @@ def four_digits(value: float) -> str:
     """A number in four digits, or all of a larger whole number, with a real minus sign."""
     text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value + 0.0:.4g}"  # + 0.0: no −0
     return text.replace("-", "−")
+
+
+def in_figures(length: float) -> str:
+    """A length in mm in four digits, in the unit in which it is shown."""
+    return four_digits(shown(length, "mm"))
+
+
+def told(value: float, unit: str = "mm") -> str:
+    """A number in a unit in four digits, with the unit, as they are shown."""
+    return f"{four_digits(shown(value, unit))} {shown_unit(unit)}"
 
 
 def fit_axes(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, float]:

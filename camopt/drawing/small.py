@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.drawing.picture import Picture, four_digits
+from camopt.drawing.picture import Picture, told
 from camopt.drawing.style import COLOURS, FILL, INK, MUTED
 from camopt.mechanisms.design import ComplexArray
 from camopt.problem.problem import resolve_design
@@ -42,7 +42,7 @@ def small_cam(scene: Scene) -> str:
         drawn += [path(side, stroke=COLOURS[kind], stroke_width=2) for side in piece]
     cross = 0.06 * size * np.array([-1, 1], dtype=complex)
     drawn += [] if body.developed else [path(cross, stroke=INK), path(1j * cross, stroke=INK)]
-    return _page(drawn, scale * extent, f"{body.size_name} {four_digits(size)} mm", scene.name)
+    return _page(drawn, scale * extent, f"{body.size_name} {told(size)}", scene.name)
 
 
 def _path(points: ComplexArray, **style: object) -> str:

@@ -138,7 +138,7 @@ def _contacts(picture: Picture) -> ComplexArray:
 
 def _diagrams(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBody], list[Reading]]:
     """Diagrams with cursors, and what they read; and the cam angle."""
-    every = panels(picture)
+    every = [panel.as_shown() for panel in panels(picture)]
     shown, axes = [every[k] for k in SHOWN_PANELS], [figure.add_axes(box) for box in boxes]
     labels = diagrams.draw_diagrams(axes, picture, shown, (), range(len(shown)))
     bodies: list[MovingBody] = []

@@ -10,7 +10,7 @@ from camopt.drawing.diagrams import draw_mark, in_powers
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import settle
 from camopt.drawing.panels import moves_asked
-from camopt.drawing.picture import Picture, four_digits
+from camopt.drawing.picture import Picture, told
 from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, dress
 from camopt.effects.motion import scale
 from camopt.motion.table import RETURN, RISE
@@ -21,6 +21,7 @@ from camopt.synthesis.cams import OWN_MOVES
 from camopt.synthesis.compare import KnownLaws, known_laws_of
 from camopt.synthesis.synthesised import Synthesis
 from camopt.tables.columns import joined_laws
+from camopt.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,9 +62,7 @@ def _own(known: KnownLaws) -> str:
     elif known.own != known.best:
         row = known.rows[known.own]
         beyond = "" if row["within"] else ", which breaks the limits on its motion"
-        words.append(
-            f"the scene's own law, {known.own}: {body.size_name} {four_digits(row[body.size_quantity])} mm{beyond}"
-        )
+        words.append(f"the scene's own law, {known.own}: {body.size_name} {told(row[body.size_quantity])}{beyond}")
     return "  ·  ".join(words)
 
 
@@ -86,7 +85,7 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
         ax.set_position(place)
         ax.set(xlim=(limits[:, 0].min(), limits[:, 1].max()), ylim=(limits[:, 2].min(), limits[:, 3].max()))
         ax.set_aspect("equal", anchor="NW")
-        size = f"{body.size_name} {four_digits(float(picture.problem.design.size[0]))} mm"
+        size = f"{body.size_name} {told(float(picture.problem.design.size[0]))}"
         title = ": ".join(filter(None, (word, "" if word == "free laws" else _laws(picture))))
         ax.set_title(
             f"{title}\n{size}",
@@ -115,6 +114,7 @@ def _motions(figure: Any, pictures: list[Picture]) -> None:
     for order, (name, unit) in enumerate(zip(CURVES, units, strict=True)):
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
         per = scale(setup, order) if order else np.degrees(1.0) if setup.angular else 1.0
+        per, unit = shown(per, unit), shown_unit(unit)
         factor, unit = in_powers([per * m[order] for picture in pictures for m in picture.motion], unit)
         words = ["own moves", "free moves"][-len(pictures) :]
         for picture, pen, word in zip(pictures, pens, words, strict=True):

@@ -4,7 +4,10 @@ Sources: ISO 6983-1 and DIN 66025 (iso); the programming manuals of Fanuc (serie
 840D) and Heidenhain (TNC, conversational).
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from camopt.unit_systems import INCH, MM
 
 
 @dataclass(frozen=True)
@@ -14,9 +17,11 @@ class Dialect:
     start: tuple[str, ...]
     """Before what the program tells of itself."""
     modes: tuple[str, ...]
-    """What holds for all moves: mm, the plane XY, absolute, feed by the minute, no compensation."""
+    """What holds for all moves: mm or inch, the plane XY, absolute, feed by the minute, no compensation."""
     end: tuple[str, ...]
     comment: str
+    units: Mapping[str, str] = field(default_factory={MM: "G21", INCH: "G20"}.copy)
+    """What says in which units lengths are."""
     rapid: str = "G0 X{x} Y{y}"
     line: str = "G1 X{x} Y{y}"
     arc: str = "G{way} X{x} Y{y} I{i} J{j}"
@@ -36,16 +41,16 @@ class Dialect:
     sign: str = ""
     """Of numbers: "+" where they all have one."""
     decimals: int = 4
-    """Of coordinates in mm."""
+    """Of coordinates in mm; in inch one more."""
     numbered: bool = False
     """Whether lines have numbers, from 0."""
 
 
 DIALECTS = {
-    "iso": Dialect(start=(), modes=("G21 G17 G90 G94 G40",), end=("M30",), comment="({})"),
+    "iso": Dialect(start=(), modes=("{units} G17 G90 G94 G40",), end=("M30",), comment="({})"),
     "fanuc": Dialect(
         start=("%", "O0001"),
-        modes=("G21 G17 G90 G94 G40 G49 G80 G54",),
+        modes=("{units} G17 G90 G94 G40 G49 G80 G54",),
         end=("M30", "%"),
         comment="({})",
         tool=("T{tool} M6", "G43 H{tool}"),
@@ -53,15 +58,17 @@ DIALECTS = {
     ),
     "siemens": Dialect(
         start=(),
-        modes=("G71 G17 G90 G94 G40 G54",),
+        modes=("{units} G17 G90 G94 G40 G54",),
+        units={MM: "G71", INCH: "G70"},
         end=("M30",),
         comment="; {}",
         tool=("T{tool} D1", "M6"),
     ),
     "heidenhain": Dialect(
-        start=("BEGIN PGM CAM MM",),
+        start=("BEGIN PGM CAM {units}",),
         modes=(),
-        end=("M30", "END PGM CAM MM"),
+        end=("M30", "END PGM CAM {units}"),
+        units={MM: "MM", INCH: "INCH"},
         comment="; {}",
         rapid="L X{x} Y{y} R0 FMAX",
         line="L X{x} Y{y} R0",

@@ -17,6 +17,7 @@ from camopt.exporting.exported import Export, told
 from camopt.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
+from camopt.unit_systems import MM, shown, system_shown
 from camopt.version import VERSION
 
 LINE_TYPES = {
@@ -36,14 +37,15 @@ def write(
     curves: str = "arcs",
     cutter_radius: float | None = None,
 ) -> Export:
-    """Write the plan of a cam in mm, each kind of curve on a layer of its own."""
+    """Write the plan of a cam in mm, or in inch where results are shown so, each kind of curve on its own layer."""
     plan = plan_of(work, chord, curves, cutter_radius)
+    one = shown(1.0, "mm")
     with _same_each_time():
         document = _document(work.scene.name)
         for layer in plan.layers:
             kind, width = LINE_TYPES[layer.line]
             document.layers.add(layer.name.upper(), color=ACI[layer.line], linetype=kind, lineweight=width)
-            _draw(document.modelspace(), layer)
+            _draw(document.modelspace(), layer.times(one))
         for kind in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would add them in the order of a set
             document.classes.add_class(kind)
         with (
@@ -67,8 +69,8 @@ def _same_each_time() -> Iterator[None]:
 
 
 def _document(name: str) -> Drawing:
-    """An empty drawing in mm, of a cam of some name."""
-    document = new("R2010", setup=["linetypes"], units=units.MM)
+    """An empty drawing in the unit of lengths that is shown, which it states, of a cam of some name."""
+    document = new("R2010", setup=["linetypes"], units=units.MM if system_shown() == MM else units.IN)
     document.header.custom_vars.append("camopt", VERSION)
     document.header.custom_vars.append("cam", name)
     return document

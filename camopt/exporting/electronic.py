@@ -12,6 +12,7 @@ from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.storage.files import write_text
+from camopt.unit_systems import computed, shown_unit
 from camopt.version import VERSION
 
 FEWEST, POINT_LIMIT = 2, 1_000_000
@@ -26,7 +27,7 @@ def write(work: Workpiece, path: Path, points: int = 361) -> Export:
         raise BadInput([Mistake("camopt", "points", points, f"from {FEWEST} to {POINT_LIMIT:,}")])
     degrees = np.linspace(0.0, 360.0, points)
     y, y1, y2, _ = work.problem.programme.at(np.radians(degrees))
-    unit, per = ("deg", np.radians(1.0)) if work.problem.setup.angular else ("mm", 1.0)
+    unit, per = ("deg", np.radians(1.0)) if work.problem.setup.angular else (shown_unit("mm"), computed(1.0, "mm"))
     rate = np.radians(1.0)  # of the master, rad per deg
     columns = degrees, y / per, y1 * rate / per, y2 * rate**2 / per
     rpm = work.scene.cam.rpm

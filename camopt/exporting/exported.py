@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from camopt.contour.follow import Followed
-from camopt.tables.cells import number
+from camopt.tables.cells import quantity, shown_name, with_unit
 from camopt.tables.html import html_table
 from camopt.tables.layout import Table
 
@@ -50,11 +50,11 @@ class Export:
         curves = [
             (
                 name.replace("_", " "),
-                f"{each.elements:,} {each.what}, within {number(each.deviation_mm)} mm (proved)",
+                f"{each.elements:,} {each.what}, within {with_unit(each.deviation_mm, 'mm')} (proved)",
             )
             for name, each in self.curves.items()
         ]
-        return [*curves, *((name, number(value)) for name, value in self.about.items())]
+        return [*curves, *((shown_name(name), quantity(name, value)) for name, value in self.about.items())]
 
 
 class CurveInFile(NamedTuple):

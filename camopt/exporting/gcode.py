@@ -26,6 +26,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.points.points import check_cutter
 from camopt.scene.part import Part
 from camopt.storage.files import write_text
+from camopt.unit_systems import MM, computed, shown, shown_unit, system_shown
 from camopt.version import VERSION
 
 DIGIT_SHARE, LEAST_CHORD = 3.0, 5.0  # last digits: what of the chord is left to them, and the least chord
@@ -64,27 +65,26 @@ def write(
     First cuts, or the last if there are none, go down by ``depth_step`` (mm) at most each time. The blank is a disc
     of ``blank_diameter``, or as wide as the cam. ``control`` is one of ``DIALECTS``, by default that of the ending;
     ``decimals`` are those of its coordinates; arcs of more than ``largest_radius`` (mm) are lines. ``tool`` is a
-    number, ``spindle`` its speed (rev/min). The chord is 0.001 mm by default, or five of the last decimal.
+    number, ``spindle`` its speed (rev/min). The chord is 0.001 mm by default, or five of the last decimal. Where
+    results are shown in inch, so is the program.
     """
     depth = _through(work.part) if depth is None else depth
     control = BY_ENDING[path.suffix.lower()] if control is None else control
     if decimals is None:
-        decimals = DIALECTS[control].decimals if control in DIALECTS else ALLOWED_DECIMALS[0]
-    least = LEAST_CHORD * 10.0**-decimals if decimals in ALLOWED_DECIMALS else CHORD
+        finer = int(system_shown() != MM)  # an inch is longer
+        decimals = DIALECTS[control].decimals + finer if control in DIALECTS else ALLOWED_DECIMALS[0]
+    digit = float(computed(10.0**-decimals, "mm"))
+    least = LEAST_CHORD * digit if decimals in ALLOWED_DECIMALS else CHORD
     chord = max(CHORD, least) if chord is None else chord
-    _check(
-        work,
-        path,
-        least,
-        {name: value for name, value in locals().items() if name not in ("work", "path", "least")},
-    )
+    inside = ("work", "path", "least", "digit", "finer", "inside")
+    _check(work, path, least, {name: value for name, value in locals().items() if name not in inside})
     assert cutter_radius is not None
     assert feed is not None
     check_cutter(work.problem, cutter_radius)
-    cuts = _cuts(work, cutter_radius, roughing, chord, decimals, largest_radius)
+    cuts = _cuts(work, cutter_radius, roughing, chord, digit, largest_radius)
     outside = _outside(cuts, cutter_radius, blank_diameter)
     program = Program(DIALECTS[control], decimals)
-    _begin(program, work, cuts, f"cutter radius {cutter_radius:g} mm, {direction} milling")
+    _begin(program, work, cuts, f"cutter radius {_told(cutter_radius, 'g')}, {direction} milling")
     _start(program, tool, spindle, coolant)
     if depth is not None:
         program.up(CLEARANCE)
@@ -203,15 +203,14 @@ def _out_of_range(given: Mapping[str, Any]) -> Iterator[Mistake]:
 
 
 def _cuts(
-    work: Workpiece, cutter_radius: float, roughing: float, chord: float, decimals: int, largest: float
+    work: Workpiece, cutter_radius: float, roughing: float, chord: float, digit: float, largest: float
 ) -> dict[str, Followed]:
     """The paths of the cutter's centre by name, the last one on the profile."""
     curve = curves_of(work.problem, cutter_radius)["cutter"]
     distances = {"roughing": curve.distance + roughing} if roughing else {}
     distances |= {"cutter": curve.distance}
     return {
-        name: _rounded(replace(curve, distance=each), chord, 10.0**-decimals, largest)
-        for name, each in distances.items()
+        name: _rounded(replace(curve, distance=each), chord, digit, largest) for name, each in distances.items()
     }
 
 
@@ -322,7 +321,12 @@ def _begin(program: Program, work: Workpiece, cuts: Mapping[str, Followed], how:
     program.comment(work.part.name or "cam")
     program.comment(f"camopt {VERSION}; {how}")
     for name, each in cuts.items():
-        program.comment(f"{name}: {len(each.path)} {each.path.what}, within {each.deviation:.6f} mm")
+        program.comment(f"{name}: {len(each.path)} {each.path.what}, within {_told(each.deviation, '.6f')}")
     below = ", the hub below it" if work.part.stands_on_hub else ""
     program.comment(f"zero: centre of the cam, top face of the plate{below}; X and Y as in the cam's drawing")
     program.say(*program.words.modes)
+
+
+def _told(length: float, form: str) -> str:
+    """A length, mm, as the program tells it."""
+    return f"{shown(length, 'mm'):{form}} {shown_unit('mm')}"

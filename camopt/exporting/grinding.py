@@ -19,8 +19,11 @@ from camopt.numerics import BISECTIONS, FloatArray
 from camopt.points.points import check_cutter
 from camopt.points.spacing import in_steps
 from camopt.storage.files import write_text
+from camopt.unit_systems import INCH, MM, shown, shown_unit, system_shown
 from camopt.version import VERSION
 
+DECIMALS = {MM: 6, INCH: 7}
+"""Of lengths in each system."""
 CHECKED_ANGLES = 20_001  # cam angles at which the path must go round one way
 
 
@@ -38,17 +41,20 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
     check_cutter(problem, cutter_radius)
     angles = in_steps(step)
     radii = _radii(work, curves_of(problem, cutter_radius)["cutter"], angles)
-    lifts = radii - radii.min()
+    lift_max = float(np.ptp(radii))
+    unit, decimals = shown_unit("mm"), DECIMALS[system_shown()]
+    centres, wheel = shown(radii, "mm"), shown(cutter_radius, "mm")
+    lifts = centres - centres.min()
     lines = [
         f"# {work.part.name}",
-        f"# camopt {VERSION}; wheel or roller of radius {cutter_radius:.9g} mm, moving straight towards the axis",
+        f"# camopt {VERSION}; wheel or roller of radius {wheel:.9g} {unit}, moving straight towards the axis",
         "# angle_deg: of the wheel's centre about the axis, from the y axis of the drawing, as the cam angle grows",
-        f"# lift_mm: of the centre above its least distance from the axis, {radii.min():.6f} mm",
-        "# angle_deg lift_mm centre_mm",
-        *(f"{a:.10g} {y:.6f} {r:.6f}" for a, y, r in zip(angles, lifts, radii, strict=True)),
+        f"# lift_{unit}: of the centre above its least distance from the axis, {centres.min():.{decimals}f} {unit}",
+        f"# angle_deg lift_{unit} centre_{unit}",
+        *(f"{a:.10g} {y:.{decimals}f} {r:.{decimals}f}" for a, y, r in zip(angles, lifts, centres, strict=True)),
     ]
     write_text(path, "\n".join(lines) + "\n")
-    return Export(path, about={"lines": angles.size, "lift_max_mm": float(lifts.max())})
+    return Export(path, about={"lines": angles.size, "lift_max_mm": lift_max})
 
 
 def _turned(curve: CamCurve, span: SmoothPart, angles: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """The plan of a cam: its curves, circles, bore and centre marks in layers, in the cam's own frame, mm."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,6 +27,14 @@ class Layer:
     paths: tuple[ArcPath | CubicPath, ...] = ()
     circles: tuple[float, ...] = ()
     lines: tuple[tuple[complex, complex], ...] = ()
+
+    def times(self, factor: float) -> "Layer":
+        """The layer in another unit of length."""
+        paths = tuple(path.times(factor) for path in self.paths)
+        circles = tuple(factor * radius for radius in self.circles)
+        return replace(
+            self, paths=paths, circles=circles, lines=tuple((factor * a, factor * b) for a, b in self.lines)
+        )
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ import numpy as np
 
 from camopt.contour.path import ArcPath
 from camopt.exporting.dialects import Dialect
+from camopt.unit_systems import shown, system_shown
 
 
 @dataclass
 class Program:
-    """Lines so far; coordinates in mm with some decimals, centres too."""
+    """Lines so far; coordinates are given in mm and written in the unit that is shown, with some decimals."""
 
     words: Dialect
     decimals: int
@@ -23,7 +24,7 @@ class Program:
     def say(self, *templates: str, **values: object) -> None:
         """Add lines of the dialect."""
         for each in templates:
-            self.lines += each.format(**values).split("\n")
+            self.lines += each.format(units=self.words.units[system_shown()], **values).split("\n")
 
     def comment(self, text: str) -> None:
         """Add a comment that any control takes."""
@@ -69,7 +70,7 @@ class Program:
 
     def number(self, value: float) -> str:
         """A coordinate; zero has no minus."""
-        return f"{np.round(value, self.decimals) + 0.0:{self.words.sign}.{self.decimals}f}"
+        return f"{np.round(shown(value, 'mm'), self.decimals) + 0.0:{self.words.sign}.{self.decimals}f}"
 
     def text(self) -> str:
         """The whole program."""
@@ -78,6 +79,6 @@ class Program:
 
     def _fed(self, feed: float) -> str:
         """The words of a feed that is not the one that holds."""
-        text = f"{feed:g}"
+        text = f"{shown(feed, 'mm/min'):g}"
         said, self.feed = self.feed, text
         return "" if said == text else self.words.feed.format(feed=text)

@@ -23,6 +23,7 @@ from camopt.scene.scene import Scene
 from camopt.shown import Drawn, HasHtml
 from camopt.tables.cells import number
 from camopt.tables.layout import VALUE, Cell, Table
+from camopt.unit_systems import shown, shown_unit
 
 JERK_ORDER = 3  # its order
 NAMED = 6  # rows at most
@@ -35,6 +36,11 @@ class LeftOut(NamedTuple):
     angle: float
     lift: float
     deviation: float
+
+
+def _row(name: str, value: float, unit: str) -> tuple[str, str, str]:
+    """A line of the table: a number as it is shown."""
+    return name, number(shown(value, unit)), shown_unit(unit)
 
 
 @dataclass(frozen=True)
@@ -121,11 +127,11 @@ class Fit(HasHtml, Drawn):
             "root mean square deviation": self.deviation_rms,
         }
         rows = [("points", str(self.points.angles.size), "")]
-        rows += [(name, number(value), self.unit) for name, value in lengths.items()]
-        rows += [("root mean square jerk", number(self.jerk_rms), jerk)]
-        rows += [("the least of any motion", number(self.least_jerk_rms), jerk)]
+        rows += [_row(name, value, self.unit) for name, value in lengths.items()]
+        rows += [_row("root mean square jerk", self.jerk_rms, jerk)]
+        rows += [_row("the least of any motion", self.least_jerk_rms, jerk)]
         for name, value in self.after.items():
-            rows.append((f"largest {name}", number(value), QUANTITIES[self.quantity(name)].unit))
+            rows.append(_row(f"largest {name}", value, QUANTITIES[self.quantity(name)].unit))
         return Table.of(self.scene.name, ["", Cell("", VALUE), ""], rows)
 
     @property

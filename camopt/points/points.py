@@ -17,6 +17,8 @@ from camopt.points.spacing import checked_angles, in_steps, within_chord
 from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
 from camopt.storage.files import checked_suffix, whole_file
+from camopt.tables.cells import name_in_shown_unit
+from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.running import run_effects
 from camopt.version import VERSION
 
@@ -190,11 +192,16 @@ def write_columns(columns: dict[str, FloatArray], scene: Scene, path: str | os.P
     WRITERS[suffix](columns, scene, path)
 
 
-def _table(columns: dict[str, FloatArray], scene: Scene) -> "pa.Table":
+def _as_shown(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:
+    """The columns in the units in which results are shown, with names that say so, and these units."""
+    units = {name: _about(name)["unit"] for name in columns}
+    found = {name_in_shown_unit(name, unit): shown(columns[name], unit) for name, unit in units.items()}
+    return found, [shown_unit(unit) for unit in units.values()]
+
+
+def _table(columns: dict[str, FloatArray], layout: "pa.Schema") -> "pa.Table":
     import pyarrow as pa
 
-    fields = [pa.field(name, pa.float64(), nullable=False, metadata=_about(name)) for name in columns]
-    layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
     arrays = [  # from their bytes: pa.array would import pandas
         pa.Array.from_buffers(pa.float64(), values.size, [None, pa.py_buffer(np.ascontiguousarray(values))])
         for values in columns.values()
@@ -203,23 +210,30 @@ def _table(columns: dict[str, FloatArray], scene: Scene) -> "pa.Table":
 
 
 def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
+    import pyarrow as pa
     from pyarrow import csv
 
+    found, _ = _as_shown(columns)
+    layout = pa.schema([pa.field(name, pa.float64(), nullable=False) for name in found])
     with whole_file(path) as partial, partial.open("wb") as file:
-        csv.write_csv(_table(columns, scene), file, csv.WriteOptions(quoting_style="none"))
+        csv.write_csv(_table(found, layout), file, csv.WriteOptions(quoting_style="none"))
 
 
 def _write_parquet(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
+    import pyarrow as pa
+
     from camopt.storage.sealed import write_table
 
-    write_table(_table(columns, scene), path)
+    fields = [pa.field(name, pa.float64(), nullable=False, metadata=_about(name)) for name in columns]
+    layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
+    write_table(_table(columns, layout), path)
 
 
 def _write_workbook(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
     from camopt.tables.workbook import write_workbook
 
-    units = [_about(name)["unit"] for name in columns]
-    write_workbook(path, {"points": (list(columns), units, list(columns.values()))}, scene)
+    found, units = _as_shown(columns)
+    write_workbook(path, {"points": (list(found), units, list(found.values()))}, scene)
 
 
 WRITERS = {".csv": _write_csv, ".parquet": _write_parquet, ".xlsx": _write_workbook}

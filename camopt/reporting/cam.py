@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing.cam import remaining
-from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.linkage import reach_of, train_sketch
-from camopt.drawing.loads import load_panels
-from camopt.drawing.panels import Panel, panels
+from camopt.drawing.panels import Panel
 from camopt.drawing.picture import STROKE_NAMES, Picture
+from camopt.drawing.shown_panels import shown_panels
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
@@ -26,7 +25,7 @@ def cam_of(picture: Picture) -> dict[str, Any]:
     problem = picture.problem
     if not picture.exists:
         return {"exists": False}
-    shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
+    shown = shown_panels(picture)
     return {
         "exists": True,
         **stroke_kind(picture.scene, problem),

@@ -8,6 +8,7 @@ from camopt.exporting.export import export
 from camopt.mistakes import BadInput
 from camopt.reporting.page import data_url
 from camopt.scene.scene import Scene
+from camopt.unit_systems import shown, shown_unit
 
 MEDIA_TYPES = {".toml": "application/toml", ".csv": "text/csv", ".dxf": "image/vnd.dxf"}
 
@@ -31,6 +32,7 @@ def downloads_of(scene: Scene, stem: str) -> tuple[list[Download], str]:
             except BadInput as refused:
                 why = "; ".join(mistake.allowed for mistake in refused.mistakes)
                 continue
-            within = [f"{name} within {c.deviation_mm:.2g} mm (proved)" for name, c in written.curves.items()]
+            unit, of = shown_unit("mm"), written.curves.items()
+            within = [f"{name} within {shown(c.deviation_mm, 'mm'):.2g} {unit} (proved)" for name, c in of]
             found.append(Download(path.name, data_url(path.read_bytes(), kind), "; ".join(within)))
     return found, why

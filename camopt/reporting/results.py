@@ -21,10 +21,11 @@ from camopt.reporting.cams import Chapter
 from camopt.reporting.page import deflated, rendered
 from camopt.reporting.sections import signed
 from camopt.scene.scene import Scene
-from camopt.tables.cells import heading
+from camopt.tables.cells import heading, shown_name, unit_of_column
 from camopt.tables.columns import axes_of
 from camopt.tables.designs import DESIGNS, PARETO, scene_of_row
 from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.unit_systems import computed, shown, shown_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -165,8 +166,9 @@ def _bound(result: ResultRows) -> list[str]:
     best = free.sort_values(axis).iloc[0]
     gap = best[axis] / best["bound"] - 1.0 if best["bound"] else float("nan")
     unit = frame.attrs["units"].get(axis, "")
-    words = f"Least {axis} {signed(float(best[axis]))} {unit}; no motion at all can have less than"
-    return [f"{words} {signed(float(best['bound']))} {unit}: a gap of {gap:.2%}"]
+    least, bound = (signed(float(shown(best[name], unit))) for name in (axis, "bound"))
+    words = f"Least {axis} {least} {shown_unit(unit)}; no motion at all can have less than"
+    return [f"{words} {bound} {shown_unit(unit)}: a gap of {gap:.2%}"]
 
 
 def _motions(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:
@@ -225,13 +227,15 @@ def _columns(frame: "pd.DataFrame", results: Sequence[ResultRows]) -> tuple[list
         if name in UNSHOWN | twice:
             continue
         title = _title(str(name), units.get(name, ""), twice)
-        values = _plain_column(frame[name])
+        unit = unit_of_column(str(name), units.get(name))
+        values = shown(_plain_column(frame[name]), unit)
         if values.nunique() <= 1 and name not in sized | {IN_ROW}:
             if name not in (RESULT, FRONT) and values.notna().any():
                 same.append([title, _text(values.dropna().iloc[0])])
             continue
         about = QUANTITIES[name].sentence if name in QUANTITIES else ""
-        found.append({"name": str(name), "title": title, "about": about, **_packed_column(values)})
+        known = {"name": str(name), "called": shown_name(str(name)), "title": title, "about": about}
+        found.append({**known, "scale": computed(1.0, unit), **_packed_column(values)})
     found.sort(key=lambda column: (column["name"] != RESULT, column["name"] != FRONT, column["name"] != IN_ROW))
     return found, Table.of("The same in all designs", ["quantity", Cell("value", NUMERIC)], same)
 
@@ -242,7 +246,7 @@ def _title(name: str, unit: str, twice: Collection[str]) -> str:
         return "law"
     words = heading(name, unit).split("\n")
     name = " ".join(words[:-1] if unit else words)
-    return f"{name}, {unit}" if unit and unit != name else name or unit
+    return f"{name}, {words[-1]}" if unit and unit != name else name or words[-1]
 
 
 def _plain_column(values: "pd.Series[Any]") -> "pd.Series[Any]":

@@ -7,11 +7,14 @@ from typing import Any
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES, number_quantities
+from camopt.scene.places import tables_of
 from camopt.scene.scene import Scene
+from camopt.scene.units import as_shown
 from camopt.studies.called import what_runs
-from camopt.tables.cells import number, quantity
+from camopt.tables.cells import number, quantity, shown_name
 from camopt.tables.columns import bounds_shown, is_nothing
 from camopt.tables.layout import ABOUT, NUMERIC, WORDS, Cell, Table
+from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.certify import CONDITIONS, certify_problem
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation
@@ -73,21 +76,23 @@ def _reached(limit: Limit | None, found: Evaluation, verdict: str) -> Iterator[t
     """Bound, value and margin of each quantity that a limit bounds, in words; a margin below 0 is exceeded."""
     base = found.scene.cam.base_radius
     if limit is not None and limit.of_base and base:
-        least, reached = limit.bound, 2.0 * base
-        yield f"≥ {signed(least)} mm", f"{signed(reached)} mm", f"{signed(reached - least)} mm"
+        values = (limit.bound, 2.0 * base, 2.0 * base - limit.bound)
+        least, diameter, left = (_with_unit(shown(each, "mm"), shown_unit("mm")) for each in values)
+        yield f"≥ {least}", diameter, left
         return
-    shown = [] if limit is None else [name for name in limit.shown if name in found]
-    if limit is None or not shown:
+    names = [] if limit is None else [name for name in limit.shown if name in found]
+    if limit is None or not names:
         yield "none allowed", "", ""
         return
-    for name in shown:
+    for name in names:
         unit, value = QUANTITIES[name].unit, found[name]
         side = 1.0 if limit.relation in ("≤", "±") else -1.0
         margin = side * (limit.bound - (abs(value) if side > 0.0 else value))
         just = verdict == HELD and abs(margin) <= found.scene.accuracy.relative_error * abs(limit.bound)
         margin = 0.0 if just else margin
-        words = f"{limit.relation} {limit.bound:g} {unit}".replace("-", "−").strip()
-        yield words, f"{minus(quantity(name, value))} {unit}".strip(), _with_unit(float(f"{margin:.3g}"), unit)
+        words = f"{limit.relation} {shown(limit.bound, unit):g} {shown_unit(unit)}".replace("-", "−").strip()
+        reached = f"{minus(quantity(name, value))} {shown_unit(unit)}".strip()
+        yield words, reached, _with_unit(float(f"{shown(margin, unit):.3g}"), shown_unit(unit))
 
 
 def _with_unit(value: float, unit: str) -> str:
@@ -143,7 +148,8 @@ def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], label
     for name in names:
         values = [minus(quantity(name, each[name])).replace(",", ", ") if name in each else "" for each in found]
         about, meaning = QUANTITIES[name], Cell(_meaning(name, found), ABOUT)
-        rows.append([name, about.symbol, *values, about.unit, bounds.get(name, ""), meaning])
+        unit, bound = shown_unit(about.unit), bounds.get(name, "")
+        rows.append([shown_name(name), about.symbol, *values, unit, bound, meaning])
     return Table.of("Every quantity that the scene calls for", heads, rows)
 
 
@@ -158,13 +164,18 @@ def _meaning(name: str, found: Iterable[Evaluation]) -> str:
     return "; ".join(dict.fromkeys(reasons)) or QUANTITIES[name].sentence
 
 
+def _tables_of(scene: Scene) -> dict[str, Any]:
+    """What the scene gives, in the units in which results are shown."""
+    return as_shown(scene.to_dict(), tables_of(Scene))
+
+
 def motion_sheet(scene: Scene) -> Table:
     """The segments of the motion, or the arcs and lines of the profile."""
-    data = scene.to_dict()
-    unit, whose = "deg" if scene.tool_turns else "mm", "Motion of the tool" if scene.train else "Motion"
+    data = _tables_of(scene)
+    unit, whose = "deg" if scene.tool_turns else shown_unit("mm"), "Motion of the tool" if scene.train else "Motion"
     title = f"{whose}, segment by segment (angles in deg, lifts in {unit})"
     if "motion" not in data:
-        title = "Profile, arc by arc (lengths in mm)"
+        title = f"Profile, arc by arc (lengths in {unit})"
     parts = data.get("motion") or data.get("profile", [])
     keys = list(dict.fromkeys(key for part in parts for key in part))
     return Table.of(title, keys, ([_said(part.get(key, "")) for key in keys] for part in parts))
@@ -172,9 +183,9 @@ def motion_sheet(scene: Scene) -> Table:
 
 def train_sheets(scene: Scene) -> list[Table]:
     """The stages between the follower and its tool, if there are any."""
-    stages = scene.to_dict().get("train", [])
+    stages = _tables_of(scene).get("train", [])
     keys = list(dict.fromkeys(key for stage in stages for key in stage))
-    title = "Train, from the follower to the tool (lengths in mm, angles in deg)"
+    title = f"Train, from the follower to the tool (lengths in {shown_unit('mm')}, angles in deg)"
     return [Table.of(title, keys, ([_said(s.get(key, "")) for key in keys] for s in stages))] if stages else []
 
 
@@ -182,12 +193,13 @@ def given_sheet(scene: Scene) -> Table:
     """Sizes, speed, materials and loads that the scene gives, by key."""
     names = number_quantities(angular=scene.mechanism.motion.angular, tool_turns=scene.tool_turns)
     units = {key: QUANTITIES[name] for key, name in names.items()}
-    given = [pair for name, table in scene.to_dict().items() if name in GIVEN_TABLES for pair in _flat(name, table)]
+    tables = _tables_of(scene)
+    given = [pair for name, table in tables.items() if name in GIVEN_TABLES for pair in _flat(name, table)]
     rows: list[list[Cell | str]] = [
         [
             key,
             Cell(_said(value), NUMERIC if isinstance(value, (int, float)) else WORDS),
-            units[key].unit if key in units else "mm" if key in LENGTH_KEYS else "",
+            shown_unit(units[key].unit if key in units else "mm" if key in LENGTH_KEYS else ""),
             units[key].sentence if key in units else "",
         ]
         for key, value in given

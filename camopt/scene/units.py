@@ -16,6 +16,7 @@ from camopt.scene.spring import is_straight
 from camopt.scene.tables import SceneTable
 from camopt.scene.text import TYPED
 from camopt.scene.train import stages_in, tool_turns
+from camopt.unit_systems import shown
 
 ANGLE = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
 PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")
@@ -32,6 +33,13 @@ def with_units(tables: dict[str, Any], models: Models, file: str) -> tuple[dict[
     angular = bool(found and found[0].motion.angular)
     reader = _Reader(models, file, angular, tables)
     return reader.table(tables, models[TOP], "", ""), reader.mistakes
+
+
+def as_shown(tables: dict[str, Any], models: Models) -> dict[str, Any]:
+    """The tables of a scene with their numbers in the units in which results are shown."""
+    found = mechanism_in(tables)
+    reader = _Shower(models, "", bool(found and found[0].motion.angular), tables)
+    return reader.table(tables, models[TOP], "", "")
 
 
 class _Reader:
@@ -84,6 +92,13 @@ class _Reader:
         except ValueError as trouble:
             self.mistakes.append(Mistake(self.file, where, value, str(trouble)))
             return value
+
+
+class _Shower(_Reader):
+    """The same way, with numbers that are read already."""
+
+    def value(self, value: Any, unit: str, where: str) -> Any:
+        return shown(value, unit) if isinstance(value, float) else super().value(value, unit, where)
 
 
 def converted(text: str, unit: str) -> float:

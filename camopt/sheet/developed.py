@@ -42,10 +42,10 @@ from camopt.sheet.marks import (
     Marks,
     Words,
     box_of,
-    decimal,
     line,
     moved,
     rectangle,
+    said,
     width_of,
 )
 from camopt.sheet.section import Gap, hatching, outlines
@@ -160,21 +160,21 @@ class DevelopedView:
         foot, end = 1j * bottom, self.around + 1j * bottom
         marks = distance(foot, end, 1.0, -FIRST_LEVEL, self._circumference)
         if self.part.thickness:
-            marks += distance(end, end + 1j * (top - bottom), 1j, -FIRST_LEVEL, decimal(self.part.thickness))
+            marks += distance(end, end + 1j * (top - bottom), 1j, -FIRST_LEVEL, said(self.part.thickness))
         return [*marks, *self._width()]
 
     @property
     def _circumference(self) -> str:
         size = self.cam.size
-        return f"{decimal(2 * pi * size)} (2π · R{decimal(size)})"
+        return f"{said(2 * pi * size)} (2π · R{said(size)})"
 
     def _width(self) -> Marks:
         """The width of the groove at cam angle 0, and how far its middle is from the lower face."""
         start, bottom = 1j * float(self.pitch[0].imag), 1j * self.ends[0]
-        text = decimal(2 * self.radius / self.scale)
+        text = said(2 * self.radius / self.scale)
         marks = distance(start - 1j * self.radius, start + 1j * self.radius, 1j, FIRST_LEVEL, text)
         if self.part.thickness:
-            far = decimal(abs(start - bottom) / self.scale)
+            far = said(abs(start - bottom) / self.scale)
             marks += distance(bottom, start, 1j, FIRST_LEVEL + LEVEL_STEP, far)
         if datum := symbols.datums_of(self.part, self.is_cut).face:
             marks += datum_at(bottom - FIRST_LEVEL - LEVEL_STEP / 2, -1j, STEM, datum)
@@ -197,8 +197,8 @@ class DevelopedView:
         if not frame:
             return []
         corner = right - box_of(frame).high
-        said = self.around / 2 + width_of(self._circumference, LARGE) / 2 + ROOM  # where that ends, if it has room
-        corner += max(0.0, said + LEADER - corner.real) if said <= self.around else 0.0
+        end = self.around / 2 + width_of(self._circumference, LARGE) / 2 + ROOM  # where that ends, if it has room
+        corner += max(0.0, end + LEADER - corner.real) if end <= self.around else 0.0
         place = int(np.argmin(np.abs(self.pitch.real - (corner.real - LEADER))))
         low = self.pitch.real[place] + 1j * self._lowest(float(self.pitch.real[place]))
         shelf = corner + 0.5j * CELL
@@ -231,8 +231,8 @@ class DevelopedView:
         marks += [
             line(complex(0.0, side * self.outer), complex(length, side * self.outer), pen=THICK) for side in (-1, 1)
         ]
-        marks += distance(ends[0], ends[0] + length, 1.0, -FIRST_LEVEL, decimal(self.part.thickness or 0.0))
-        marks += distance(*ends, 1j, FIRST_LEVEL, f"Ø{decimal(2 * self.outer / self.scale)}")
+        marks += distance(ends[0], ends[0] + length, 1.0, -FIRST_LEVEL, said(self.part.thickness or 0.0))
+        marks += distance(*ends, 1j, FIRST_LEVEL, f"Ø{said(2 * self.outer / self.scale)}")
         if radius:
             marks += distance(length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, bore_said(self.part))
         depth = (self.part.groove_depth or 0.0) * self.scale
@@ -242,7 +242,7 @@ class DevelopedView:
             complex(length, self.outer),
             1j,
             top.real - length - FIRST_LEVEL - (LEVEL_STEP if radius else 0.0),
-            decimal(self.part.groove_depth or 0.0),
+            said(self.part.groove_depth or 0.0),
         )
         if datum := symbols.datums_of(self.part, self.is_cut).bore:
             marks += datum_at(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)

@@ -27,8 +27,8 @@ from camopt.sheet.marks import (
     Line,
     Marks,
     circle,
-    decimal,
     line,
+    said,
     width_of,
 )
 from camopt.sheet.ring import RingSector, ring
@@ -108,7 +108,7 @@ class FrontView:
     def values(self) -> tuple[str, str]:
         """The least and the largest radius of the profile."""
         low, high = self.cam.size, self.cam.quantity("outer_radius_mm") or abs(self.highest) / self.scale
-        return f"R{decimal(low)}", f"R{decimal(high)}"
+        return f"R{said(low)}", f"R{said(high)}"
 
     @cached_property
     def inner(self) -> float:

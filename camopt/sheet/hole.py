@@ -8,23 +8,23 @@ from camopt.contour.hole import keyway_corners
 from camopt.mechanisms.design import ComplexArray
 from camopt.scene.fits import depth_tolerance
 from camopt.scene.part import Part
-from camopt.sheet.marks import arc_points, decimal
+from camopt.sheet.marks import arc_points, said
 
 
 def bore_said(part: Part) -> str:
     """The bore's diameter, with its fit."""
-    return f"Ø{decimal(part.bore or 0.0)}{_after(part.bore_fit)}"
+    return f"Ø{said(part.bore or 0.0)}{_after(part.bore_fit)}"
 
 
 def keyway_width_said(part: Part) -> str:
     """The keyway's width, with its fit."""
-    return f"{decimal(part.keyway_width or 0.0)}{_after(part.keyway_fit)}"
+    return f"{said(part.keyway_width or 0.0)}{_after(part.keyway_fit)}"
 
 
 def keyway_depth_said(part: Part) -> str:
     """From the bore's surface to the keyway's bottom, with the tolerance of DIN 6885 where the width has a fit."""
-    depth = decimal((part.bore or 0.0) + (part.keyway_depth or 0.0))
-    return f"{depth} +{depth_tolerance(part.keyway_width or 0.0):g}" if part.keyway_fit else depth
+    depth = said((part.bore or 0.0) + (part.keyway_depth or 0.0))
+    return f"{depth} +{said(depth_tolerance(part.keyway_width or 0.0))}" if part.keyway_fit else depth
 
 
 def _after(fit: str | None) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
+from camopt.unit_systems import SYSTEMS, shown, system_shown
 
 if TYPE_CHECKING:
     from shapely import LineString, Polygon
@@ -171,6 +172,15 @@ def decimal(value: float, digits: int = 3) -> str:
     text = f"{value:.{digits}f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
     return ("0" if text == "-0" else text).replace("-", "−")
+
+
+def said(length: float, digits: int = 3) -> str:
+    """A length, mm, as a dimension in the unit that is shown: of an inch one decimal more."""
+    return decimal(shown(length, "mm"), digits + FINER[system_shown()])
+
+
+FINER = dict(zip(SYSTEMS, (0, 1), strict=True))
+"""By how many decimals lengths are written finer than in mm."""
 
 
 def fitted_words(text: str, width: float, lines: int, heights: Sequence[float]) -> tuple[list[str], float]:

@@ -10,7 +10,9 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE
 from camopt.sheet.cam import TrueCam, steady_of
 from camopt.sheet.hole import keyway_depth_said
-from camopt.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal, wrapped
+from camopt.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal, said, wrapped
+from camopt.tables.cells import with_unit
+from camopt.unit_systems import shown, shown_unit, system_shown
 
 FLANK_RADIUS = 100.0  # of the cam's size: the radius of a hollow that is a straight flank to any cutter
 LINE_STEP = 4.2  # mm from line to line
@@ -47,13 +49,14 @@ def texts_of(cam: TrueCam) -> Iterator[str]:
 def _general(cam: TrueCam) -> Iterator[str]:
     """What holds wherever the drawing says nothing else."""
     part = cam.part
-    yield cam.say("Dimensions in mm. Projection method 1.")
+    yield cam.say(f"Dimensions in {system_shown()}. Projection method 1.")
     if part.general_tolerances:
         yield cam.say("General tolerances {}.").format(part.general_tolerances)
     if part.edges:
-        yield cam.say("Edges ISO 13715: outer {}, inner {}.").format(*(f"{value:+g}" for value in part.edges))
+        edges = (f"{shown(value, 'mm'):+.3g}" for value in part.edges)
+        yield cam.say("Edges ISO 13715: outer {}, inner {}.").format(*edges)
     if part.other_roughness is not None:
-        yield cam.say("Other surfaces Ra {}.").format(f"{part.other_roughness:g}")
+        yield cam.say("Other surfaces Ra {}.").format(f"{shown(part.other_roughness, 'µm'):.3g}")
 
 
 def _follower(cam: TrueCam) -> str:
@@ -71,12 +74,12 @@ def _follower(cam: TrueCam) -> str:
         "distance of the pivot from the cam's axis {}": float(design.centre_distance[0]),
         "distance of the face from the pivot {}": float(design.face_offset[0]),
     }
-    more = [cam.say(text).format(decimal(value)) for text, value in sizes.items() if value]
+    more = [cam.say(text).format(said(value)) for text, value in sizes.items() if value]
     offset = float(design.offset[0])
     if offset:
         side = "right" if offset > 0 else "left"
-        more.append(cam.say(f"its axis offset by {{}} to the {side}").format(decimal(abs(offset))))
-    return ", ".join([kind.format(cam.say(contact).format(decimal(radius))), *more])
+        more.append(cam.say(f"its axis offset by {{}} to the {side}").format(said(abs(offset))))
+    return ", ".join([kind.format(cam.say(contact).format(said(radius))), *more])
 
 
 def _turning(cam: TrueCam) -> Iterator[str]:
@@ -132,16 +135,17 @@ def _motion(cam: TrueCam) -> Iterator[str]:
 
 
 def _shown(lift: float, angular: bool) -> str:
-    return f"{decimal(degrees(lift))}°" if angular else decimal(lift)
+    return f"{decimal(degrees(lift))}°" if angular else said(lift)
 
 
 def _steady(stroke: Stroke, cam: TrueCam) -> str:
     """A stretch at constant velocity, which is often what a cam is for."""
     assert stroke.given
     velocity = stroke.given.change / stroke.given.angle
-    unit = "°/°" if stroke.given.angular else " mm/°"
+    unit = "deg/deg" if stroke.given.angular else "mm/deg"
+    per = f"{'' if stroke.given.angular else ' '}{shown_unit(unit).replace('deg', '°')}"
     ends = (decimal(degrees(angle)) for angle in (stroke.start, stroke.end))
-    return cam.say("θ {}° to {}° at constant velocity {}{}").format(*ends, decimal(velocity, 5), unit)
+    return cam.say("θ {}° to {}° at constant velocity {}{}").format(*ends, decimal(shown(velocity, unit), 5), per)
 
 
 def _columns(cam: TrueCam) -> Iterator[str]:
@@ -153,29 +157,34 @@ def _columns(cam: TrueCam) -> Iterator[str]:
     radius = float(cam.problem.design.roller_radius[0])
     text = cam.say("Table: cam angle θ, lift s; polar angle φ from the timing mark against the rotation, radius r.")
     if setup.spherical:
-        text += cam.say(" Profile: contact; centre: of the spherical face R{}.").format(decimal(radius))
+        text += cam.say(" Profile: contact; centre: of the spherical face R{}.").format(said(radius))
     elif radius:
-        text += cam.say(" Profile: contact; centre: of the roller, or of a cutter R{}.").format(decimal(radius))
+        text += cam.say(" Profile: contact; centre: of the roller, or of a cutter R{}.").format(said(radius))
     yield text
 
 
 def _computed(cam: TrueCam) -> Iterator[str]:
-    found = [
-        (words, value) for words, value in _results(cam) if value is not None and isfinite(value) and value > 0.0
-    ]
+    found = [each for each in _results(cam) if each[1] is not None and isfinite(each[1]) and each[1] > 0.0]
     if found:
-        text = "; ".join(cam.say(words).format(decimal(value)) for words, value in found)
+        text = "; ".join(cam.say(words).format(_result(value, unit)) for words, value, unit in found)
         yield f"{text[0].upper()}{text[1:]}."
 
 
-def _results(cam: TrueCam) -> Iterator[tuple[str, float | None]]:
-    """What may be computed of a cam, in words with a place for the number."""
-    yield "largest pressure angle {}°", cam.quantity("pressure_angle_max_deg")
-    yield "at the bottom of the groove {}°", cam.quantity(BOTTOM)
-    yield "least convex radius of the profile {}", cam.quantity("profile_radius_min_mm")
+def _results(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
+    """What may be computed of a cam, in words with a place for the number, and its unit."""
+    yield "largest pressure angle {}°", cam.quantity("pressure_angle_max_deg"), "deg"
+    yield "at the bottom of the groove {}°", cam.quantity(BOTTOM), "deg"
+    yield "least convex radius of the profile {}", cam.quantity("profile_radius_min_mm"), "mm"
     if cam.problem.setup.mechanism.two_sided:
-        yield "cutter at most Ø{}", 2 * cam.roller
+        yield "cutter at most Ø{}", 2 * cam.roller, "mm"
     else:
         widest = cam.quantity(CUTTER) or 0.0
-        yield "cutter or wheel in hollow flanks at most R{}", widest if widest <= FLANK_RADIUS * cam.size else None
-    yield "mass {} kg", cam.quantity("cam_mass_kg")
+        straight = widest > FLANK_RADIUS * cam.size
+        yield "cutter or wheel in hollow flanks at most R{}", None if straight else widest, "mm"
+    yield "mass {}", cam.quantity("cam_mass_kg"), "kg"
+
+
+def _result(value: float | None, unit: str) -> str:
+    """A computed result; of a mass with its unit."""
+    assert value is not None
+    return said(value) if unit == "mm" else decimal(value) if unit == "deg" else with_unit(value, unit)

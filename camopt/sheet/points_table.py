@@ -14,7 +14,8 @@ from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import cam_curves
 from camopt.numerics import FloatArray
 from camopt.sheet.cam import TrueCam
-from camopt.sheet.marks import MEDIUM, THICK, Mark, Marks, Words, line, rectangle, width_of
+from camopt.sheet.marks import FINER, MEDIUM, THICK, Mark, Marks, Words, line, rectangle, width_of
+from camopt.unit_systems import shown, shown_unit, system_shown
 
 ROW_HEIGHT = 4.0  # mm
 PADDING = 1.2  # mm: of a number on either side
@@ -39,12 +40,12 @@ def printed(cam: TrueCam, step: float) -> list[Printed]:
     degrees = np.arange(0.0, 360.0 - step / 2, step)
     angles = np.radians(degrees)
     lift = problem.programme.at(angles)[0]
-    unit = "deg" if problem.setup.angular else "mm"
-    shown = np.degrees(lift) if problem.setup.angular else lift
+    unit = shown_unit("mm")
+    lifts = _written(np.degrees(lift)) if problem.setup.angular else _lengths(lift)
     curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
     columns = [
         Printed(("", "θ", "°"), tuple(f"{each:g}" for each in degrees)),
-        Printed(("", "s", "°" if unit == "deg" else unit), _written(np.asarray(shown))),
+        Printed(("", "s", "°" if problem.setup.angular else unit), lifts),
     ]
     if problem.setup.mechanism.body.developed:
         places = zip(
@@ -52,7 +53,7 @@ def printed(cam: TrueCam, step: float) -> list[Printed]:
         )
         return [
             *columns,
-            *(Printed((word, axis, "mm"), _written(values)) for word, axis, values in places),
+            *(Printed((word, axis, unit), _lengths(values)) for word, axis, values in places),
         ]
     centred = not (problem.setup.is_knife or problem.setup.mechanism.flat_faced)
     columns += _polar(cam.say("profile"), curves.profile[0], cam.sense)
@@ -63,11 +64,16 @@ def _polar(name: str, points: ComplexArray, sense: float) -> Iterator[Printed]:
     turns = np.degrees(-sense * np.angle(points / 1j))
     turns = np.round(turns, 3) % 360.0  # what rounds to 360 is 0
     yield Printed((name, "φ", "°"), _written(np.asarray(turns)))
-    yield Printed(("", "r", "mm"), _written(np.asarray(np.abs(points))))
+    yield Printed(("", "r", shown_unit("mm")), _lengths(np.abs(points)))
 
 
-def _written(values: FloatArray) -> tuple[str, ...]:
-    return tuple(f"{value:.3f}".replace("-0.000", "0.000").replace("-", "−") for value in values)
+def _written(values: FloatArray, digits: int = 3) -> tuple[str, ...]:
+    return tuple(f"{np.round(value, digits) + 0.0:.{digits}f}".replace("-", "−") for value in values)
+
+
+def _lengths(values: FloatArray) -> tuple[str, ...]:
+    """Lengths, mm, in the unit that is shown."""
+    return _written(shown(np.asarray(values), "mm"), 3 + FINER[system_shown()])
 
 
 def table(columns: list[Printed], blocks: int) -> Marks:

@@ -15,7 +15,7 @@ from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.dimensions import FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance
 from camopt.sheet.hole import bore_said, hole_outline, keyway_depth_said
-from camopt.sheet.marks import CHAIN, THICK, THIN, Line, Marks, decimal, line
+from camopt.sheet.marks import CHAIN, THICK, THIN, Line, Marks, line, said
 
 HATCH = 2.5  # mm between lines at 45°
 Gap = tuple[float, float]
@@ -100,12 +100,10 @@ def _mouth(part: Part, scale: float, whole: float) -> Iterator[Line]:
 def _dimensions(part: Part, scale: float, ends: Gap) -> Marks:
     plate, whole = (part.thickness or 0.0) * scale, max(part.hub_length or 0.0, part.thickness or 0.0) * scale
     bottom = 1j * ends[0]
-    marks = distance(bottom + plate, bottom, -1.0, FIRST_LEVEL, decimal(part.thickness or 0.0))
+    marks = distance(bottom + plate, bottom, -1.0, FIRST_LEVEL, said(part.thickness or 0.0))
     if part.hub_length and part.hub_diameter:
         foot = whole - 0.5j * part.hub_diameter * scale
-        marks += distance(
-            foot, bottom, -1.0, foot.imag - ends[0] + FIRST_LEVEL + LEVEL_STEP, decimal(part.hub_length)
-        )
+        marks += distance(foot, bottom, -1.0, foot.imag - ends[0] + FIRST_LEVEL + LEVEL_STEP, said(part.hub_length))
     if part.bore:
         radius = part.bore / 2 * scale
         marks += distance(whole - 1j * radius, whole + 1j * radius, 1j, -FIRST_LEVEL, bore_said(part))
@@ -117,7 +115,5 @@ def _dimensions(part: Part, scale: float, ends: Gap) -> Marks:
             marks += datum_at(foot, -1j, max(STEM, hub - radius), datum)
     if part.hub_diameter:
         half = 0.5j * part.hub_diameter * scale
-        marks += distance(
-            whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{decimal(part.hub_diameter)}"
-        )
+        marks += distance(whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{said(part.hub_diameter)}")
     return marks

@@ -20,11 +20,12 @@ from camopt.sheet.marks import (
     box_of,
     circle,
     closed,
-    decimal,
     line,
     rectangle,
+    said,
     width_of,
 )
+from camopt.unit_systems import shown
 
 MOTION = 5.0, np.radians(13.0)  # mm; half of the angle at the tip of an arrow that is no dimension's
 PAD = 1.5  # mm: beside the text in it
@@ -45,7 +46,7 @@ def roughness(foot: complex, value: float) -> Marks:
     """Material removed, Ra at most a value in µm: the symbol stands on its foot."""
     low, high = 1.4 * LARGE, 3.0 * LARGE
     slope = 1 / np.tan(np.radians(60.0))
-    text = f"Ra {value:g}"
+    text = f"Ra {shown(value, 'µm'):.3g}"
     left, right = foot + low * complex(-slope, 1.0), foot + high * complex(slope, 1.0)
     bar = right + width_of(text, LARGE) + 2 * PAD
     return [
@@ -77,7 +78,7 @@ def surface(part: Part, datums: Datums) -> Marks:
     """The requirements on the profile: tolerance on the level of a leader, roughness above it."""
     marks: Marks = []
     if part.profile_tolerance is not None:
-        marks = profile_tolerance(0j, decimal(2 * part.profile_tolerance, 4), datums)
+        marks = profile_tolerance(0j, said(2 * part.profile_tolerance, 4), datums)
     elif part.roughness is not None:
         marks = [line(0.5j * CELL, 10.0 + 0.5j * CELL)]
     if part.roughness is not None:

@@ -41,6 +41,7 @@ GERMAN = {
     "face": "Fläche",
     # notes
     "Dimensions in mm. Projection method 1.": "Maße in mm. Projektionsmethode 1.",
+    "Dimensions in inch. Projection method 1.": "Maße in Zoll. Projektionsmethode 1.",
     "General tolerances {}.": "Allgemeintoleranzen {}.",
     "Edges ISO 13715: outer {}, inner {}.": "Kanten ISO 13715: außen {}, innen {}.",
     "Other surfaces Ra {}.": "Übrige Oberflächen Ra {}.",
@@ -101,7 +102,7 @@ GERMAN = {
     "least convex radius of the profile {}": "kleinster erhabener Radius {}",
     "cutter or wheel in hollow flanks at most R{}": "Fräser in hohlen Flanken bis R{}",
     "cutter at most Ø{}": "Fräser bis Ø{}",
-    "mass {} kg": "Masse {} kg",
+    "mass {}": "Masse {}",
 }
 """English texts in German; {} is where a value stands. Laws, names and materials are the user's own."""
 

@@ -18,6 +18,8 @@ from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.first_look import FEW_VALUES, coarse_grid, first_look
 from camopt.smallest.smallest import smallest
+from camopt.tables.cells import number, with_unit
+from camopt.unit_systems import shown
 
 DIGITS = 6  # of a size that a reason tells
 MOST_BOXES = 3  # whose choices of sizes a reason lists
@@ -44,7 +46,7 @@ class Reason:
         if not self.size_range:
             return ""
         which = "the smallest feasible cam has" if self.is_smallest else "feasible is one of"
-        cam = f"{which} {self.size:.{DIGITS}g} mm{f', where {where}' if where else ''}"
+        cam = f"{which} {with_unit(self.size, 'mm')}{f', where {where}' if where else ''}"
         return f", within the range of {self.size_range}; {cam}"
 
 
@@ -94,7 +96,7 @@ def _beyond(problem: Problem, bounds: SizeBounds, until: float) -> Reason:
     if answer is None or answer.design is None:
         return Reason("")
     key, size = problem.setup.mechanism.body.size, rounded_up(answer.size)
-    ends = f"{low:.{DIGITS}g} mm" if low == high else f"{low:.{DIGITS}g} to {high:.{DIGITS}g} mm"
+    ends = with_unit(high, "mm") if low == high else f"{number(shown(low, 'mm'))} to {with_unit(high, 'mm')}"
     return Reason("", f"{key} ({ends})", size, answer.proved)
 
 

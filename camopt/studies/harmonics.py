@@ -25,6 +25,7 @@ from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, HasHtml
+from camopt.tables.cells import with_unit
 from camopt.tables.layout import Table, table_of
 
 ORDERS, MOST_ORDERS = 24, 10_000
@@ -95,9 +96,8 @@ class Harmonics(Drawn, HasHtml):
             "phase_deg": "deg",
             "acceleration": self.acceleration_unit,
         }
-        title = (
-            f"{self.scene.name}: harmonics of the motion, about a mean of {self.mean:.6g} {units['displacement']}"
-        )
+        mean = with_unit(self.mean, units["displacement"])
+        title = f"{self.scene.name}: harmonics of the motion, about a mean of {mean}"
         return table_of(title, rows, rows[0], units=units)
 
 

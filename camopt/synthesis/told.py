@@ -5,15 +5,15 @@ from camopt.synthesis.conditions import ground_of
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.units import objective_unit
-from camopt.tables.cells import number
+from camopt.tables.cells import with_unit
 
 
 def bound_in_words(result: Synthesis) -> str:
     """The minimised value, the lower bound for any motion, and the gap between them."""
     unit = objective_unit(result.asked)
-    what = f"Minimised: {number(result.objective)}{unit}."
+    what = f"Minimised: {with_unit(result.objective, unit)}."
     if result.bound:
-        what += f" No motion at all can have less than {number(result.bound)}{unit} within the convex limits:"
+        what += f" No motion at all can have less than {with_unit(result.bound, unit)} within the convex limits:"
         what += f" a gap of {result.gap:.2%}."
     elif result.bound is None and ground_of(resolve(result.asked)).dip is not None:
         what += " There is no bound: the follower is lowest in a move, where the scene gives no position."

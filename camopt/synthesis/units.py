@@ -21,6 +21,6 @@ def unit_of(axis: str, scene: Scene) -> str:
 
 
 def objective_unit(scene: Scene) -> str:
-    """The unit of what a scene minimises, after a space; "" of a weighted sum."""
+    """The unit of what a scene minimises; "" of a weighted sum."""
     weights = objective_in(scene.synthesis)
-    return "".join(f" {unit_of(term, scene)}" for term in weights) if [*weights.values()] == [1.0] else ""
+    return "".join(unit_of(term, scene) for term in weights) if [*weights.values()] == [1.0] else ""

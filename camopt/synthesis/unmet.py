@@ -18,7 +18,7 @@ from camopt.synthesis.cams import beyond, largest_size
 from camopt.synthesis.demand import SIZE_WORDS, TERM_ORDERS, Demand
 from camopt.synthesis.from_scene import AMPLE_FACTOR, GENTLE, default_peaks
 from camopt.synthesis.units import unit_of
-from camopt.tables.cells import number
+from camopt.tables.cells import quantity, shown_name, with_unit
 from camopt.tables.designs import Design
 
 BestPossible = Callable[[Demand], float | None]
@@ -109,9 +109,10 @@ def _reached(limit: Limit, row: Mapping[str, Any]) -> Missed:
         return Missed("broken", inf, "other")
     worst = max(values, key=lambda name: abs(values[name] - limit.bound))
     by = abs(values[worst] - limit.bound) / (abs(limit.bound) or 1.0)
-    asked = f"{limit.relation} {number(limit.bound)} {QUANTITIES[worst].unit}".rstrip()
+    asked = f"{limit.relation} {with_unit(limit.bound, QUANTITIES[worst].unit)}"
     easier = "smaller" if limit.relation.startswith((AT_LEAST, ">")) else "larger"
-    return Missed(f"{worst} = {number(values[worst])} was reached, {asked} is asked", by, easier)
+    reached = f"{shown_name(worst)} = {quantity(worst, values[worst])}"
+    return Missed(f"{reached} was reached, {asked} is asked", by, easier)
 
 
 def contradiction(scene: Scene, demand: Demand, bound_of: BestPossible) -> Unmet:
@@ -187,4 +188,4 @@ def _least(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_
     least = bound_of(replace(others, objective={term: 1.0}))
     if not least or least == inf:
         return ""
-    return f" (at least {number(least)} {unit_of(term, scene)} with the rest)"
+    return f" (at least {with_unit(least, unit_of(term, scene))} with the rest)"

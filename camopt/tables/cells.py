@@ -6,6 +6,7 @@ from math import inf
 from typing import Any
 
 from camopt.quantities import QUANTITIES
+from camopt.unit_systems import shown, shown_unit
 
 LONGEST_TIME = 1000 * 365.25 * 86400.0  # seconds: a longer time is no answer
 
@@ -21,11 +22,36 @@ SHOWN_AS_ZERO = dict.fromkeys(("deg", "mm", "N"), 1e-9)
 """By unit: a quantity that is smaller is what rounding leaves of 0."""
 
 
-def quantity(name: str, value: Any) -> str:
-    """The value of a quantity or another column; 0 if it differs from 0 only by rounding."""
-    unit = QUANTITIES[name].unit if name in QUANTITIES else ""
-    nothing = isinstance(value, float) and abs(value) < SHOWN_AS_ZERO.get(unit, 0.0)
-    return number(0.0 if nothing else value)
+def unit_of_column(name: str, unit: str | None = None) -> str:
+    """The unit of a column, if none is given: that of the quantity of this name, or the end of the name."""
+    if unit is None:
+        ends = (each for each in ("mm", "mm³") if name.endswith(suffix_of(each)))
+        return QUANTITIES[name].unit if name in QUANTITIES else next(ends, "")
+    return unit
+
+
+def quantity(name: str, value: Any, unit: str | None = None) -> str:
+    """The value of a quantity or another column, as it is shown; 0 if it differs from 0 only by rounding."""
+    unit = unit_of_column(name, unit)
+    if not isinstance(value, float):
+        return number(value)
+    return number(0.0 if abs(value) < SHOWN_AS_ZERO.get(unit, 0.0) else shown(value, unit))
+
+
+def shown_name(name: str) -> str:
+    """A quantity's name with the unit in which it is shown: ``base_radius_in`` where that is inch."""
+    return name_in_shown_unit(name, unit_of_column(name))
+
+
+def name_in_shown_unit(name: str, unit: str) -> str:
+    """A name that ends in a unit, with that in which the number is shown."""
+    other = shown_unit(unit)
+    return name if other == unit else name.removesuffix(suffix_of(unit)) + suffix_of(other)
+
+
+def with_unit(value: float | None, unit: str) -> str:
+    """A number in a unit, with the unit, as they are shown."""
+    return f"{number(value if value is None else shown(value, unit))} {shown_unit(unit)}".rstrip()
 
 
 def duration(seconds: float) -> str:
@@ -34,16 +60,15 @@ def duration(seconds: float) -> str:
 
 
 def heading(name: str, unit: str | None = None) -> str:
-    """A column's name, one word per line, then its unit: that of the quantity of this name if none is given."""
-    if unit is None:
-        unit = QUANTITIES[name].unit if name in QUANTITIES else ""
-    stem = name.removesuffix(_suffix(unit)) if unit else name
-    return "\n".join([*stem.split("_"), *([unit] if unit else [])])
+    """A column's name, one word per line, then its unit as it is shown; see ``unit_of_column``."""
+    unit = unit_of_column(name, unit)
+    stem = name.removesuffix(suffix_of(unit)) if unit else name
+    return "\n".join([*stem.split("_"), *([shown_unit(unit)] if unit else [])])
 
 
-def _suffix(unit: str) -> str:
+def suffix_of(unit: str) -> str:
     """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm."""
-    plain = unit.translate(str.maketrans("²³·µ", "23_u")).replace("/s", "_s")
+    plain = unit.translate(str.maketrans("²³⁴·µ", "234_u")).replace("/s", "_s")
     return "_" + plain.replace("1/", "per_").replace("/", "_per_")
 
 

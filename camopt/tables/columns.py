@@ -5,6 +5,7 @@ from typing import Any
 
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES, in_order
+from camopt.unit_systems import shown
 
 TableRow = Mapping[str, Any]
 WHOLE_TURN, STROKE_ANGLES = (
@@ -20,7 +21,8 @@ def bounds_shown(problem: Problem) -> dict[str, str]:
     found: dict[str, str] = {}
     for limit in problem.limits:
         for name in limit.shown:
-            found.setdefault(name, f"{limit.relation} {limit.bound:g}".replace("-", "−"))
+            bound = shown(limit.bound, QUANTITIES[name].unit)
+            found.setdefault(name, f"{limit.relation} {bound:g}".replace("-", "−"))
     on_parts = {found.get(name) for name in STROKE_ANGLES}
     if len(on_parts) == 1 and None not in on_parts:
         found[WHOLE_TURN] = found[STROKE_ANGLES[0]]

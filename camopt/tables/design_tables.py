@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from camopt.problem.problem import Problem
-from camopt.quantities import QUANTITIES
-from camopt.tables.cells import quantity
+from camopt.tables.cells import quantity, shown_name, unit_of_column
 from camopt.tables.columns import TableRow, bounds_shown, columns_of
 from camopt.tables.layout import ABOUT, VALUE, Cell, Table, table_of
+from camopt.unit_systems import shown_unit
 
 
 def designs_table(
@@ -28,8 +28,8 @@ def design_table(title: str, problem: Problem, design: TableRow, about: Mapping[
     bounds = bounds_shown(problem)
     rows = []
     for name, text in about.items():
-        unit = QUANTITIES[name].unit if name in QUANTITIES else ""
+        unit = shown_unit(unit_of_column(name))
         limit = [bounds.get(name, "")] if bounds else []
-        rows.append([name, quantity(name, design[name]).replace(",", ", "), unit, *limit, text])
+        rows.append([shown_name(name), quantity(name, design[name]).replace(",", ", "), unit, *limit, text])
     heads = [Cell(""), Cell("", VALUE), Cell(""), *([Cell("")] if bounds else []), Cell("", ABOUT)]
     return Table.of(title, heads, rows)

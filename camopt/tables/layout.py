@@ -62,4 +62,5 @@ def table_of(
         words = heading(name, units.get(name)) + (f"\n{bounds.get(name, ' ')}" if limited else "")
         texts = all(isinstance(record.get(name, ""), str) for record in records)
         heads.append(Cell(words, WORDS if texts else NUMERIC))
-    return Table.of(title, heads, ([quantity(name, record.get(name, "")) for name in names] for record in records))
+    rows = ([quantity(name, record.get(name, ""), units.get(name)) for name in names] for record in records)
+    return Table.of(title, heads, rows)

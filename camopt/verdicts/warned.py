@@ -16,6 +16,8 @@ from camopt.motion.segments import start_position
 from camopt.motion.stroke import Stroke
 from camopt.numerics.piecewise import sign_changes
 from camopt.problem.problem import Problem
+from camopt.tables.cells import with_unit
+from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.running import run_effects
 
 RIGID, ELASTIC = "contact_force_min_N", "contact_force_elastic_min_N"
@@ -37,10 +39,14 @@ def _lost_contact(problem: Problem) -> Iterator[str]:
     columns = run_effects(Case(setup, problem.programme, problem.design), needed).columns
     rigid, elastic = (float(np.broadcast_to(columns[name], 1)[0]) for name in (RIGID, ELASTIC))
     if elastic <= 0.0 < rigid:
-        least = f"its least contact force is {elastic:.4g} N" if isfinite(elastic) else "it is in resonance"
+        least = f"its least contact force is {_force(elastic)}" if isfinite(elastic) else "it is in resonance"
         train = f"the elastic train (natural frequency {setup.dynamics.natural_frequency:g} Hz) loses contact"
         ask = "limits.contact_force_elastic = 0 asks for contact"
-        yield f"{train}: {least}, that of a rigid one {rigid:.4g} N; {ask}"
+        yield f"{train}: {least}, that of a rigid one {_force(rigid)}; {ask}"
+
+
+def _force(value: float) -> str:
+    return f"{shown(value, 'N'):.4g} {shown_unit('N')}"
 
 
 class FarthestPoint(NamedTuple):
@@ -59,11 +65,11 @@ def _beyond_what_was_asked(problem: Problem) -> Iterator[str]:
         if _has_to_go_on(programme, extreme.stroke):
             continue
         start = start_position(problem.segments) - programme.strokes[0].low / programme.unit
-        at, most = (f"{start + position / programme.unit:.6g}" for position in (extreme.position, asked))
         unit = "deg" if problem.setup.tool_turns else "mm"
-        reached = f"the motion goes to {at} {unit} at {degrees(extreme.angle):.4g}°"
+        at, most = (with_unit(start + position / programme.unit, unit) for position in (extreme.position, asked))
+        reached = f"the motion goes to {at} at {degrees(extreme.angle):.4g}°"
         stop = _stopped_by(programme, side)
-        yield f"{reached}, {SIDE_NAMES[side]} every position asked ({most} {unit}); {stop}"
+        yield f"{reached}, {SIDE_NAMES[side]} every position asked ({most}); {stop}"
 
 
 def _exceeds(programme: Programme, side: float) -> bool:

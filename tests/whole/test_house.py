@@ -25,6 +25,7 @@ ROOMS = {
     "progress": "mistakes",
     "storage": "mistakes version",
     "quantities": "",
+    "unit_systems": "mistakes",
     "shown": "",
     "engines": "mistakes version kernels",
     "numerics": "kernels",
@@ -32,55 +33,62 @@ ROOMS = {
     "motion": "mistakes numerics trains",
     "mechanisms": "kernels numerics motion",
     "effects": "quantities numerics trains motion mechanisms",
-    "scene": "mistakes version storage quantities shown numerics trains motion mechanisms",
+    "scene": "mistakes unit_systems version storage quantities shown numerics trains motion mechanisms",
     "problem": "mistakes quantities numerics trains motion mechanisms effects scene",
-    "tables": "mistakes version storage quantities shown numerics motion scene problem",
+    "tables": "mistakes unit_systems version storage quantities shown numerics motion scene problem",
     "tolerances": "mistakes quantities shown numerics motion mechanisms effects scene problem tables",
-    "verdicts": "mistakes quantities shown numerics trains motion mechanisms effects scene problem tables",
+    "verdicts": (
+        "mistakes unit_systems quantities shown numerics trains motion mechanisms effects scene problem tables"
+    ),
     "smallest": (
-        "mistakes progress quantities shown numerics trains motion mechanisms effects scene problem tables verdicts"
+        "mistakes unit_systems progress quantities shown numerics trains motion mechanisms effects scene problem "
+        "tables verdicts"
     ),
     "front": (
-        "mistakes version progress storage quantities shown engines numerics motion mechanisms "
-        "effects scene problem tables verdicts smallest"
-    ),
-    "synthesis": (
         "mistakes version progress storage quantities shown engines numerics motion mechanisms effects scene "
         "problem tables verdicts smallest"
     ),
+    "synthesis": (
+        "mistakes unit_systems version progress storage quantities shown engines numerics motion mechanisms "
+        "effects scene problem tables verdicts smallest"
+    ),
     "measured": (
-        "mistakes storage quantities shown numerics motion mechanisms effects scene problem tables verdicts "
-        "synthesis"
+        "mistakes unit_systems storage quantities shown numerics motion mechanisms effects scene problem tables "
+        "verdicts synthesis"
     ),
     "contour": "mistakes numerics motion mechanisms scene problem verdicts",
     "comparing": (
         "mistakes version storage quantities shown numerics mechanisms scene problem tables front synthesis"
     ),
     "drawing": (
-        "mistakes storage quantities shown numerics trains motion mechanisms effects scene problem tables verdicts "
-        "tolerances synthesis measured comparing"
+        "mistakes unit_systems storage quantities shown numerics trains motion mechanisms effects scene problem "
+        "tables verdicts tolerances synthesis measured comparing"
     ),
-    "sheet": "mistakes version numerics motion mechanisms effects scene problem verdicts contour drawing",
+    "sheet": (
+        "mistakes unit_systems version numerics motion mechanisms effects scene problem tables verdicts contour "
+        "drawing"
+    ),
     "points": (
-        "mistakes version storage quantities numerics mechanisms effects scene problem tables verdicts "
-        "contour drawing"
+        "mistakes unit_systems version storage quantities numerics mechanisms effects scene problem tables "
+        "verdicts contour drawing"
     ),
     "exporting": (
-        "mistakes version storage numerics mechanisms effects scene problem tables verdicts contour sheet points"
+        "mistakes unit_systems version storage numerics mechanisms effects scene problem tables verdicts contour "
+        "sheet points"
     ),
     "studies": (
         "mistakes version progress storage quantities shown engines numerics motion mechanisms effects scene "
         "problem tables verdicts smallest drawing"
     ),
     "reporting": (
-        "mistakes version storage quantities numerics mechanisms scene problem tables verdicts smallest front "
-        "synthesis drawing exporting studies"
+        "mistakes unit_systems version storage quantities numerics mechanisms scene problem tables verdicts "
+        "smallest front synthesis drawing exporting studies"
     ),
-    "serving": ("mistakes quantities kernels numerics scene problem tables verdicts smallest drawing reporting"),
+    "serving": "mistakes quantities kernels numerics scene problem tables verdicts smallest drawing reporting",
     "cli": (
-        "mistakes version storage quantities kernels engines numerics motion mechanisms scene problem tables "
-        "tolerances verdicts smallest front synthesis measured comparing drawing points exporting studies "
-        "reporting serving"
+        "mistakes unit_systems version storage quantities kernels engines numerics motion mechanisms scene "
+        "problem tables tolerances verdicts smallest front synthesis measured comparing drawing points exporting "
+        "studies reporting serving"
     ),
 }
 """Folders and modules of the package in the order of the data, each with the rooms that it may import, and does.

@@ -4,9 +4,10 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from camopt.cli.terminal import print_json, show
-from camopt.tables.cells import number
+from camopt.tables.cells import number, shown_name, unit_of_column
 from camopt.tables.columns import LAW_COLUMNS, laws_shown, with_law
 from camopt.tables.layout import table_of
+from camopt.unit_systems import shown
 
 if TYPE_CHECKING:
     from camopt.comparing.compare import Comparison, TableComparison
@@ -45,6 +46,11 @@ def _short(value: Any) -> str:
     return text if len(text) <= VALUE_CHARACTERS else f"{text[:VALUE_CHARACTERS]}…"
 
 
+def _shown(name: str, value: Any) -> Any:
+    """A value of a column as it is shown."""
+    return shown(value, unit_of_column(name)) if isinstance(value, float) else value
+
+
 def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
     """The numbers of new, lost and changed designs; the changed quantities; the best new and lost designs."""
     of_a, of_b = table.designs
@@ -61,14 +67,14 @@ def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
     if table.quantities:
         rows = [
             {
-                "quantity": quantity,
+                "quantity": shown_name(name),
                 "designs": change.designs,
                 "beyond accuracy": change.beyond,
                 "largest change": "" if change.largest is None else float(f"{change.largest:.2g}"),
-                "A": _short(change.a),
-                "B": _short(change.b),
+                "A": _short(_shown(name, change.a)),
+                "B": _short(_shown(name, change.b)),
             }
-            for quantity, change in table.quantities.items()
+            for name, change in table.quantities.items()
         ]
         yield ""
         yield table_of("Quantities that changed: the largest relative change, and where it is", rows, [*rows[0]])

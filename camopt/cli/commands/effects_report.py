@@ -10,6 +10,7 @@ from camopt.cli.terminal import print_json, show
 from camopt.problem.rows import Rows, finite
 from camopt.scene.read import numbers_read
 from camopt.tables.layout import table_of
+from camopt.unit_systems import shown_unit
 
 if TYPE_CHECKING:
     from camopt.studies.cost_report import CostReport
@@ -25,7 +26,7 @@ def show_cost_report(result: "CostReport", as_json: bool) -> None:
     if read := numbers_read(result.scene):
         given = tree.add("read from the scene")
         for each in read:
-            given.add(f"{each.key} = {as_read(each.value)} {each.unit}".rstrip())
+            given.add(f"{each.key} = {as_read(each)} {shown_unit(each.unit)}".rstrip())
     for entry in result.entries:
         branch = tree.add(f"{entry.effect}  {entry.ns_per_design:,.0f} ns per design, {entry.share:.1%}")
         branch.add(f"called for by {', '.join(entry.called_by)}")

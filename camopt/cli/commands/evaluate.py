@@ -10,6 +10,7 @@ from camopt.cli.options import (
     ANIMATIONS,
     PICTURES,
     Command,
+    Measure,
     OutputPlace,
     output_options,
     outputs_option,
@@ -31,11 +32,13 @@ from camopt.cli.options import (
 )
 @click.option("--animate", "animation", type=OutputPlace(*ANIMATIONS), help="Draw the cam turning: GIF, MP4, SVG.")
 @click.option("--points", type=OutputPlace(".csv", ".parquet", ".xlsx"), help="Write points: CSV, Parquet, Excel.")
-@click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
+@click.option(
+    "--cutter-radius", type=Measure("mm"), help="With --points: also the path of a cutter of this radius, mm."
+)
 @click.option("--step", type=float, help="With --points: degrees between points; 1 by default.")
 @click.option(
     "--chord",
-    type=float,
+    type=Measure("mm"),
     help="With --points: deviation of straight lines from the curve, mm.",
 )
 def evaluate(

@@ -1,15 +1,17 @@
 """The output of ``camopt evaluate``."""
 
 from math import degrees
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from camopt.cli.terminal import print_json, room_across, show
 from camopt.scene.read import numbers_read
 from camopt.scene.speed import TURNS_OF_CRANK
-from camopt.tables.cells import number
+from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import table_of
+from camopt.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
+    from camopt.scene.read import Read
     from camopt.scene.scene import Scene
     from camopt.verdicts.evaluation import Evaluation
 
@@ -24,7 +26,7 @@ def show_evaluation(result: "Evaluation", as_json: bool) -> None:
     ]:
         show("", table_of(JOINTS, joints, joints[0]), JOINTS_SAY)
     if read := numbers_read(result.scene):
-        rows = [{"key": each.key, "value": as_read(each.value), "unit": each.unit} for each in read]
+        rows = [{"key": each.key, "value": as_read(each), "unit": shown_unit(each.unit)} for each in read]
         show("", table_of("Numbers of the scene, as they are read", rows, ["key", "value", "unit"]))
         if result.scene.by_crank:
             show(_of_crank(result))
@@ -38,8 +40,8 @@ def _highest(scene: "Scene") -> str:
 
     programme, unit = resolve(scene).programme.tool, "deg" if scene.tool_turns else "mm"
     angle = degrees(farthest(programme, 1.0).angle)
-    whose = " of the tool" if scene.train else ""
-    return f"Largest lift{whose}: {number(programme.lift / programme.unit)} {unit}, reached at {number(angle)}°."
+    whose, lift = " of the tool" if scene.train else "", with_unit(programme.lift / programme.unit, unit)
+    return f"Largest lift{whose}: {lift}, reached at {number(angle)}°."
 
 
 def _of_crank(result: "Evaluation") -> str:
@@ -49,9 +51,10 @@ def _of_crank(result: "Evaluation") -> str:
     return what + ("." if jump is None else f": a jump speed of {number(TURNS_OF_CRANK * jump)} rpm there.")
 
 
-def as_read(value: Any) -> str:
-    """A number of the scene; of a load that changes, how many rows it has."""
-    return number(value) if isinstance(value, float) else f"{len(value):,} rows"
+def as_read(read: "Read") -> str:
+    """A number of the scene, as it is shown; of a load that changes, how many rows it has."""
+    value = read.value
+    return number(shown(value, read.unit)) if isinstance(value, float) else f"{len(value):,} rows"
 
 
 JOINTS = "Forces in the joints of the train over the turn"

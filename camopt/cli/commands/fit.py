@@ -8,6 +8,7 @@ import click
 from camopt.cli.options import (
     PICTURES,
     Command,
+    Measure,
     OutputPlace,
     changed,
     check_file,
@@ -20,20 +21,24 @@ from camopt.cli.options import (
 @click.command(cls=Command)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--scene", "target", help="Scene whose cam, follower and limits to take; its motion is replaced.")
-@click.option("--base-radius", type=float, help="Base radius of the cam, mm; of lifts, needed without --scene.")
+@click.option(
+    "--base-radius", type=Measure("mm"), help="Base radius of the cam, mm; of lifts, needed without --scene."
+)
 @click.option(
     "--follower",
     type=click.Choice(("flat", "roller", "knife")),
     help="Translating follower, without --scene; flat by default.",
 )
-@click.option("--roller-radius", type=float, help="Radius of the roller, mm.")
+@click.option("--roller-radius", type=Measure("mm"), help="Radius of the roller, mm.")
 @click.option("--rpm", type=float, help="Speed of the cam, rev/min.")
 @click.option(
     "--profile",
     help="polar or xy: the points are those of a profile, by cam angle and distance from the axis, or x and y.",
 )
 @click.option(
-    "--probe", type=float, help="Radius of the ball whose centres they are, mm; by default they are on the profile."
+    "--probe",
+    type=Measure("mm"),
+    help="Radius of the ball whose centres they are, mm; by default they are on the profile.",
 )
 @click.option(
     "--band",

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 from camopt.cli.commands.synthesise_report import show_limits_of_motion
 from camopt.cli.terminal import print_json, show
 from camopt.problem.rows import finite
-from camopt.tables.cells import number
+from camopt.tables.cells import number, with_unit
+from camopt.unit_systems import shown
 
 if TYPE_CHECKING:
     from camopt.synthesis.traded import Frontier
@@ -32,9 +33,11 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
     show_limits_of_motion(found.scene, defaults)
     show_other_limits_of_synthesise(found, defaults)
     for term, (least, bound) in found.least.items():
-        most = "" if not bound else f"; no motion within the other limits has less than {number(bound)}"
+        unit = found.units[term]
+        below = "no motion within the other limits has less than"
+        most = f"; {below} {number(shown(bound, unit))}" if bound else ""
         local = " (a local optimum)" if term in found.local else ""
-        show(f"Least {term}: {f'{number(least)} {found.units[term]}'.rstrip()}{local}{most}")
+        show(f"Least {term}: {with_unit(least, unit)}{local}{most}")
     return None
 
 

@@ -8,8 +8,9 @@ from camopt.cli.commands.sweep_report import show_miss
 from camopt.cli.terminal import print_json, show
 from camopt.problem.problem import resolve
 from camopt.problem.rows import finite
-from camopt.tables.cells import number
+from camopt.tables.cells import with_unit
 from camopt.tables.layout import table_of
+from camopt.unit_systems import computed, shown, shown_unit
 
 if TYPE_CHECKING:
     from camopt.smallest.optimise import Optimum
@@ -32,13 +33,13 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
         show(f"{law or result.scene.name}: no feasible design; stopped by {obstacle}")
     for law, row in result.by_law.items():
         if not row["proved"]:
-            less = f"{number(row['gap_mm'])} mm"
+            less = with_unit(row["gap_mm"], "mm")
             show(f"{law or result.scene.name}: not proved; a feasible cam may be smaller by up to {less}")
     size_name = resolve(result.scene).size_name
     for law, row in result.by_law.items():
         if row["clear_above_mm"] > row[size_name]:
             clear = row["clear_above_mm"]
-            upto = f"up to {number(clear)} mm" if isfinite(clear) else "the largest too"
+            upto = f"up to {with_unit(clear, 'mm')}" if isfinite(clear) else "the largest too"
             some = f"some break a limit{', or were not looked at in the time' if result.out_of_time else ''}"
             show(f"{law or result.scene.name}: larger cams are not all known to be feasible; {some}, {upto}")
     if result.out_of_time:
@@ -75,22 +76,24 @@ def _unknown(result: "Optimum", prices: "Sequence[Price]") -> Iterator[str]:
 COSTS, UNKNOWN_PRICE = "What each bound costs", "—"
 
 
-def price_in_words(price: "Price", of: str = " mm") -> dict[str, str]:
-    """A price as a row of texts; ``of`` is the unit of what is minimised, after a space."""
-    unit = f" {price.unit}".rstrip()
+def price_in_words(price: "Price", of: str = "mm") -> dict[str, str]:
+    """A price as a row of texts; ``of`` is the unit of what is minimised."""
+    unit = f"{shown_unit(of)} per {shown_unit(price.unit) or 'unit'}".lstrip()
 
     def cost(value: float | None) -> str:
-        return UNKNOWN_PRICE if value is None else f"{value:.4g}{of} per {price.unit or 'unit'}".replace("-", "−")
+        if value is None:
+            return UNKNOWN_PRICE
+        return f"{computed(shown(value, of), price.unit):.4g} {unit}".replace("-", "−")
 
     def amount(value: float | None, unit: str) -> str:
-        return UNKNOWN_PRICE if value is None else f"{number(value)}{unit}".replace("-", "−")
+        return UNKNOWN_PRICE if value is None else with_unit(value, unit).replace("-", "−")
 
     return {
         "bound": price.key,
-        "as set": f"{price.relation} {amount(price.bound, unit)}",
+        "as set": f"{price.relation} {amount(price.bound, price.unit)}",
         "price": cost(price.price),
         "tightened": "" if price.tightened == price.price else cost(price.tightened),
-        "size without it": amount(price.size_without, " mm"),
-        "holds to": amount(price.holds_to, unit),
+        "size without it": amount(price.size_without, "mm"),
+        "holds to": amount(price.holds_to, price.unit),
         "then held by": UNKNOWN_PRICE if price.next is None else ", ".join(price.next) or "nothing",
     }

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from camopt.cli.commands.optimise_report import COSTS, price_in_words
 from camopt.cli.terminal import print_json, show
 from camopt.problem.rows import finite
-from camopt.tables.cells import number
+from camopt.tables.cells import with_unit
 from camopt.tables.layout import table_of
 
 if TYPE_CHECKING:
@@ -94,11 +94,11 @@ def _beside_known(result: "Synthesis", known: "KnownLaws") -> str:
     if known.best is None:
         return "No known law meets all these limits."
     value, unit = known.rows[known.best]["objective"], objective_unit(result.asked)
-    what = f"The best known law that meets the same limits is {known.best}: {number(value)}{unit}"
+    what = f"The best known law that meets the same limits is {known.best}: {with_unit(value, unit)}"
     if known.best == OWN_MOVES:
-        what = f"The scene's own moves meet the same limits: {number(value)}{unit}"
+        what = f"The scene's own moves meet the same limits: {with_unit(value, unit)}"
     share = 1.0 - result.objective / value if value else 0.0
     less = f"{share:.1%} less" if share > -SHOWN_ZERO else f"{-share:.1%} more"
     what += f"; the free laws need {less}." if value else "."
     own = "" if known.own in (None, known.best) else f" The scene's own, {known.own}: "
-    return what + (own and f"{own}{number(known.rows[str(known.own)]['objective'])}{unit}.")
+    return what + (own and f"{own}{with_unit(known.rows[str(known.own)]['objective'], unit)}.")

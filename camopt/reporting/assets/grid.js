@@ -48,7 +48,7 @@ class Grid {
   csv() {
     const quoted = (word) => (/[",\n]/.test(word) ? `"${word.replaceAll('"', '""')}"` : word);
     const said = ({ values, words }, row) => (words ? quoted(words[values[row]]) : Number.isNaN(values[row]) ? "" : Number(values[row].toPrecision(8)));
-    const lines = [this.rows.columns.map(({ name }) => quoted(name)), ...Array.from(this.order, (row) => this.rows.columns.map((column) => said(column, row)))];
+    const lines = [this.rows.columns.map(({ called }) => quoted(called)), ...Array.from(this.order, (row) => this.rows.columns.map((column) => said(column, row)))];
     return lines.map((cells) => `${cells.join(",")}\n`).join("");
   }
 

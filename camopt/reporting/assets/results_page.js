@@ -38,7 +38,7 @@ function showColours(list, rows) {
 /** The cam of a row: the scene's, with the sizes and the motion of the row; null where its motion is not here. */
 function camOfRow(rows, results, motion, row) {
   const result = results[rows.column("result")?.values[row] ?? 0], sizes = { ...result.sizes };
-  for (const [size, name] of Object.entries(result.columns)) sizes[size] = rows.column(name).values[row];
+  for (const [size, name] of Object.entries(result.columns)) sizes[size] = rows.column(name).values[row] * rows.column(name).scale; // mm
   const steepest = rows.column("pressure_angle_max_deg")?.values[row];
   const broken = rows.column("violated"), undercut = !!broken && /undercut|self_crossing/.test(broken.words[broken.values[row]]);
   return motion ? { ...result.kind, ...motion, sizes, steepest, undercut } : null;
