@@ -25,10 +25,11 @@ from camopt.storage.files import (
 )
 from camopt.storage.manifest import of_one_run, settled_path, settled_paths
 from camopt.synthesis.compare import known_laws_of
-from camopt.synthesis.files import FRONTIER, KNOWN_FILE, SCENE_FILE, SUMMARY_FILE
+from camopt.synthesis.files import FRONTIER, KNOWN_FILE, SCENE_FILE, SUMMARY_FILE, TOLD
 from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.told import bound_in_words
 from camopt.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, scene_of
+from camopt.unit_systems import system_shown
 from camopt.verdicts.evaluation import Evaluation
 
 MOST_CAMS = 4  # side by side
@@ -196,7 +197,7 @@ def _of_a_synthesis(folder: Path) -> Iterable[ShownCam]:
     summary = _summary(settled_path(folder / SUMMARY_FILE))
     if settled_path(folder / KNOWN_FILE).exists():
         yield ShownCam(f"known law: {summary.get('known_law')}", Scene.from_toml(folder / KNOWN_FILE))
-    yield ShownCam("new laws", Scene.from_toml(folder / SCENE_FILE), str(summary.get("told", "")))
+    yield ShownCam("new laws", Scene.from_toml(folder / SCENE_FILE), str(summary.get(TOLD[system_shown()], "")))
 
 
 def _summary(path: Path) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from camopt.storage.files import whole_file, write_text
 from camopt.storage.sealed import write_table
 from camopt.synthesis.told import bound_in_words
 from camopt.synthesis.units import unit_of
+from camopt.unit_systems import INCH, MM, shown_in
 from camopt.version import VERSION
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ SCENE_FILE, LAWS_FILE, KNOWN_FILE, SUMMARY_FILE = SYNTHESIS = (
 )
 FRONTIER, PICTURE = "frontier.parquet", "frontier.png"
 LAW_POINTS = 361
+TOLD = {MM: "told", INCH: "told_in_inch"}
+"""The result in a sentence, in each system of units, by its key in the summary."""
 
 
 def write_laws(result: "Synthesis", folder: str | os.PathLike[str]) -> list[Path]:
@@ -60,7 +63,10 @@ def write_comparison(result: "Synthesis", known: "KnownLaws", folder: str | os.P
     files = [out / KNOWN_FILE] if known.best else []
     for file in files:
         write_scene(file, known.rows[known.best or ""].scene)
-    summary = {**about, "known_law": known.best, "told": bound_in_words(result)}
+    summary = {**about, "known_law": known.best}
+    for system, key in TOLD.items():
+        with shown_in(system):
+            summary[key] = bound_in_words(result)
     write_text(out / SUMMARY_FILE, json.dumps(summary, indent=2, allow_nan=False))
     return [*files, out / SUMMARY_FILE]
 

@@ -23,6 +23,7 @@ from camopt import (
     plot,
     report,
     shown_in,
+    synthesise,
     timing,
 )
 from camopt.cli.main import main
@@ -35,6 +36,8 @@ from camopt.problem.problem import resolve_design
 from camopt.quantities import OF_STAGE, QUANTITIES
 from camopt.sheet.marks import Words
 from camopt.sheet.sheet import sheet_of
+from camopt.synthesis.compare import known_laws_of
+from camopt.synthesis.files import write_comparison
 from camopt.tables.cells import shown_name, suffix_of
 from camopt.unit_systems import CUSTOMARY, FACTOR, computed, shown, shown_unit, system_shown
 
@@ -420,3 +423,13 @@ def test_options_take_lengths_and_feeds_with_a_unit(capsys, tmp_path):
         code, _, said = run(capsys, *words, "--cutter-radius", given, "--feed", "254")
         assert code == 2
         assert "a number in mm, or with a unit of that kind" in said
+
+
+def test_a_synthesis_is_told_in_both_systems_for_pages_of_either(tmp_path):
+    result = synthesise(find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12}))
+    write_comparison(result, known_laws_of(result.asked), tmp_path)
+    summary = json.loads((tmp_path / "synthesis.json").read_text())
+    for key, unit in (("told", "mm"), ("told_in_inch", "in")):
+        numbers = [number_in(text) for text in re.findall(rf"([\d.]+) {unit}\b", summary[key])]
+        assert back(np.array(numbers), unit, "mm") == pytest.approx([result.objective, result.bound], rel=1e-5)
+    assert METRIC.search(summary["told_in_inch"]) is None
