@@ -26,7 +26,6 @@ def size_in_words(result: Synthesis) -> str:
     if "size" in problem.choices.variables or "size" in objective_in(result.asked.synthesis):
         return ""
     size = problem.setup.mechanism.body.size
-    words = (
-        f"The {size.replace('_', ' ')} may be at most that of the scene, {number(float(problem.design.size[0]))} mm"
-    )
+    own = with_unit(float(problem.design.size[0]), "mm")
+    words = f"The {size.replace('_', ' ')} may be at most that of the scene, {own}"
     return f"{words}: search.{size} gives it a range."

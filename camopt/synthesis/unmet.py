@@ -64,8 +64,8 @@ def _by_default(scene: Scene, demand: Demand) -> str:
     found = []
     for name in _usual(scene, demand):
         ends = [abs(end) for row in demand.ranges for end in row.get(TERM_ORDERS[name], ())]
-        value = number(max(ends, default=0.0) * demand.per_unit[name])
-        found.append(f"{name} of at most {value} {unit_of(name, scene)}")
+        largest = with_unit(max(ends, default=0.0) * demand.per_unit[name], unit_of(name, scene))
+        found.append(f"{name} of at most {largest}")
     if not found:
         return ""
     return f"; by default laws have {listed_words(found)} ({_gentle(scene)}): {_lifted_by(scene)}"
@@ -78,7 +78,8 @@ def _missed_by(demand: Demand, search: Optimum) -> dict[str, Missed]:
     most, name = largest_size(demand), demand.problem.size_name
     if search.best is None or search.best[name] <= most:
         return {}
-    reached = f"{name} = {number(search.best[name])} was reached, at most {number(most)} mm is allowed"
+    found = f"{shown_name(name)} = {quantity(name, search.best[name])}"
+    reached = f"{found} was reached, at most {with_unit(most, 'mm')} is allowed"
     return {_size_key(demand): Missed(reached, search.best[name] / most - 1.0, "larger")}
 
 
@@ -86,7 +87,7 @@ def broken_in_words(scene: Scene, demand: Demand, row: Design) -> str:
     """What a known law's cam breaks of all that free laws hold, by keys."""
     names = beyond(demand, row)
     said = [_key(scene, demand, name) for name in names if name != SIZE_WORDS]
-    size = f"{_size_key(demand)} of at most {number(largest_size(demand))} mm"
+    size = f"{_size_key(demand)} of at most {with_unit(largest_size(demand), 'mm')}"
     return listed_words(said + [size] * (SIZE_WORDS in names))
 
 
