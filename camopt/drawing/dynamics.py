@@ -80,7 +80,7 @@ def _joints(picture: Picture) -> list[Panel]:
     panel.peaks = [marked(picture, values, name)]
     panel.limits = limit_lines(picture, name, ALL_STROKES)
     others = [
-        f"{f.name} of stage {f.stage} {four_digits(w)} N" for f, w in zip(forces, worst, strict=True) if f != most
+        f"{f.name} of stage {f.stage} {told(w, 'N')}" for f, w in zip(forces, worst, strict=True) if f != most
     ]
     panel.note = f"largest in others: {', '.join(others)}" if others else ""
     return [panel]

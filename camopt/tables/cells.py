@@ -25,7 +25,7 @@ SHOWN_AS_ZERO = dict.fromkeys(("deg", "mm", "N"), 1e-9)
 def unit_of_column(name: str, unit: str | None = None) -> str:
     """The unit of a column, if none is given: that of the quantity of this name, or the end of the name."""
     if unit is None:
-        ends = (each for each in ("mm", "mm³") if name.endswith(suffix_of(each)))
+        ends = (each for each in ("mm", "mm³", "N") if name.endswith(suffix_of(each)))
         return QUANTITIES[name].unit if name in QUANTITIES else next(ends, "")
     return unit
 
