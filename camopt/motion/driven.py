@@ -15,14 +15,12 @@ from camopt.motion.law import ByOrder, Law
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import AsGiven, Stroke
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.table import turned_kinds
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
 from camopt.trains.link import value_at
 from camopt.trains.train import StageFault, Train
-
-OTHER_WAY = {RISE: RETURN, RETURN: RISE}
 
 
 @dataclass(frozen=True)
@@ -133,6 +131,6 @@ def _driven(stroke: Stroke, train: Train, zero: float, levels: dict[float, float
     size = 1.0 if stroke.is_move or high == low else high - low
     law = stroke.law and DrivenLaw(stroke.law, zero, stroke.low, stroke.size, train, low, size)
     turned = (high - low) * (stroke.high - stroke.low) < 0.0
-    kind = OTHER_WAY.get(stroke.kind, stroke.kind) if turned else stroke.kind
+    kind = turned_kinds(stroke.kind) if turned else stroke.kind
     given = stroke.given and AsGiven(stroke.given.angle, high - low, angular=False)
     return Stroke(kind, law, stroke.start, stroke.angle, low - base, high - base, given, key=stroke.key)

@@ -116,7 +116,7 @@ class Programme:
 
     @property
     def load_at_follower(self) -> ExternalLoad | None:
-        """The external load where nothing comes through a train, as in free laws, which take no train."""
+        """The external load where nothing comes through a train, as linear limits of free laws take it."""
         assert not isinstance(self.load, TrainLoad)
         return self.load
 
@@ -126,8 +126,8 @@ class Programme:
         return next((stroke.given.unit for stroke in self.strokes if stroke.given), 1.0)
 
     def law_names(self, kind: int) -> str:
-        """The laws of the strokes of a kind, in order, joined by '+' where they differ."""
-        return "+".join(dict.fromkeys(s.law.NAME for s in self.strokes if s.kind == kind and s.law))
+        """The laws of the strokes of a kind of the tool, in order, joined by "+" where they differ."""
+        return "+".join(dict.fromkeys(s.law.NAME for s in self.tool.strokes if s.kind == kind and s.law))
 
     @property
     def sampled(self) -> bool:

@@ -2,6 +2,7 @@
 
 from functools import cache, lru_cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev, polynomial
@@ -17,6 +18,7 @@ ALL_STROKES = RISE | RETURN | DWELL
 OUTWARD, INWARD, RESTING = 8, 16, 32  # which way a piece moves: the sign of y', whatever its stroke
 WAYS = OUTWARD | INWARD | RESTING
 WAY_OF = {RISE: OUTWARD, RETURN: INWARD, DWELL: RESTING}
+OTHER_WAY = {RISE: RETURN, RETURN: RISE, OUTWARD: INWARD, INWARD: OUTWARD}
 
 JERK_DEGREE = TABLE_DEGREE - 3
 SAME_BREAK = 1e-12  # of a stroke: a cut this near to a break is one but for rounding
@@ -33,6 +35,13 @@ def chebyshev_series(degree: int) -> tuple[FloatArray, FloatArray]:
 def way_of(kinds: IntArray) -> FloatArray:
     """Which way the follower moves in pieces of some kinds: out (1), in (−1), or not (0)."""
     return np.asarray(((kinds & OUTWARD) != 0) * 1.0 - ((kinds & INWARD) != 0))
+
+
+def turned_kinds(kinds: Any) -> Any:
+    """The kinds, and ways, of a motion that goes in where one with these goes out."""
+    both = RISE | RETURN | OUTWARD | INWARD
+    others = (((kinds & kind) != 0) * other for kind, other in OTHER_WAY.items())
+    return sum(others, kinds & ~both)
 
 
 def ways_of(kinds: int) -> int:

@@ -17,7 +17,7 @@ from camopt.mechanisms import Designs
 from camopt.motion.driven import tool_position, travel
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
-from camopt.motion.table import INWARD, OUTWARD, RETURN, RISE, way_of
+from camopt.motion.table import turned_kinds, way_of
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.interval import Interval
@@ -29,7 +29,6 @@ from camopt.trains.link import position_at
 from camopt.trains.train import Train
 
 TERMS = 3  # of series: up to the acceleration, the highest derivative that values of curves take
-OTHER_KINDS = {RISE: RETURN, RETURN: RISE, OUTWARD: INWARD, INWARD: OUTWARD}
 
 
 class ToolPlaces(NamedTuple):
@@ -49,8 +48,7 @@ class ToolPlaces(NamedTuple):
         """The places at cam angles of a turn that drives a tool."""
         motion, kinds = turn.tool.at(angles)[:TERMS], turn.tool.kinds_at(angles)
         motion[0] = tool_position(turn, angles)
-        others = (np.where(kinds & kind, other, kinds & kind) for kind, other in OTHER_KINDS.items())
-        return cls(angles, motion, kinds, np.bitwise_or.reduce([kinds & ~sum(OTHER_KINDS), *others]))
+        return cls(angles, motion, kinds, turned_kinds(kinds))
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ def largest_size(demand: Demand) -> float:
 def _programme_of(demand: Demand, row: Design) -> Programme:
     """The turn with the known laws of a design."""
     problem = demand.problem
-    return problem.with_laws(*(name if name in problem.laws else None for name in law_names_of(row)))
+    return problem.asked_by(*(name if name in problem.laws else None for name in law_names_of(row)))
 
 
 def smallest_cams(scene: Scene) -> Optimum:
@@ -152,8 +152,8 @@ def strokes_with(demand: Demand, found: "Iterate") -> tuple[Stroke, ...]:
 
 
 def programme_with(demand: Demand, found: "Iterate") -> Programme:
-    """The turn with free laws."""
-    own, strokes = demand.problem.programme, strokes_with(demand, found)
+    """The turn with free laws, which is asked of the tool where there is a train."""
+    own, strokes = demand.problem.programme.tool, strokes_with(demand, found)
     return replace(own, strokes=strokes, start=strokes[0].low / own.unit).on_base_circle()
 
 

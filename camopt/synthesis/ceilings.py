@@ -7,15 +7,18 @@ are central differences of it. So any curve will do, and none is written twice.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, WAY_OF
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
-from camopt.numerics.state import Load, State
+from camopt.numerics.state import State
 from camopt.problem.claims import Claim
 from camopt.problem.limits import LOAD_LIMITS, limited_quantity
 from camopt.problem.problem import Problem, strictest
@@ -23,6 +26,7 @@ from camopt.quantities import AT_MOST, QUANTITIES
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.linear_constraints import is_linear
 from camopt.synthesis.residual import TERM
+from camopt.synthesis.through_train import about_tool, follower_states
 
 PIECE_SAMPLES, STROKE_SAMPLES = 6, 288  # samples of a piece, and of a stroke
 OF_DWELL = 24  # samples of a dwell, for a load that changes over it
@@ -41,15 +45,16 @@ def quantities(problem: Problem) -> dict[str, str]:
 
 def ceilings_of(demand: Demand) -> tuple[Claim, ...]:
     """The claims of a scene that are not linear; those that no motion can hold at its peak are left to the size."""
-    found = (claim for claim in strictest(demand.problem.claims) if not is_linear(claim))
-    return tuple(claim for claim in found if claim.allowed() > 0.0 or claim.goal == LEAST)
+    problem = demand.problem
+    found = (claim for claim in strictest(problem.claims) if not is_linear(problem, claim))
+    return tuple(about_tool(problem, each) for each in found if each.allowed() > 0.0 or each.goal == LEAST)
 
 
 def ceilings_at(problem: Problem, key: str, bound: float) -> tuple[Claim, ...]:
     """The claims of one limit on loads at a bound; none where it cannot be held."""
     limited = problem.with_numbers({f"limits.{key}": bound})
     found = next(limit.claims for limit in limited.limits if limit.name == key)
-    return tuple(claim for claim in found if claim.allowed() > 0.0)
+    return tuple(about_tool(problem, claim) for claim in found if claim.allowed() > 0.0)
 
 
 @dataclass(frozen=True)
@@ -73,9 +78,7 @@ class Sampled:
 
     def __init__(self, demand: Demand, stroke: Stroke) -> None:
         self.demand, self.stroke = demand, stroke
-        angles = stroke.start + stroke.angle * samples(demand, stroke)
-        load = demand.problem.programme.load_at_follower
-        self.load = () if load is None else load.at(angles)
+        self.angles = stroke.start + stroke.angle * samples(demand, stroke)
 
     def counts(self, ceiling: Claim) -> bool:
         """Whether a ceiling is about the stroke, or about a way in which the follower may move there."""
@@ -92,24 +95,33 @@ class Sampled:
         curve of one way to move is 0 where the follower moves the other way, in the state ``near`` this one if
         it is given.
         """
+        return self._values(ceilings, self._follower(state), state if near is None else near, sizes)
+
+    def _values(self, ceilings: Sequence[Claim], at: State, near: FloatArray, sizes: LeadAndHeight) -> FloatArray:
+        """The same in a state of the follower."""
         designs, programme = _design(self.demand, sizes), self.demand.problem.programme
-        y, y1, y2, y3 = state
-        load = Load(*(np.tile(each, y.size // each.size) for each in self.load)) if self.load else None
-        at = State(y, y1, y2, y3, load)
-        outward = (state if near is None else near)[1] >= 0.0
+        outward = near[1] >= 0.0
         rows = []
         with np.errstate(all="ignore"):
             for ceiling in self._here(ceilings):
-                value = curve(ceiling.curve(designs, programme), ..., at)[0]
-                value = value * ceiling.factor(designs)
+                value = _value(ceiling.curve, designs, programme, at) * ceiling.factor(designs)
                 if ceiling.allowed() <= 0.0:  # a floor, which may be 0
                     value = 1.0 - (ceiling.allowed() + value) / self.demand.length
                 else:
                     value = ceiling.sides[0] * value / ceiling.allowed()
-                value = np.nan_to_num(np.broadcast_to(value, y.shape), nan=np.inf)
+                value = np.nan_to_num(np.broadcast_to(value, outward.shape), nan=np.inf)
                 value = np.where(np.where(outward, *self._about(ceiling)), value, 0.0)
                 rows += [value, -value] if ceiling.goal == LARGEST_MAGNITUDE else [value]
-        return np.array(rows).reshape(-1, y.size)
+        return np.array(rows).reshape(-1, outward.size)
+
+    def _follower(self, state: FloatArray) -> State:
+        """The state of the follower, which curves take."""
+        motion, load = follower_states(self.demand, state), self.demand.problem.programme.load
+        y, y1, y2, y3 = motion
+        if load is None:
+            return State(y, y1, y2, y3)
+        angles = np.tile(self.angles, y.size // self.angles.size)
+        return State(y, y1, y2, y3, load.state(angles, motion, np.sign(y1)))
 
     def _about(self, ceiling: Claim) -> tuple[bool, bool]:
         """Whether a ceiling is about motion outward, and about motion inward, in this stroke."""
@@ -127,16 +139,21 @@ class Sampled:
         near = np.broadcast_to(state[:, None, None], states.shape)
         values = self.values(ceilings, states.reshape(LAW_ORDERS, -1), sizes, near.reshape(LAW_ORDERS, -1))
         by_order = values.reshape(len(values), 2, LAW_ORDERS, -1).transpose(1, 2, 0, 3)
-        by = DIFFERENCE_STEP * length
+        by, at = DIFFERENCE_STEP * length, self._follower(state)
         return TangentPlanes(
-            self.values(ceilings, state, sizes),
+            self._values(ceilings, at, state, sizes),
             _slopes(*by_order) / fast[:, None, None],
-            _slopes(*(self.values(ceilings, state, (lead + k, height)) for k in (by, -by))),
-            _slopes(*(self.values(ceilings, state, (lead, height + k)) for k in (by, -by))),
+            _slopes(*(self._values(ceilings, at, state, (lead + k, height)) for k in (by, -by))),
+            _slopes(*(self._values(ceilings, at, state, (lead, height + k)) for k in (by, -by))),
         )
 
     def _here(self, ceilings: Sequence[Claim]) -> list[Claim]:
         return [ceiling for ceiling in ceilings if self.counts(ceiling)]
+
+
+def _value(made: Any, designs: Designs, programme: Programme, at: State) -> Any:
+    """A curve, or a derivative of the follower."""
+    return at[made.order] if isinstance(made, Derivative) else curve(made(designs, programme), ..., at)[0]
 
 
 def _slopes(up: FloatArray, down: FloatArray) -> FloatArray:

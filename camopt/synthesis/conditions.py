@@ -36,7 +36,7 @@ class Ground(NamedTuple):
 
 def ground_of(problem: Problem) -> Ground:
     """The lowest position that is given, or else that of the scene's own motion."""
-    programme, unit = problem.programme, problem.programme.unit
+    programme, unit = problem.programme.tool, problem.programme.tool.unit
     zero = start_position(problem.segments) - programme.start
     levels = _levels(programme)
     lowest = min(levels.kept)

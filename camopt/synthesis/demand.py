@@ -103,14 +103,17 @@ class Demand:
     @property
     def scale(self) -> float:
         """The unit of the motion in the convex programme: the highest lift, mm or rad."""
-        return max(stroke.high for stroke in self.strokes) or self.problem.programme.lift
+        return max(stroke.high for stroke in self.strokes) or self.problem.programme.tool.lift
 
     @property
     def length(self) -> float:
         """The unit of the sizes, mm: the highest lift, or the arc that an oscillating follower swings through."""
-        design = self.problem.design
+        design, train = self.problem.design, self.problem.setup.train
+        lift = self.scale
+        if train is not None:
+            lift = self.problem.programme.lift if (ratio := train.constant_ratio) is None else lift / abs(ratio)
         radius = float(max(design.arm_length[0], design.centre_distance[0]))
-        return radius * self.scale if self.problem.setup.angular else self.scale
+        return radius * lift if self.problem.setup.angular else lift
 
     @property
     def traced(self) -> bool:
@@ -119,8 +122,13 @@ class Demand:
 
     @property
     def sized(self) -> bool:
-        """Whether what makes the cam large is convex: not where the follower oscillates, or is lowest in a move."""
-        return not self.problem.setup.angular and self.dip is None
+        """Whether what makes the cam large is convex.
+
+        Not where the follower oscillates, is lowest in a move, or drives a tool by a ratio that changes.
+        """
+        train = self.problem.setup.train
+        constant = train is None or train.constant_ratio is not None
+        return constant and not self.problem.setup.angular and self.dip is None
 
     @property
     def train(self) -> tuple[float, float]:
@@ -207,13 +215,13 @@ class Demand:
         setup = self.problem.setup
         per = {name: scale(setup, order) for name, order in TERM_ORDERS.items()}
         per |= {"acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
-        displacement = degrees(1.0) if setup.angular else 1.0
+        displacement = degrees(1.0) if setup.tool_turns else 1.0
         return {"size": 1.0, **per, residual.TERM: displacement, LOST_AREA: degrees(displacement)}
 
     @property
     def largest_area(self) -> float:
         """The area below the highest displacement of the scene's own motion all round the turn, mm·rad (rad²)."""
-        return 2.0 * pi * self.problem.programme.lift
+        return 2.0 * pi * self.problem.programme.tool.lift
 
 
 def roller_of(problem: Problem, body: float) -> float:

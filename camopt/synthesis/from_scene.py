@@ -22,10 +22,11 @@ from camopt.smallest.closed_form import least_size
 from camopt.synthesis import residual
 from camopt.synthesis.conditions import Ground, conditions_of, ground_of
 from camopt.synthesis.demand import TERM_ORDERS, Demand, LowHigh, roller_of
-from camopt.synthesis.linear_constraints import floors_of
+from camopt.synthesis.linear_constraints import floors_of, is_linear
 from camopt.synthesis.means import means_of
 from camopt.synthesis.splines import Splines
 from camopt.synthesis.symmetry import mirrored
+from camopt.synthesis.through_train import about_tool, ratio_of, turned
 
 PEAK_ORDERS = {"peak_acceleration": 2, "peak_jerk": 3}
 LEAST_DISTANCE = 1e-4  # of a stroke: the least distance of points
@@ -52,16 +53,14 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
     _check_train(problem, objective)
     if given := given_profile(problem, "the motion"):
         raise BadInput(given)
-    if problem.setup.train is not None:
-        why = "free laws are those of a follower itself; sweep and optimise choose among laws of the tool"
-        raise BadInput([Mistake(problem.file, "train", None, why, bare=True)])
     choices = problem.choices
     if freed := not_varied(problem.file, [*choices.angles, *choices.numbers], "free laws take"):
         raise BadInput(freed)
-    if not any(stroke.is_free for stroke in problem.programme.strokes):
+    if not any(stroke.is_free for stroke in problem.programme.tool.strokes):
         why = "has nothing to choose: it needs a rise, a return or a move"
         raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])
     ground = ground_of(problem)
+    _check_lowest(problem, ground)
     strokes, body = ground.strokes, _body(problem)
     roller = roller_of(problem, body)
     size = _size(problem, objective)
@@ -120,10 +119,18 @@ def _check_rest(problem: Problem, asked: SynthesisSettings, objective: Mapping[s
 def _check_peaks(problem: Problem, asked: SynthesisSettings) -> None:
     """The peaks of [synthesis] are for unit strokes."""
     given = [name for name in PEAKS if getattr(asked, name) is not None]
-    if given and not any(stroke.kind in (RISE, RETURN) for stroke in problem.programme.strokes):
+    if given and not any(stroke.kind in (RISE, RETURN) for stroke in problem.programme.tool.strokes):
         what = "is for the unit stroke of rises and returns, and this motion has none: give [limits]"
         key, value = f"synthesis.{given[0]}", getattr(asked, given[0])
         raise BadInput([Mistake(problem.file, key, value, what, bare=True)])
+
+
+def _check_lowest(problem: Problem, ground: Ground) -> None:
+    """The lowest position of a follower behind a train has to be known, whatever the free laws are."""
+    moves = any(stroke.is_move and stroke.is_free for stroke in ground.strokes)
+    if problem.setup.train is not None and moves and (ground.dip is not None or turned(problem)):
+        why = "free moves through a train need a lowest position of the follower that the motion gives"
+        raise BadInput([Mistake(problem.file, "train", None, why, bare=True)])
 
 
 def _check_train(problem: Problem, objective: Mapping[str, float]) -> None:
@@ -139,7 +146,7 @@ def _check_train(problem: Problem, objective: Mapping[str, float]) -> None:
         what = f"needs {', '.join((*speed, *train))}"
     elif residual.train_of(setup) is None:
         what = "has no bound: the undamped train resonates, it vibrates a whole number of times in a turn"
-    elif all(stroke.kind != DWELL for stroke in problem.programme.strokes):
+    elif all(stroke.kind != DWELL for stroke in problem.programme.tool.strokes):
         what = "needs a dwell"
     if what:
         raise BadInput([Mistake(problem.file, key, residual.TERM, what, bare=True)])
@@ -246,9 +253,11 @@ def _ranges(
 def _limits(problem: Problem, kind: int) -> dict[int, LowHigh]:
     """The ranges that [limits] give to derivatives over strokes of a kind."""
     bounds: dict[int, LowHigh] = {}
-    for claim in problem.claims:
+    ratio = ratio_of(problem)
+    for claim in (about_tool(problem, each) for each in problem.claims if is_linear(problem, each)):
         if isinstance(claim.curve, Derivative) and claim.kinds & kind:
             order, largest = claim.curve.order, claim.allowed()
+            largest *= abs(ratio) if ratio and claim.curve.at_follower else 1.0
             bounds[order] = min(bounds.get(order, (-inf, inf)), (-largest, largest), key=lambda ends: ends[1])
     return bounds
 
@@ -265,11 +274,13 @@ def _within_both(limits: dict[int, LowHigh], of_unit: dict[int, LowHigh], stroke
 
 
 def _own_peaks(problem: Problem, asked: SynthesisSettings, minimised: set[int]) -> dict[int, LowHigh]:
-    """What moves hold of derivatives that [limits] bound nowhere: little more than those of least jerk have in any.
+    """What moves hold of derivatives that [limits] bound nowhere: little more than those of least jerk have.
 
     The peaks of [synthesis] are those of unit strokes, and not about moves.
     """
-    freed = [replace(stroke, named=False) if stroke.is_move else stroke for stroke in problem.programme.strokes]
+    freed = [
+        replace(stroke, named=False) if stroke.is_move else stroke for stroke in problem.programme.tool.strokes
+    ]
     own = Programme(tuple(stroke for stroke in with_moves(freed) if stroke.is_move))
     orders = [] if _bounded(problem) else [order for order in PEAK_ORDERS.values() if order not in minimised]
     orders = [order for order in orders if order <= asked.rest + 1]

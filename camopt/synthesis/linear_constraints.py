@@ -1,12 +1,13 @@
 """Limits that are linear in the motion and in the sizes e and s₀: the planes of the convex programme.
 
 Which they are depends on the mechanism: tan β of a trace point that translates and of a groove, and the radius of
-curvature and the reach of a flat face that translates. Every other claim is a ceiling (``ceilings``), for convex
-steps.
+curvature and the reach of a flat face that translates, all without a train, or with one of constant ratio. Every
+other claim is a ceiling (``ceilings``), for convex steps.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from math import inf
 from typing import Any
 
@@ -14,15 +15,17 @@ from camopt.effects import force
 from camopt.effects.implied import LeastForce
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import cylindrical, translating, translating_flat
+from camopt.motion.train_load import TrainLoad
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem, strictest
 from camopt.synthesis.demand import LinearConstraint
+from camopt.synthesis.through_train import at_tool, ratio_of
 
 
 def floors_of(problem: Problem) -> list[LinearConstraint]:
     """The limits of a scene that are linear, each once. What is not, the size holds in the end."""
     found: dict[LinearConstraint, LinearConstraint] = {}
-    for floor in _floors(problem):
+    for floor in map(partial(at_tool, problem), _floors(problem) if ratio_of(problem) else ()):
         plain = replace(floor, name="", kinds=0)
         first = found.get(plain, floor)
         found[plain] = replace(first, kinds=first.kinds | floor.kinds)
@@ -37,13 +40,19 @@ def _floors(problem: Problem) -> Iterator[LinearConstraint]:
                 yield from LINEAR[claim.curve](limit.name, claim)
         if limit.implied.reach < inf:
             yield from _on_reach(limit.name, limit.implied.reach)
-        if limit.implies is not None:
+        if limit.implies is not None and not isinstance(problem.programme.load, TrainLoad):
             yield _on_contact(problem, limit.name, limit.implies)
 
 
-def is_linear(claim: Claim) -> bool:
-    """Whether a claim is a plane in the motion and the sizes; one on a derivative is a range of the laws."""
-    return claim.curve in LINEAR or isinstance(claim.curve, Derivative)
+def is_linear(problem: Problem, claim: Claim) -> bool:
+    """Whether a claim is a plane in the motion and the sizes; one on a derivative is a range of the laws.
+
+    Behind a train whose ratio changes only what is asked of the tool itself is.
+    """
+    made = claim.curve
+    if isinstance(made, Derivative):
+        return not made.at_follower or ratio_of(problem) is not None
+    return made in LINEAR and ratio_of(problem) is not None
 
 
 def _trace_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:

@@ -181,7 +181,7 @@ def _cost(optimum: PricedOptimum, scene: Scene, given: GivenBound) -> float:
 def _in_numbers(scene: Scene) -> Scene:
     """The scene with a number for each peak that its rises and returns take from a law, or by default."""
     problem = resolve(scene)
-    if not any(stroke.kind in (RISE, RETURN) for stroke in problem.programme.strokes):
+    if not any(stroke.kind in (RISE, RETURN) for stroke in problem.programme.tool.strokes):
         return scene
     given = {name: getattr(scene.synthesis, name) for name in PEAKS}
     peaks = {name: law_peaks(problem.laws[law])[name] for name, law in given.items() if isinstance(law, str)}

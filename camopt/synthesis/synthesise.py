@@ -246,7 +246,7 @@ def _fit(demand: Demand, stroke: Stroke, law: Law | None) -> FloatArray:
 
 def _placed(demand: Demand, known: Iterate, objective: Collection[str]) -> Iterate:
     """Laws on the smallest cam for them, or on one that misses its limits by little."""
-    cam = smallest_design(demand.problem.with_programme(programme_with(demand, known)), objective)
+    cam = smallest_design(demand.problem.moving(programme_with(demand, known)), objective)
     if cam is None:
         return known
     lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + demand.roller

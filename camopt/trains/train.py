@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from math import inf
+from math import inf, prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor, quotient
 from camopt.trains import TRAIN_STAGES
 from camopt.trains.carried import Brought, Carried, Joint, brought
+from camopt.trains.constant import Constant
 from camopt.trains.joints import JointForce, Weighted, forces_of
 from camopt.trains.link import Link, Unassembled, one_like, position_at, reversed_link, value_at
 from camopt.trains.sketch import Port, Sketch
@@ -60,6 +61,12 @@ class Train:
     def driven_back(self) -> "Train":
         """The train from the tool to the follower, as where the tool drives; it carries nothing."""
         return Train(tuple(map(reversed_link, self.links[::-1])), self.stages[::-1])
+
+    @property
+    def constant_ratio(self) -> float | None:
+        """Its velocity ratio, if that is the same everywhere."""
+        factors = [link.factor for link in self.links if isinstance(link, Constant)]
+        return float(prod(factors)) if len(factors) == len(self.links) else None
 
     def tool(self, follower: Series) -> Series:
         """The displacement of the tool."""

@@ -22,7 +22,7 @@ SHOWN_ZERO = 5e-4  # a share that is shown as 0.0%
 def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Price]", as_json: bool) -> None:
     """The cam of the free laws beside the smallest of each known law, the bound, the gap, and what bounds cost."""
     from camopt.synthesis.from_scene import default_peaks
-    from camopt.synthesis.told import bound_in_words, size_in_words
+    from camopt.synthesis.told import bound_in_words, size_in_words, why_local
     from camopt.synthesis.units import objective_unit
 
     defaults = default_peaks(result.asked)
@@ -44,15 +44,13 @@ def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Pr
         )
     show(result.table(known.rows))
     unit, what = objective_unit(result.asked), bound_in_words(result)
-    swung = result.scene.mechanism.motion.angular
-    why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
     if known.beyond:
         show(f"* breaks what the free laws hold: {broken_by_known(known.beyond)}")
     show_limits_of_motion(result.asked, defaults)
     if size := size_in_words(result):
         show(size)
     show(_beside_known(result, known))
-    show(what + ("" if result.convex else f" {why}, so the laws are a local optimum."))
+    show(what + ("" if result.convex else f" {why_local(result)}, so the laws are a local optimum."))
     rows = [price_in_words(price, unit) for price in prices]
     if rows:
         show("", table_of(COSTS, rows, ["bound", "as set", "price"]))
