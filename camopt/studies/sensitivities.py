@@ -11,7 +11,7 @@ Source: A. Griewank, A. Walther, Evaluating Derivatives, ch. 1; the envelope the
 changes as the curve does at its cam angle.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -100,8 +100,8 @@ def sensitivities(scene: Scene) -> Sensitivities:
     """Find the derivative of each quantity of a cam by each of its sizes and numbers.
 
     Quantities are those that ``evaluate`` gives for the scene and that are numbers. Variables are the sizes of the
-    mechanism, as ``cam.base_radius``, and the numbers other than 0 of speed, dynamics and materials that the scene
-    gives, as ``follower.dynamics.spring_rate``; everything else stays as it is.
+    mechanism, as ``cam.base_radius``, and the numbers other than 0 of speed, dynamics, materials and the train that
+    the scene gives, as ``follower.dynamics.spring_rate`` or ``train.1.crank``; everything else stays as it is.
 
     Parameters
     ----------
@@ -135,6 +135,7 @@ def sensitivities(scene: Scene) -> Sensitivities:
     around = _around(problem.design, variables)
     columns = run_effects(Case(freed.setup, freed.programme, around), names).columns
     exists = freed.setup.mechanism.exists(around, freed.programme)
+    trains = {each: _beside(problem, each, value, names) for each, value in _of_train(scene, problem)}
     found, values = {}, {}
     for name in in_order(columns):
         column = np.where(exists, np.broadcast_to(columns[name], len(around)), np.nan).astype(float)
@@ -142,6 +143,8 @@ def sensitivities(scene: Scene) -> Sensitivities:
         for number, (each, (_, order)) in enumerate(variables.items()):
             beside = column[1 + len(STENCIL) * number : 1 + len(STENCIL) * (number + 1)]
             found[name, each.key] = _slope(column[0], beside, STEP_SHARE * order)
+        for each, (step, rows) in trains.items():
+            found[name, each.key] = _slope(column[0], np.array([row.get(name, np.nan) for row in rows]), step)
     return Sensitivities(scene, values, found)
 
 
@@ -153,6 +156,32 @@ def _variables(problem: Problem) -> dict[Variable, tuple[float, float]]:
         if each.is_size or (each.is_ranged and given):
             found[each] = float(given), max(abs(float(given)), 0.1 * prime * each.is_size)
     return found
+
+
+def _of_train(scene: Scene, problem: Problem) -> Iterator[tuple[Variable, float]]:
+    """The numbers of the train that a scene gives, which are not 0."""
+    variables = {each.key: each for each in problem.variables if each.enters == "train"}
+    for key, value in scene.numbers(variables).items():
+        if value:
+            yield variables[key], value
+
+
+def _beside(
+    problem: Problem, variable: Variable, value: float, names: Sequence[str]
+) -> tuple[float, list[dict[str, float]]]:
+    """The quantities of a cam behind trains with a little less and a little more of a number, and the step.
+
+    None of those that cannot be put together.
+    """
+    step = STEP_SHARE * abs(value)
+    rows = []
+    for move in STENCIL:
+        moved = problem.with_numbers({variable.key: value + move * step})
+        exists = moved.setup.mechanism.exists(problem.design, moved.programme)[0]
+        case = Case(moved.setup, moved.programme, problem.design)
+        columns = run_effects(case, names).columns if exists else {}
+        rows.append({name: float(np.broadcast_to(each, 1)[0]) for name, each in columns.items()})
+    return step, rows
 
 
 def _around(design: Designs, variables: Mapping[Variable, tuple[float, float]]) -> Designs:

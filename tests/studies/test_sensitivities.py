@@ -48,6 +48,24 @@ def test_what_is_known_in_closed_form():
     assert found["acceleration_max_m_s2", "cam.base_radius"] == (0.0, 0.0, 0.0)
 
 
+def test_numbers_of_a_train_are_variables():
+    """A lever in closed form; lengths and angles of a bell crank against evaluations beside it."""
+    lever = camopt.find_scene("roller-1000rpm").replace(train=[{"stage": "ratio", "ratio": 1.6}])
+    found = camopt.sensitivities(lever)
+    for name in ("acceleration_max_follower_m_s2", "velocity_max_follower_m_s"):
+        slope = found[name, "train.1.ratio"].derivative
+        assert slope == pytest.approx(-found.quantities[name] / 1.6, rel=1e-8)
+    assert found["acceleration_max_m_s2", "train.1.ratio"].derivative == 0.0
+    slide = camopt.find_scene("slide-by-bell-crank")
+    found = camopt.sensitivities(slide)
+    for key, own in slide.numbers([f"train.1.{each}" for each in ("crank", "coupler", "offset", "angle")]).items():
+        low, high = (
+            camopt.evaluate(slide.replace(**{key: own + by}))["pressure_angle_max_deg"] for by in (-1e-3, 1e-3)
+        )
+        slope = found["pressure_angle_max_deg", key].derivative
+        assert slope == pytest.approx((high - low) / 2e-3, rel=1e-5)
+
+
 def test_what_is_infinite_has_no_derivative():
     found = camopt.sensitivities(camopt.find_scene("uniform-knife-radial"))
     assert found.quantities["acceleration_max_mm_per_rad2"] == np.inf
