@@ -55,8 +55,8 @@ def camopt(context: click.Context) -> None:
     SCENE is a TOML file, or the name of a scene that comes with camopt (`camopt scenes` lists them). Without one,
     commands take roller-1000rpm; evaluate and certify need one.
 
-    Exit codes: 0 done; 1 no feasible design, or a limit is broken; 2 bad input; 3 trouble with a file or memory;
-    4 the accuracy was not reached, or a limit is undecided; 70 an error of camopt itself; 129 its
+    Exit codes: 0 done; 1 no feasible design, or certify finds a limit broken; 2 bad input; 3 trouble with a file or
+    memory; 4 the accuracy was not reached, or a limit is undecided; 70 an error of camopt itself; 129 its
     terminal was closed (SIGHUP); 130 interrupted; 141 the program that read the output has ended; 143 SIGTERM.
     """
     if context.invoked_subcommand is None:

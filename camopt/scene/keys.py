@@ -44,8 +44,9 @@ def found_keys(name: str | None = None) -> list[Key]:
     BadInput
         If there is neither such a table nor such a key.
     """
-    if name in TABLES:
-        return [*keys_of(name)]
+    named = f"{name}.NAME"  # a table of tables with names of the user's, as laws are
+    if name in TABLES or named in TABLES:
+        return [*keys_of(str(name) if name in TABLES else named)]
     keys = [key for place in TABLES for key in keys_of(place)]
     found = [key for key in keys if name is None or f".{key.key}".endswith(f".{name}")]
     if not found:

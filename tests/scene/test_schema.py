@@ -10,7 +10,7 @@ import pytest
 from support.smallest_cams import FREE
 
 import camopt
-from camopt.scene.keys import keys_of
+from camopt.scene.keys import found_keys, keys_of
 from camopt.scene.places import LISTS
 from camopt.scene.schema import TABLES, scene_schema
 
@@ -84,3 +84,7 @@ def test_links_lead_to_the_site_where_there_is_one():
     rpm = schema["definitions"]["Cam"]["properties"]["rpm"]
     assert rpm["x-taplo"]["links"]["key"] == "https://camopt.example/reference/scene.html#key-cam.rpm"
     assert "camopt.example" not in json.dumps(MADE)
+
+
+def test_the_keys_of_tables_with_names_are_found_by_the_table():
+    assert found_keys("laws") == found_keys("laws.NAME") == [*keys_of("laws.NAME")]
