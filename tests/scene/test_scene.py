@@ -106,7 +106,13 @@ def test_every_worked_example_is_shipped():
         "press-with-drift",
         "rocker-valve",
     }
-    trains = {"press-ram-by-four-bar", "slide-by-bell-crank", "valve-with-rocker"}
+    trains = {
+        "press-ram-by-four-bar",
+        "slide-by-bell-crank",
+        "valve-with-rocker",
+        "pusher-by-lever",
+        "clamp-by-wedge",
+    }
     profiles = {"tangent-cam", "three-arc-valve", "eccentric-rocker"}
     assert set(shipped_scenes()) - set(WORKED) == practice | trains | profiles
     assert not set(WORKED) - set(shipped_scenes())
