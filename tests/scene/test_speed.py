@@ -75,7 +75,7 @@ def test_the_speed_of_a_crankshaft_is_said_beside_that_of_the_cam(tmp_path, caps
 def test_the_largest_lift_is_told_with_its_cam_angle(name, capsys):
     """By samples of the motion, of the tool where there is one."""
     assert main(["evaluate", name]) == 0
-    told = re.search(r"Largest lift: (\S+) (mm|deg), reached at (\S+)°", capsys.readouterr().out)
+    told = re.search(r"Largest lift(?: of the tool)?: (\S+) (mm|deg), reached at (\S+)°", capsys.readouterr().out)
     lift, unit, angle = told.groups()
     programme = resolve(find_scene(name)).programme.tool
     theta = np.linspace(0, 2 * np.pi, 720001)
