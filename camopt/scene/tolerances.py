@@ -31,9 +31,9 @@ class Tolerance(SceneTable):
     """How far a size may be from what the scene says, and how it is spread over parts."""
 
     plus: NotNegative = 0.0
-    """How much larger it may be; in the unit of the size."""
+    """How much larger it may be; in the unit of the number."""
     minus: NotNegative = 0.0
-    """How much smaller it may be; in the unit of the size."""
+    """How much smaller it may be; in the unit of the number."""
     iso: str | None = None
     """Its class of ISO 286 in place of both, such as h6 or JS9, of the diameter if the size is a radius."""
     distribution: Literal["normal", "uniform", "triangular"] = "normal"

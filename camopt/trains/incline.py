@@ -60,12 +60,16 @@ class Wedge(Constant):
         )
 
 
+LEAST = 1e-9
+"""An incline nearer to 0, in deg, lifts nothing that doubles hold."""
+
+
 def _links(keys: Keys, turns: bool) -> tuple[Wedge]:
     if turns:
         raise Unassembled("its wedge takes a length, and what comes to it is an angle")
     incline, guide = keys["angle"], keys.get("guide", 90.0)
     together = guide + incline
-    margins = abs(incline), 90.0 - abs(incline), guide, 180.0 - guide, together, 180.0 - together
+    margins = abs(incline) - LEAST, 90.0 - abs(incline), guide, 180.0 - guide, together, 180.0 - together
     why = "an incline of {:g} deg does not lift along a guide at {:g} deg: both are below 180 deg together, {}"
     for margin in margins:
         needed(margin, lambda: why.format(incline, guide, "and the incline is between 0 and ±90"))

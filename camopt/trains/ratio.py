@@ -9,12 +9,15 @@ from camopt.trains.constant import Constant
 from camopt.trains.link import Unassembled, needed
 from camopt.trains.stage import Keys, Stage
 
+LEAST = 1e-9
+"""A ratio nearer to 0 makes numbers that no double holds."""
+
 
 def _links(keys: Keys, turns: bool) -> tuple[Constant]:
     if len(keys) != 1:
         raise Unassembled("it has either a ratio, or the radius of a pinion or drum (mm)")
     ((name, factor),) = keys.items()
-    needed(abs(factor), lambda: f"a {name} of 0 moves nothing")
+    needed(abs(factor) - LEAST, lambda: f"a {name} of 0, or less than {LEAST:g} from it, moves nothing")
     if name == "ratio":
         return (Constant(factor, (turns, turns)),)
     return (Constant(factor if turns else 1.0 / factor, (turns, not turns)),)
