@@ -35,7 +35,8 @@ def quantity(name: str, value: Any, unit: str | None = None) -> str:
     unit = unit_of_column(name, unit)
     if not isinstance(value, float):
         return number(value)
-    return number(0.0 if abs(value) < SHOWN_AS_ZERO.get(unit, 0.0) else shown(value, unit))
+    least = SHOWN_AS_ZERO.get(unit, 0.0) if name in QUANTITIES else 0.0
+    return number(0.0 if abs(value) < least else shown(value, unit))
 
 
 def shown_name(name: str) -> str:
