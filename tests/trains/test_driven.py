@@ -192,12 +192,6 @@ def test_a_dead_point_is_told_with_the_cam_angle_where_the_tool_comes_to_it():
     assert at == pytest.approx(limit / 200.0 * 100.0, abs=0.11)
 
 
-def test_a_profile_has_no_train():
-    scene = camopt.find_scene("eccentric-rocker")
-    with pytest.raises(BadInput, match="train"):
-        scene.replace(train=[FOUR_BAR])
-
-
 def test_positions_count_from_the_start_position_of_the_train():
     """A turn between 10 and 40 mm of the slide, whose train is given at 0."""
     turn = [
@@ -217,11 +211,6 @@ def test_points_and_text_units_are_those_of_the_tool():
     assert "displacement_deg" in points
     turn = [{**each, "lift": "1.4 cm"} if "lift" in each else each for each in turn_of("cycloidal", 14)]
     assert Scene.from_dict({**cam_with("arm"), "motion": turn, "train": [BELL_CRANK]}).motion[0].lift == 14.0
-
-
-def test_free_laws_are_refused_in_one_sentence():
-    with pytest.raises(BadInput, match="free laws"):
-        camopt.synthesise(camopt.find_scene("valve-with-rocker"))
 
 
 @pytest.mark.parametrize("name", SHIPPED)
