@@ -60,7 +60,7 @@ def test_enclosures_keep_their_promise_for_every_mechanism(name):
     cam, follower = SCENES[name]
     rows = accuracy.measure(Scene.from_dict({"cam": cam, "follower": follower, "motion": MOTION}))
     enclosures = [row for row in rows if row["method"] == "enclosure"]
-    assert len(enclosures) == len(accuracy.methods.TOLERANCES) * len({row["quantity"] for row in rows}) > 0
+    assert len(enclosures) == len(accuracy.methods.RELATIVE_ERRORS) * len({row["quantity"] for row in rows}) > 0
     for row in enclosures:
         assert row["false_accept"] == 0.0
         assert row["error_max"] <= max(row["setting"], row["achieved"])
