@@ -38,7 +38,7 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
 
         if changes:
             allowed = "is not possible with a table, which has the limits of its sweep"
-            given = dict(changes.values())
+            given = dict(reversed([*changes.values()]))  # of what an option changes, the first is its value
             raise BadInput([Mistake("camopt", name, value, allowed, bare=True) for name, value in given.items()])
         with terminal.progress(quiet, "rows") as advance:
             counts = certify_table(target, advance)
