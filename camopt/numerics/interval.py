@@ -49,9 +49,9 @@ def _square(a: "Interval") -> "Interval":
 
 
 def _divide(a: "Interval", b: "Interval") -> "Interval":
-    """By what may be 0 only where a formula has no value, as by a root, not without bounds on its own side."""
+    """By a range from 0 up, which is 0 at most where a formula has no value, the quotient keeps its bound."""
     through_zero = (b.low <= 0.0) & (b.high >= 0.0)
-    least = np.where(through_zero & (b.low < 0.0), -np.inf, 1.0 / b.high)
+    least = np.where(through_zero & ((b.low < 0.0) | (b.high == 0.0)), -np.inf, 1.0 / b.high)
     inverse = Interval(least, np.where(through_zero, np.inf, 1.0 / b.low))
     return _multiply(a, inverse)
 

@@ -452,13 +452,17 @@ def brief(low, high):
 @example((1.0, 2.0, -0.5, 0.0))
 @example((1.0, 2.0, -0.5, 0.5))
 @example((1.0, 2.0, 0.0, 0.5))
+@example((1.0, 2.0, 0.0, 0.0))
 @example((1.0, 2.0, -2.0, -0.5))
 def test_interval_operations_are_the_range_over_a_grid(name, ends):
     (a, b), (c, d) = sorted(ends[:2]), sorted(ends[2:])
     if name == "arctan2":
         a, b, c, d = *sorted(map(abs, (a, b))), *sorted(map(abs, (c, d)))
     found = getattr(np, name)(brief(a, b), brief(c, d))
-    if name == "divide" and c <= 0.0 <= d:
+    if name == "divide" and c == 0.0 < d:  # by what is above 0
+        ends = (a / d, b / d, *(np.copysign(np.inf, each) for each in (a, b) if each))
+        values = np.array([*ends, 0.0] if a <= 0.0 <= b else ends)
+    elif name == "divide" and c <= 0.0 <= d:
         values = np.array([-np.inf, np.inf])
     else:
         values = getattr(np, name)(*np.meshgrid([a, b, (a + b) / 2], [c, d, (c + d) / 2]))
