@@ -74,5 +74,5 @@ def _tornado(axes: Any, order: int, error: "MotionError") -> None:
         axes.set_xlim(0.0, 1.0)
         axes.set_xticks([])
         for place, value in enumerate(values):
-            axes.text(0.02, place, "∞" if np.isinf(value) else "", va="center")
+            axes.text(0.02, place, "∞" if np.isinf(value) else f"{value:.3g}", va="center")
     dress(axes)

@@ -53,7 +53,7 @@ class MotionError(NamedTuple):
     """The largest half-width of the band of independent errors."""
     three_sigma_at_deg: float | None
     shares: dict[str, float]
-    """What each tolerance contributes to the worst case; adds up to it."""
+    """What each tolerance contributes to the worst case, which is their sum; to an infinite one its own largest."""
     variances: dict[str, float]
     """The share of each tolerance in the variance at the angle of the band; adds up to 1."""
 
@@ -189,7 +189,8 @@ def _error(turn: TurnErrors, order: int) -> MotionError:
 def _endless(turn: TurnErrors, order: int, unbounded: dict[str, float | None]) -> MotionError:
     """An error that is infinite, by some of the tolerances."""
     at = next((degrees(place) for place in unbounded.values() if place is not None), None)
-    shares = {each.key: inf if each.key in unbounded else 0.0 for each in turn.sampled}
+    alone = {each.key: turn.scale(order) * float(worst([each], order).max()) for each in turn.sampled}
+    shares = alone | dict.fromkeys(unbounded, inf)
     variances = {key: float(key in unbounded) / len(unbounded) for key in shares}
     return MotionError(NAMES[order], turn.unit(order), inf, at, inf, at, shares, variances)
 
