@@ -25,6 +25,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, HasHtml
+from camopt.tables.cells import number
 from camopt.tables.layout import Table, table_of
 from camopt.tolerances.contributions import Contribution
 from camopt.tolerances.response import ORDERS
@@ -125,6 +126,8 @@ class MotionErrors(HasHtml, Drawn):
     def _row(self, said: str, field: str) -> dict[str, Any]:
         """What each of the three has in a field; nothing where it has none."""
         values = {each.name: getattr(each, field) for each in self.errors}
+        if field.endswith("_deg"):  # an angle, whatever the unit of the column
+            values = {name: value if value is None else number(value) for name, value in values.items()}
         return {"": said, **{name: "" if value is None else value for name, value in values.items()}}
 
 

@@ -25,6 +25,7 @@ from camopt import (
     shown_in,
     synthesise,
     timing,
+    tolerance,
 )
 from camopt.cli.main import main
 from camopt.contour.curve import curves_of
@@ -278,6 +279,18 @@ def test_texts_of_the_smallest_cam_have_the_same_numbers(capsys):
         assert back(number_in(value), f"{unit}/{per}", f"{of}/{over}") == pytest.approx(number_in(other), rel=2e-3)
     for (value, unit), (other, of) in zip(sizes[1], sizes[0], strict=True):
         assert back(number_in(value), unit, of) == pytest.approx(number_in(other), rel=1e-5)
+
+
+def test_the_table_of_tolerances_has_the_same_lengths_and_angles():
+    found = tolerance(find_scene("roller-1000rpm").replace(tolerances={"profile": 0.02}))
+    plain = found.table()
+    with shown_in("inch"):
+        table = found.table()
+    for row, other in zip(table.rows, plain.rows, strict=True):
+        if "deg" in other[0].text:
+            assert row == other
+        else:
+            assert back(number_in(row[1].text), "in", "mm") == pytest.approx(number_in(other[1].text), rel=1e-5)
 
 
 def test_tables_of_timing_and_harmonics_have_the_same_numbers():
