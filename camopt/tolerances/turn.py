@@ -116,8 +116,8 @@ class TurnErrors:
         for left, right, usual in zip(before, after, self.sampled, strict=True):
             for order in reversed(range(ORDERS - 1)):
                 with np.errstate(invalid="ignore"):
-                    change = np.abs(right.upper[order] - left.upper[order])
-                jumps = np.flatnonzero(change > SAME * usual.upper[order].max())
+                    ends = (right.lower - left.lower)[order], (right.upper - left.upper)[order]
+                jumps = np.flatnonzero(np.abs(ends).max(axis=0) > SAME * worst([usual], order).max())
                 if jumps.size:
                     found[left.key] = Impulse(order + 1, float(places[jumps[0]]))
         return found

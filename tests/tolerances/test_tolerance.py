@@ -161,6 +161,13 @@ def test_a_jump_of_the_motion_makes_its_error_infinite_with_a_reason():
     assert [np.isinf(each.worst) for each in corner.errors] == [False, True, True]
 
 
+@pytest.mark.parametrize("side", ["plus", "minus"])
+def test_an_impulse_is_found_on_whichever_side_a_size_is_off(side):
+    found = camopt.tolerance(scene_of(law="harmonic", given={"follower.offset": {side: 0.02}}))
+    assert [np.isinf(each.worst) for each in found.errors] == [False, False, True]
+    assert found.errors[2].at_deg == pytest.approx(0.0, abs=1e-9)
+
+
 def test_without_waves_the_slope_of_a_profile_has_no_bound():
     found = camopt.tolerance(scene_of(given={"profile": 0.02, "phase": 0.1}))
     assert [each.at_deg is None for each in found.errors] == [False, True, True]
