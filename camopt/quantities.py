@@ -84,6 +84,11 @@ DERIVATIVES = {
 }
 
 
+def displacement_unit(*, angular: bool) -> str:
+    """The unit of a displacement in tables."""
+    return "deg" if angular else "mm"
+
+
 def motion_quantity(derivative: str, stroke: str, *, angular: bool, timed: bool) -> str:
     """Name of a motion quantity: ``timed`` by time (the scene has an rpm), else by cam angle."""
     position = 2 * (not timed) + angular  # the order of the units in DERIVATIVES

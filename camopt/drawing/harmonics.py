@@ -6,6 +6,7 @@ import numpy as np
 
 from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.style import PAGE_TITLE, dress, pen_of
+from camopt.quantities import displacement_unit
 from camopt.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ LEAST_SHARE = 1e-6  # of the largest amplitude: smaller ones fall off the pictur
 
 def draw(what: "Harmonics", path: Target = None) -> "Figure":
     """Draw the amplitudes of a motion's harmonics."""
-    unit = "deg" if what.scene.tool_turns else "mm"
+    unit = displacement_unit(angular=what.scene.tool_turns)
     amplitudes = (
         (f"Displacement, {shown_unit(unit)}", shown(what.displacement, unit)),
         (f"Acceleration, {shown_unit(what.acceleration_unit)}", shown(what.acceleration, what.acceleration_unit)),

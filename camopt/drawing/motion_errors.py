@@ -6,10 +6,11 @@ import numpy as np
 
 from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.style import MUTED, PAGE_TITLE, SERIES, dress
+from camopt.effects.motion import scale
 from camopt.problem.problem import resolve_design
-from camopt.scene.tolerances import WITHIN
 from camopt.tolerances.response import ORDERS
-from camopt.tolerances.turn import NAMES, TurnErrors
+from camopt.tolerances.turn import NAMES, TurnErrors, band_ends, worst, worst_ends
+from camopt.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,23 +38,22 @@ def draw(what: "MotionErrors", path: Target = None) -> "Figure":
 
 def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") -> None:
     """The range of an error at each cam angle."""
-    angles, unit, found = np.degrees(turn.nodes), turn.scale(order), turn.sampled
-    lower, upper = (unit * sum(getattr(each, end)[order] for each in found) for end in ("lower", "upper"))
-    axes.set_title(f"{NAMES[order].capitalize()} error, {error.unit}", loc="left")
+    angles, unit = np.degrees(turn.nodes), shown(scale(turn.problem.setup, order), error.unit)
+    axes.set_title(f"{NAMES[order].capitalize()} error, {shown_unit(error.unit)}", loc="left")
     axes.set(xlim=(0.0, 360.0), xticks=np.arange(0, 361, 60))
-    if np.isfinite(upper).all():
-        middle = unit * sum(each.middle[order] for each in found) + 0.0 * angles
-        half = unit * WITHIN * np.sqrt(sum(np.square(each.deviation[order]) for each in found))
-        axes.fill_between(angles, lower, upper, color=LIGHT, lw=0, label="worst case")
-        axes.fill_between(
-            angles, middle - half, middle + half, color=DARK, lw=0, label="independent errors, 99.73 %"
-        )
+    bounded = bool(np.isfinite(worst(turn.sampled, order)).all())
+    if bounded:
+        for ends, colour, label in (
+            (worst_ends(turn.sampled, order), LIGHT, "worst case"),
+            (band_ends(turn.sampled, order), DARK, "independent errors, 99.73 %"),
+        ):
+            axes.fill_between(angles, unit * ends.lower, unit * ends.upper, color=colour, lw=0, label=label)
         if error.at_deg is not None:
             axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":")
     if np.isinf(error.worst):
         where = "no bound" if error.at_deg is None else f"between jumps; infinite at {error.at_deg:.6g} deg"
         axes.text(0.5, 0.5, where, transform=axes.transAxes, ha="center", va="center", color=MUTED)
-    if not np.isfinite(upper).all():
+    if not bounded:
         axes.set_yticks([])
     dress(axes)
 
@@ -61,8 +61,10 @@ def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") ->
 def _tornado(axes: Any, order: int, error: "MotionError") -> None:
     """What each tolerance contributes to the worst case, the largest on top."""
     shares = sorted(error.shares.items(), key=lambda each: each[1])
-    keys, values = [key for key, _ in shares], np.array([value for _, value in shares])
-    axes.set_title(f"Worst case, {error.unit}" if np.isfinite(error.worst) else "Worst case: infinite", loc="left")
+    keys, values = [key for key, _ in shares], shown(np.array([value for _, value in shares]), error.unit)
+    axes.set_title(
+        f"Worst case, {shown_unit(error.unit)}" if np.isfinite(error.worst) else "Worst case: infinite", loc="left"
+    )
     axes.set_yticks(range(len(keys)), labels=[key.removeprefix("follower.").replace("_", " ") for key in keys])
     axes.set_ylim(-0.8, max(len(keys), 4) - 0.2)
     if np.isfinite(values).all():

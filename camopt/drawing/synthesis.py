@@ -15,7 +15,7 @@ from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, dress
 from camopt.effects.motion import scale
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve
-from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.quantities import QUANTITIES, displacement_unit, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.synthesis.cams import OWN_MOVES
 from camopt.synthesis.compare import KnownLaws, known_laws_of
@@ -109,7 +109,7 @@ def _motions(figure: Any, pictures: list[Picture]) -> None:
     """Displacement to jerk over the turn, the known laws grey and the free ones in colour."""
     setup = pictures[-1].problem.setup
     whats = [motion_quantity(name, "", angular=setup.angular, timed=bool(setup.omega)) for name in CURVES[1:]]
-    units = ["deg" if setup.angular else "mm", *(QUANTITIES[what].unit for what in whats)]
+    units = [displacement_unit(angular=setup.angular), *(QUANTITIES[what].unit for what in whats)]
     pens = [{"color": KNOWN_COLOUR, "lw": 1.2}, {"color": NEW_COLOUR, "lw": 1.7}][-len(pictures) :]
     for order, (name, unit) in enumerate(zip(CURVES, units, strict=True)):
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))

@@ -14,7 +14,7 @@ from camopt.effects.peak import ByTime, Derivative, InDegrees, Peak, Scale, Time
 from camopt.motion.programme import peak
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
-from camopt.quantities import AT_FOLLOWER, DERIVATIVES, motion_quantity
+from camopt.quantities import AT_FOLLOWER, DERIVATIVES, QUANTITIES, displacement_unit, motion_quantity
 
 MOVE_KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
 
@@ -36,10 +36,18 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return tuple(_curves(setup))
 
 
+def unit_of(setup: Setup, order: int) -> str:
+    """The unit in tables of the tool's displacement (0), velocity (1), and so on."""
+    if not order:
+        return displacement_unit(angular=setup.tool_turns)
+    name = [*DERIVATIVES][order - 1]
+    return QUANTITIES[motion_quantity(name, "", angular=setup.tool_turns, timed=setup.omega is not None)].unit
+
+
 def scale(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
-    """From mm (rad) by cam angle to the table's unit: m by time, rad by time, mm or deg by cam angle."""
+    """From mm (rad) by cam angle to the table's unit: mm or deg, m by time, rad by time, mm or deg by cam angle."""
     turns = setup.angular if at_follower else setup.tool_turns
-    if setup.omega is not None:
+    if order and setup.omega is not None:
         return setup.omega**order * (1.0 if turns else 1e-3)
     return degrees(1.0) if turns else 1.0
 

@@ -18,7 +18,7 @@ from camopt.motion.programme import peak, root_mean_square
 from camopt.motion.table import ALL_STROKES as EVERY_STROKE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve
-from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
+from camopt.quantities import DERIVATIVES, QUANTITIES, displacement_unit, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, HasHtml
 from camopt.tables.cells import number
@@ -105,7 +105,7 @@ class Fit(HasHtml, Drawn):
     @property
     def unit(self) -> str:
         """The unit of the lifts."""
-        return "deg" if self._problem.setup.tool_turns else "mm"
+        return displacement_unit(angular=self._problem.setup.tool_turns)
 
     def quantity(self, derivative: str) -> str:
         """The quantity that a largest velocity, acceleration or jerk is."""

@@ -15,6 +15,7 @@ from camopt.numerics import FloatArray
 from camopt.points.loads import LOAD_COLUMNS, loads_at
 from camopt.points.spacing import checked_angles, in_steps, within_chord
 from camopt.problem.problem import Problem, resolve_design
+from camopt.quantities import displacement_unit
 from camopt.scene.scene import Scene
 from camopt.storage.files import checked_suffix, whole_file
 from camopt.tables.cells import name_in_shown_unit
@@ -115,7 +116,7 @@ def cam_points(
     degrees = _degrees(problem, curves, angles, step, chord)
     radians = np.radians(degrees)
     displacement = problem.programme.at(radians)[0]
-    unit = "deg" if problem.setup.angular else "mm"
+    unit = displacement_unit(angular=problem.setup.angular)
     columns = {"cam_angle_deg": degrees}
     columns[f"displacement_{unit}"] = np.degrees(displacement) if unit == "deg" else displacement
     if problem.setup.train is not None:

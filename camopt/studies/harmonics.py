@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre, polynomial
 
-from camopt.effects.motion import scale
+from camopt.effects.motion import scale, unit_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.panels import TABLE_DEGREE
 from camopt.problem.problem import resolve
-from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.quantities import displacement_unit
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, HasHtml
 from camopt.tables.cells import with_unit
@@ -89,10 +89,9 @@ class Harmonics(Drawn, HasHtml):
     def table(self) -> Table:
         """A row for each harmonic."""
         rows = self.records()
-        angular = self.scene.tool_turns
         units = {
             "frequency_Hz": "Hz",
-            "displacement": "deg" if angular else "mm",
+            "displacement": displacement_unit(angular=self.scene.tool_turns),
             "phase_deg": "deg",
             "acceleration": self.acceleration_unit,
         }
@@ -138,7 +137,6 @@ def harmonics(scene: Scene, orders: int = ORDERS) -> Harmonics:
     order = np.arange(1, orders + 1)
     waves = _waves(programme, 0, np.arange(orders + 1)) / programme.unit
     timed = setup.omega is not None
-    name = motion_quantity("acceleration", "", angular=setup.tool_turns, timed=timed)
     return Harmonics(
         scene,
         order,
@@ -147,7 +145,7 @@ def harmonics(scene: Scene, orders: int = ORDERS) -> Harmonics:
         np.abs(waves[1:]),
         np.degrees(np.angle(waves[1:].conj())) % 360.0,
         np.abs(_waves(programme, 2, order)) * scale(setup, 2),
-        QUANTITIES[name].unit,
+        unit_of(setup, 2),
     )
 
 

@@ -12,14 +12,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.motion import scale
+from camopt.effects.motion import scale, unit_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.panels import derivatives
 from camopt.numerics.piecewise import sign_changes
 from camopt.problem.problem import resolve
-from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.quantities import displacement_unit
 from camopt.scene.scene import Scene
 from camopt.shown import HasHtml
 from camopt.tables.layout import Table, table_of
@@ -84,7 +84,7 @@ class Timing(HasHtml):
         """A row for each passage."""
         angle = dict.fromkeys(("rises_at_deg", "falls_at_deg", "above_deg"), "deg")
         units = {
-            "lift": "deg" if self.scene.tool_turns else "mm",
+            "lift": displacement_unit(angular=self.scene.tool_turns),
             **angle,
             "rising": self.velocity_unit,
             "falling": self.velocity_unit,
@@ -126,14 +126,13 @@ def timing(scene: Scene, lifts: Iterable[float] | None = None) -> Timing:
         lash = scene.follower.dynamics and scene.follower.dynamics.lash
         lifts = (lash or DEFAULT_SHARE * most,)
     levels = [*lifts]
-    unit = "deg" if setup.tool_turns else "mm"
+    unit = unit_of(setup, 0)
     allowed = f"numbers above 0 and below the largest lift ({most:.6g} {unit})"
     wrong = [each for each in levels if isinstance(each, bool) or not isinstance(each, Real) or not 0 < each < most]
     if wrong:
         raise BadInput([Mistake(problem.file, "lift", each, allowed) for each in wrong])
-    name = motion_quantity("velocity", "", angular=setup.tool_turns, timed=setup.omega is not None)
     found = [each for lift in levels for each in _passages(programme, float(lift), scale(setup, 1))]
-    return Timing(scene, tuple(found), QUANTITIES[name].unit)
+    return Timing(scene, tuple(found), unit_of(setup, 1))
 
 
 def _passages(programme: Programme, lift: float, by_angle: float) -> list[Passage]:

@@ -19,6 +19,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from camopt.effects.motion import scale, unit_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray
@@ -172,14 +173,18 @@ def _error(turn: TurnErrors, order: int) -> MotionError:
     """The largest error of an order."""
     if unbounded := turn.unbounded(order):
         return _endless(turn, order, unbounded)
-    unit, worst_at, band_at = turn.scale(order), turn.highest(worst, order), turn.highest(band, order)
+    unit, worst_at, band_at = (
+        scale(turn.problem.setup, order),
+        turn.highest(worst, order),
+        turn.highest(band, order),
+    )
     at_worst, at_band = (turn.at(np.array([place])) for place in (worst_at, band_at))
     ends = np.array([[each.upper[order, 0], -each.lower[order, 0]] for each in at_worst])
     shares = unit * ends[:, ends.sum(axis=0).argmax()]
     variances = np.array([np.square(each.deviation[order, 0]) for each in at_band])
     return MotionError(
         NAMES[order],
-        turn.unit(order),
+        unit_of(turn.problem.setup, order),
         float(shares.sum()),
         degrees(worst_at),
         unit * float(band(at_band, order)[0]),
@@ -192,10 +197,12 @@ def _error(turn: TurnErrors, order: int) -> MotionError:
 def _endless(turn: TurnErrors, order: int, unbounded: dict[str, float | None]) -> MotionError:
     """An error that is infinite, by some of the tolerances."""
     at = next((degrees(place) for place in unbounded.values() if place is not None), None)
-    alone = {each.key: turn.scale(order) * float(worst([each], order).max()) for each in turn.sampled}
+    alone = {
+        each.key: scale(turn.problem.setup, order) * float(worst([each], order).max()) for each in turn.sampled
+    }
     shares = alone | dict.fromkeys(unbounded, inf)
     variances = {key: float(key in unbounded) / len(unbounded) for key in shares}
-    return MotionError(NAMES[order], turn.unit(order), inf, at, inf, at, shares, variances)
+    return MotionError(NAMES[order], unit_of(turn.problem.setup, order), inf, at, inf, at, shares, variances)
 
 
 def _by_key(found: list[Contribution], values: FloatArray) -> dict[str, float]:
@@ -204,7 +211,7 @@ def _by_key(found: list[Contribution], values: FloatArray) -> dict[str, float]:
 
 def _dwells(turn: TurnErrors) -> Iterator[DwellError]:
     """How far the follower may move in each dwell of the motion that is asked."""
-    unit = turn.scale(0)
+    unit = scale(turn.problem.setup, 0)
     for stroke in turn.problem.programme.tool.strokes:
         if stroke.kind == DWELL:
             end = stroke.start + stroke.angle

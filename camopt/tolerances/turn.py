@@ -7,16 +7,13 @@ as high as the highest is looked at again between its neighbours: there they are
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from math import degrees
 from typing import NamedTuple
 
 import numpy as np
 
-from camopt.effects.motion import scale as motion_scale
 from camopt.motion.programme import JUMP_SIDE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
-from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import WITHIN
 from camopt.tolerances.contributions import Contribution, contributions
@@ -34,17 +31,38 @@ SAME = 1e-9
 Total = Callable[[list[Contribution], int], FloatArray]
 
 
-def worst(found: list[Contribution], order: int) -> FloatArray:
-    """The worst case of an order, at each cam angle: all errors at the ends that move the motion the same way."""
+class Ends(NamedTuple):
+    """Between which values an error is, at each cam angle."""
+
+    lower: FloatArray
+    upper: FloatArray
+
+    @property
+    def magnitude(self) -> FloatArray:
+        return np.asarray(np.maximum(-self.lower, self.upper))
+
+
+def worst_ends(found: list[Contribution], order: int) -> Ends:
+    """Those of the worst case of an order: all errors at the ends that move the motion the same way."""
     lower, upper = (sum(getattr(each, end)[order] for each in found) for end in ("lower", "upper"))
-    return np.asarray(np.maximum(-lower, upper))
+    return Ends(lower, upper)
+
+
+def band_ends(found: list[Contribution], order: int) -> Ends:
+    """Those of independent errors of an order, three standard deviations to either side of their mean."""
+    middle = sum(each.middle[order] for each in found)
+    half = WITHIN * np.sqrt(sum(np.square(each.deviation[order]) for each in found))
+    return Ends(middle - half, middle + half)
+
+
+def worst(found: list[Contribution], order: int) -> FloatArray:
+    """The worst case of an order, at each cam angle."""
+    return worst_ends(found, order).magnitude
 
 
 def band(found: list[Contribution], order: int) -> FloatArray:
     """The band of independent errors of an order, at each cam angle: |mean| + 3σ."""
-    middle = sum(each.middle[order] for each in found)
-    variance = sum(np.square(each.deviation[order]) for each in found)
-    return np.asarray(np.abs(middle) + WITHIN * np.sqrt(variance))
+    return band_ends(found, order).magnitude
 
 
 class Impulse(NamedTuple):
@@ -64,21 +82,6 @@ class TurnErrors:
     def at(self, angles: FloatArray) -> list[Contribution]:
         """What each tolerance contributes at cam angles, rad."""
         return [*contributions(self.scene, self.problem, angles)]
-
-    def scale(self, order: int) -> float:
-        """What mm (rad) by the cam angle are multiplied by, for a table."""
-        setup = self.problem.setup
-        if order == 0:
-            return degrees(1.0) if setup.tool_turns else 1.0
-        return float(motion_scale(setup, order))
-
-    def unit(self, order: int) -> str:
-        """The unit of an order in tables."""
-        setup = self.problem.setup
-        if order == 0:
-            return "deg" if setup.tool_turns else "mm"
-        name = motion_quantity(NAMES[order], "", angular=setup.tool_turns, timed=setup.omega is not None)
-        return QUANTITIES[name].unit
 
     def highest(self, total: Total, order: int) -> float:
         """The cam angle of the largest total of an order that is bounded, rad."""

@@ -16,6 +16,7 @@ from camopt.motion.segments import start_position
 from camopt.motion.stroke import Stroke
 from camopt.numerics.piecewise import sign_changes
 from camopt.problem.problem import Problem
+from camopt.quantities import displacement_unit
 from camopt.tables.cells import with_unit
 from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.running import run_effects
@@ -65,7 +66,7 @@ def _beyond_what_was_asked(problem: Problem) -> Iterator[str]:
         if _has_to_go_on(programme, extreme.stroke):
             continue
         start = start_position(problem.segments) - programme.strokes[0].low / programme.unit
-        unit = "deg" if problem.setup.tool_turns else "mm"
+        unit = displacement_unit(angular=problem.setup.tool_turns)
         at, most = (with_unit(start + position / programme.unit, unit) for position in (extreme.position, asked))
         reached = f"the motion goes to {at} at {degrees(extreme.angle):.4g}°"
         stop = _stopped_by(programme, side)

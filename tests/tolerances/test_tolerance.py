@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import camopt
+from camopt.effects.motion import scale
 from camopt.mistakes import BadInput
 from camopt.motion.driven import tool_position
 from camopt.numerics.taylor import Taylor
@@ -186,7 +187,7 @@ def test_a_dwell_wobbles_as_much_as_the_displacement_changes_in_it(contact):
         angles = np.linspace(stroke.start + 1e-9, stroke.start + stroke.angle - 1e-9, 200)
         first, second = Responses(turn.problem, angles).to_bore
         swings = [0.02 * np.ptp(first[0] * np.cos(w) + second[0] * np.sin(w)) for w in np.linspace(0, np.pi, 361)]
-        assert dwell.change == pytest.approx(turn.scale(0) * max(swings), rel=1e-3)
+        assert dwell.change == pytest.approx(scale(turn.problem.setup, 0) * max(swings), rel=1e-3)
 
 
 def test_waves_wobble_in_a_dwell_no_more_than_a_cosine():

@@ -4,6 +4,7 @@ from math import degrees
 from typing import TYPE_CHECKING
 
 from camopt.cli.terminal import print_json, room_across, show
+from camopt.quantities import displacement_unit
 from camopt.scene.read import numbers_read
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import number, with_unit
@@ -38,7 +39,7 @@ def _highest(scene: "Scene") -> str:
     from camopt.problem.problem import resolve
     from camopt.verdicts.warned import farthest
 
-    programme, unit = resolve(scene).programme.tool, "deg" if scene.tool_turns else "mm"
+    programme, unit = resolve(scene).programme.tool, displacement_unit(angular=scene.tool_turns)
     angle = degrees(farthest(programme, 1.0).angle)
     whose, lift = " of the tool" if scene.train else "", with_unit(programme.lift / programme.unit, unit)
     return f"Largest lift{whose}: {lift}, reached at {number(angle)}°."
