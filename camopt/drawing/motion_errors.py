@@ -51,7 +51,7 @@ def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") ->
         if error.at_deg is not None:
             axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":")
     if np.isinf(error.worst):
-        where = "no bound" if error.at_deg is None else f"between jumps; infinite at {error.at_deg:.6g} deg"
+        where = f"between jumps; infinite at {error.at_deg:.6g} deg" if bounded else "no bound"
         axes.text(0.5, 0.5, where, transform=axes.transAxes, ha="center", va="center", color=MUTED)
     if not bounded:
         axes.set_yticks([])
