@@ -4,6 +4,7 @@ Source: de Boor, A Practical Guide to Splines, ch. IX–XIII.
 """
 
 from dataclasses import dataclass
+from enum import Enum
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -66,19 +67,32 @@ class SplineLaw(ByOrder):
         return result
 
 
-REST: Any = [(1, 0.0), (2, 0.0)]  # derivatives at an end that rests: zero velocity and acceleration
-NATURAL: Any = [(3, 0.0), (4, 0.0)]  # at one that does not: those of the least ∫ s‴²
+class End(Enum):
+    """What the law of a table does at an end; its value is which derivatives are zero there."""
+
+    REST = (1, 2)
+    """No velocity and no acceleration."""
+    REVERSAL = (1, 3)
+    """No velocity; the acceleration is that of the least ∫ s‴²."""
+    FREE = (3, 4)
+    """Velocity and acceleration are those of the least ∫ s‴²."""
+
+    @property
+    def level(self) -> int:
+        """How many of the coefficients are the same as the one at the end: one more than the first derivatives."""
+        return 1 + sum(order == place for place, order in enumerate(self.value, start=1))
 
 
 @lru_cache(maxsize=64)
 def tabulated(
-    name: str, x: tuple[float, ...], s: tuple[float, ...], rest: tuple[bool, bool] = (True, True)
+    name: str, x: tuple[float, ...], s: tuple[float, ...], ends: tuple[End, End] = (End.REST, End.REST)
 ) -> SplineLaw:
-    """The quintic spline through the points of a table: at rest at an end, or of the least mean-square jerk."""
+    """The quintic spline through the points of a table that has the least mean-square jerk with such ends."""
     from scipy.interpolate import make_interp_spline
 
-    spline = make_interp_spline(x, s, k=QUINTIC, bc_type=tuple(REST if each else NATURAL for each in rest))
+    zero: Any = tuple([(order, 0.0) for order in end.value] for end in ends)
+    spline = make_interp_spline(x, s, k=QUINTIC, bc_type=zero)
     coefficients = spline.c
-    at_start, at_end = (1 + len(REST) * each for each in rest)
-    coefficients[:at_start], coefficients[-at_end:] = 0.0, 1.0  # which is what rest means, without rounding
+    at_start, at_end = (end.level for end in ends)
+    coefficients[:at_start], coefficients[-at_end:] = 0.0, 1.0  # what zero derivatives mean, without rounding
     return SplineLaw(name, QUINTIC, tuple(spline.t.tolist()), tuple(coefficients.tolist()), sampled=True)

@@ -12,7 +12,7 @@ from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.polynomial import HIGHEST, PolynomialLaw
 from camopt.motion.scca import SCCALaw
-from camopt.motion.spline import SplineLaw, tabulated
+from camopt.motion.spline import End, SplineLaw, tabulated
 from camopt.motion.turned import MirroredLaw
 from camopt.numerics.neighbours import noise_of_table
 
@@ -54,12 +54,24 @@ def form_of(law: LawValues) -> LawForm:
 
 def _tabulated(name: str, law: LawValues, mirror: bool) -> SplineLaw:
     x, s = (_with_exact_ends(_turned(law[key], mirror), 1) for key in ("x", "s"))
-    rest = AT_REST[law.get("rest") or "both"]
-    return tabulated(name, x, s, rest[::-1] if mirror else rest)
+    start, end = _ends_of_table(law)
+    return tabulated(name, x, s, (end, start) if mirror else (start, end))
 
 
-AT_REST = {"both": (True, True), "start": (True, False), "end": (False, True), "none": (False, False)}
-"""Whether the law of a table rests at its start, and at its end, by the word for it."""
+ENDS_OF_TABLE = ("rest", "reversal")
+"""The keys that say what the law of a table does at its ends."""
+AT_ENDS = {"both": (True, True), "start": (True, False), "end": (False, True), "none": (False, False)}
+"""Whether the start is meant, and the end, by the word for it."""
+
+
+def _ends_of_table(law: LawValues) -> tuple[End, End]:
+    """What the law of a table does at its start and at its end: it rests where nothing else is said."""
+    turns = AT_ENDS[law.get("reversal") or "none"]
+    rests = AT_ENDS[law["rest"]] if law.get("rest") else tuple(not each for each in turns)
+    start, end = (
+        End.REVERSAL if turn else End.REST if rest else End.FREE for turn, rest in zip(turns, rests, strict=True)
+    )
+    return start, end
 
 
 def leeway(law: LawValues) -> float:
@@ -96,12 +108,14 @@ def _with_exact_ends(values: Sequence[float], count: int) -> tuple[float, ...]:
 
 def _table(key: str, law: LawValues) -> Iterator[Fault]:
     x, s = law["x"], law["s"]
-    least = 3 if law.get("rest") == "none" else 2
-    if len(x) < least:
-        points = (
-            "two points at least, x = 0 and x = 1" if least == 2 else "three points at least, if it rests nowhere"
-        )
+    free = _ends_of_table(law) == (End.FREE, End.FREE)
+    if len(x) < (3 if free else 2):
+        points = "three points at least, if it rests nowhere" if free else "two points at least, x = 0 and x = 1"
         yield f"{key}.x", x, f"needs {points}"
+        return
+    if any(map(all, zip(*(AT_ENDS[law.get(name) or "none"] for name in ENDS_OF_TABLE), strict=True))):
+        why = f"rest = {law['rest']!r} names the same end: at rest there is no acceleration, at a reversal there is one"
+        yield f"{key}.reversal", law["reversal"], why
         return
     if len(s) != len(x):
         yield f"{key}.s", None, f"has {len(s)} values, and x has {len(x)}"

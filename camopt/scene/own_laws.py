@@ -15,7 +15,7 @@ from camopt.motion.programme import unit_span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.turned import SkewedLaw
 from camopt.scene.csv_columns import MOST_SPANS, read_columns
-from camopt.scene.law_forms import DEGREES, LAW_FORMS, Fault, LawValues, form_of, leeway
+from camopt.scene.law_forms import AT_ENDS, DEGREES, ENDS_OF_TABLE, LAW_FORMS, Fault, LawValues, form_of, leeway
 from camopt.scene.tables import OwnLaw
 
 GIVEN_BY = "law, scca, start and end, degree, knots and coefficients (of a move: positions), x and s, or a file"
@@ -153,8 +153,8 @@ def _check_law(name: str, law: LawValues) -> Iterator[Fault]:
     if other := next((k for k in given if k not in form.keys), None):
         yield f"{key}.{other}", law[other], f"{form.what} has none: give one of {GIVEN_BY}"
         return
-    if law.get("rest") is not None and "x" not in form.keys:
-        yield f"{key}.rest", law["rest"], f"{form.what} has none: it is for a table of x and s"
+    if "x" not in form.keys and (named := [k for k in ENDS_OF_TABLE if law.get(k) is not None]):
+        yield f"{key}.{named[0]}", law[named[0]], f"{form.what} has none: it is for a table of x and s"
         return
     absent = [k for k in form.keys if law.get(k) is None]
     for k in absent:
@@ -180,6 +180,7 @@ def _are_values(law: LawValues) -> bool:
         and (name is None or isinstance(name, str))
         and (crossing is None or _is_number(crossing))
         and (peaks is None or (pair and all(_is_number(v) and v > 0.0 for v in peaks)))
+        and all(law.get(k) is None or law[k] in tuple(AT_ENDS) for k in ENDS_OF_TABLE)
     )
 
 

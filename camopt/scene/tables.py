@@ -377,7 +377,8 @@ class OwnLaw(SceneTable):
       ``coefficients``; for a move ``positions`` in their place, in mm, or deg when oscillating.
     - A table has points ``x`` and ``s``, or a CSV ``file`` with these columns (a path relative to the scene file),
       read when the scene is made. Its law is the quintic spline through the points, at rest at both ends, or where
-      ``rest`` says ("start", "end", "none"); at an end that does not rest it has the least mean-square jerk. The
+      ``rest`` says ("start", "end", "none"). At an end that ``reversal`` names its velocity is 0 and its
+      acceleration is not; an end that neither names is open. What is open has the least mean-square jerk. The
       ``status`` of its verdicts is "sampled", for the motion between the points is not known. A function ``f`` of
       Python is given as points too: ``x = [k / 200 for k in range(201)]`` and ``s = [f(v) for v in x]``.
 
@@ -413,7 +414,11 @@ class OwnLaw(SceneTable):
     file: str | None = None
     """CSV file with the columns x and s, a path relative to the scene file."""
     rest: Literal["both", "start", "end", "none"] | None = None
-    """At which ends the law of a table starts from rest, both if not given."""
+    """At which ends the law of a table is at rest (no velocity, no acceleration); if not given, where it has no
+    ``reversal``."""
+    reversal: Literal["both", "start", "end"] | None = None
+    """At which ends the law of a table has no velocity but an acceleration, as where a rise goes over into a
+    return."""
     crossing: SceneNumber | None = None
     """Where the acceleration of a symmetric law crosses zero, in place of ½; no unit."""
     peaks: Annotated[tuple[Positive, Positive], BeforeValidator(is_pair)] | None = None

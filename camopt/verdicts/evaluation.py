@@ -9,13 +9,14 @@ import numpy as np
 
 from camopt.effects import Case
 from camopt.effects.joints import JointRow, joint_rows
-from camopt.effects.motion import MOVE_KINDS
+from camopt.effects.motion import MOVE_KINDS, scale, unit_of
 from camopt.mistakes import UnknownName, nearest
 from camopt.motion.table import ALL_STROKES
 from camopt.problem.problem import Problem, exactly, resolve, resolve_design
 from camopt.quantities import QUANTITIES, Flag, Word, in_order
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, HasHtml
+from camopt.tables.cells import with_unit
 from camopt.tables.columns import is_nothing
 from camopt.tables.design_tables import design_table
 from camopt.tables.layout import Table
@@ -169,14 +170,23 @@ def _overloaded(name: str, problem: Problem) -> str:
     return "the contact stands still" if effect == "surface" else "the contact passes the follower's pivot"
 
 
+def _told(problem: Problem, order: int, kinds: int) -> str:
+    """Where a derivative of the asked motion jumps, beside strokes of some kinds, and by how much at most."""
+    found = [j for j in problem.programme.tool.jumps if j.order == order and j.kinds & kinds]
+    if not found:
+        return ""
+    unit, size = unit_of(problem.setup, order), max(abs(j.size) for j in found) * scale(problem.setup, order)
+    most = "at most " if len(found) > 1 else ""
+    return f"{', '.join(f'{np.degrees(j.at):g}°' for j in found)}, by {most}{with_unit(size, unit)}"
+
+
 def _reason(name: str, problem: Problem) -> str:
     """Why a quantity is infinite."""
     programme = problem.programme.tool  # which jumps where the follower does
     if QUANTITIES[name].effect == "vibration":
         return "the undamped train resonates: it vibrates a whole number of times in a turn"
     kinds = next((kind for stroke, kind in MOVE_KINDS.items() if stroke and f"_{stroke}_" in name), ALL_STROKES)
-    corners = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.corners if j.kinds & kinds)
-    jumps = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.jumps if j.kinds & kinds)
+    corners, jumps = (_told(problem, order, kinds) for order in (1, 2))
     if name.startswith("jerk") and not corners:
         return f"the acceleration jumps at {jumps}"
     if name == "contact_stress_max_MPa" and problem.setup.is_knife:
