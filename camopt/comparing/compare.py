@@ -1,4 +1,4 @@
-"""Two results side by side: which designs came, went or changed, how the fronts differ, which settings differ."""
+"""Two results side by side: designs that came, went or changed, fronts, settings, and quantities of two cams."""
 
 import os
 from collections.abc import Iterable, Mapping
@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from camopt.comparing.cams import Values, compared_cams, is_cam
 from camopt.comparing.design_table import DesignTable
 from camopt.comparing.designs import Change, Index, Matching, changed_quantities, matched
 from camopt.comparing.differences import checked_place, write_differences
@@ -18,6 +19,7 @@ from camopt.comparing.fronts import Fronts, compared_fronts
 from camopt.comparing.settings import Difference, differing
 from camopt.comparing.sides import Side, side_of
 from camopt.mistakes import BadInput, Mistake
+from camopt.scene.scene import Scene
 from camopt.shown import Drawn
 from camopt.storage.sealed import no_table
 from camopt.tables.designs import DESIGNS, PARETO
@@ -91,6 +93,12 @@ class Comparison(Drawn):
     settings : dict
         By the names of scenes, and of tables with a scene in them: the keys in which the scenes differ, with what
         A and B have there (None where it is not set). Scenes that do not differ are not there.
+    scenes : dict
+        Likewise, the scenes that differ: (A, B).
+    cams : dict
+        Likewise, of scenes that are cams with all their sizes, and of which no table was made: each quantity that
+        differs by more than the relative errors of both, by name, with ``a``, ``b`` and ``difference``, b less a
+        (None where one is not set, infinite or no number).
     tables : dict
         By name of the table: ``went`` and ``came``, the rows of A and B whose designs the other has not;
         ``changed``, pairs of rows; ``quantities``, how each that changed did; ``fronts``; ``to_dict()``.
@@ -116,6 +124,8 @@ class Comparison(Drawn):
     a: str
     b: str
     settings: dict[str, dict[str, Difference]]
+    scenes: dict[str, tuple[Scene, Scene]]
+    cams: dict[str, dict[str, Values]]
     tables: dict[str, TableComparison]
     only_in_a: tuple[str, ...]
     only_in_b: tuple[str, ...]
@@ -143,6 +153,7 @@ class Comparison(Drawn):
             "same": self.same,
             "versions": dict(zip("ab", self.versions, strict=True)),
             "settings": settings,
+            "cams": {names: {n: _plain(v._asdict()) for n, v in each.items()} for names, each in self.cams.items()},
             "only_in": {"a": list(self.only_in_a), "b": list(self.only_in_b)},
             "tables": {name: each.to_dict() for name, each in self.tables.items()},
         }
@@ -155,7 +166,7 @@ def _plain(record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Comparison:
-    """Compare two results: designs, Pareto fronts and settings.
+    """Compare two results: designs, Pareto fronts, settings, and of two cams their quantities.
 
     Parameters
     ----------
@@ -193,8 +204,11 @@ def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Compar
     Examples
     --------
     >>> scene = camopt.find_scene("two-pauses")
-    >>> camopt.compare(scene, scene.replace(**{"limits.pressure_angle": 35})).settings
-    {'scene': {'limits.pressure_angle': (None, 35.0)}}
+    >>> found = camopt.compare(scene, scene.replace(**{"cam.base_radius": 60}))
+    >>> found.settings
+    {'scene': {'cam.base_radius': (25.0, 60.0)}}
+    >>> round(found.cams["scene"]["pressure_angle_max_deg"].difference, 3)
+    -12.659
     """
     place = None if out is None else checked_place(out)
     with ExitStack() as stack:
@@ -212,13 +226,18 @@ def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Compar
         found = {name: matched(*pair) for name, pair in pairs.items()}
         fronts = {name for name in pairs if name != DESIGNS or PARETO not in pairs}
         tables = {name: _compared(*pair, found[name], name in fronts) for name, pair in pairs.items()}
+        scenes = _that_differ(one, other, names)
+        searched = {table.scene for side in (one, other) for table in side.tables.values()}
+        cams = [pair for pair in scenes.values() if searched.isdisjoint(pair) and all(map(is_cam, pair))]
         if place:
             every = {name: (*pair, found[name], tables[name].changed) for name, pair in pairs.items()}
             write_differences(every, place)
         return Comparison(
             one.name,
             other.name,
-            _settings(one, other, names),
+            {names: differing(*pair) for names, pair in scenes.items()},
+            scenes,
+            {names: compared_cams(*pair) for names, pair in scenes.items() if pair in cams},
             tables,
             tuple(name for name in one.scenes if name not in other.scenes),
             tuple(name for name in other.scenes if name not in one.scenes),
@@ -242,13 +261,12 @@ def _versions(side: Side) -> str:
     return ", ".join(sorted({table.version for table in side.tables.values()}))
 
 
-def _settings(a: Side, b: Side, names: Iterable[str]) -> dict[str, dict[str, Difference]]:
-    """What differs in each pair of scenes; pairs that are the same two scenes are told once."""
-    alike: dict[Any, list[str]] = {}
+def _that_differ(a: Side, b: Side, names: Iterable[str]) -> dict[str, tuple[Scene, Scene]]:
+    """The pairs of scenes that differ in a setting; names of the same two scenes are told together."""
+    alike: dict[tuple[Scene, Scene], list[str]] = {}
     for name in names:
         alike.setdefault((a.scenes[name], b.scenes[name]), []).append(name)
-    found = {", ".join(each): differing(*pair) for pair, each in alike.items()}
-    return {name: keys for name, keys in found.items() if keys}
+    return {", ".join(each): pair for pair, each in alike.items() if differing(*pair)}
 
 
 def _compared(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -> TableComparison:

@@ -1,9 +1,11 @@
 """Settings of two scenes, key by key."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
+from camopt.scene.places import tables_of
 from camopt.scene.scene import Scene
+from camopt.scene.units import as_shown, units_shown
 
 Difference = tuple[Any, Any]
 """What A and B have; None for what is not set."""
@@ -18,6 +20,26 @@ def differing(a: Scene, b: Scene) -> dict[str, Difference]:
     one, other = (dict(_flat(scene.model_dump(mode="json"))) for scene in (a, b))
     pairs = {key: (one.get(key), other.get(key)) for key in set_keys}
     return {key: (mine, others) for key, (mine, others) in pairs.items() if mine != others}
+
+
+class Setting(NamedTuple):
+    """A key in which two scenes differ, as it is shown."""
+
+    key: str
+    a: Any
+    b: Any
+    unit: str
+
+
+def shown_settings(a: Scene, b: Scene) -> list[Setting]:
+    """The keys in which two scenes differ, with numbers in the units in which results are shown."""
+    models, tables = tables_of(Scene), [scene.model_dump(mode="json") for scene in (a, b)]
+    one, other = (dict(_flat(as_shown(each, models))) for each in tables)
+    units = [dict(_flat(units_shown(each, models))) for each in tables]
+    return [
+        Setting(key, one.get(key), other.get(key), " / ".join(dict.fromkeys(u[key] for u in units if u.get(key))))
+        for key in differing(a, b)
+    ]
 
 
 def _flat(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:

@@ -114,7 +114,7 @@ def _table(key: str, law: LawValues) -> Iterator[Fault]:
         yield f"{key}.x", x, f"needs {points}"
         return
     if any(map(all, zip(*(AT_ENDS[law.get(name) or "none"] for name in ENDS_OF_TABLE), strict=True))):
-        why = f"rest = {law['rest']!r} names the same end: at rest there is no acceleration, at a reversal there is one"
+        why = f"rest = {law['rest']!r} names the same end; a reversal has an acceleration, and what rests has none"
         yield f"{key}.reversal", law["reversal"], why
         return
     if len(s) != len(x):

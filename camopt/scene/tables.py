@@ -414,8 +414,8 @@ class OwnLaw(SceneTable):
     file: str | None = None
     """CSV file with the columns x and s, a path relative to the scene file."""
     rest: Literal["both", "start", "end", "none"] | None = None
-    """At which ends the law of a table is at rest (no velocity, no acceleration); if not given, where it has no
-    ``reversal``."""
+    """At which ends the law of a table is at rest, without velocity and acceleration: where there is no
+    ``reversal``, if not given."""
     reversal: Literal["both", "start", "end"] | None = None
     """At which ends the law of a table has no velocity but an acceleration, as where a rise goes over into a
     return."""

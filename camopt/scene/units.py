@@ -16,11 +16,13 @@ from camopt.scene.spring import is_straight
 from camopt.scene.tables import SceneTable
 from camopt.scene.text import TYPED
 from camopt.scene.train import stages_in, tool_turns
-from camopt.unit_systems import shown
+from camopt.unit_systems import shown, shown_unit
 
 ANGLE = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
 PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")
 """How plates of motors write rev/min."""
+NO_UNIT = "no unit"
+"""What the text of a key says whose numbers have none."""
 EXACT = 15
 """Digits to which a converted number is rounded: those that a rounding error cannot reach."""
 Models = Mapping[str, type[SceneTable]]
@@ -37,9 +39,17 @@ def with_units(tables: dict[str, Any], models: Models, file: str) -> tuple[dict[
 
 def as_shown(tables: dict[str, Any], models: Models) -> dict[str, Any]:
     """The tables of a scene with their numbers in the units in which results are shown."""
+    return _read_by(_Shower, tables, models)
+
+
+def units_shown(tables: dict[str, Any], models: Models) -> dict[str, Any]:
+    """The tables of a scene with the unit in which a key's numbers are shown in place of these, "" if none."""
+    return _read_by(_Namer, tables, models)
+
+
+def _read_by(kind: "type[_Reader]", tables: dict[str, Any], models: Models) -> dict[str, Any]:
     found = mechanism_in(tables)
-    reader = _Shower(models, "", bool(found and found[0].motion.angular), tables)
-    return reader.table(tables, models[TOP], "", "")
+    return kind(models, "", bool(found and found[0].motion.angular), tables).table(tables, models[TOP], "", "")
 
 
 class _Reader:
@@ -63,7 +73,7 @@ class _Reader:
             else:
                 unit = said_of(model, key)[1] if key in model.model_fields else ""
                 unit = unit_for(unit, self.is_angle(where))
-                found[key] = self.value(value, unit, where) if unit else value
+                found[key] = self.value(value, unit, where)
         return found
 
     def is_angle(self, where: str) -> bool:
@@ -85,7 +95,7 @@ class _Reader:
             return [self.value(each, unit, f"{where}.{row}") for row, each in enumerate(value, start=1)]
         if isinstance(value, Mapping):
             return {key: self.value(each, unit, f"{where}.{key}") for key, each in value.items()}
-        if not (isinstance(value, str) and TYPED.fullmatch(value)):
+        if not (unit and isinstance(value, str) and TYPED.fullmatch(value)):
             return value
         try:
             return converted(value, unit)
@@ -101,11 +111,20 @@ class _Shower(_Reader):
         return shown(value, unit) if isinstance(value, float) else super().value(value, unit, where)
 
 
+class _Namer(_Reader):
+    """The same way, with the units in which numbers are shown in place of these."""
+
+    def value(self, value: Any, unit: str, where: str) -> Any:
+        if isinstance(value, Mapping):
+            return super().value(value, unit, where)
+        return "" if unit == NO_UNIT else shown_unit(unit.replace("`", ""))
+
+
 def converted(text: str, unit: str) -> float:
     """A text with a unit as a number in another unit; a ValueError says what is allowed."""
     from pint import PintError
 
-    target = "" if unit == "no unit" else unit.replace("·", "*").replace("rev", "turn")
+    target = "" if unit == NO_UNIT else unit.replace("·", "*").replace("rev", "turn")
     if unit == "rev/min":
         text = PER_MINUTE.sub("rev/min", text)
     allowed = (

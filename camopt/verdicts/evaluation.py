@@ -182,7 +182,6 @@ def _told(problem: Problem, order: int, kinds: int) -> str:
 
 def _reason(name: str, problem: Problem) -> str:
     """Why a quantity is infinite."""
-    programme = problem.programme.tool  # which jumps where the follower does
     if QUANTITIES[name].effect == "vibration":
         return "the undamped train resonates: it vibrates a whole number of times in a turn"
     kinds = next((kind for stroke, kind in MOVE_KINDS.items() if stroke and f"_{stroke}_" in name), ALL_STROKES)

@@ -311,6 +311,45 @@ def test_segments_are_counted_from_one_and_defaults_are_told():
     }
 
 
+# ----------------------------------------------------------------------------------------------------- two cams
+
+
+def test_two_cams_are_told_by_the_quantities_that_differ(told):
+    """Of a radial knife edge that starts at full speed tan β = y′/R there; what the motion is does not differ."""
+    scene = find_scene("uniform-knife-radial")
+    found = compare(scene, scene.replace(**{"cam.base_radius": 60}))
+    slope = scene.motion[0].lift / np.radians(scene.motion[0].angle)
+    a, b = (np.degrees(np.arctan(slope / radius)) for radius in (50.0, 60.0))
+    rise = found.cams["scene"]["pressure_angle_max_rise_deg"]
+    assert rise == pytest.approx((a, b, b - a), rel=1e-12)
+    assert not [name for name in found.cams["scene"] if name.startswith(("velocity", "acceleration"))]
+    back = compare(scene.replace(**{"cam.base_radius": 60}), scene).cams["scene"]
+    assert {name: (v.b, v.a) for name, v in back.items()} == {n: (v.a, v.b) for n, v in found.cams["scene"].items()}
+    faster = compare(scene, scene.replace(**{"cam.rpm": 60})).cams["scene"]
+    assert faster["velocity_max_m_s"].a is None
+    assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["cams"]["scene"]["base_radius_mm"] == {
+        **dict(zip("ab", (50.0, 60.0), strict=True)),
+        "difference": 10.0,
+    }
+
+
+def test_two_cams_are_told_in_inch(told, tmp_path):
+    scene = find_scene("uniform-knife-radial")
+    other = scene.replace(**{"cam.base_radius": 63.5})
+    (tmp_path / "other.toml").write_text(other.to_toml(), encoding="utf-8")
+    code, out, _ = told("compare", "uniform-knife-radial", tmp_path / "other.toml", "--units", "inch")
+    lines = [line.split() for line in out.splitlines()]
+    assert code == 0
+    assert ["cam.base_radius", "1.9685", "2.5", "in"] in lines
+    assert ["base_radius_in", "1.9685", "2.5", "+0.531496", "+27.0%"] in lines
+
+
+def test_a_search_is_no_cam(folders):
+    assert not compare(*folders).cams  # their scenes were searched
+    scene = SCENE.replace(**{"cam.base_radius": None})
+    assert not compare(scene, scene.replace(**{"cam.rpm": 500})).cams
+
+
 # --------------------------------------------------------------------------------------------- files and commands
 
 SEARCH = {"search.base_radius": [110, 120, 130], "search.offset": [20], "search.law": ["cycloidal", "poly345"]}

@@ -624,7 +624,13 @@ def test_an_end_that_does_not_rest_has_the_least_jerk(turning):
 def test_a_table_turns_back_where_it_says(mirror):
     """Quarters of a sine: no velocity at the reversal, and the acceleration of the sine."""
     x = np.linspace(0.0, 1.0, 21)
-    table = {"x": x.tolist(), "s": np.sin(np.pi * x / 2).tolist(), "rest": "none", "reversal": "end", "mirror": mirror}
+    table = {
+        "x": x.tolist(),
+        "s": np.sin(np.pi * x / 2).tolist(),
+        "rest": "none",
+        "reversal": "end",
+        "mirror": mirror,
+    }
     law, end = law_in("table", table), 0.0 if mirror else 1.0
     assert float(law.velocity(end)) == 0.0
     assert float(law.acceleration(end)) == pytest.approx((1 if mirror else -1) * np.pi**2 / 4, rel=1e-6)
@@ -697,6 +703,8 @@ def test_rest_is_for_tables():
     few = {"x": [0, 1], "s": [0, 1], "rest": "none"}
     with pytest.raises(BadInput, match=r"laws.mine.x = .*needs three points at least"):
         Scene.from_dict({**scene, "laws": {"mine": few}})
-    assert law_in("t", {**few, "reversal": "end"}).displacement(0.25) == pytest.approx(1 - 0.75**2)  # no jerk at all
+    assert law_in("t", {**few, "reversal": "end"}).displacement(0.25) == pytest.approx(
+        1 - 0.75**2
+    )  # no jerk at all
     with pytest.raises(BadInput, match=r"laws.mine.reversal = 'both': rest = 'end' names the same end"):
         Scene.from_dict({**scene, "laws": {"mine": {**few, "rest": "end", "reversal": "both"}}})

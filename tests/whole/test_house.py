@@ -58,7 +58,8 @@ ROOMS = {
     ),
     "contour": "mistakes numerics motion mechanisms scene problem verdicts",
     "comparing": (
-        "mistakes version storage quantities shown numerics mechanisms scene problem tables front synthesis"
+        "mistakes version storage quantities shown numerics mechanisms scene problem tables verdicts front "
+        "synthesis"
     ),
     "drawing": (
         "mistakes unit_systems storage quantities shown numerics trains motion mechanisms effects scene problem "

@@ -17,7 +17,8 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
     """Compare two results: which designs came, went or changed, how the fronts differ, which settings differ.
 
     A and B are folders that a command wrote, tables of designs, or scenes; a scene beside a table is compared with
-    the scene in it. The exit code is 0 whether or not they differ; --json says it under "same".
+    the scene in it. Of two scenes with all sizes the quantities that differ stand side by side. The
+    exit code is 0 whether or not they differ; --json says it under "same".
     """
     from camopt.cli import terminal
     from camopt.cli.commands.compare_report import show_compared

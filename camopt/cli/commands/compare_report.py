@@ -1,15 +1,17 @@
 """The output of ``camopt compare``: settings, designs and fronts of two results."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from camopt.cli.terminal import print_json, show
+from camopt.comparing.settings import shown_settings
 from camopt.tables.cells import number, shown_name, unit_of_column
 from camopt.tables.columns import LAW_COLUMNS, laws_shown, with_law
 from camopt.tables.layout import table_of
 from camopt.unit_systems import shown
 
 if TYPE_CHECKING:
+    from camopt.comparing.cams import Values
     from camopt.comparing.compare import Comparison, TableComparison
     from camopt.comparing.fronts import Fronts, FrontSide
 
@@ -29,9 +31,11 @@ def show_compared(result: "Comparison", as_json: bool) -> None:
     for name, only in (("A", result.only_in_a), ("B", result.only_in_b)):
         if only:
             show(f"Only in {name}: {', '.join(only)}")
-    for names, keys in result.settings.items():
-        rows = [{"key": key, "A": _short(mine), "B": _short(other)} for key, (mine, other) in keys.items()]
-        show("", table_of(f"Settings that differ ({names})", rows, ["key", "A", "B"]))
+    for names, pair in result.scenes.items():
+        rows = [each._asdict() | {"A": _short(each.a), "B": _short(each.b)} for each in shown_settings(*pair)]
+        show("", table_of(f"Settings that differ ({names})", rows, ["key", "A", "B", "unit"]))
+    for names, cam in result.cams.items():
+        show("", *_quantities(names, cam))
     for name, table in result.tables.items():
         show("", *_designs(name, table))
         show(*_fronts(table))
@@ -49,6 +53,24 @@ def _short(value: Any) -> str:
 def _shown(name: str, value: Any) -> Any:
     """A value of a column as it is shown."""
     return shown(value, unit_of_column(name)) if isinstance(value, float) else value
+
+
+def _quantities(names: str, cam: "Mapping[str, Values]") -> Iterator[Any]:
+    """The quantities of two cams that differ, side by side."""
+    if not cam:
+        yield f"Their quantities are the same ({names})."
+        return
+    rows = [
+        {
+            "quantity": shown_name(name),
+            "A": _short(_shown(name, each.a)),
+            "B": _short(_shown(name, each.b)),
+            "B − A": "" if each.difference is None else f"{_shown(name, each.difference):+.6g}",
+            "relative": f"{each.difference / abs(each.a):+.1%}" if each.difference and each.a else "",
+        }
+        for name, each in cam.items()
+    ]
+    yield table_of(f"Quantities that differ ({names})", rows, [*rows[0]])
 
 
 def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
