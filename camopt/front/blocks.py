@@ -9,7 +9,7 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from camopt.front.curve_numbers import curve_numbers
+from camopt.front.curve_numbers import CurveNumbers
 from camopt.front.pareto import best_of_laws, non_dominated
 from camopt.front.shared_curves import SharedCurves
 from camopt.mechanisms.design import BoolArray
@@ -20,6 +20,7 @@ from camopt.verdicts.judging import Effort, evaluate_with_effort
 from camopt.verdicts.screening import screened
 
 BLOCK = 65536  # designs: Python's share is small, and memory stays bounded
+SHARING_BLOCK = 2**18  # of those that share pitch curves: most take nanoseconds
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,13 @@ class Blocks:
     """The blocks of a space, by number in the order of the space; each has designs of one problem."""
 
     def __init__(
-        self, space: Space, names: tuple[str, ...], every: bool = False, kept: bool = True, size: int = BLOCK
+        self,
+        space: Space,
+        names: tuple[str, ...],
+        numbers: CurveNumbers | None,
+        every: bool = False,
+        kept: bool = True,
+        size: int = BLOCK,
     ) -> None:
         """Cut a space.
 
@@ -92,6 +99,8 @@ class Blocks:
             The designs.
         names : tuple of str
             The columns of rows.
+        numbers : CurveNumbers or None
+            Which pitch curves designs share; None looks at each design alone.
         every : bool, default False
             Whether rows are wanted of all designs that can be assembled, and not of feasible ones alone.
         kept : bool, default True
@@ -104,7 +113,7 @@ class Blocks:
         self._parts = list(space.parts())
         counts = [-(-(stop - start) // size) for _, start, stop in self._parts]
         self._ends = np.cumsum(counts).tolist()
-        self._numbers = None if every else curve_numbers(space)
+        self._numbers = numbers
         self._curves: WeakValueDictionary[int, SharedCurves] = WeakValueDictionary()
         self._latest: SharedCurves | None = None  # keeps those of the motion that is worked on
         self._one_at_a_time = Lock()
@@ -168,18 +177,19 @@ class Blocks:
     def _of_curves(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:
         """The same by what their pitch curves say of them."""
         shared = self._curves_of(part, problem)
-        existing, surely, perhaps = shared.verdicts(first, last)
-        count, effort = len(surely), Effort()
-        compared = shared.promising(surely, cheaply=self._kept)
-        if not self._kept:
-            surely, compared = surely.take(compared), compared[compared]
-        rows = shared.feasible(surely, self._names)
-        if len(perhaps):
-            left, which, effort = shared.judged(perhaps, self._names)
-            order = np.argsort(np.concatenate([surely.designs, perhaps.designs[which]]))
+        told = shared.verdicts(first, last, every=self._kept)
+        rows, count, compared, effort = (
+            shared.feasible(told.surely, self._names),
+            told.held,
+            told.compared,
+            Effort(),
+        )
+        if len(told.perhaps):
+            left, which, effort = shared.judged(told.perhaps, self._names)
+            order = np.argsort(np.concatenate([told.surely.designs, told.perhaps.designs[which]]))
             rows, count = concatenate_rows([rows, left]).take(order), count + left.count
             compared = np.concatenate([compared, np.ones(left.count, dtype=bool)])[order]
-        return BlockResult(existing, count, rows, effort, compared)
+        return BlockResult(told.existing, count, rows, effort, compared)
 
     def _curves_of(self, part: int, problem: Problem) -> SharedCurves:
         """The pitch curves of a motion, kept while a thread uses them or until those of another are made."""

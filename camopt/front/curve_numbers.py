@@ -14,8 +14,9 @@ from camopt.problem.space import Space
 
 MERGED = ("size", "roller_radius")  # sizes that a pitch curve has in one
 MOST_CURVES = 2**19  # kept of one motion: some 100 bytes each
+MOST_SUMS = 2**22  # of a radius of the roller and one of the cam, which are sorted: some 50 bytes each
 WORTH = 1.5  # designs a pitch curve, from which on they are worth keeping
-AT_ONCE = 2**14  # pitch curves searched together, or somewhat fewer
+AT_ONCE = 2**15  # pitch curves searched together, or somewhat fewer
 BLOCKS_KEPT = 16  # of which the curves of the designs are kept from one motion to the next
 
 
@@ -36,15 +37,27 @@ class CurveNumbers:
     def __init__(self, space: Space) -> None:
         self.shape = (1, *(values.size for values in space.axes.values()))
         strides = np.cumprod((1, *self.shape[:0:-1]))[::-1]
-        merged = [i for i, field in enumerate(space.axes, start=1) if field in MERGED]
-        self._merged, self._others = merged, [i for i in range(len(self.shape)) if i not in merged]
-        numbers = self._numbers(strides, merged)
-        designs, self._space = space.designs(numbers.ravel()), space
-        curves = space.problem.setup.mechanism.pitch(designs)
-        pairs = curves.size + 1j * curves.roller_radius
-        _, first, which = np.unique(pairs, return_index=True, return_inverse=True)
-        self._which, self._bodies = (each.reshape(numbers.shape) for each in (which, designs.roller_radius))
-        self.bodies = Bodies(designs.roller_radius.min(), designs.roller_radius.max())
+        axes = {field: i for i, field in enumerate(space.axes, start=1)}
+        merged = [axes[field] for field in axes if field in MERGED]
+        self._merged, self._others, self._space = (
+            merged,
+            [i for i in range(len(self.shape)) if i not in merged],
+            space,
+        )
+        alike = {axes.get("roller_radius")} if _ignores_roller(space) else set()
+        numbers = self._numbers(strides, [i for i in merged if i not in alike])
+        designs = space.designs(numbers.ravel())
+        first, which = _alike(space.problem.setup.mechanism.pitch(designs))
+        whole = [self.shape[i] for i in merged]
+        self._which = np.broadcast_to(which.reshape([1 if i in alike else self.shape[i] for i in merged]), whole)
+        bodies = space.designs(
+            self._numbers(strides, [i for i in merged if i == axes.get("roller_radius")]).ravel()
+        )
+        rollers = bodies.roller_radius.reshape(
+            [self.shape[i] if i == axes.get("roller_radius") else 1 for i in merged]
+        )
+        self._bodies = np.broadcast_to(rollers, whole)
+        self.bodies = Bodies(rollers.min(), rollers.max())
         self._of_sums = numbers.ravel()[first]
         self._of_others = self._numbers(strides, self._others).ravel()
         self.part = -(-len(self) // -(-len(self) // AT_ONCE))
@@ -87,14 +100,27 @@ class CurveNumbers:
         return np.asarray(sum(np.ix_(*steps), np.zeros((1,) * len(steps), dtype=np.intp)))
 
 
+def _ignores_roller(space: Space) -> bool:
+    """Whether the pitch curves of a space do not depend on the roller."""
+    return space.problem.setup.mechanism.pitch is without_roller
+
+
+def _alike(curves: Designs) -> tuple[IntArray, IntArray]:
+    """The first one of each kind of pitch curves, and of which kind each is, by the order of their sizes."""
+    order = np.lexsort((curves.roller_radius, curves.size))
+    size, rest = curves.size[order], curves.roller_radius[order]
+    new = np.concatenate([[True], (size[1:] != size[:-1]) | (rest[1:] != rest[:-1])])
+    which = np.empty(order.size, np.int64)
+    which[order] = np.cumsum(new) - 1
+    return order[new], which
+
+
 def curve_numbers(space: Space) -> CurveNumbers | None:
     """The numbers of the pitch curves of a space; None where they are not worth keeping, or too many to keep."""
     merged = [values.size for field, values in space.axes.items() if field in MERGED]
-    if not space.axes or (
-        sum(count > 1 for count in merged) < 2 and space.problem.setup.mechanism.pitch is not without_roller
-    ):
+    if not space.axes or (sum(count > 1 for count in merged) < 2 and not _ignores_roller(space)):
         return None
-    if max(prod(merged), space.designs_each // prod(merged)) > MOST_CURVES:
+    if prod(merged) > MOST_SUMS or space.designs_each // prod(merged) > MOST_CURVES:
         return None
     numbers = CurveNumbers(space)
     return numbers if len(numbers) <= min(MOST_CURVES, space.designs_each / WORTH) else None

@@ -196,7 +196,7 @@ def _part_of(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
         mistakes.append(Mistake("camopt", "keep", plan.keep, why, bare=True))
     if mistakes:
         raise BadInput(mistakes)
-    return replace(plan, block=min(plan.block, max(len(plan.space) // (BLOCKS_OF_A_PART * parts), 1)))
+    return replace(plan, most=min(plan.block, max(len(plan.space) // (BLOCKS_OF_A_PART * parts), 1)))
 
 
 def merge(

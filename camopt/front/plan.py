@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from camopt.engines import Engine
-from camopt.front.blocks import BLOCK, Batch, Blocks, merged
+from camopt.front.blocks import BLOCK, SHARING_BLOCK, Batch, Blocks, merged
+from camopt.front.curve_numbers import CurveNumbers, curve_numbers
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.numerics.distinct import distinct
 from camopt.problem.problem import VERDICT, Problem, resolve
@@ -97,7 +98,18 @@ class SweepPlan:
     problem: Problem
     space: Space
     keep: str
-    block: int = BLOCK
+    most: int | None = None
+    """The most designs of a block; None: as suits the space."""
+
+    @cached_property
+    def numbers_of_curves(self) -> CurveNumbers | None:
+        """The numbers of the pitch curves that designs share; None if each is looked at alone."""
+        return None if self.keep == "all" else curve_numbers(self.space)
+
+    @cached_property
+    def block(self) -> int:
+        """The most designs of a block."""
+        return self.most or (SHARING_BLOCK if self.numbers_of_curves else BLOCK)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -129,7 +141,9 @@ class SweepPlan:
     @cached_property
     def blocks(self) -> Blocks:
         """The blocks of the space."""
-        return Blocks(self.space, self.row_names, self.keep == "all", self.keep in TABLED, self.block)
+        return Blocks(
+            self.space, self.row_names, self.numbers_of_curves, self.keep == "all", self.keep in TABLED, self.block
+        )
 
     def question(self, part: int = 1, parts: int = 1) -> SweepKey:
         """The question, or that of one of several equal parts."""
@@ -169,7 +183,7 @@ def _keys(data: Any, key: str = "") -> dict[str, Any]:
     return {key: value for part in parts for key, value in part.items()}
 
 
-def sweep_plan(scene: Scene, keep: str, block: int = BLOCK) -> SweepPlan:
+def sweep_plan(scene: Scene, keep: str, block: int | None = None) -> SweepPlan:
     """The plan of a sweep of a scene. Errors are those of ``sweep``."""
     if keep not in KEPT:
         raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])

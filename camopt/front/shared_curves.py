@@ -16,7 +16,8 @@ from camopt.effects.peak import Bodies
 from camopt.front.curve_numbers import CurveNumbers
 from camopt.front.pareto import row_costs, undominated
 from camopt.mechanisms.design import BoolArray
-from camopt.numerics import IntArray
+from camopt.numerics import FloatArray, IntArray
+from camopt.numerics.sorting_out import Block, Curves, Range, counted, gathered_of
 from camopt.problem.limit import Limit, OnCurves
 from camopt.problem.problem import Problem, strictest
 from camopt.problem.rows import Columns, Rows
@@ -50,6 +51,21 @@ class Sharing(NamedTuple):
         return Sharing(self.designs[index], self.curves[index])
 
 
+class BlockVerdicts(NamedTuple):
+    """The verdicts on the designs of a block."""
+
+    existing: int
+    """How many can be assembled."""
+    held: int
+    """How many hold all limits for certain."""
+    surely: Sharing
+    """These, or such of them as no other of them is known to dominate."""
+    compared: BoolArray
+    """Some of the latter, with all that no other dominates."""
+    perhaps: Sharing
+    """Those that may hold all limits."""
+
+
 class SharedCurves:
     """Verdicts on the designs of one motion from their pitch curves."""
 
@@ -59,54 +75,61 @@ class SharedCurves:
         self._locks = [Lock() for _ in range(0, count, numbers.part)]
         self._known = np.zeros(len(self._locks), dtype=bool)
         self._exists, self._held = np.zeros((2, count), dtype=bool)
-        self._surely, self._perhaps = (Bodies(*np.tile([[np.inf], [-np.inf]], count)) for _ in range(2))
-        self._from_below = False  # whether any body is too small
+        self._surely, self._perhaps = (Range(*np.tile([[np.inf], [-np.inf]], count)) for _ in range(2))
         self._columns: Columns = {}
         self._outward: Columns = {}
-        self._half_width = np.zeros(count)
+        self._half_width, self._no_cost = np.zeros((2, count))
         self._pending = problem.limits
         self._later = () if problem.programme.radii else told_by_curves(problem.limits, wanted)
         self._wanted = wanted.union(*(limit.of_curves or () for limit in self._later))
 
-    def verdicts(self, first: int, last: int) -> tuple[int, Sharing, Sharing]:
-        """Of designs first … last − 1: how many can be assembled, which surely hold all limits, and which may."""
+    def verdicts(self, first: int, last: int, every: bool) -> BlockVerdicts:
+        """The verdicts on designs first … last − 1.
+
+        Unless ``every`` one is wanted, those that hold all limits are left without some that others dominate.
+        """
         curves, bodies, parts = self._numbers.of_block(first, last)
         self._search(parts)
-        surely, perhaps = (
-            Bodies(each.least[curves] if self._from_below else -np.inf, each.most[curves]).hold(bodies)
-            for each in (self._surely, self._perhaps)
-        )
-        existing = int(np.count_nonzero(self._exists[curves]))
-        some = (np.flatnonzero(each) for each in (surely, perhaps & ~surely))
-        one, other = (Sharing(first + each, curves[each]) for each in some)
-        return existing, one, other
+        cost, sizes = self._cost(), self._numbers.shape[-1]
+        known = Curves(self._exists, self._surely, self._perhaps, self._no_cost if cost is None else cost)
+        block = Block(curves, bodies, first % sizes)
+        counts, least = counted(known, block, sizes)
+        most = np.full(sizes, np.inf) if cost is None else self._most(least)
+        held, open_ = gathered_of(known, block, counts, np.full(sizes, np.inf) if every else most)
+        surely, perhaps = (Sharing(first + i, curves[i]) for i in (held, open_))
+        compared = known.cost[surely.curves] <= most[(block.place + held) % sizes]
+        if cost is None and not every and len(surely):
+            objectives = self._problem.objectives
+            left = undominated(row_costs(self.feasible(surely, frozenset(objectives)), objectives))
+            surely, compared = surely.take(left), compared[left]
+        return BlockVerdicts(counts.existing, counts.held, surely, compared, perhaps)
 
-    def promising(self, held: Sharing, cheaply: bool) -> BoolArray:
-        """Which of designs that surely hold all limits are left without some that others of them dominate.
-
-        ``cheaply``: without such as cost next to nothing to find.
-        """
+    def _cost(self) -> FloatArray | None:
+        """Costs of curves by the one objective in which designs of a size may differ; None if there are more."""
         objectives = self._problem.objectives
         of_curves = [name for name in objectives if name in self._columns]
         others = [name for name in objectives if name not in of_curves]
         exact = np.all(self._half_width <= self._problem.accuracy)
-        if not exact or len(of_curves) != 1 or not all(map(self._is_shared, others)):
-            if cheaply or not len(held):
-                return np.ones(len(held), dtype=bool)
-            return undominated(row_costs(self.feasible(held, frozenset(objectives)), objectives))
-        (name,) = of_curves
-        cost, sizes = objectives[name] * self._columns[name][held.curves], self._numbers.shape[-1]
-        place = held.designs - held.designs[:1] // sizes * sizes
-        by_size = np.full(-(-(place.max(initial=-1) + 1) // sizes) * sizes, np.inf)
-        by_size[place] = cost
-        least = by_size.reshape(-1, sizes).min(axis=0, initial=np.inf)
-        found: BoolArray = cost <= least[place % sizes]
-        return found
+        if not exact or len(of_curves) > 1 or not all(map(self._is_shared, others)):
+            return None
+        return np.asarray(objectives[of_curves[0]] * self._columns[of_curves[0]]) if of_curves else self._no_cost
+
+    def _most(self, least: FloatArray) -> FloatArray:
+        """What designs of each size may cost with none of any size that is better, from the least cost of each."""
+        sizes = self._space.axes.get("size", np.zeros(least.size))
+        costs, which = np.unique(
+            self._problem.objectives.get(self._problem.size_name, 0.0) * sizes, return_inverse=True
+        )
+        lowest = np.full(costs.size, np.inf)
+        np.minimum.at(lowest, which, least)
+        before = np.concatenate([[np.inf], np.minimum.accumulate(lowest)[:-1]])
+        return np.asarray(np.where((lowest < before) | (before == np.inf), lowest, -np.inf)[which])
 
     def _is_shared(self, name: str) -> bool:
         """Whether a quantity is the same for designs of the motion that have the same size of the cam."""
-        setup, effect = self._problem.setup, EFFECTS[QUANTITIES[name].effect]
-        return name == self._problem.size_name or (effect.is_of_motion(setup) and not setup.free)
+        setup, effect = self._problem.setup, EFFECTS.get(QUANTITIES[name].effect)
+        of_motion = effect is not None and effect.is_of_motion(setup)
+        return name == self._problem.size_name or (of_motion and not setup.free)
 
     def feasible(self, held: Sharing, names: frozenset[str]) -> Rows:
         """Quantities of designs that surely hold all limits, with their verdict."""
@@ -158,7 +181,6 @@ class SharedCurves:
         self._half_width[where], self._pending = found.rows.half_width, found.pending
         for bodies, told in zip((self._surely, self._perhaps), bodies_of(found, self._numbers.bodies), strict=True):
             bodies.least[where], bodies.most[where] = told
-            self._from_below |= bool(np.any(told.least > -np.inf))
         self._known[part] = True
 
 

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.front.blocks import BLOCK
 from camopt.front.compared import best_of_each_law, compared_rows, half_width_of, nearest_miss_of_space
 from camopt.front.estimate import foresee
 from camopt.front.journal import Journal, Tell, all_batches, journal_at, recalled, what_is_kept
@@ -56,7 +55,7 @@ def sweep(
     keep: str = "feasible",
     workers: int | None = None,
     progress: Progress | None = None,
-    block: int = BLOCK,
+    block: int | None = None,
     engine: Engine | None = None,
     tell: Tell | None = None,
     again: bool = False,
@@ -83,8 +82,9 @@ def sweep(
     progress : callable, optional
         Called with (designs done, designs in all); where boxes are decided, with (boxes done, and about how many
         there will be).
-    block : int, default 65536
-        Designs evaluated together, which bounds the memory.
+    block : int, optional
+        Designs evaluated together at most, which bounds the memory; None takes 65,536, or 262,144 of designs that
+        share pitch curves.
     engine : Engine, optional
         What evaluates the blocks in place of threads of this process: a ``cluster``. Rows are the same.
     tell : callable, optional
@@ -146,9 +146,9 @@ def sweep(
 
     def searched(journal: Journal | None, write: Write) -> Seen:
         if journal is None:
-            return gathered(plan.space, plan.batches(plan.numbers(), engine or own), block, write, progress)
+            return gathered(plan.space, plan.batches(plan.numbers(), engine or own), plan.block, write, progress)
         foresee(journal, own, engine or own, tell)
-        return gathered(plan.space, all_batches(journal, engine or own, tell), block, write, progress)
+        return gathered(plan.space, all_batches(journal, engine or own, tell), plan.block, write, progress)
 
     return result_of(plan, out, searched, progress, lambda path: journal_at(path, plan, tell=tell), beside)
 

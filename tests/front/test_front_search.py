@@ -120,7 +120,7 @@ def limits_of(cam, rng):
 
 def streamed(space, names, size, write, kept=True):
     """What is seen of a space that is swept block by block."""
-    blocks = Blocks(space, names, kept=kept, size=size)
+    blocks = Blocks(space, names, curve_numbers(space), kept=kept, size=size)
     batches = Threads(2).in_order(lambda numbers: blocks.batch(*numbers), range(len(blocks)))
     return gathered(space, batches, size, write, lambda done, total: None)
 
@@ -244,7 +244,7 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
 
     def feasible(curves, first):
         """The rows of four designs, from one on."""
-        _, surely, perhaps = curves.verdicts(first, first + 4)
+        _, _, surely, _, perhaps = curves.verdicts(first, first + 4, every=True)
         assert not len(perhaps)
         return curves.feasible(surely, frozenset(names))
 
@@ -344,7 +344,8 @@ def test_what_a_sweep_of_the_front_alone_tells(ties, tmp_path):
 def test_the_front_of_a_large_space_is_found_by_boxes(ties, tmp_path, monkeypatch):
     """With the same tables: that of the designs which are kept has those on the front."""
     usual = sweep(ties, tmp_path / "usual", "pareto")
-    monkeypatch.setattr(plan, "WORTH_BOXES", Blocks(space_of(resolve(ties)), ()).curves)
+    tied = space_of(resolve(ties))
+    monkeypatch.setattr(plan, "WORTH_BOXES", Blocks(tied, (), curve_numbers(tied)).curves)
     boxes = sweep(ties, tmp_path / "boxes", "pareto")
     assert (usual.decided_by_boxes, boxes.feasible, boxes.front) == (0, None, usual.front)
     assert boxes.decided_by_boxes + boxes.evaluated >= boxes.designs == usual.designs

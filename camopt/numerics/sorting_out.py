@@ -1,0 +1,136 @@
+"""The designs of a block sorted out by what their pitch curves tell: kernels, for they pass over every design.
+
+First they are counted, and the least cost of those of each size of the cam is found. From that follows what a
+design of each size may cost without another one that is better; those that cost no more are gathered.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camopt.kernels.compile import called_by_kernels, compiled_for_many
+from camopt.numerics import FloatArray, IntArray
+
+
+class Range(NamedTuple):
+    """From and to, of each curve (curves,)."""
+
+    least: FloatArray
+    most: FloatArray
+
+
+class Curves(NamedTuple):
+    """What pitch curves tell of the designs that share them; arrays (curves,)."""
+
+    exists: NDArray[np.bool_]
+    """Whether the designs can be assembled."""
+    surely: Range
+    """The bodies with which they hold all limits for certain, from and to, mm."""
+    perhaps: Range
+    """And those with which they may."""
+    cost: FloatArray
+    """What their designs cost by the one objective in which those of equal size may differ."""
+
+
+class Block(NamedTuple):
+    """The designs of a block, with the sizes of the cam fastest."""
+
+    curves: IntArray
+    """The number of the pitch curve of each."""
+    bodies: FloatArray
+    """The radius of the body that follows it, mm."""
+    place: int
+    """The place of the first among the sizes."""
+
+
+class Counts(NamedTuple):
+    """How many designs of a block can be assembled, hold all limits for certain, and may hold them."""
+
+    existing: int
+    held: int
+    open: int
+
+
+def counted(known: Curves, block: Block, sizes: int) -> tuple[Counts, FloatArray]:
+    """The counts of a block, and the least cost of what surely holds all limits, of each of so many sizes."""
+    counts, least = np.zeros(3, np.int64), np.full(sizes, np.inf)
+    count_block(known, block.curves, block.bodies, block.place, least, counts)
+    return Counts(*counts.tolist()), least
+
+
+def gathered_of(known: Curves, block: Block, counts: Counts, most: FloatArray) -> tuple[IntArray, IntArray]:
+    """The designs that surely hold all limits and cost at most what those of their size may, and all that may hold.
+
+    Each by its number in the block.
+    """
+    held, open_, found = np.empty(counts.held, np.int64), np.empty(counts.open, np.int64), np.zeros(1, np.int64)
+    gather_block(known, block.curves, block.bodies, block.place, most, (held, open_, found))
+    return held[: found[0]], open_
+
+
+@compiled_for_many
+def count_block(known, curves, bodies, place, least, counts):
+    """Fill the counts of a block and the least costs of each size."""
+    count_designs(known, curves, bodies, place, least, counts)
+
+
+@called_by_kernels
+def count_designs(known, curves, bodies, place, least, counts):
+    """As ``count_block``."""
+    existing, held, some = 0, 0, 0
+    for i in range(curves.size):
+        curve, body = curves[i], bodies[i]
+        existing += known.exists[curve]
+        surely = (known.surely.least[curve] <= body) & (body <= known.surely.most[curve])
+        held += surely
+        some += (known.perhaps.least[curve] <= body) & (body <= known.perhaps.most[curve])
+        if surely and known.cost[curve] < least[place]:
+            least[place] = known.cost[curve]
+        place = place + 1 if place + 1 < least.size else 0
+    counts[0], counts[1], counts[2] = existing, held, some - held
+
+
+@count_designs.uncompiled
+def _count_designs_in_python(known, curves, bodies, place, least, counts):
+    held, some = np.flatnonzero(_within(known.surely, curves, bodies)), _within(known.perhaps, curves, bodies)
+    np.minimum.at(least, (place + held) % least.size, known.cost[curves[held]])
+    counts[:] = np.count_nonzero(known.exists[curves]), held.size, np.count_nonzero(some) - held.size
+
+
+def _within(those, curves, bodies):
+    """Which bodies are in the range of their curve."""
+    return (those.least[curves] <= bodies) & (bodies <= those.most[curves])
+
+
+@compiled_for_many
+def gather_block(known, curves, bodies, place, most, found):
+    """Fill the designs of a block that are wanted, and how many of those hold all limits for certain."""
+    gather_designs(known, curves, bodies, place, most, found)
+
+
+@called_by_kernels
+def gather_designs(known, curves, bodies, place, most, found):
+    """As ``gather_block``."""
+    held, open_, count = found
+    told, some = 0, 0
+    for i in range(curves.size):
+        curve, body = curves[i], bodies[i]
+        if (known.surely.least[curve] <= body) & (body <= known.surely.most[curve]):
+            if known.cost[curve] <= most[place]:
+                held[told] = i
+                told += 1
+        elif (known.perhaps.least[curve] <= body) & (body <= known.perhaps.most[curve]):
+            open_[some] = i
+            some += 1
+        place = place + 1 if place + 1 < most.size else 0
+    count[0] = told
+
+
+@gather_designs.uncompiled
+def _gather_designs_in_python(known, curves, bodies, place, most, found):
+    held, open_, count = found
+    surely, perhaps = (_within(those, curves, bodies) for those in (known.surely, known.perhaps))
+    open_[:], told = np.flatnonzero(perhaps & ~surely), np.flatnonzero(surely)
+    told = told[known.cost[curves[told]] <= most[(place + told) % most.size]]
+    held[: told.size], count[0] = told, told.size
