@@ -189,11 +189,16 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+def listed(context: click.Context, option: click.Parameter, text: str | None) -> Any:
+    """The names of an option that takes several, separated by commas."""
+    return text and [name.strip() for name in text.split(",")]
+
+
 def outputs_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """The option that says what to report."""
     return click.option(
         "--outputs",
-        callback=lambda context, option, text: text and [name.strip() for name in text.split(",")],
+        callback=listed,
         metavar="NAME,NAME|all",
         help="Quantities or effects to report beside sizes and limited ones, such as force,hertz, in place of the "
         "standard ones (`camopt effects` lists the effects); or all.",

@@ -1,7 +1,8 @@
-"""Values of dynamics and materials that nothing reads, and wanted effects for which a scene lacks data."""
+"""Values of dynamics and materials that nothing reads, wanted effects that lack data, objectives that are constant."""
 
 from camopt.effects import EFFECTS, effects_needed, lacking, offered
 from camopt.problem.problem import resolve
+from camopt.problem.settings import laws_of
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.scene.train import CARRIED
@@ -65,6 +66,23 @@ def unanswered(scene: Scene) -> list[str]:
                 f"outputs: {effect} shows nothing without {', '.join(sorted(needs, key=len)[0])}{also}"
             )
     return sentences
+
+
+def constant_objectives(scene: Scene) -> list[str]:
+    """A sentence on the objectives that have the same value in all designs of a sweep.
+
+    They are sizes that ``[search]`` does not vary, and what the motion alone decides, where there is one motion at one speed.
+    """
+    problem = resolve(scene)
+    fixed = {each.quantity for each in problem.variables if not each.is_searched}
+    moving = len(laws_of(problem)) > 1 or problem.choices.numbers
+    same = [
+        name
+        for name in problem.objectives
+        if name in fixed or (not moving and EFFECTS[QUANTITIES[name].effect].is_of_motion(problem.setup))
+    ]
+    decide = "decides" if len(same) == 1 else "decide"
+    return [f"objectives: {', '.join(same)} {decide} nothing, being the same for all designs"] if same else []
 
 
 def _given(scene: Scene) -> list[str]:

@@ -52,7 +52,7 @@ def run_json(run):
 
     def call(*arguments):
         code, out, err = run(*arguments, "--json")
-        assert all(re.match(r"camopt: (compiling|[\d,]+ of )|wrote ", line) for line in err.splitlines())
+        assert all(re.match(r"camopt: (compiling|objectives|[\d,]+ of )|wrote ", line) for line in err.splitlines())
         return code, json.loads(out, parse_constant=refuse)
 
     return call

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from camopt import evaluate, find_scene
+from camopt import evaluate, find_scene, load
 from camopt.cli.main import main
-from camopt.problem.unused import LOAD_USERS, PRESSING, READERS, unanswered, unused
+from camopt.problem.unused import LOAD_USERS, PRESSING, READERS, constant_objectives, unanswered, unused
 from camopt.quantities import QUANTITIES
 
 READING = (*LOAD_USERS, "lash")
@@ -121,3 +121,50 @@ def test_outputs_that_lack_data_are_told(capsys):
 def test_outputs_that_are_shown_are_not(name):
     assert unanswered(find_scene(name).replace(outputs=["solid", "wall", "motion"])) == []
     assert unanswered(find_scene(name).replace(outputs=["all"])) == []
+
+
+@pytest.mark.parametrize(
+    ("varied", "told"),
+    [
+        ({"law": ["cycloidal"]}, {"acceleration_max_m_s2", "roller_radius_mm"}),
+        ({"law": ["cycloidal", "poly345"]}, {"roller_radius_mm"}),
+        ({"cam": {"rpm": [500, 1000]}}, {"roller_radius_mm"}),
+        ({"roller_radius": [5, 10]}, {"acceleration_max_m_s2"}),
+    ],
+)
+def test_objectives_that_are_the_same_for_all_designs_are_told(varied, told, tmp_path, capsys, monkeypatch):
+    """Those of which the table of all designs has one value."""
+    monkeypatch.chdir(tmp_path)
+    names = ("base_radius_mm", "acceleration_max_m_s2", "pressure_angle_max_deg", "roller_radius_mm")
+    search = {"base_radius": [90, 120], "minimise": names, **varied}
+    scene = find_scene("roller-1000rpm").replace(search=search)
+    Path("mine.toml").write_text(scene.to_toml(), encoding="utf-8")
+    main(["sweep", "mine.toml", "--keep", "all", "--out", "out"])
+    table = load(tmp_path / "out" / "designs.parquet")
+    assert {name for name in names if table[name].nunique() == 1} == told
+    (line,) = constant_objectives(scene)
+    assert {word.strip(",") for word in line.split()} & {*names} == told
+    assert line in capsys.readouterr().err
+
+
+def test_options_name_the_objectives_in_place_of_the_scenes(tmp_path, capsys):
+    small = [
+        "sweep",
+        "--base-radius",
+        "90",
+        "--offset",
+        "0",
+        "--roller-radius",
+        "5",
+        "--out",
+        str(tmp_path / "out"),
+    ]
+    assert main([*small, "--minimise", "cutter_radius_max_mm,base_radius_mm", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["front"]["ideal"].keys() == {
+        "cutter_radius_max_mm",
+        "base_radius_mm",
+    }
+    assert main([*small, "--maximise", "pressure_angle_max_deg", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["front"]["ideal"].keys() == {"pressure_angle_max_deg"}
+    assert main([*small, "--minimise", "speed"]) == 2
+    assert "--minimise = 'speed': must be a quantity" in capsys.readouterr().err

@@ -17,6 +17,7 @@ from camopt.cli.options import (
     again_option,
     changed,
     check_folder,
+    listed,
     option_of,
     output_options,
     outputs_option,
@@ -42,6 +43,13 @@ from camopt.cli.resumed import place_of, resumed
 )
 @click.option("--samples", type=int, help="Draw so many designs for each law, in place of a grid; no steps needed.")
 @click.option("--law", multiple=True, help="Motion law to try; repeat the option for several laws.")
+@click.option(
+    "--minimise",
+    callback=listed,
+    metavar="NAME,NAME",
+    help="Quantities that the Pareto front minimises, in place of all objectives of the scene.",
+)
+@click.option("--maximise", callback=listed, metavar="NAME,NAME", help="Those that it maximises, likewise.")
 @click.option("--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @click.option(
     "--keep", type=click.Choice(("pareto", "feasible", "all", "front-only")), default="feasible", show_default=True,
@@ -89,6 +97,7 @@ def sweep(
     from camopt.cli.commands.sweep_report import show_part, show_sweep
     from camopt.front.plan import TABLED, sweep_plan
     from camopt.front.sweep import sweep as run
+    from camopt.problem.unused import constant_objectives
 
     words, scene = words_read(), changed(scene, _searched(**asked))
     if resume:
@@ -99,7 +108,7 @@ def sweep(
     unit = "boxes of designs" if by_boxes else "designs"
 
     def report_of(made: Any) -> Report:
-        notes = terminal.unused_of(scene)
+        notes = (*terminal.unused_of(scene), *constant_objectives(scene))
         if part:
             return Report(partial(show_part, made), 0, notes)
         code = exit_code(scene, made.reached) if made.pareto else NOTHING_FEASIBLE
@@ -127,10 +136,18 @@ def sweep(
 
 
 def _searched(
-    law: tuple[str, ...], thin: float | None, refine: bool, vary: tuple[tuple[str, Any], ...], **axes: Any
+    law: tuple[str, ...],
+    minimise: list[str] | None,
+    maximise: list[str] | None,
+    thin: float | None,
+    refine: bool,
+    vary: tuple[tuple[str, Any], ...],
+    **axes: Any,
 ) -> dict[str, tuple[str, Any]]:
     """What options change in [search]: keys, each with its option and value."""
     changes = {f"search.{key}": (option_of(key), value) for key, value in axes.items() if value is not None}
+    if minimise or maximise:
+        changes |= {"search.minimise": ("--minimise", minimise), "search.maximise": ("--maximise", maximise)}
     changes |= {f"search.{key}": (f"--vary {key}", axis) for key, axis in vary}
     if law:
         changes |= {"search.law": ("--law", list(law))}
