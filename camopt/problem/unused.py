@@ -1,4 +1,4 @@
-"""Values of dynamics and materials that nothing reads, wanted effects that lack data, objectives that are constant."""
+"""Values of dynamics and materials that nothing reads, wanted effects that lack data, constant objectives."""
 
 from camopt.effects import EFFECTS, effects_needed, lacking, offered
 from camopt.problem.problem import resolve
@@ -71,7 +71,8 @@ def unanswered(scene: Scene) -> list[str]:
 def constant_objectives(scene: Scene) -> list[str]:
     """A sentence on the objectives that have the same value in all designs of a sweep.
 
-    They are sizes that ``[search]`` does not vary, and what the motion alone decides, where there is one motion at one speed.
+    They are sizes that ``[search]`` does not vary, and what the motion alone decides, where there is one motion at
+    one speed.
     """
     problem = resolve(scene)
     fixed = {each.quantity for each in problem.variables if not each.is_searched}

@@ -148,22 +148,11 @@ def test_objectives_that_are_the_same_for_all_designs_are_told(varied, told, tmp
 
 
 def test_options_name_the_objectives_in_place_of_the_scenes(tmp_path, capsys):
-    small = [
-        "sweep",
-        "--base-radius",
-        "90",
-        "--offset",
-        "0",
-        "--roller-radius",
-        "5",
-        "--out",
-        str(tmp_path / "out"),
-    ]
-    assert main([*small, "--minimise", "cutter_radius_max_mm,base_radius_mm", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["front"]["ideal"].keys() == {
-        "cutter_radius_max_mm",
-        "base_radius_mm",
-    }
+    sizes = ("--base-radius", "90", "--offset", "0", "--roller-radius", "5")
+    small = ["sweep", *sizes, "--out", str(tmp_path / "out")]
+    assert main([*small, "--minimise", "profile_radius_min_mm,base_radius_mm", "--json"]) == 0
+    ideal = json.loads(capsys.readouterr().out)["front"]["ideal"]
+    assert ideal.keys() == {"profile_radius_min_mm", "base_radius_mm"}
     assert main([*small, "--maximise", "pressure_angle_max_deg", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["front"]["ideal"].keys() == {"pressure_angle_max_deg"}
     assert main([*small, "--minimise", "speed"]) == 2
