@@ -11,11 +11,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camopt.motion.law import ByOrder, Law
+from camopt.motion.law import BySeries, Law, derivatives_of
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import AsGiven, Stroke
-from camopt.motion.table import turned_kinds
+from camopt.motion.table import turned_kinds, turnings
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
@@ -24,7 +24,7 @@ from camopt.trains.train import StageFault, Train
 
 
 @dataclass(frozen=True)
-class DrivenLaw(ByOrder):
+class DrivenLaw(BySeries):
     """The motion of a follower in a stroke of the tool, from its start and in units of ``size``, mm (rad).
 
     Of a tool that a known follower drives, follower and tool change places.
@@ -59,12 +59,17 @@ class DrivenLaw(ByOrder):
     def BREAKS(self) -> tuple[float, ...]:  # noqa: N802
         return self.law.BREAKS
 
-    def _at(self, x: ArrayLike, order: int) -> FloatArray:
-        verbs = (self.law.displacement, self.law.velocity, self.law.acceleration, self.law.jerk)
-        first, *rates = (self.factor * verb(x) for verb in verbs[: order + 1])
+    def _up_to(self, x: ArrayLike, order: int) -> list[FloatArray]:
+        first, *rates = (self.factor * each for each in derivatives_of(self.law, x, order))
         terms = [self.zero + self.low + first, *(rate / k for rate, k in zip(rates, (1.0, 2.0, 6.0), strict=False))]
-        found = self.train.follower(Taylor(terms)).derivative(order)
-        return np.asarray((found - self.start if order == 0 else found) / self.size)
+        found = self.train.follower(Taylor(terms)) - self.start
+        return [np.asarray(found.derivative(k) / self.size) for k in range(order + 1)]
+
+
+@turnings.register
+def _turnings_of_tool(law: DrivenLaw, panels: int) -> tuple[float, ...]:
+    """Between its dead points a train turns back where the tool does."""
+    return turnings(law.law, panels)
 
 
 @lru_cache(maxsize=512)
@@ -83,7 +88,8 @@ def driven(tool: Programme, train: Train, zero: float, load: ExternalLoad | Trai
     for side, end, at in zip((-1.0, 1.0), train.reach, (low, high), strict=True):
         if not side * at < side * end.at:
             raise StageFault(end.stage, f"the tool goes beyond a dead point: {end.why} there")
-    levels = {end: value_at(train.follower, zero + end) for each in tool.strokes for end in (each.low, each.high)}
+    ends = {end for each in tool.strokes for end in (each.low, each.high)}
+    levels = {end: value_at(train.follower, zero + end) for end in ends}
     base = levels[tool.strokes[0].low]
     strokes = tuple(_driven(each, train, zero, levels, base) for each in tool.strokes)
     turn = Programme(strokes, load, asked=tool).on_base_circle()

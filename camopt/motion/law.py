@@ -11,6 +11,7 @@ proofs in ``verdicts.exact_laws``, and its formula in ``tests/support/naive.py``
 ``tests/data/make_reference.py`` computes.
 """
 
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -55,6 +56,24 @@ class ByOrder:
 
     def jerk(self, x: ArrayLike, /) -> FloatArray:
         return self._at(x, 3)
+
+
+class BySeries(ByOrder):
+    """The four verbs of a law whose lower derivatives come with the one that is asked for."""
+
+    def _up_to(self, x: ArrayLike, order: int) -> Sequence[FloatArray]:
+        """Displacement, velocity and so on, up to the derivative of some order."""
+        raise NotImplementedError
+
+    def _at(self, x: ArrayLike, order: int) -> FloatArray:
+        return self._up_to(x, order)[order]
+
+
+def derivatives_of(law: Law, x: ArrayLike, order: int) -> Sequence[FloatArray]:
+    """Displacement, velocity and so on of a law, up to the derivative of some order."""
+    if isinstance(law, BySeries):
+        return law._up_to(x, order)
+    return [verb(x) for verb in (law.displacement, law.velocity, law.acceleration, law.jerk)[: order + 1]]
 
 
 def folded(x: ArrayLike) -> tuple[FloatArray, Any]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.motion.contact import ProfileContact, Stand
-from camopt.motion.law import ByOrder
+from camopt.motion.law import BySeries
 from camopt.motion.load import ExternalLoad
 from camopt.motion.profile import Joint, PlacedElement, Unfit, least_radius, phase
 from camopt.motion.programme import Programme
@@ -27,7 +27,7 @@ LEAST_DROP = 1e-12  # of the largest position: no more from the lowest is roundi
 
 
 @dataclass(frozen=True)
-class ProfileLaw(ByOrder):
+class ProfileLaw(BySeries):
     """The motion of a follower from the start of an element, mm (rad), over x from 0 to 1.
 
     ``radius`` is that of the trace point's arc (of a flat face's, the profile's), None for a line; ``distance`` and
@@ -57,11 +57,12 @@ class ProfileLaw(ByOrder):
             return self.contact.on_line(self.distance, angle)
         return self.contact.on_arc(self.radius, self.distance, angle)
 
-    def _at(self, x: ArrayLike, order: int) -> FloatArray:
+    def _up_to(self, x: ArrayLike, order: int) -> list[FloatArray]:
         x, turn = np.asarray(x, dtype=float), radians(self.turn)
         rates = (turn, *(0.0,) * (STATE_ORDERS - 2))
-        found = self.position(Taylor([self.first + turn * x, *rates])).derivative(order)
-        return np.asarray(found - self.position(Taylor([self.first])).terms[0] if order == 0 else found)
+        start = self.position(Taylor([self.first])).terms[0]
+        found = self.position(Taylor([self.first + turn * x, *rates])) - start
+        return [np.asarray(found.derivative(k)) for k in range(order + 1)]
 
     @property
     def is_steady(self) -> bool:

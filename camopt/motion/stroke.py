@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.motion.conditions import DERIVATIVE_NAMES, Condition
-from camopt.motion.law import Law
+from camopt.motion.law import Law, derivatives_of
 from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 
@@ -147,8 +147,8 @@ class Stroke:
         if self.law is None:
             return np.stack([np.full_like(angles, self.low), *np.zeros((3, *angles.shape))])
         x = np.clip((angles - self.start) / self.angle, 0.0, 1.0)
-        verbs = (self.law.displacement, self.law.velocity, self.law.acceleration, self.law.jerk)
-        rows = np.stack([self.size * verb(x) / self.angle**order for order, verb in enumerate(verbs)])
+        found = enumerate(derivatives_of(self.law, x, 3))
+        rows = np.stack([self.size * each / self.angle**order for order, each in found])
         rows[0] += self.low
         return rows
 

@@ -1,13 +1,14 @@
 """Laws as panel polynomials (``numerics.piecewise``), and the kinds of stroke."""
 
-from functools import cache, lru_cache
+from collections.abc import Iterable, Sequence
+from functools import cache, lru_cache, singledispatch
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev, polynomial
 
-from camopt.motion.law import Law
+from camopt.motion.law import Law, derivatives_of
 from camopt.numerics import UNIT, FloatArray, IntArray
 from camopt.numerics.distinct import distinct
 from camopt.numerics.panels import TABLE_DEGREE
@@ -69,30 +70,52 @@ def cut_at(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tuple[float, .
     )
 
 
-def _panels(breaks: tuple[float, ...], counts: list[int]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The lower ends, centres and half widths of the panels of all pieces."""
-    ends = [np.linspace(a, b, m + 1) for (a, b), m in zip(pairwise(breaks), counts, strict=True)]
+def _panels(
+    pieces: Iterable[tuple[float, ...]], counts: Iterable[int]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The lower ends, centres and half widths of the panels of pieces, by their ends."""
+    ends = [np.linspace(a, b, m + 1) for (a, b), m in zip(pieces, counts, strict=True)]
     low = np.concatenate([e[:-1] for e in ends])
     high = np.concatenate([e[1:] for e in ends])
     return low, (low + high) / 2, (high - low) / 2
 
 
-def _coarse(law: Law, breaks: tuple[float, ...], counts: list[int]) -> set[int]:
-    """The pieces with panels too wide for their jerk: its Chebyshev series goes on beyond rounding.
+class Looked(NamedTuple):
+    """What was seen of the jerk on the panels of a piece."""
 
-    No more is seen of it than rounding of x leaves.
-    """
-    _, centre, half = _panels(breaks, counts)
+    size: float
+    """The largest sum of the coefficients of its Chebyshev series."""
+    excess: float
+    """By how much what the table leaves out may be more than rounding of x makes of the jerk."""
+
+
+def _looked_at(law: Law, breaks: tuple[float, ...], counts: list[int], pieces: Sequence[int]) -> dict[int, Looked]:
+    """What is seen of some pieces."""
+    _, centre, half = _panels([breaks[k : k + 2] for k in pieces], [counts[k] for k in pieces])
     series = np.abs(law.jerk(centre[:, None] + half[:, None] * FINER_NODES) @ TO_CHEBYSHEV.T)
     slope = series @ np.arange(series.shape[1]) ** 2 / half
-    rest = series[:, JERK_DEGREE + 1 :].sum(axis=1)
-    wide = rest > KEPT_JERK * series.sum(axis=1).max() + UNIT * slope
-    return set(np.repeat(np.arange(len(counts)), counts)[wide].tolist())
+    excess = series[:, JERK_DEGREE + 1 :].sum(axis=1) - UNIT * slope
+    firsts = np.cumsum([0, *(counts[k] for k in pieces[:-1])])
+    rows = (np.maximum.reduceat(each, firsts).tolist() for each in (series.sum(axis=1), excess))
+    return dict(zip(pieces, map(Looked, *rows), strict=True))
+
+
+def _fine_counts(law: Law, breaks: tuple[float, ...], counts: list[int]) -> list[int]:
+    """Numbers of panels of the pieces, doubled while the Chebyshev series of the jerk goes on beyond rounding."""
+    seen, coarse = dict[int, Looked](), list(range(len(counts)))
+    for _ in range(MOST_HALVINGS):
+        seen |= _looked_at(law, breaks, counts, coarse)
+        most = KEPT_JERK * max(each.size for each in seen.values())
+        coarse = [k for k, each in seen.items() if each.excess > most]
+        if not coarse:
+            break
+        counts = [2 * count if k in coarse else count for k, count in enumerate(counts)]
+    return counts
 
 
 @lru_cache(maxsize=256)
 def stroke_coefficients(
-    law: Law, panels: int, cuts: tuple[float, ...] = ()
+    law: Law, panels: int, cuts: tuple[float, ...]
 ) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
     """A law as panel polynomials on the unit stroke.
 
@@ -104,24 +127,21 @@ def stroke_coefficients(
     """
     breaks = cut_at(law.BREAKS, cuts)
     counts = [max(1, round(panels * (b - a))) for a, b in pairwise(breaks)]
-    for _ in range(MOST_HALVINGS):
-        coarse = _coarse(law, breaks, counts)
-        if not coarse:
-            break
-        counts = [2 * count if k in coarse else count for k, count in enumerate(counts)]
-    low, centre, half = _panels(breaks, counts)
+    counts = _fine_counts(law, breaks, counts)
+    low, centre, half = _panels(pairwise(breaks), counts)
     series = law.jerk(centre[:, None] + half[:, None] * NODES) @ TO_POWERS.T
-    for constant in (law.acceleration(centre), law.velocity(centre), law.displacement(centre)):
+    for constant in reversed(derivatives_of(law, centre, 2)):
         series = polynomial.polyint(series, axis=1) * half[:, None]
         series[:, 0] = constant
     series.flags.writeable = False
     return series, np.append(low, 1.0), tuple(counts)
 
 
+@singledispatch
 @lru_cache(maxsize=256)
 def turnings(law: Law, panels: int) -> tuple[float, ...]:
     """Where a law turns back in a stroke: the roots of its velocity with a change of sign; none if monotone."""
-    series, ends, _ = stroke_coefficients(law, panels)
+    series, ends, _ = stroke_coefficients(law, panels, ())
     centre, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
     velocity = polynomial.polyder(series.T) / half
     turns = [centre[k] + half[k] * u for k, u in sign_changes(velocity)]

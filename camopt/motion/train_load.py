@@ -25,6 +25,7 @@ from camopt.trains.joints import Weighted
 from camopt.trains.train import Train
 
 NODES, TO_POWERS = chebyshev_projection(TABLE_DEGREE - 1)
+FITTED = np.array([0.0, *NODES])
 LOOKED_AT, _ = chebyshev_series(TABLE_DEGREE + 3)
 BETWEEN = 2.0  # how much larger the error between the places looked at may be than at them
 SEEN = 2.0**20  # times the errors of the motion: what these make of the load is beyond rounding
@@ -66,24 +67,28 @@ class TrainLoad:
 
     def tabulated(self, table: MotionTable, strokes: IntArray) -> TrainLoadTable:
         """The load on the panels of a turn, which are cut where it has corners; ``strokes`` numbers theirs."""
-        centre, made, seen = (self._on_panels(table, u) for u in (np.zeros(1), NODES, LOOKED_AT))
-        brought = np.zeros((4, *table.centre.shape))
-        for order, error in enumerate(table.error[: len(table.centre)].T):
-            moved = self._on_panels(table, LOOKED_AT, order, SEEN * error)
-            brought += np.abs(moved - seen).max(axis=2) / SEEN
+        made = self._on_panels(table, FITTED)
+        errors = SEEN * table.error[: len(table.centre)].T
+        apart = np.eye(len(errors), len(errors) + 1, 1)[..., None] * errors[:, None]
+        seen, *moved = np.moveaxis(self._on_panels(table, LOOKED_AT, apart), 1, 0)
+        brought = np.sum([np.abs(each - seen).max(axis=2) for each in moved], axis=0) / SEEN
         forces = []
         for k in (0, 2):
-            series = polynomial.polyint((made[k + 1] @ TO_POWERS.T).T) * table.half_width
-            series[0] = centre[k][:, 0]
+            series = polynomial.polyint((made[k + 1][:, 1:] @ TO_POWERS.T).T) * table.half_width
+            series[0] = made[k][:, 0]
             forces.append(_force_table(table, strokes, series.T, seen[k : k + 2], brought[k : k + 2]))
         return TrainLoadTable(*forces)
 
-    def _on_panels(self, table: MotionTable, u: FloatArray, order: int = 0, by: Any = 0.0) -> FloatArray:
-        """The load at places u of all panels, (4, panels, places), with a derivative of the motion moved."""
+    def _on_panels(self, table: MotionTable, u: FloatArray, apart: FloatArray | None = None) -> FloatArray:
+        """The load at places u of all panels, (4, panels, places).
+
+        Or (4, motions, panels, places), of motions that are apart from the table's by (4, motions, panels).
+        """
         panels = np.arange(len(table.centre))[:, None]
         angles = table.centre[:, None] + table.half_width[:, None] * u
         motion = np.array(derivatives(table, panels, u))
-        motion[order] += np.reshape(by, (-1, 1))
+        if apart is not None:
+            motion = motion[:, None] + apart[..., None]
         kinds = np.repeat(table.kind, np.diff(table.first_panel))
         return np.array(self.state(angles, motion, np.broadcast_to(way_of(kinds)[:, None], angles.shape)))
 

@@ -171,8 +171,9 @@ def ranges(
     panels of a small share of it, what rounding of the cam angle makes of its slope.
     """
     low, high = np.empty((6, len(half_width))), np.empty((6, len(half_width)))
+    series: NDArray[np.floating[Any]] = coefficients.T
     for order in range(6):
-        series = polynomial.polyder(coefficients.T, order)
+        series = polynomial.polyder(series, min(order, 1))
         values = bernstein(len(series) - 1) @ series / half_width**order
         room = CONVERTED * np.abs(values).max(axis=0)
         low[order], high[order] = values.min(axis=0) - room, values.max(axis=0) + room

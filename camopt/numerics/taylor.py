@@ -129,7 +129,8 @@ def direction(angle: Series) -> Direction:
 @singledispatch
 def angle_of(x: Series, y: Series) -> Series:
     """The angle of a vector, from (x·y' − y·x')/(x² + y²): small where the vector turns little."""
-    rate = (x * y.slope - y * x.slope) / (x * x + y * y)
+    near = (Taylor(each.terms[:-1]) for each in (x, y))
+    rate = (x * y.slope - y * x.slope) / reduce(add, (each * each for each in near))
     return rate.integral(np.arctan2(y.terms[0], x.terms[0]))
 
 

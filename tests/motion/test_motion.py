@@ -204,7 +204,7 @@ def test_tables_are_as_good_as_they_say_and_lie_in_their_ranges(law, lift):
     turn = [strokes[0], ("dwell", 50, 0, None), strokes[1], ("dwell", 108.9, 0, None)]
     programme = Programme.from_segments(turn, angular=False, laws=own.EVERY)
     table, rng = programme.table, np.random.default_rng(3)
-    _, ends, _ = stroke_coefficients(own.EVERY[law], TURN_PANELS)
+    _, ends, _ = stroke_coefficients(own.EVERY[law], TURN_PANELS, ())
     count = ends.size - 1
     places = rng.uniform(-1, 1, table.centre.size)
     found = all_motion(table, places)
