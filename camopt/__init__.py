@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from camopt.synthesis.traded import Frontier
     from camopt.tables.designs import Design, scene_of
     from camopt.tables.table import load
+    from camopt.tolerances.margins import Margin
     from camopt.tolerances.tolerance import DwellError, MotionError, MotionErrors, tolerance
     from camopt.unit_systems import shown_in
     from camopt.verdicts.certify import certify
@@ -68,6 +69,7 @@ _HOMES = {
     "Frontier": "synthesis.traded",
     "Harmonics": "studies.harmonics",
     "LAWS": "motion",
+    "Margin": "tolerances.margins",
     "MeasuredProfile": "measured.profile",
     "MotionError": "tolerances.tolerance",
     "MotionErrors": "tolerances.tolerance",
@@ -133,6 +135,7 @@ __all__ = [
     "Fit",
     "Frontier",
     "Harmonics",
+    "Margin",
     "MeasuredProfile",
     "MotionError",
     "MotionErrors",

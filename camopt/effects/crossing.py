@@ -73,8 +73,10 @@ def surely_round(case: Case) -> BoolArray:
     return np.asarray(round_bodies(case) > case.designs.roller_radius)
 
 
-def round_bodies(case: Case) -> FloatArray:
+def round_bodies(case: Case) -> Any:
     """Below which R_r the largest pressure angle shows that P·n > 0; the same for all designs of a pitch curve.
+
+    Of designs that are ranges of sizes, a range.
 
     Seen from the direction in which the trace point T moves, the normal is at the pressure angle β, and T is at the
     angle β₀ that β would be with y' = 0: P·n = |T|·cos(β − β₀) − R_r. With the largest |β|, |T|·cos(|β| + |β₀|) is
@@ -86,7 +88,7 @@ def round_bodies(case: Case) -> FloatArray:
         standing = [np.abs(curve(record, ..., State(y, 0.0, 0.0, 0.0))[0]) for y in case.programme.levels]
     slant = np.radians(case.far("pressure_angle_max_deg")) + np.arctan(np.maximum(*standing))
     share = np.cos(np.minimum(slant, np.pi / 2)) - PART_ERROR
-    return np.asarray(designs.prime_radius * share)
+    return designs.prime_radius * share
 
 
 def _perhaps(case: Case, index: IntArray) -> IntArray:

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import EFFECTS, Case, Setup
-from camopt.effects.case import Bounded, Effect
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
@@ -24,11 +23,9 @@ from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped
 from camopt.problem.claims import Claim
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, strictest
-from camopt.problem.rows import Columns
 from camopt.quantities import QUANTITIES
 from camopt.smallest.enclosure import (
     curve_of_designs,
-    excess_of,
     means_on_size,
     of_designs,
     present_claims,
@@ -36,20 +33,16 @@ from camopt.smallest.enclosure import (
     rounded,
 )
 from camopt.smallest.excesses import EXCESS_ROUNDING, HUGE_SLOPE
-from camopt.smallest.mean_boxes import mean_excess, powers_over
-from camopt.smallest.sloped_designs import sloped_boxes
-from camopt.verdicts.running import planned
+from camopt.verdicts.claim_boxes import excess_of
+from camopt.verdicts.mean_boxes import mean_excess, powers_over
+from camopt.verdicts.ranges import is_ranged, ranged
+from camopt.verdicts.sloped_designs import sloped_boxes
 
 COARSE_SHARE = (
     1e-4  # of the cam angles at which curves are evaluated: any would do, those of extremes tell the most
 )
 BOUND_ERROR = 1e-12  # relative, of a quantity from the extreme or the sizes that decide it
 TIMES = 4.0  # the relative error asked, and the rounding at a point, by which kernels may be off
-
-
-def is_ranged(effect: Effect, setup: Setup) -> bool:
-    """Whether an effect runs on ranges of what designs bring."""
-    return effect.is_of_sizes or (effect.is_of_motion(setup) and not setup.free)
 
 
 def form_of(name: str, sign: float, setup: Setup) -> Peak | Mean | None:
@@ -275,18 +268,6 @@ class ExtremeAsked(NamedTuple):
 def coarse(problem: Problem) -> Problem:
     """The problem where extremes need no digits."""
     return problem.to_error(max(problem.setup.relative_error, COARSE_SHARE))
-
-
-def ranged(problem: Problem, names: set[str], designs: Designs, side: float = 0.0) -> Columns:
-    """Quantities that sizes or the motion decide, of designs of numbers or of ranges.
-
-    At side −1 they are the near sides of their enclosures.
-    """
-    case, found = Case(problem.setup, problem.programme, designs), {}
-    for effect, wanted in planned(frozenset(names), problem.setup):
-        for name, value in {**effect.of_pitch(case, wanted), **effect.run(case, wanted)}.items():
-            found[name] = value.value + side * value.outward if isinstance(value, Bounded) else value
-    return found
 
 
 def _by_arithmetic(problem: Problem, limits: list[Limit], designs: Designs) -> FloatArray:

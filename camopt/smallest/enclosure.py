@@ -23,14 +23,15 @@ from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.loading import TrainLoadTable
-from camopt.numerics.sloped import Quotient, as_quotient, as_sloped, at_point
+from camopt.numerics.sloped import as_quotient, as_sloped
 from camopt.numerics.state import State, TrainForces
 from camopt.problem.claims import AnyClaim, Claim, MeanClaim
 from camopt.problem.problem import Problem
 from camopt.smallest.combined import combined
 from camopt.smallest.excesses import Excesses, chained_excesses, cut_off, kept, widest
-from camopt.smallest.mean_boxes import mean_excess
-from camopt.smallest.sloped_designs import sloped_boxes
+from camopt.verdicts.claim_boxes import excess_of
+from camopt.verdicts.mean_boxes import mean_excess
+from camopt.verdicts.sloped_designs import sloped_boxes
 
 Present = TypeVar("Present", Claim, MeanClaim, AnyClaim)
 
@@ -59,14 +60,6 @@ def _level(designs: Designs, programme: Programme, derivative: Derivative, strok
 def means_on_size(problem: Problem) -> list[MeanClaim]:
     """The claims on means of the limits that depend on the size of the cam."""
     return [limit.mean for limit in problem.limits if limit.mean is not None and not limit.is_of_motion]
-
-
-def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs) -> Any:
-    """The excess over a side of a claim, relative to the terms of the claim: above 0 it does not hold."""
-    bound = claim.allowed()
-    value, allowed = side * found.above * claim.factor(designs), bound * found.below
-    scale = sum(at_point(x).least_magnitude for x in (value, allowed))  # the largest may be infinite
-    return (value - allowed) / (scale if bound else scale + at_point(claim.unit(designs)).high)
 
 
 def designs_at(problem: Problem, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float) -> Designs:

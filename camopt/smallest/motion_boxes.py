@@ -22,8 +22,8 @@ from camopt.smallest.boxes import Boxes
 from camopt.smallest.combined import combined
 from camopt.smallest.excesses import Excesses, chained_excesses, cut_off, kept, widest
 from camopt.smallest.result import Smallest, first_feasible, gap_of, known_crossings
-from camopt.smallest.sloped_designs import sloped_boxes
 from camopt.smallest.smallest import small
+from camopt.verdicts.sloped_designs import sloped_boxes
 
 MOTION_BATCH = 256  # boxes examined together, at most, to stop in time
 LOOKED_INTO = 12  # boxes whose middle is searched: the best motion so far may be in another valley

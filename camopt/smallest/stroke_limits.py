@@ -21,8 +21,9 @@ from camopt.numerics.sloped import Sloped, as_quotient, as_sloped
 from camopt.numerics.state import State
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem
-from camopt.smallest.enclosure import excess_of, rounded
+from camopt.smallest.enclosure import rounded
 from camopt.smallest.excesses import Excesses
+from camopt.verdicts.claim_boxes import excess_of
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
 STROKE_SHARES = 17  # of a stroke at which every box is looked at, even

@@ -17,9 +17,10 @@ from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, at_point
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem, strictest
 from camopt.smallest.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_boxes
-from camopt.smallest.enclosure import curve_of_designs, excess_of, present_claims
+from camopt.smallest.enclosure import curve_of_designs, present_claims
 from camopt.smallest.excesses import HUGE_SLOPE, Excesses
 from camopt.smallest.motion_boxes import Said
+from camopt.verdicts.claim_boxes import excess_of
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
 STROKE_PLACES = 17  # in a stroke at which every box is looked at, even

@@ -24,6 +24,7 @@ import numpy as np
 from camopt.mechanisms import FIELDS
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
+from camopt.problem.zones import size_zones
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import WITHIN, Zone, zone_of
 from camopt.tolerances.response import ORDERS, Responses
@@ -47,11 +48,8 @@ class Contribution(NamedTuple):
 def contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
     """Those of the tolerances of a scene at cam angles (m,), rad."""
     given, answers = scene.tolerances, Responses(problem, angles)
-    for key in type(given.follower).model_fields:
-        if (tolerance := getattr(given.follower, key)) is not None:
-            field = FIELDS[key]
-            zone = zone_of(tolerance, key, float(problem.design.sizes[field][0]))
-            yield _of_number(f"follower.{key}", answers.to_size(field), zone)
+    for key, zone in size_zones(scene, problem.design).items():
+        yield _of_number(f"follower.{key}", answers.to_size(FIELDS[key]), zone)
     if given.profile is not None:
         yield _of_profile(answers.to_profile, given.profile, given.waves, float(np.ptp(angles)))
     if given.bore_eccentricity is not None:

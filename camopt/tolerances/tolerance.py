@@ -20,7 +20,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from camopt.effects.motion import scale, unit_of
-from camopt.mistakes import BadInput, Mistake
+from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
@@ -29,6 +29,7 @@ from camopt.shown import Drawn, HasHtml
 from camopt.tables.cells import number
 from camopt.tables.layout import Table, table_of
 from camopt.tolerances.contributions import Contribution
+from camopt.tolerances.margins import Box, Margin, margins_table
 from camopt.tolerances.response import ORDERS
 from camopt.tolerances.turn import NAMES, TurnErrors, band, worst
 
@@ -90,6 +91,8 @@ class MotionErrors(HasHtml, Drawn):
         In the order of the turn.
     reason : str
         Why an error is infinite; "" if none is.
+    margins : tuple of Margin
+        What tolerances of sizes leave of each limit, in the order of the limits.
 
     Examples
     --------
@@ -104,6 +107,7 @@ class MotionErrors(HasHtml, Drawn):
     errors: tuple[MotionError, ...]
     dwells: tuple[DwellError, ...]
     reason: str
+    margins: tuple[Margin, ...] = ()
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each of displacement, velocity and acceleration."""
@@ -123,6 +127,23 @@ class MotionErrors(HasHtml, Drawn):
         units = {each.name: each.unit for each in self.errors}
         table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *NAMES], units=units)
         return replace(table, note=self.reason)
+
+    def margins_table(self) -> Table | None:
+        """The limits with the worst cam's quantity, and whether every cam holds them; None without margins."""
+        return margins_table(self.scene, self.margins) if self.margins else None
+
+    def worst_cam(self, limit: str) -> Scene:
+        """The scene of the worst cam that was found for a limit.
+
+        Raises
+        ------
+        UnknownName
+            If the scene has no such limit.
+        """
+        found = {each.limit: each for each in self.margins}
+        if limit not in found:
+            raise UnknownName(f"{limit!r} is no limit with a margin; {nearest(str(limit), found)}")
+        return self.scene.replace(**found[limit].sizes)
 
     def _row(self, said: str, field: str) -> dict[str, Any]:
         """What each of the three has in a field; nothing where it has none."""
@@ -166,7 +187,8 @@ def tolerance(scene: Scene) -> MotionErrors:
         why = "names none: give one, such as profile = 0.02 or follower.roller_radius = 'h6'"
         raise BadInput([Mistake(turn.problem.file, "tolerances", None, why, bare=True)])
     errors = tuple(_error(turn, order) for order in range(ORDERS))
-    return MotionErrors(scene, errors, tuple(_dwells(turn)), " ".join(_reasons(turn)))
+    margins = Box.of(scene, turn.problem).margins
+    return MotionErrors(scene, errors, tuple(_dwells(turn)), " ".join(_reasons(turn)), margins)
 
 
 def _error(turn: TurnErrors, order: int) -> MotionError:

@@ -21,12 +21,12 @@ from camopt.motion.table import ALL_STROKES
 from camopt.numerics.interval import Interval
 from camopt.problem.problem import exactly, resolve
 from camopt.quantities import AT_LEAST, QUANTITIES
-from camopt.smallest.mean_boxes import powers_over
 from camopt.verdicts import exact_mean
 from camopt.verdicts.ball import precisely
 from camopt.verdicts.certify import exact_turn
 from camopt.verdicts.exact_curve import in_balls
 from camopt.verdicts.exact_mean import DISPLACEMENT_TERMS, TAYLOR_ORDER, MeanOfPowers
+from camopt.verdicts.mean_boxes import powers_over
 
 DIGITS = 50
 LONG = 3600.0  # seconds: searches end when they have proved what they find

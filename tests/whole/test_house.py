@@ -36,9 +36,11 @@ ROOMS = {
     "scene": "mistakes unit_systems version storage quantities shown numerics trains motion mechanisms",
     "problem": "mistakes quantities numerics trains motion mechanisms effects scene",
     "tables": "mistakes unit_systems version storage quantities shown numerics motion scene problem",
-    "tolerances": "mistakes shown numerics motion mechanisms effects scene problem tables",
     "verdicts": (
         "mistakes unit_systems quantities shown numerics trains motion mechanisms effects scene problem tables"
+    ),
+    "tolerances": (
+        "mistakes unit_systems quantities shown numerics motion mechanisms effects scene problem tables verdicts"
     ),
     "smallest": (
         "mistakes unit_systems progress quantities shown numerics trains motion mechanisms effects scene problem "

@@ -19,7 +19,8 @@ def tolerance(scene: Any, as_json: bool, quiet: bool, picture: Path | None) -> i
     """Find how far the motion of a real cam may be off, by the tolerances of the scene.
 
     The table shows the worst case of displacement, velocity and acceleration, what each tolerance contributes to
-    it, and what 99.73 % of the cams hold if errors are independent.
+    it, and what 99.73 % of the cams hold if errors are independent. A second one shows what tolerances of sizes
+    leave of each limit: the worst cam within them, and whether every cam holds it, proved.
     """
     from camopt.cli import terminal
     from camopt.problem.rows import finite
@@ -33,9 +34,13 @@ def tolerance(scene: Any, as_json: bool, quiet: bool, picture: Path | None) -> i
     if as_json:
         dwells = [each._asdict() for each in result.dwells]
         errors = [{**finite(each), "shares": finite(each["shares"])} for each in result.records()]
-        terminal.print_json({"scene": scene.name, "errors": errors, "dwells": dwells, "reason": result.reason})
+        margins = [finite(each._asdict()) for each in result.margins]
+        about = {"dwells": dwells, "reason": result.reason, "margins": margins}
+        terminal.print_json({"scene": scene.name, "errors": errors, **about})
     else:
         terminal.show(result.table())
+        if (limits := result.margins_table()) is not None:
+            terminal.show(limits)
     if picture and not quiet:
         terminal.say_written([picture])
     return 0

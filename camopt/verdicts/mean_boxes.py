@@ -24,7 +24,7 @@ from camopt.numerics.sloped import Quotient, Sloped, as_sloped, at_point, by_mea
 from camopt.numerics.state import Load, State, TrainForces
 from camopt.problem.claims import MeanClaim
 from camopt.problem.problem import Problem, exactly
-from camopt.smallest.sloped_designs import sloped_boxes
+from camopt.verdicts.sloped_designs import sloped_boxes
 
 ROUNDED = 1e-13  # of the sum of magnitudes: what sums over panels lose
 

@@ -1,0 +1,256 @@
+"""Whether every design of a box holds a claim at every cam angle, decided by bisection of box and turn at once.
+
+The cam angle is one more variable of the box: over a part of a panel the motion is a range whose slopes by the
+cam angle are its own derivatives. The formula of a claim, run on both with slopes (``numerics.sloped``), bounds its
+excess over the part. A part that surely holds it is done with; one point that surely breaks it is a witness; what
+is neither is cut, across the variable that changes the excess the most. Where the excess surely rises or falls with
+a variable, only that end of it is left.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11 (monotonicity test).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.effects.peak import Derivative
+from camopt.mechanisms import Designs
+from camopt.numerics import FloatArray, IntArray
+from camopt.numerics.clock import now
+from camopt.numerics.curves import curve
+from camopt.numerics.interval import Interval, as_interval
+from camopt.numerics.loading import LoadTable, TrainLoadTable
+from camopt.numerics.panels import derivatives
+from camopt.numerics.piecewise import MotionTable
+from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped, at_point, variables
+from camopt.numerics.state import Load, State, TrainForces
+from camopt.problem.claims import AnyClaim, Claim, MeanClaim
+from camopt.problem.problem import Problem
+from camopt.verdicts.mean_boxes import mean_excess
+
+HOLDS, BREAKS, OPEN = "held", "broken", "undecided"
+MOST_PARTS, MOST_ROUNDS = 20_000, 200
+LEAST_SHARE = 2.0**-45
+"""Parts this narrow, of a panel or of the box, are not cut."""
+HUGE_SLOPE = 1e300
+"""In place of a slope without bounds."""
+Ends = Mapping[str, tuple[float, float]]
+"""Between which values sizes are, by field of ``Designs``; the others are those of a design."""
+
+
+def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs) -> Any:
+    """The excess over a side of a claim, relative to the terms of the claim: above 0 it does not hold."""
+    bound = claim.allowed()
+    value, allowed = side * found.above * claim.factor(designs), bound * found.below
+    scale = sum(at_point(x).least_magnitude for x in (value, allowed))  # the largest may be infinite
+    return (value - allowed) / (scale if bound else scale + at_point(claim.unit(designs)).high)
+
+
+class Answer(NamedTuple):
+    """Whether all designs of a box hold a claim, and one that does not, if one is found."""
+
+    verdict: str
+    witness: Designs | None = None
+
+
+def over_box(problem: Problem, claim: AnyClaim, design: Designs, ends: Ends, until: float = inf) -> Answer:
+    """Whether all designs that differ from one by sizes between their ends hold a claim.
+
+    Undecided after ``until`` (``clock.now``), and where a design may be one that cannot be assembled.
+    """
+    if not problem.programme.has(claim.kinds):
+        return Answer(HOLDS)
+    box = design.with_values({name: _wide(*each) for name, each in ends.items()})
+    for margin in problem.setup.mechanism.assembly_margins(box, problem.programme):
+        if not np.all(as_interval(margin).low > 0.0):
+            return Answer(OPEN)
+    if isinstance(claim, MeanClaim):
+        return _of_mean(problem, claim, design, ends)
+    if isinstance(claim.curve, Derivative):
+        return Answer(OPEN)
+    return Search(problem, claim, design, tuple(ends), until).run(Parts.first(problem, claim, ends))
+
+
+def _wide(low: float, high: float) -> Any:
+    return Interval(np.array([low]), np.array([high]))
+
+
+def _of_mean(problem: Problem, claim: MeanClaim, design: Designs, ends: Ends) -> Answer:
+    """Whether all designs of a box hold a claim on a mean, from its slopes alone."""
+    inside = design.with_values({name: np.array([(low + high) / 2.0]) for name, (low, high) in ends.items()})
+    box = design.with_values({name: _wide(*each) for name, each in ends.items()})
+    with np.errstate(all="ignore"):
+        excess = mean_excess(problem, claim, box, inside, [*ends])
+    if excess.value.high[0] <= 0.0:
+        return Answer(HOLDS)
+    return Answer(BREAKS, inside) if excess.at.low[0] > 0.0 else Answer(OPEN)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Parts of panels, with parts of the box."""
+
+    panel: IntArray
+    side: FloatArray
+    """Of the claim."""
+    low: FloatArray
+    """Of the place on the panel, from −1 to 1, and of each size (1 + sizes, parts)."""
+    high: FloatArray
+    whole: FloatArray
+    """Widths of the panel and of the box (1 + sizes, 1); 1 where it has none."""
+
+    @classmethod
+    def first(cls, problem: Problem, claim: Claim, ends: Ends) -> "Parts":
+        """Whole panels of the kinds of a claim, with the whole box, for each side of it."""
+        panels = np.flatnonzero(problem.programme.panels_of(claim.kinds))
+        panel, side = (each.ravel() for each in np.meshgrid(panels, np.array(claim.sides), indexing="ij"))
+        low, high = np.array([(-1.0, 1.0), *ends.values()]).T[..., None]
+        every = np.ones(panel.size)
+        return cls(panel, side, low * every, high * every, np.where(high > low, high - low, 1.0))
+
+    @property
+    def size(self) -> int:
+        return self.panel.size
+
+    def take(self, index: Any) -> "Parts":
+        return replace(
+            self, panel=self.panel[index], side=self.side[index], low=self.low[:, index], high=self.high[:, index]
+        )
+
+    def monotone(self, slopes: Interval) -> "Parts":
+        """With that end alone of each variable with which the excess surely rises or falls."""
+        rises, falls = slopes.low >= 0.0, slopes.high <= 0.0
+        return replace(
+            self, low=np.where(rises, self.high, self.low), high=np.where(falls & ~rises, self.low, self.high)
+        )
+
+    def halved(self, steepest: FloatArray) -> "Parts":
+        """Each part in two, across the variable that changes the excess the most; those that can be cut."""
+        width = (self.high - self.low) / self.whole
+        width = np.where(width > LEAST_SHARE, width, 0.0)
+        steep = np.where(np.isfinite(steepest), steepest * self.whole, HUGE_SLOPE)
+        change = steep * width
+        which, every = change.argmax(axis=0), np.arange(self.size)
+        middle = (self.low[which, every] + self.high[which, every]) / 2.0
+        below, above = self.high.copy(), self.low.copy()
+        below[which, every] = above[which, every] = middle
+        return replace(
+            self,
+            panel=np.tile(self.panel, 2),
+            side=np.tile(self.side, 2),
+            low=np.concatenate([self.low, above], axis=1),
+            high=np.concatenate([below, self.high], axis=1),
+        )
+
+    @property
+    def narrow(self) -> Any:
+        """Which of them are not to be cut."""
+        return np.all(self.high - self.low <= LEAST_SHARE * self.whole, axis=0)
+
+
+@dataclass(frozen=True)
+class Search:
+    """The search for a design of a box that breaks a claim at a cam angle."""
+
+    problem: Problem
+    claim: Claim
+    design: Designs
+    names: tuple[str, ...]
+    until: float
+
+    def run(self, parts: Parts) -> Answer:
+        """Whether there is none, or one, or neither is found."""
+        for _ in range(MOST_ROUNDS):
+            if not parts.size:
+                return Answer(HOLDS)
+            if parts.size > MOST_PARTS or now() > self.until:
+                break
+            with np.errstate(all="ignore"):
+                excess = self.excess(parts)
+            if np.any(excess.at.low > 0.0):
+                return Answer(BREAKS, self._point(parts, int(np.argmax(excess.at.low))))
+            left = np.flatnonzero(~(excess.value.high <= 0.0))
+            parts = parts.take(left).monotone(excess.slopes[:, left])
+            narrow = parts.narrow
+            if narrow.any():
+                with np.errstate(all="ignore"):
+                    if not np.all(self.excess(parts.take(narrow)).value.high <= 0.0):
+                        break
+                parts, left = parts.take(~narrow), left[~narrow]
+            parts = parts.halved(excess.slopes[:, left].largest_magnitude)
+        return Answer(OPEN)
+
+    def excess(self, parts: Parts) -> Sloped:
+        """By how much designs of parts exceed the claim."""
+        programme, middle = self.problem.programme, (parts.low + parts.high) / 2.0
+        half = programme.table.half_width[parts.panel]
+        place = Interval(parts.low[0] * half, parts.high[0] * half)
+        sides = [place, *(Interval(low, high) for low, high in zip(parts.low[1:], parts.high[1:], strict=True))]
+        angle, *sizes = variables(sides, [middle[0] * half, *middle[1:]])
+        designs = self.design.take(np.zeros(parts.size, dtype=int))
+        designs = designs.with_values(dict(zip(self.names, sizes, strict=True)))
+        state = state_over(programme.table, parts.panel, middle[0], angle)
+        value, _ = curve(self.claim.curve(designs, programme), ..., state)
+        whole = value.divided() if isinstance(value, Quotient) else value
+        return as_sloped(excess_of(self.claim, parts.side, as_quotient(whole), designs), angle)
+
+    def _point(self, parts: Parts, number: int) -> Designs:
+        """The design in the middle of a part."""
+        middle = (parts.low[1:, number] + parts.high[1:, number]) / 2.0
+        return self.design.with_values({n: np.array([v]) for n, v in zip(self.names, middle, strict=True)})
+
+
+def state_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: Sloped) -> State:
+    """The state of the follower over parts of panels, with slopes by the cam angle from the panel's middle.
+
+    ``u`` is the middle of each part, as a share of half the panel.
+    """
+    motion, most, error = derivatives(table, panel, u), table.most[panel], table.error[panel]
+    room = angle.span.high[0]
+
+    def part(order: int, slope: Interval) -> Sloped:
+        known = Interval(motion[order] - error[:, order], motion[order] + error[:, order])
+        moved = known + slope * Interval(-room, room)
+        value = Interval(
+            np.maximum(moved.low, table.low[panel, order] - error[:, order]),
+            np.minimum(moved.high, table.high[panel, order] + error[:, order]),
+        )
+        return replace(angle, value=value, at=known, slopes=_by_angle(angle, slope))
+
+    jerk = Interval(
+        np.maximum(motion[3] - room * most[:, 4], table.low[panel, 3]) - error[:, 3],
+        np.minimum(motion[3] + room * most[:, 4], table.high[panel, 3]) + error[:, 3],
+    )
+    acceleration = part(2, jerk)
+    velocity = part(1, acceleration.value)
+    displacement = part(0, velocity.value)
+    return State(displacement, velocity, acceleration, 0.0, _load_over(table, panel, angle))
+
+
+def _by_angle(angle: Sloped, slope: Interval) -> Interval:
+    """Slopes of what depends on the cam angle alone."""
+    low, high = np.zeros((2, *angle.slopes.low.shape))
+    low[0], high[0] = slope.low, slope.high
+    return Interval(low, high)
+
+
+def _load_over(table: MotionTable, panel: IntArray, angle: Sloped) -> Any:
+    """What a load brings over parts of panels."""
+    load = table.load
+    if isinstance(load, LoadTable):
+        slope = Interval(*(load.slope[panel] + side * load.error[panel, 1] for side in (-1.0, 1.0)))
+        straight = angle * load.slope[panel] + Interval(
+            *(load.centre[panel] + side * load.error[panel, 0] for side in (-1.0, 1.0))
+        )
+        return Load(replace(straight, slopes=_by_angle(angle, slope)), 0.0)
+    if isinstance(load, TrainLoadTable):
+        ranges = (
+            Interval(each.low[panel, 0] - each.error[panel, 0], each.high[panel, 0] + each.error[panel, 0])
+            for each in load
+        )
+        still, carried = ranges
+        return TrainForces(still, 0.0, carried, 0.0)
+    return None
