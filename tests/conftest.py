@@ -1,17 +1,19 @@
-"""What holds for all tests: how deep they look at random (``support.depth``), and when kernels are compiled."""
+"""What holds for all tests: how many of their cases are tried (``one_in``), and when kernels are compiled."""
 
 import gc
 import os
 import signal
+from collections import Counter
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is imported: as for commands
 
 import pytest
 from hypothesis import settings
+from support.depth import is_deep
 
 from camopt.kernels import compile
 
-settings.register_profile("ci", deadline=None, derandomize=True)
+settings.register_profile("ci", deadline=None, derandomize=True, max_examples=25)
 settings.register_profile("deep", deadline=None, max_examples=1000, print_blob=True)
 settings.load_profile("ci")  # before --hypothesis-profile is read
 
@@ -20,6 +22,19 @@ def pytest_configure():
     """Under ``nohup`` the commands that tests start would ignore the signal that the tests send them."""
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config, items):
+    """Of a test that is marked ``one_in(n)``, every n-th case; all of them in ``.ci/deep``."""
+    met, left = Counter(), []
+    for item in items:
+        mark, test = item.get_closest_marker("one_in"), (item.path, item.originalname)
+        if mark and not is_deep() and met[test] % mark.args[0]:
+            left.append(item)
+        met[test] += 1
+    config.hook.pytest_deselected(items=left)
+    items[:] = [item for item in items if item not in set(left)]
 
 
 def pytest_collection_finish():

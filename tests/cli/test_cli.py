@@ -515,6 +515,7 @@ def test_a_file_that_cannot_be_written_is_told(run, option):
     assert files_here() == []
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("table", ["designs.parquet", "pareto.parquet", "pareto-grid.parquet", "scene.toml"])
 def test_a_folder_in_place_of_a_table_is_told(run, table):
     Path("camopt-out", table).mkdir(parents=True)
@@ -573,6 +574,7 @@ def test_every_module_of_a_command_is_one():
     assert modules - reports == {"__init__", *COMMANDS}
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_command_imports_no_other(command):
     code = (
@@ -586,6 +588,7 @@ def test_a_command_imports_no_other(command):
     assert done.stderr.strip() == f"camopt.cli.commands.{command}"
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("command", ["evaluate", "certify", "laws", "scenes"])
 def test_one_design_needs_no_compiler(command):
     """Its formulas run as they are written: numba takes half a second to import."""
@@ -643,6 +646,7 @@ def test_a_pressure_angle_limits_the_return_too(run_json):
     assert found["violated"] == ""
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
 @pytest.mark.parametrize("arguments", [["laws"], ["evaluate", "exhaust-valve"]])
 def test_a_narrow_encoding_is_no_trouble(encoding, arguments):

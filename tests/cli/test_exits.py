@@ -31,6 +31,7 @@ def shell(command, **environment):
     return done.returncode, out, err
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("command", ["laws --quiet", "laws --quiet --json", "scenes two-pauses", "--help"])
 def test_a_pipe_without_a_reader_has_a_code_of_its_own(command):
     assert shell(f"camopt {command} | head -c0; exit ${{PIPESTATUS[0]}}") == (exits.READER_GONE, "", "")
@@ -54,6 +55,7 @@ def test_a_closed_stderr_gives_its_number_to_no_file():
     assert Path("c.csv").read_text(encoding="utf-8").startswith('"cam_angle_deg",')
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("value", ["0", "-1", "many"])
 def test_an_environment_that_numba_refuses_is_told_in_a_line(value):
     code, out, err = shell(

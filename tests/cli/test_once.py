@@ -51,6 +51,7 @@ SWEEP = ["sweep", "two-pauses", "--out", "out"]
 FRONTIER = ["frontier", "--points", "2", "--out", "out"]
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     "arguments",
     [*(each[0] for each in COMMANDS.values()), FRONTIER, SWEEP, [*SWEEP, "--part", "1/2"]],

@@ -78,6 +78,7 @@ def displacement_of(scene):
     return lift * (up - down)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", SCENES)
 def test_the_svg_moves_the_follower_by_the_displacement(name):
     """From the numbers of the file, which are points of the page or degrees."""

@@ -86,6 +86,7 @@ def test_same_scene_same_file_and_no_settings_left_behind(tmp_path: Path) -> Non
     assert dict(matplotlib.rcParams) == settings
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["a $ cam <&> $\\frac$", "カム", "x" * 300])
 def test_any_name_can_be_drawn(name: str, tmp_path: Path) -> None:
     scene = find_scene("exhaust-valve").replace(name=name)
@@ -120,6 +121,7 @@ def curve(points: dict[str, Any], name: str) -> Any:
 DISCS = [name for name in shipped_scenes() if find_scene(name).cam.form == "disc"]
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", DISCS)
 def test_profile_is_a_roller_radius_from_the_pitch_curve_and_least_at_the_base_circle(name: str) -> None:
     scene = find_scene(name)
@@ -147,6 +149,7 @@ def test_profile_is_tangent_to_the_roller(name: str) -> None:
         assert abs((along * np.conj(normal)).real) < 1e-6 * abs(along) * abs(normal)
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", [n for n in DISCS if find_scene(n).follower.motion == "translating"])
 def test_turning_the_other_way_mirrors_a_translating_cam(name: str) -> None:
     scene = find_scene(name)

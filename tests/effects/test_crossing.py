@@ -159,6 +159,7 @@ def slim_cams(count: int, key) -> list[Case]:
     return made
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("key", ROUND)
 def test_a_crossing_shown_is_a_root(key):
     """The two angles lead Newton's method to one point of the profile at two cam angles, along two directions."""
@@ -226,6 +227,7 @@ def touching_roller(law: str) -> tuple[float, float]:
     return float(best.fun), degrees(best.x)
 
 
+@pytest.mark.one_in(7)
 @pytest.mark.parametrize("k", range(1, 11))
 @pytest.mark.parametrize("law", ["parabolic", "modified-sine", "cycloidal"])
 def test_the_verdict_flips_where_the_flanks_touch(law, k):
@@ -335,6 +337,7 @@ LOBES = {
 }
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", LOBES)
 def test_the_smallest_cam_is_the_least_that_does_not_cross_itself(name):
     """Down from a large cam, bisection on polygons ends where it does."""
@@ -419,6 +422,7 @@ def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
     assert surely_round(case)[held].mean() > 0.99
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("scene", "free", "ends", "boxes"),
     [
@@ -455,6 +459,7 @@ def squared_depths(case: Case, a, b) -> np.ndarray:
     return case.designs.roller_radius[0] ** 2 - np.abs(at_a.profile[0][:, None] - at_b.pitch) ** 2
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("key", ROUND)
 def test_a_cam_crosses_itself_if_and_only_if_the_roller_cuts_into_it(key):
     """Of cams that are not undercut, all pairs of 720 cam angles against the proof by parts."""
@@ -524,6 +529,7 @@ def speed_at(case: Case, angles) -> float:
     return float(curve(record, ..., case.programme.state(angles))[0][0])
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("key", ROUND)
 def test_all_cams_of_an_excluded_box_cross_themselves(key):
     """Random designs of boxes, and the corners, against polygons; all boxes round a crossing are, once narrow."""

@@ -62,6 +62,7 @@ def agree(found, expected, jumps):
         assert found[name] == pytest.approx(value, rel=1e-4 if jumps else 1e-6), name
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("law", ["cycloidal", "parabolic", "poly345", "modified-trapezoid"])
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 @pytest.mark.parametrize("friction", [0.0, 0.15])
@@ -142,6 +143,7 @@ def test_an_oscillating_roller():
 LAWS_AND_DAMPING = [*product(("cycloidal", "parabolic", "modified-sine"), (0.0, 0.03, 2.0))]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("law", "damping"), covering(LAWS_AND_DAMPING, enumerate))
 def test_the_jump_speed_is_where_the_least_force_is_zero(law, damping):
     scene = with_law(VALVE, law).replace(**{"follower.dynamics.damping": damping})

@@ -26,6 +26,7 @@ from camopt.verdicts.ball import Ball
 SEEDS = [4, 6, 7, 8, 9, 13, 20, 33, 134]
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_loads_are_those_of_the_follower_in_equilibrium(seed):
     _, apart = friction.differences(friction.random_scene(seed))
@@ -82,6 +83,7 @@ def guided(**changes):
     return Scene.from_dict(scene).replace(**changes)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("offset", [-25, 0, 25])
 def test_a_return_is_eased_by_friction_to_whichever_side_it_thrusts(offset):
     """A load that has its peak at one cam angle of the return, and pulls elsewhere: N there is the sheet's."""
@@ -162,6 +164,7 @@ def of_random_scene(seed):
     return evaluate(Scene.from_dict(friction.random_scene(seed)))
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("limit", "seed"), covering(BOTH, lambda pair: pair[:1]))
 def test_balls_and_doubles_meet_at_the_bound(limit, seed):
     scene = {**friction.random_scene(seed), "outputs": [LIMITS[limit]]}

@@ -110,6 +110,7 @@ class Turn:
         return sorted([*ends, *middles])
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("contact", "offset"), [("roller", 0), ("offset-roller", 11)])
 def test_the_torque_of_a_rubbing_follower_is_that_of_50_digits(contact, offset):
     problem = exactly(resolve(scene_of(contact)))
@@ -172,6 +173,7 @@ def test_the_lift_area_of_a_symmetric_law_is_half_that_of_its_box(contact, unit,
         assert certify(scene.replace(limits={name: true * share}))[name] == verdict
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("law", ["cycloidal", "modified-sine", "poly345", "harmonic"])
 @pytest.mark.parametrize("contact", ["flat", "arm", "groove-arm"])
 def test_springs_and_masses_give_back_what_they_take(contact, law):
@@ -183,6 +185,7 @@ def test_springs_and_masses_give_back_what_they_take(contact, law):
     assert float((whole - spent).mid()) == pytest.approx(0.0, abs=1e-40 * float(abs(spent)))
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_columns_are_those_of_balls(contact):
     problem, cam = exactly(resolve(scene_of(contact, "cycloidal"))), evaluate(scene_of(contact, "cycloidal"))
@@ -244,6 +247,7 @@ def boxes_of(problem, width, count, seed):
     return replace(problem.design, **sizes), replace(problem.design, **inside), free
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("contact", ["roller", "offset-roller", "spherical", "groove"])
 def test_the_range_over_a_box_holds_every_design_of_it(contact):
     problem = resolve(scene_of(contact))

@@ -45,6 +45,7 @@ def agree(found, expected, rel):
     assert np.max(np.abs([found[name] for name in NAMES] - np.asarray(expected)) / scale) < rel
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", DISCS)
 def test_a_section_is_that_of_a_polygon_of_many_points(name):
     """The polygon's error falls with the square of its sides: two of them give the limit."""

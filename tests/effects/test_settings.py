@@ -38,6 +38,7 @@ CASES = {
 }
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("law", ["cycloidal", "parabolic", "uniform"])
 @pytest.mark.parametrize("case", CASES)
 def test_many_settings_together_are_each_what_it_is_alone(case, law):

@@ -177,6 +177,7 @@ def test_limits_are_decided_next_to_the_bound(key, quantity, side):
         assert certify(limited)[key] == ("held" if held else "broken")
 
 
+@pytest.mark.long
 def test_the_smallest_cam_with_a_film():
     """The film grows with the flat face's cam: the least cam is the one whose film is the bound."""
     bound = camopt.evaluate(scene_of("flat", base_radius=34.0))["film_ratio_min"]

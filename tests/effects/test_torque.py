@@ -155,6 +155,7 @@ def expected_of(law, swinging):
     return slow_quantities(motion(law, 15.0 if swinging else 30.0), SWINGING if swinging else FULL, swinging)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("swinging", [False, True])
 @pytest.mark.parametrize("law", [law for law in own.STILL if law in LAWS])
 def test_all_quantities_against_fifty_digits(law, swinging):

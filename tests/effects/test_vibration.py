@@ -120,6 +120,7 @@ TURNS = {
 }
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("damping", [0.0, 0.03, 0.9])
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("turn", TURNS)

@@ -127,6 +127,7 @@ def kind_of(case):
 CASES = [(name, curves) for curves in ("arcs", "spline") for name in DISCS]
 
 
+@pytest.mark.one_in(7)
 @pytest.mark.parametrize(("name", "curves"), covering(CASES, kind_of))
 def test_a_disc_read_back_is_whole_as_large_as_green_says_and_within_the_chord_both_ways(name, curves, tmp_path):
     scene = disc(name)
@@ -155,6 +156,7 @@ def test_two_ways_of_a_profile_have_different_points():
     assert furthest(pairs[0], [pairs[1]]) == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     "part",
     [
@@ -228,6 +230,7 @@ def walls(solid):
             yield surface, surface.Bounds()
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", GROOVES)
 def test_a_groove_read_back_is_whole_and_touches_its_roller_at_every_depth(name, tmp_path):
     scene = GROOVES[name]
@@ -248,6 +251,7 @@ def test_a_groove_read_back_is_whole_and_touches_its_roller_at_every_depth(name,
     assert np.abs(away - radius).max() <= told.about["wall_deviation_measured_mm"] + 1e-5  # of the angles
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", GROOVES)
 def test_the_true_wall_is_on_the_solid(name, tmp_path):
     work = work_of(GROOVES[name])
@@ -280,6 +284,7 @@ def test_the_groove_of_a_small_cam_is_undercut_at_its_bottom_alone(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["bucket-valve", "uniform-knife-offset", "tangent-cam"])
 def test_triangles_of_a_disc_are_watertight_and_within_the_chord(name, tmp_path):
     scene = disc(name)

@@ -48,6 +48,7 @@ def drawn(document, layer):
     return np.array([complex(*Vec2(point)) for point in found])
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("curves", ["arcs", "spline", "polyline"])
 @pytest.mark.parametrize(
     "name", ["valve-rod-radial", "oscillating-roller", "tangent-cam", "uniform-knife-radial", "groove"]
@@ -85,6 +86,7 @@ MILLED = {"cutter_radius": 5.0, "feed": 300.0}
 NEEDED = {".nc": MILLED, ".mpf": MILLED, ".h": MILLED, ".p": {"cutter_radius": 5.0}, ".stl": {"chord": 0.1}}
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("suffix", ENDINGS)
 def test_the_same_cam_gives_the_same_file(tmp_path, suffix):
     scene = find_scene("valve-rod-radial")
@@ -94,6 +96,7 @@ def test_the_same_cam_gives_the_same_file(tmp_path, suffix):
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("curves", ["arcs", "spline"])
 @pytest.mark.parametrize("name", ["roller-1000rpm", "flat-reciprocating", "feeder-with-stop"])
 def test_an_svg_is_the_cam_in_millimetres(tmp_path, name, curves):

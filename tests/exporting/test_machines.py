@@ -38,6 +38,7 @@ def wanted(name):
     return scene, *(true_points(problem, curves[each].distance) for each in ("cutter", "profile"))
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("control", DIALECTS)
 @pytest.mark.parametrize(("name", "direction"), CAMS)
 def test_a_program_cuts_the_profile(tmp_path, control, name, direction):
@@ -68,6 +69,7 @@ def test_a_program_cuts_the_profile(tmp_path, control, name, direction):
     assert (around < 0) == (direction == "climb")
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("control", DIALECTS)
 def test_arcs_of_a_large_radius_are_lines_within_the_chord(tmp_path, control):
     scene, file = find_scene("valve-rod-radial"), tmp_path / "cam.nc"
@@ -185,6 +187,7 @@ def test_an_electronic_cam_is_the_motion(tmp_path, name):
     np.testing.assert_allclose(velocity - velocity[0], gained, atol=3e-3 * np.ptp(velocity))
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", [*CONTACTS, "tangent-cam"])
 def test_points_have_the_form_of_the_profile(name):
     """Normals and curvatures against differences of the points, and the least radius that evaluate finds."""

@@ -171,6 +171,7 @@ def judged_alone(space, names):
     return rows.count, rows.take(rows.column("feasible").astype(bool))
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6), block=st.sampled_from([7, 50, 65536]), plain=st.booleans())
 @settings(max_examples=times(4, deep=40))
@@ -202,6 +203,7 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
             same_rows(front.only(alike), found.front.only(alike))
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("contact", [name for name in CONTACTS if rounded(name)])
 @given(seed=st.integers(0, 10**6), block=st.sampled_from([7, 50, 32768]))
 @settings(max_examples=times(5, deep=40))
@@ -257,6 +259,7 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
         same_rows(rows, feasible(curves, first))
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6), few=st.sampled_from([1, 2, 9]))
 @settings(max_examples=times(3, deep=40))
@@ -266,6 +269,7 @@ def test_boxes_give_the_front_of_the_full_sweep(contact, seed, few):
     assert found.decided + found.evaluated >= designs
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6))
 @example(seed=7386)  # a force that is the same for all designs: over an arm whose length does not vary

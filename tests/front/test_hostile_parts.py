@@ -3,11 +3,13 @@
 import json
 import shutil
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pyarrow as pa
 import pytest
 from support import hostile
+from support.depth import times
 
 import camopt
 from camopt.cli.exits import BAD_INPUT
@@ -122,7 +124,7 @@ def test_a_rightly_sealed_odd_part_is_refused_by_its_name(parts, tmp_path, capsy
     one, two = (records_of(file) for file in parts)
     odd = tmp_path / "part-2-of-2.sweep"
     out, tried, unlike = tmp_path / "out", 0, []
-    for what, change in oddities():
+    for what, change in islice(oddities(), 0, None, times(4, deep=1)):
         question, batches = change(*two)
         odd.write_bytes(JOURNAL_MAGIC + b"".join(map(record, (question, *batches, END_RECORD))))
         same = (question, batches) == two
@@ -137,7 +139,7 @@ def test_a_rightly_sealed_odd_part_is_refused_by_its_name(parts, tmp_path, capsy
         if code != BAD_INPUT or len(rest) != of_another or str(odd) not in first or out.exists():
             unlike.append((what, code, told))
     assert not unlike, "\n".join(map(str, unlike))
-    assert tried > 140
+    assert tried > times(35, deep=140)
     assert one[0] != two[0]
 
 

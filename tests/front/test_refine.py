@@ -115,6 +115,7 @@ def test_the_smallest_cams_share_the_time_of_a_search(monkeypatch):
     assert 0.5 < second <= 1.0
 
 
+@pytest.mark.one_in(5)
 def test_a_refined_front_is_no_worse_than_the_grid(swept):
     result, rows, grid = swept
     fine, coarse = costs_of(rows, result), costs_of(grid, result)
@@ -127,6 +128,7 @@ def test_a_refined_front_is_no_worse_than_the_grid(swept):
     assert result.pareto == rows.count == result.front.points
 
 
+@pytest.mark.one_in(4)
 def test_no_allowed_design_nearby_lowers_the_objective(swept):
     """Ten thousand designs about each of a few rows, at distances from 1e-4 to a tenth of each range."""
     result, rows, _ = swept

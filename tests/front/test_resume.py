@@ -137,6 +137,7 @@ def test_a_sweep_that_is_shorter_than_a_record_writes_no_journal(tmp_path, monke
     run(tmp_path)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("change", "named"),
     [
@@ -277,6 +278,7 @@ def test_an_interrupted_search_by_boxes_goes_on(share, tmp_path, front_only, mon
     assert files_in(tmp_path) == files
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("first", ["boxes", "blocks"])
 def test_blocks_and_boxes_of_one_question_do_not_mix(first, tmp_path, front_only, monkeypatch):
     """A cluster evaluates blocks of what this machine decides by boxes: neither takes what the other kept."""
@@ -330,6 +332,7 @@ def test_a_flipped_bit_starts_a_search_by_boxes_anew(place, bit, kept_state, tmp
 # -------------------------------------------------------------------------------------------------- many machines
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("parts", [1, 3, 12])
 @pytest.mark.parametrize("keep", ["feasible", "pareto"])
 def test_parts_are_merged_to_what_one_run_writes(parts, keep, tmp_path, whole):

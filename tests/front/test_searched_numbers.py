@@ -111,6 +111,7 @@ def same(row, cam, tolerance):
         assert row[name] == close, name
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6), block=st.sampled_from([1, 7, 32768]), workers=st.integers(1, 2))
 @settings(max_examples=times(1, deep=60))
@@ -185,6 +186,7 @@ FAST = {
 }
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     ("minimise", "more"),
     [

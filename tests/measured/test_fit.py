@@ -80,6 +80,7 @@ WITHIN = {0.0: (2e-3, 0.02), 0.001: (0.02, 0.03), 0.01: (0.05, 0.08)}
 """Of a noise, mm: how near the largest acceleration and jerk of a lobe of 8 mm are found again."""
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("noise", WITHIN)
 @pytest.mark.parametrize("law", SMOOTH)
 def test_a_law_is_found_again(law, noise):
@@ -94,6 +95,7 @@ def test_a_law_is_found_again(law, noise):
 CASES = [(law, noise) for law in LAWS for noise in (0.001, 0.01, 0.05)]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("law", "noise"), covering(CASES, lambda case: case))
 def test_the_noise_is_found_and_the_band_held_for_every_law(law, noise):
     rows = measured(law=law, noise=noise, seed=7)
@@ -120,6 +122,7 @@ TURNS = {
 }  # fmt: skip
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("shift", [0.0, 100.0, 250.5])
 @pytest.mark.parametrize("name", TURNS)
 def test_segments_are_those_that_were_measured(name, shift):
@@ -347,6 +350,7 @@ def test_a_band_that_is_not_held_is_not_proved():
 # ----------------------------------------------------------------------------------------- noise and outliers
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_outliers_are_named_by_their_rows(seed):
     rows = measured(noise=0.01, seed=seed)
@@ -454,6 +458,7 @@ PULLED = {59}
 """Of these, a valve whose dwell reaches into a ramp: that is told."""
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize(("seed", "within"), [*TOO_ROUGH.items(), *RAISED.items()])
 def test_random_files_are_found_again(seed, within):
     file = random_file(seed)

@@ -98,6 +98,7 @@ TURN = np.radians(DEGREES)
 # --------------------------------------------------------------------------------------------------- contacts
 
 
+@pytest.mark.one_in(5)
 @settings(max_examples=times(20, 400))
 @given(data=st.data(), base=st.floats(45.0, 70.0), lift=st.floats(1.0, 8.0))
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
@@ -169,6 +170,7 @@ def in_the_plane(follower, rotation, probe):
     return rows, fit(MeasuredProfile(xy(centres), "xy", probe), cam_of(follower, rotation), band=0.005)
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize(
     ("cam", "probe"), covering(PROBED, lambda case: [case[0], (case[0][0], case[1]), (case[0][1], case[1])])
 )
@@ -200,6 +202,7 @@ def with_errors(follower, rotation):
     return centres, fit(MeasuredProfile(xy(centres), "xy", 2.0), cam_of(follower, rotation))
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_noise_and_outliers_are_those_of_the_points(follower, rotation):
     _, fitted = with_errors(follower, rotation)
@@ -230,6 +233,7 @@ def worn_points():
     return centres, fit(MeasuredProfile(xy(centres), "xy", 3.0), cam_of(WORN), band=0.01)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("order", ORDERS)
 def test_the_order_and_the_sense_of_points_do_not_matter(order):
     centres, first = worn_points()
@@ -263,6 +267,7 @@ def test_distances_alone_are_in_equal_steps():
     )
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_polar_angles_are_cam_angles_whichever_way_the_cam_turns(follower, rotation):
     """Where a radial follower meets the centre of the ball: of a cam that turns cw, the other way round on it."""
@@ -283,6 +288,7 @@ ROUNDED = [(follower, FORMS[(n + d) % 2], d) for n, follower in enumerate(FOLLOW
 ROUNDED += [case for case in product(FOLLOWERS, FORMS, (1, 2, 3)) if case not in ROUNDED]
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize(("follower", "form", "digits"), covering(ROUNDED, lambda case: combinations(case, 2)))
 def test_rounded_points_have_the_noise_of_their_step(follower, form, digits):
     curve, step = curve_of(problem_of(follower)), 10.0**-digits
@@ -433,6 +439,7 @@ def test_any_cam_is_found_within_its_band(data, base, lift, probe, turned):
 # --------------------------------------------------------------------------------------- far from the profile
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_the_points_are_as_near_to_the_profile_of_the_result(follower, rotation):
     """By the points of the scene alone, as it is exported: no part of the fit is in this."""
@@ -653,6 +660,7 @@ def test_the_command_says_what_was_measured_and_draws_it(run, tmp_path):
     assert camopt.find_scene("fitted.toml").cam.base_radius == pytest.approx(LEAST, abs=0.001)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("depth", "legend"), [(0.0, {"base circle", "points"}), (1.5, {"base circle", "points", "not reached"})]
 )

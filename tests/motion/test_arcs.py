@@ -101,6 +101,7 @@ def profile_of(scene, angles):
     return problem, parts, seen * (start / first) / abs(start / first)
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 @pytest.mark.parametrize(("profile", "follower"), PAIRS)
 def test_the_motion_has_the_profile_that_it_comes_from(profile, follower, rotation):
@@ -140,6 +141,7 @@ def turned_to_start(scene, curves):
     return mpmath.arg(there / trace)
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 @pytest.mark.parametrize(("profile", "follower"), PAIRS)
 def test_the_motion_is_that_of_a_follower_lowered_on_the_cam(profile, follower, rotation):
@@ -156,6 +158,7 @@ def test_the_motion_is_that_of_a_follower_lowered_on_the_cam(profile, follower, 
             assert abs(y - here) < 2e-13 * (100 if scene.follower.motion == "translating" else 1)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 @pytest.mark.parametrize(
     ("profile", "follower"),
@@ -257,6 +260,7 @@ def test_an_eccentric_is_a_crank():
 # ------------------------------------------------------------------------------------------------ everything
 
 
+@pytest.mark.one_in(7)
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 @pytest.mark.parametrize(("profile", "follower"), PAIRS)
 def test_it_is_evaluated_and_proved_like_any_scene(profile, follower, rotation):
@@ -484,6 +488,7 @@ def test_any_numbers_make_a_motion_or_a_message(base, nose, distance, flanks, fo
     assert least_radius(placed(scene)[1]) == scene.cam.base_radius
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("seed", range(12))
 def test_a_cam_at_random_has_one_verdict_from_doubles_and_from_balls(seed):
     """With the least radius of its nose as limit, which it just meets."""

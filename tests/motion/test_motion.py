@@ -195,6 +195,7 @@ def test_tables_are_the_laws(law):
     assert np.all(np.abs(found - exact) <= scale * np.array([[1e-14], [1e-13], [1e-12], [1e-10]]))
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("law", own.EVERY)
 @pytest.mark.parametrize("lift", [1e-6, 20.0, 1e6])
 @mpmath.workdps(50)

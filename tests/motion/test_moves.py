@@ -141,6 +141,7 @@ def test_a_turn_run_backwards_is_the_mirror_image(segments):
 # -------------------------------------------------------------------------------------------------- least jerk
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("order", [3, 4])
 @given(st.lists(st.floats(-30.0, 30.0), min_size=1, max_size=8), st.integers(0, 10**6))
 def test_free_joints_are_those_of_the_natural_spline(order, levels, seed):
@@ -286,6 +287,7 @@ def test_a_stretch_at_constant_velocity_is_straight():
     assert not programme.jumps
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", [*PRACTICE, "rocker-valve with ranges"])
 def test_scenes_with_moves_against_fifty_digits(name, monkeypatch):
     """Natural conditions of the least jerk as one linear system, and every quantity from the drawn cam."""
@@ -390,6 +392,7 @@ MOVED = [
 HELD_OR_BROKEN = ("pressure_angle", "pressure_angle_return", "acceleration", "velocity", "jerk", "curvature_radius")
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_limits_near_the_values_of_a_motion_with_moves_are_proved(contact):
     """Ball arithmetic on exact polynomials against the kernels: held above each value, broken below it."""

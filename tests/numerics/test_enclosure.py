@@ -104,6 +104,7 @@ def inside_of(low, high, rng, sense, count=60):
 ARGUMENTS = {np.arcsin: (-0.9, 0.9), np.sqrt: (0.1, 4.0), np.arctan2: (0.1, 3.0), np.power: (0.2, 3.0)}
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("operation", PARTIALS, ids=lambda operation: operation.__name__)
 @given(seed=st.integers(0, 10**6))
 @settings(max_examples=times(30, deep=1000))
@@ -184,6 +185,7 @@ def test_a_side_too_narrow_to_be_cut_is_not_cut():
     assert np.array_equal(halves.low["size"], [50.0, 50.0])
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", CONTACTS)
 @given(seed=st.integers(0, 10**6), wide=st.sampled_from([1e-6, 1e-3, 0.05, 0.5]))
 @settings(max_examples=times(4, deep=100))
@@ -241,6 +243,7 @@ def feasible_ones(problem, designs):
         yield feasible(problem, designs.take([k]))[0]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", CONTACTS)
 @given(seed=st.integers(0, 10**6), wide=st.sampled_from([1e-3, 0.02, 0.2]))
 @settings(max_examples=times(3, deep=100))

@@ -81,6 +81,7 @@ def sampled_motion(law, angular):
 WAYS = [(law, way * (-1.0) ** k) for way in (1.0, -1.0) for k, law in enumerate(own.STILL)]  # the cam's rotation
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize(("law", "sense"), covering(WAYS, lambda way: way[:1]))
 @pytest.mark.parametrize(("mechanism", "angular", "name"), list(cases()))
 def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, law):
@@ -195,6 +196,7 @@ def zoomed(f, i, sign, turn):
     return best
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("law", ["cycloidal", "parabolic", "poly345", "modified-sine"])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-9])
 def test_narrow_peaks_of_many_cams_next_to_the_limit(law, tolerance):
@@ -338,6 +340,7 @@ def off(series, error):
 OWN_ROUNDING = {"-a": 0.0, "sin a": 2.0, "cos a": 2.0}  # in units, else 1
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("width", [1e-6, 1e-3, 0.5, 3.0])
 @pytest.mark.parametrize("seed", range(12))
 @ctx.workprec(PRECISION_BITS)

@@ -79,6 +79,7 @@ def page_of_all(browser, folder):
         yield page
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", mechanisms())
 def test_the_page_draws_the_curves_of_the_cam(name, page_of_all, folder, monkeypatch):
     """The formulas of the page against those of the mechanisms: pitch curve and profile, at every sample."""

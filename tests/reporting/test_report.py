@@ -46,6 +46,7 @@ def without_files(monkeypatch):
     monkeypatch.setattr("camopt.reporting.cams.downloads_of", lambda scene, stem: ([], ""))
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["two-pauses", "feeder-with-stop", "bucket-valve", "knife-900rpm-offset"])
 def test_a_page_needs_nothing_from_elsewhere(name, tmp_path):
     page = camopt.report(name, tmp_path / "cam.html")

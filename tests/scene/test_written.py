@@ -127,6 +127,7 @@ def test_without_its_file_a_scene_is_written_plainly(lost, own, tmp_path):
         assert text == changed.to_toml()
 
 
+@pytest.mark.one_in(3)
 @settings(max_examples=times(10, deep=200))
 @given(data=st.data())
 @pytest.mark.parametrize("name", shipped_scenes())

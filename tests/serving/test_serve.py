@@ -56,6 +56,7 @@ def texts(answer):
     return {cell.text for table in tables for row in table["rows"] for cell in row}
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", MOVES)
 def test_each_answer_is_that_of_the_library(name):
     session, values = session_of(name), MOVES[name]
@@ -520,6 +521,7 @@ def test_a_browser_is_started_with_an_address_that_works_once(tmp_path):
     assert running.returncode == 0
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("arguments", "code", "text"),
     [

@@ -129,6 +129,7 @@ def point_of(raw):
     return np.array([*centre, follower.get("arm_length", follower.get("face_offset"))])
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", sorted(FORMS))
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 @settings(max_examples=times(25, deep=250))
@@ -220,6 +221,7 @@ def test_no_sampled_point_within_some_planes_is_smaller_than_the_least(form, spa
 # What the search answers
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", sorted(FORMS))
 @pytest.mark.parametrize("seed", range(16))
 def test_no_sampled_design_undercuts_the_floor(name, seed):
@@ -250,6 +252,7 @@ def _drawn(name):
     return [asked(drawn(name, seed)) for seed in range(16)]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", sorted(FORMS))
 def test_boxes_find_the_same_cam_with_and_without_the_floor(name, monkeypatch):
     monkeypatch.setattr(BoxSearch, "most_boxes", 5000)
@@ -284,6 +287,7 @@ def longer_by(value, factor):
     return {key: v * factor for key, v in value.items()} if isinstance(value, dict) else value * factor
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", sorted(FORMS))
 @pytest.mark.parametrize("factor", [1 / 16, 10.0])
 def test_a_scene_with_longer_lengths_has_a_larger_cam(name, factor):
@@ -367,6 +371,7 @@ def test_angles_beside_a_jump_stay_in_strokes_of_their_kinds(kinds, rest):
         assert np.all(np.minimum(away, 2 * pi - away) <= 1.1 * JUMP_SIDE)
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", sorted(FORMS))
 @pytest.mark.parametrize("seed", range(4))
 def test_a_range_of_the_cam_itself_holds_to_the_last_digit(name, seed):

@@ -67,6 +67,7 @@ def test_a_bound_costs_what_the_smallest_cams_of_two_bounds_differ_by(found):
     assert price == pytest.approx((high - low) / (2 * step), rel=1e-3)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     ("key", "ends", "limits"),
     [
@@ -97,6 +98,7 @@ def test_springs_in_a_list_are_tried_one_by_one():
     assert sizes[listed["spring_rate_N_per_mm"]] == min(sizes.values())
 
 
+@pytest.mark.long
 def test_a_spring_is_found_with_the_angles_of_the_segments():
     """Sizes, numbers and angles are free together."""
     scene = SEARCHED.replace(

@@ -58,6 +58,7 @@ def test_free_offset_gives_the_vertex_of_the_pressure_lines():
         assert row["proved"]
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", CASES)
 def test_no_grid_finds_a_smaller_cam(name):
     """The optimum is feasible, and a fine grid of smaller sizes (and free sizes) holds no feasible design."""
@@ -126,6 +127,7 @@ def test_the_least_feasible_radius_may_lie_below_an_infeasible_gap():
     assert best["clear_above_mm"] > best["base_radius_mm"]
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("law", ["parabolic", "cycloidal", "poly4567"])
 @pytest.mark.parametrize("lift", [10, 25, 40])
 @pytest.mark.parametrize("radius", [4, 10, 30])
@@ -237,6 +239,7 @@ FREED = {
 }
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", FREED)
 def test_the_lengths_of_followers_that_swing_are_searched_whole(name):
     """No design of a cloud that closes in on its best one is smaller, and the cloud comes near."""

@@ -80,6 +80,7 @@ def feasible_cams(search: TrainBoxes, count: int) -> list[dict[str, float]]:
     return found
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", QUESTIONS)
 def test_no_box_loses_a_feasible_cam(name):
     """Random boxes around random feasible cams, small ones most: what is left of each still holds its cam."""
@@ -111,6 +112,7 @@ def alone(scene: Scene, numbers: dict[str, float]) -> float:
     return np.inf if best is None else best[resolve(scene).size_name]
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", PROVED)
 def test_no_linkage_of_a_dense_scan_has_a_smaller_cam(name):
     """Every linkage of a grid, and near the best, by the search for one linkage, which knows nothing of others."""
@@ -133,6 +135,7 @@ def test_no_linkage_of_a_dense_scan_has_a_smaller_cam(name):
     assert min(sizes) == pytest.approx(size, rel=1e-4)
 
 
+@pytest.mark.long
 def test_the_smallest_cam_with_three_free_numbers_is_certified():
     ranges = of_train(of_1_input_arm=(24.0, 25.0), of_1_output_angle=(-22.0, -18.0), of_1_input_angle=(-5.0, 0.0))
     best = optimise(VALVE.replace(search=ranges), seconds=200.0).best

@@ -36,6 +36,7 @@ def put_back(case, best):
     return Scene.from_dict(data)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", FREE)
 def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     """Every turn of a grid by the search at given angles, which knows nothing of other turns."""
@@ -58,6 +59,7 @@ def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     assert evaluate(put_back(case, best))["feasible"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", ["harmonic", pytest.param("parabolic", marks=pytest.mark.long)])
 def test_the_rest_at_the_lowest_may_vanish(law):
     """However short, it is an arc of the base circle, and has its curvature; only without it is the cam smaller."""
@@ -148,6 +150,7 @@ MANY = {
 }  # fmt: skip
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", MANY)
 def test_no_turn_of_a_few_has_a_smaller_cam(name):
     """Turns drawn at random and turns near the best one, each with a small cam of its own."""
@@ -177,6 +180,7 @@ def feasible_cams(turns, ends, count=400):
     return {name: np.concatenate([each[name] for each in found]) for name in found[0]}
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", [*FREE, *MANY])
 def test_no_box_loses_a_feasible_cam(name):
     """Random boxes around random feasible cams: what is left of each still holds its cam."""

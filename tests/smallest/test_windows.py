@@ -50,6 +50,7 @@ def judged_at(problem, sizes):
     return evaluate_rows(problem, replace(designs, size=np.asarray(sizes, dtype=float)), frozenset())
 
 
+@pytest.mark.long
 def test_a_window_that_no_coarse_grid_sees_is_found():
     """Proved absent before: 0.2 % of R wide, with no upper end of the size, where an empty grid was believed."""
     best = optimise(bucket({"contact_stress": 108.882980573962, "sliding_speed": 1.8032741831605414})).best
@@ -99,6 +100,7 @@ def window_of(name, radius, width, lift, there):
     return Scene.from_dict({**raw, "limits": limits})
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", FOLLOWERS)
 @given(
     place=st.floats(1.4, 1.9),

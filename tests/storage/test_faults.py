@@ -276,6 +276,7 @@ def everyday(name: str) -> Any:
     return name if name in CHEAP else pytest.param(name, marks=pytest.mark.long)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("fault", FAULTS)
 @pytest.mark.parametrize("name", [*map(everyday, CASES)])
 def test_one_result_is_whole_after_a_fault_and_the_next_run_gives_the_same_bytes(benches, name, fault):
@@ -284,6 +285,7 @@ def test_one_result_is_whole_after_a_fault_and_the_next_run_gives_the_same_bytes
         bench.try_fault(number, fault)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", [*map(everyday, CASES)])
 def test_one_result_is_whole_after_a_power_cut(benches, name):
     bench = benches(name)

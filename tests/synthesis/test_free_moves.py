@@ -59,6 +59,7 @@ def states(scene):
 # ------------------------------------------------------------------------------------------- what they hold
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", MOVES)
 @pytest.mark.parametrize("minimise", ["acceleration", "jerk_rms"])
 def test_free_moves_hold_every_limit_join_smoothly_and_are_no_worse_than_the_scenes_own(name, minimise):
@@ -207,6 +208,7 @@ def test_a_turn_and_its_reverse_have_mirror_images_wherever_it_starts(half, star
         assert stroke.low == pytest.approx(turned[place].high)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("minimise", ["acceleration", "size"])
 def test_a_smooth_motion_gives_up_a_share_of_its_objective_for_less_variation_of_the_jerk(minimise):
     scene = find_scene("bucket-valve").replace(**{"synthesis.minimise": minimise, "synthesis.pieces": 16})

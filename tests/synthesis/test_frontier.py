@@ -76,6 +76,7 @@ def excludes(found, row):
     return any(row[second] <= at and row[first] < bound for at, bound in found.excluded)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("name", "changes", "axes"),
     [
@@ -166,6 +167,7 @@ ENDS = {
 }
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("case", ENDS)
 def test_the_end_of_a_term_is_what_synthesise_finds(case):
     """Whatever decides; both hold the peaks of poly345, since neither minimises an acceleration."""
@@ -318,8 +320,8 @@ def traded_for_acceleration(loaded):
 @pytest.mark.parametrize(
     "axis",
     [
-        "torque_peak_N_m",
         "residual_vibration",
+        pytest.param("torque_peak_N_m", marks=pytest.mark.long),
         pytest.param("contact_stress_max_MPa", marks=pytest.mark.long),
         pytest.param("side_thrust_max_N", marks=pytest.mark.long),
     ],
@@ -374,6 +376,7 @@ def test_the_residual_vibration_of_the_programme_is_the_effects(loaded):
     assert found.row["size"] <= 40.0 * (1 + 1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "axes",
     [

@@ -125,6 +125,7 @@ def sound(result):
 # ------------------------------------------------------------------------------------------------- the issue
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("law", "own", "trial"),
     [("poly345", 68.9, 56.3), ("cycloidal", 74.5, 66.4), ("poly4567", 83.4, 52.8), ("modified-sine", None, 55.3)],
@@ -304,6 +305,7 @@ def test_no_motion_passes_the_bound(case):
     assert least <= true * (1 + 1e-4)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("base", [ROLLER, FLAT, GROOVE], ids=["roller", "flat", "groove"])
 @pytest.mark.parametrize("minimise", ["size", "jerk"])
 def test_the_bound_grows_with_the_panels_and_stays_below_free_laws(base, minimise):
@@ -372,6 +374,7 @@ def test_a_stroke_of_a_hundredth_of_a_degree_has_a_bound_below_its_cam():
 TRAIN = {"follower.dynamics": {"natural_frequency": 110, "damping_ratio": 0.05}, "outputs": ["sizes", "vibration"]}
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("motion", [MOTION, STRAIGHT_DOWN, SEVERAL], ids=["two dwells", "one", "several rises"])
 @pytest.mark.parametrize(("frequency", "damping"), [(110, 0.05), (9, 0.3), (3000, 0.0)])
 def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, frequency, damping):
@@ -502,6 +505,7 @@ IN_DEEP = (  # of each of these, another case has its kind of limit, or another 
 )  # fmt: skip
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.long) if name in IN_DEEP else name for name in LIMITS]
 )
@@ -992,6 +996,7 @@ def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
     assert not any("known law:" in text for text in words)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("base", [ROLLER, FLAT, GROOVE, VALVE], ids=["roller", "flat", "groove", "valve"])
 def test_the_picture_before_and_after_has_its_texts_apart(base):
     assert faults_of(plot(free(made(base)))) == []

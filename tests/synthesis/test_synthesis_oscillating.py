@@ -49,6 +49,7 @@ SWUNG = {"arm": ARM, "knife": KNIFE, "face": FACE, "groove": GROOVE}
 """Every mechanism whose follower oscillates."""
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", SWUNG)
 def test_free_laws_beat_the_known_law_with_their_peaks(name):
     scene = Scene.from_dict(SWUNG[name])
@@ -63,6 +64,7 @@ def test_free_laws_beat_the_known_law_with_their_peaks(name):
     assert max(peak["peak_jerk"] for peak in peaks) <= 60 * (1 + 1e-9)
 
 
+@pytest.mark.long
 def test_a_long_arm_is_a_follower_that_translates():
     """Its pivot far away, the offset e = l − c on one side: the radius differs as 1/l, to either side alike."""
     along = ARM["follower"] | {"motion": "translating", "arm_length": None, "centre_distance": None, "offset": 5}
@@ -140,6 +142,7 @@ def test_the_least_residual_vibration_is_the_effects_own():
     assert result.objective - jerk == pytest.approx(result.design["residual_vibration_max_deg"], rel=1e-9)
 
 
+@pytest.mark.long
 def test_a_tighter_residual_vibration_asks_for_hardly_more():
     """The steps start from known laws too, which have more of it."""
     train = {"natural_frequency": 120, "damping_ratio": 0.05}
@@ -158,6 +161,7 @@ def test_points_are_in_degrees():
     assert np.degrees(programme.at(np.radians([50.0]))[0, 0]) == pytest.approx(6.5, abs=1e-4)
 
 
+@pytest.mark.long
 def test_a_frontier_of_local_optima_is_below_the_known_laws():
     scene = Scene.from_dict(ARM).replace(**{"synthesis.pieces": 8})
     found = frontier(scene, points=4, workers=1)

@@ -39,6 +39,7 @@ def lifted(scene: Scene, factor: float) -> list[dict]:
     return [each | ({"lift": each["lift"] * factor} if "lift" in each else {}) for each in motion]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", TRAINS)
 def test_at_a_constant_ratio_laws_are_those_of_the_scaled_scene(name):
     train, ratio = TRAINS[name]

@@ -74,6 +74,7 @@ def test_one_design_needs_every_size(command):
 # ------------------------------------------------------------------------------------------ the scene of a design
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", [name for name in shipped_scenes() if not find_scene(name).profile])
 def test_the_scene_of_an_optimum_has_its_digits(name):
     scene = find_scene(name).replace(**{"search.law": ["cycloidal"], "limits.curvature_radius": 3})

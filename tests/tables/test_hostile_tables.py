@@ -1,6 +1,7 @@
 """Tables that camopt did not write: each is refused in one line, or certified; no traceback, nothing by halves."""
 
 import os
+from itertools import islice
 
 import pandas as pd
 import pyarrow as pa
@@ -54,7 +55,7 @@ def certified(tmp_path, capsys):
 def test_a_hostile_table_is_refused_in_a_line(table, certified):
     """Those that are certified hold only what a design of the scene may be."""
     tried = 0
-    for what, made in hostile.tables(table):
+    for what, made in islice(hostile.tables(table), 0, None, times(4, deep=1)):
         code, told, same = certified(made())
         tried += 1
         assert code != INTERNAL, (what, told)
@@ -62,7 +63,7 @@ def test_a_hostile_table_is_refused_in_a_line(table, certified):
         assert same == (code in (BAD_INPUT, FILE_TROUBLE)), what
         if what.startswith(("without ", "one more column", "another order")) or " as " in what:
             assert code == BAD_INPUT, what
-    assert tried >= 300
+    assert tried >= times(75, deep=300)
 
 
 @pytest.mark.parametrize("name", ["offset_mm", "roller_radius_mm", "base_radius_mm", "law_rise"])

@@ -178,6 +178,7 @@ def test_the_table_of_a_design_has_the_same_numbers(name):
             assert back(ours, unit or "1", QUANTITIES[quantity].unit or "1") == pytest.approx(theirs, rel=6e-6)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", SCENES)
 def test_diagrams_have_the_same_curves_peaks_and_limits(name):
     picture = Picture(SCENES[name], resolve_design(SCENES[name]))
@@ -212,6 +213,7 @@ def test_diagrams_have_the_same_curves_peaks_and_limits(name):
 METRIC = re.compile(r"(?<![\w.])(mm|MPa|GPa|N|N·m|m/s|m/s²|kg|µm|W|J)(?![\w.])")
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_picture_has_no_text_in_another_unit_and_room_for_all(name, inch):
     figure = plot(SCENES[name])
@@ -221,6 +223,7 @@ def test_a_picture_has_no_text_in_another_unit_and_room_for_all(name, inch):
     assert faults_of(figure) == []
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_page_has_no_text_in_another_unit(name, inch, tmp_path):
     text = report(SCENES[name], tmp_path / "cam.html").read_text(encoding="utf-8")
@@ -351,6 +354,7 @@ def test_a_drawing_in_inch_says_so_and_is_the_same_cam(tmp_path, curves):
             assert 25.4 * np.array(other.dxf.end) == pytest.approx(np.array(one.dxf.end), abs=1e-9)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("control", DIALECTS)
 def test_a_program_in_inch_cuts_the_profile(tmp_path, control, inch):
     """What the machine's interpreter makes of it, in mm, lies on the path of the cutter."""
@@ -401,6 +405,7 @@ SHEETS = {
 }
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", SHEETS)
 @pytest.mark.parametrize("language", ["en", "de"])
 def test_a_sheet_in_inch_has_the_same_dimensions(name, language):

@@ -37,6 +37,7 @@ def places(stages, angular, y):
     return found
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("seed", range(100))
 def test_the_force_at_the_follower_is_that_of_lagrange(seed):
     """F = m(y)·ÿ + m'(y)·ẏ²/2 + Σ Q·ds/dy, m(y) = Σ m·(ds/dy)², of joints found by root finding at 50 digits."""
@@ -66,6 +67,7 @@ def test_the_force_at_the_follower_is_that_of_lagrange(seed):
     assert float(abs(ours.carried.terms[0] - inertia)) <= LAGRANGE * float(size)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("seed", range(40))
 def test_ratios_are_slopes_of_closed_loops(seed):
     """With all their derivatives: the series of each ratio is that of the slope of its joint."""
@@ -102,6 +104,7 @@ FOUR_BAR = {"stage": "four-bar", "crank": 60, "coupler": 130, "rocker": 75, "gro
 SLIDE = {"stage": "bell-crank", "crank": 90, "coupler": 180, "offset": -70, "angle": -110}
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("contact", CONTACTS)
 @pytest.mark.parametrize("ratio", [2.0, 0.5])
 def test_a_constant_ratio_is_a_scene_with_what_it_reflects(contact, ratio):
@@ -233,6 +236,7 @@ def test_the_table_of_a_load_is_that_of_balls(contact, train):
                 assert off <= 1e-12 * max(scales[k][order], 1e-30)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("key", ["contact_force_min", "normal_force", "torque", "power", "contact_stress"])
 @pytest.mark.parametrize("name", ["a rocker", "a slide", "a slide with a load"])
 def test_limits_on_loads_through_a_train_are_decided_next_to_their_bounds(name, key):
@@ -253,6 +257,7 @@ def test_limits_on_loads_through_a_train_are_decided_next_to_their_bounds(name, 
         assert (key in evaluate(scene)["violated"].split(",")) != holds
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["a rocker", "a rubbing slide", "a slide with a load"])
 @pytest.mark.parametrize("quantity", ["torque_rms_N_m", "torque_mean_N_m"])
 def test_means_through_a_train_are_decided_next_to_their_bounds(name, quantity):

@@ -32,6 +32,7 @@ def driving(name, train, **more):
     return find_scene(name).replace(train=train, **more)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("name", "train"), ON_PROFILES.values(), ids=ON_PROFILES)
 def test_the_tool_goes_where_closed_loops_have_it(name, train):
     """With its first three derivatives, by the chain rule from those of the follower and of the loops."""
@@ -84,6 +85,7 @@ def test_a_constant_ratio_is_a_cam_with_what_it_reflects():
         assert ours[name] == pytest.approx(theirs[name], rel=1e-10), name
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("name", "train"), ON_PROFILES.values(), ids=ON_PROFILES)
 def test_limits_are_decided_next_to_their_bounds(name, train):
     scene = driving(name, train, limits={}, outputs=["all"])

@@ -183,6 +183,7 @@ def bodies(stages, angular, places, own):
     return found, pressed
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("seed", range(200))
 def test_forces_in_joints_are_those_of_free_bodies(seed):
     """Positions by root finding at 50 digits, accelerations by differences, each body in balance (d'Alembert)."""
@@ -256,6 +257,7 @@ def through(contact, train, *, law="poly4567", **more):
     return Scene.from_dict({**made, "train": train, "outputs": ["joints"], **more})
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(("contact", "train"), SCENES.values(), ids=SCENES)
 def test_the_largest_forces_are_those_of_a_dense_scan(contact, train):
     scene = through(contact, train)

@@ -144,15 +144,13 @@ SHORT = {*ShortLimits.model_fields}
 def sides_of(contact, key):
     """Every limit on both sides in ``.ci/deep``; else of neighbouring mechanisms on one each.
 
-    Two mechanisms are enough there for limits that have no short key.
+    Two mechanisms are enough there, and four for limits that have a short key.
     """
     having, number = [other for other, name in PAIRS if name == key], list(Limits.model_fields).index(key)
-    place = (having.index(contact) + number) % len(having)
-    if is_deep() or (len(having) == 1 and key not in SHORT):
+    if is_deep() or len(having) == 1:
         return ENDS
-    if key in SHORT:
-        return (ENDS[(CAMS.index(contact) + number) % 2],)
-    return (ENDS[place],) if place < 2 else ()
+    place = (having.index(contact) + number) % len(having)
+    return (ENDS[place % 2],) if place < (4 if key in SHORT else 2) else ()
 
 
 CASES = [(contact, key, side) for contact, key in PAIRS for side in sides_of(contact, key)]

@@ -101,6 +101,7 @@ def extremes_of(quantity):
     return {name: value for name, value in every.items() if 1e-6 < float(value) < 89}
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("limit", "name"),
     [(limit, name) for limit, (key, _) in SIDES.items() for name in covering(extremes_of(key), features)],
@@ -118,6 +119,7 @@ def test_limits_on_either_side_of_a_fifty_digit_extreme(limit, name):
 ANGLES = extremes_of("pressure_angle_max_deg")
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", covering(ANGLES, features))
 @mpmath.workdps(50)
 def test_balls_decide_what_rounding_hides(name):
@@ -132,6 +134,7 @@ def test_balls_decide_what_rounding_hides(name):
         assert (found["feasible"], found["status"]) == (held, "certified")
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", shipped_scenes())
 @pytest.mark.parametrize("limits", [{"pressure_angle": 35}, {"curvature_radius": 12}])
 def test_proofs_agree_with_the_kernels(name, limits):
@@ -425,6 +428,7 @@ def test_a_sweep_counts_what_its_verdicts_took():
     assert effort.undecided == 0
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_a_limit_that_a_corner_makes_infinite_is_broken_there(contact):
     """At a jump of y' a force is infinite, and a speed is not: what is refused without a look at any design."""

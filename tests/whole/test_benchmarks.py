@@ -88,6 +88,7 @@ def test_the_motion_of_the_rivals_is_that_of_the_laws(law):
     assert np.array(ALL_LAWS[law](x)) == pytest.approx(np.array(own), abs=1e-11)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("mechanism", rival_c.MECHANISMS)
 def test_the_rivals_in_c_and_in_numba_agree(mechanism, monkeypatch):
     job = jobs(12)[mechanism]

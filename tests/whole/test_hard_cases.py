@@ -126,6 +126,7 @@ def test_a_cusp_of_the_pitch_curve():
     assert np.all(np.diff(np.abs(found.value).max(axis=0)) >= 0.0)
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("k", range(1, 13))
 @pytest.mark.parametrize("law", ["harmonic", "cycloidal", "modified-sine"])
 def test_the_undercut_verdict_flips_on_the_right_side(law, k):
@@ -166,6 +167,7 @@ def test_accelerations_at_jumps_are_one_sided():
     assert harmonic["acceleration_max_return_mm_per_rad2"] == pytest.approx(4 * 20 / pi**2, rel=1e-15)
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize(
     ("angle", "lift"), [(0.01, 1e-6), (0.01, 1.0), (359.98, 1e-9), (359.98, 1e6), (120.0, 1e6)]
 )
@@ -271,6 +273,7 @@ def test_lengths_out_of_range_are_refused(k):
         cam(*UP_DOWN, base=40.0 * 2.0**k)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     "name", ["roller-1000rpm", pytest.param("oscillating-roller", marks=pytest.mark.long), "flat-reciprocating"]
 )
