@@ -120,7 +120,9 @@ def curve_numbers(space: Space) -> CurveNumbers | None:
     merged = [values.size for field, values in space.axes.items() if field in MERGED]
     if not space.axes or (sum(count > 1 for count in merged) < 2 and not _ignores_roller(space)):
         return None
-    if prod(merged) > MOST_SUMS or space.designs_each // prod(merged) > MOST_CURVES:
+    sums, others = prod(merged), space.designs_each // prod(merged)
+    least = space.axes["size"].size if "size" in space.axes else 1  # sums
+    if sums > MOST_SUMS or least * others > MOST_CURVES:
         return None
     numbers = CurveNumbers(space)
     return numbers if len(numbers) <= min(MOST_CURVES, space.designs_each / WORTH) else None

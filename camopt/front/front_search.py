@@ -17,16 +17,19 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from camopt.effects import Case
 from camopt.front.box_bounds import BoxBounds, is_hopeless
-from camopt.front.dominance import Both, Dominators, Known
 from camopt.front.grid_boxes import Grid, GridBoxes, chained_boxes
 from camopt.front.pareto import Archive, non_dominated, row_costs
 from camopt.front.streaming import Seen
 from camopt.numerics import FloatArray, IntArray
-from camopt.problem.rows import Rows
+from camopt.numerics.dominance import Both, Dominators, Known
+from camopt.problem.rows import Rows, concatenate_rows
 from camopt.problem.space import Space
 from camopt.progress import Progress, report_progress
+from camopt.quantities import in_order
 from camopt.verdicts.judging import Effort
+from camopt.verdicts.running import run_effects
 from camopt.verdicts.screening import screened
 
 FEW_DESIGNS = 64  # designs of a box that are evaluated: to bound it costs as much
@@ -93,9 +96,23 @@ class FrontSearch:
         finally:
             self.pool.shutdown(cancel_futures=True)
         rows = self.archive.front()
-        rows = rows.take(np.unique(rows.column(DESIGN_NUMBER), return_index=True)[1])
-        rows = rows.only(set(rows.columns) - {DESIGN_NUMBER})
+        rows = self.with_sizes(rows.take(np.unique(rows.column(DESIGN_NUMBER), return_index=True)[1]))
         return Seen(rows, rows, self.effort, self.reached, self.evaluated, boxes=self.boxes, decided=self.decided)
+
+    def with_sizes(self, rows: Rows) -> Rows:
+        """Rows in the order of the space with the sizes of their designs, in place of their numbers."""
+        numbers, names = rows.column(DESIGN_NUMBER), self.space.problem.sizes.intersection(self.names)
+        motion, number = np.divmod(numbers, self.space.designs_each)
+        ends, parts = np.searchsorted(motion, np.arange(1, len(self.space.problems) + 1)), list[Rows]()
+        for problem, first, last in zip(self.space.problems, [0, *ends], ends, strict=False):
+            if first < last or not rows.count:
+                case = Case(problem.setup, problem.programme, self.space.designs(number[first:last]))
+                some = rows.take(np.arange(first, last))
+                columns = some.columns | run_effects(case, names).columns
+                parts.append(
+                    Rows({name: columns[name] for name in in_order(columns.keys() & set(self.names))}, some.count)
+                )
+        return concatenate_rows(parts)
 
     def start(self) -> None:
         """The motions that may meet the limits, halved until there are some boxes: to bound few takes as long."""
@@ -195,8 +212,12 @@ class FrontSearch:
         problem, designs = self.space.problems[motion], self.space.designs(number)
         exists = problem.setup.mechanism.exists(designs, problem.programme)
         found = screened(problem, designs.take(exists), frozenset(self.names))
-        numbered = {DESIGN_NUMBER: number[exists][found.which] + motion * self.space.designs_each}
-        rows = non_dominated(replace(found.rows, columns=found.rows.columns | numbered), self.objectives)
+        told = set(found.rows.columns) - (
+            problem.sizes - self.objectives.keys()
+        )  # the number tells the other sizes
+        columns = {name: found.rows.columns[name] for name in told}
+        columns[DESIGN_NUMBER] = number[exists][found.which] + motion * self.space.designs_each
+        rows = non_dominated(Rows(columns, found.rows.count), self.objectives)
         return Evaluated(rows, found.effort, float(np.max(found.rows.columns["relative_half_width"], initial=0.0)))
 
     def learn(self, rows: Rows) -> None:

@@ -18,17 +18,18 @@ from camopt import Scene, evaluate, find_scene, load, sweep
 from camopt.effects import Case, offered
 from camopt.engines.threads import Threads
 from camopt.front import curve_numbers as numbering
-from camopt.front import dominance, front_search, plan, shared_curves
+from camopt.front import front_search, plan, shared_curves
 from camopt.front.blocks import Blocks
 from camopt.front.box_bounds import BoxBounds, all_bounded, is_bounded
 from camopt.front.curve_numbers import curve_numbers
-from camopt.front.dominance import Dominators, Known
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
 from camopt.front.pareto import LARGEST_COST, non_dominated, row_costs
 from camopt.front.plan import column_names, compared_names, with_objectives
 from camopt.front.shared_curves import SharedCurves
 from camopt.front.streaming import gathered
+from camopt.numerics import dominance
+from camopt.numerics.dominance import Dominators, Known
 from camopt.problem.limits import LOAD_LIMITS
 from camopt.problem.problem import resolve
 from camopt.problem.rows import concatenate_rows
