@@ -1,5 +1,6 @@
 """Rows that people compare: the front, the best of each law with what binds it, and the nearest miss."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 from typing import NamedTuple
@@ -13,7 +14,7 @@ from camopt.front.plan import SweepPlan, column_names
 from camopt.front.streaming import Seen
 from camopt.mechanisms import Designs
 from camopt.problem.problem import Problem, exactly
-from camopt.problem.rows import Rows, concatenate_rows
+from camopt.problem.rows import Rows, concatenate_rows, scattered
 from camopt.problem.space import EDGE_OF_SPACE, Space
 from camopt.progress import Progress
 from camopt.quantities import in_order
@@ -65,18 +66,21 @@ def to_compare(space: Space, names: frozenset[str], *tables: Rows) -> list[Rows]
 
     Columns are in the order of the quantities, wherever the rows come from.
     """
-    everywhere = names.intersection(*(rows.columns for rows in tables))
-    parts, places = [], []
-    for problem, index, designs in space.designs_apart(concatenate_rows(rows.only(everywhere) for rows in tables)):
+    total = sum(rows.count for rows in tables)
+    sizes = concatenate_rows(rows.only(space.problem.sizes) for rows in tables)
+    found, ends = scattered(_evaluated(space, names, sizes), total), np.cumsum([rows.count for rows in tables])
+    if not found.columns:
+        return [*tables]
+    parts = (slice(last - rows.count, last) for rows, last in zip(tables, ends.tolist(), strict=True))
+    return [_renewed(rows, found.part(some)) for rows, some in zip(tables, parts, strict=True)]
+
+
+def _evaluated(space: Space, names: frozenset[str], sizes: Rows) -> Iterator[tuple[NDArray[np.intp], Rows]]:
+    """The rows of designs of which the sizes are given, some at a time, with their places."""
+    for problem, index, designs in space.designs_apart(sizes):
         for first in range(0, index.size, BLOCK):
             some = slice(first, first + BLOCK)
-            parts.append(as_evaluated(problem, designs.take(some), names))
-            places.append(index[some])
-    if not parts:
-        return [*tables]
-    found, ends = concatenate_rows(parts), np.cumsum([rows.count for rows in tables])
-    order = np.split(np.argsort(np.concatenate(places)), ends[:-1])
-    return [_renewed(rows, found.take(index)) for rows, index in zip(tables, order, strict=True)]
+            yield index[some], as_evaluated(problem, designs.take(some), names)
 
 
 def _renewed(rows: Rows, found: Rows) -> Rows:

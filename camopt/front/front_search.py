@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import pairwise
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -24,7 +25,7 @@ from camopt.front.pareto import Archive, non_dominated, row_costs
 from camopt.front.streaming import Seen
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.dominance import Both, Dominators, Known
-from camopt.problem.rows import Rows, concatenate_rows
+from camopt.problem.rows import Rows, scattered
 from camopt.problem.space import Space
 from camopt.progress import Progress, report_progress
 from camopt.quantities import in_order
@@ -101,18 +102,18 @@ class FrontSearch:
 
     def with_sizes(self, rows: Rows) -> Rows:
         """Rows in the order of the space with the sizes of their designs, in place of their numbers."""
-        numbers, names = rows.column(DESIGN_NUMBER), self.space.problem.sizes.intersection(self.names)
-        motion, number = np.divmod(numbers, self.space.designs_each)
-        ends, parts = np.searchsorted(motion, np.arange(1, len(self.space.problems) + 1)), list[Rows]()
-        for problem, first, last in zip(self.space.problems, [0, *ends], ends, strict=False):
-            if first < last or not rows.count:
-                case = Case(problem.setup, problem.programme, self.space.designs(number[first:last]))
-                some = rows.take(np.arange(first, last))
-                columns = some.columns | run_effects(case, names).columns
-                parts.append(
-                    Rows({name: columns[name] for name in in_order(columns.keys() & set(self.names))}, some.count)
-                )
-        return concatenate_rows(parts)
+        motion, number = np.divmod(rows.column(DESIGN_NUMBER), self.space.designs_each)
+        motions, firsts = np.unique(motion if rows.count else [0], return_index=True)
+        sizes = scattered(self._sizes(motions, number, [*firsts, rows.count]), rows.count)
+        columns = rows.columns | sizes.columns
+        return Rows({name: columns[name] for name in in_order(columns.keys() & set(self.names))}, rows.count)
+
+    def _sizes(self, motions: IntArray, number: IntArray, ends: list[int]) -> Iterator[tuple[slice, Rows]]:
+        """The sizes of designs of some motions, with the places of those of each."""
+        names = self.space.problem.sizes.intersection(self.names)
+        for (first, last), problem in zip(pairwise(ends), (self.space.problems[i] for i in motions), strict=True):
+            case = Case(problem.setup, problem.programme, self.space.designs(number[first:last]))
+            yield slice(first, last), run_effects(case, names)
 
     def start(self) -> None:
         """The motions that may meet the limits, halved until there are some boxes: to bound few takes as long."""

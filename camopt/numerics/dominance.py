@@ -121,11 +121,8 @@ class Known:
     """
 
     def __init__(self, objectives: int) -> None:
-        self._most, self._recent, self._count = (
-            Dominators(np.empty((0, objectives))),
-            [np.empty((0, objectives))],
-            0,
-        )
+        none = np.empty((0, objectives))
+        self._most, self._recent, self._count = Dominators(none), [none], 0
 
     def add(self, costs: FloatArray) -> Any:
         """Take points (n, objectives); which of them others dominate that are in the large tree (n,)."""
@@ -137,8 +134,8 @@ class Known:
         """What the points dominate so far; ``every`` gives all of them that none dominates, if they are needed."""
         recent = np.concatenate(self._recent)
         if len(recent) > max(GROWN * self._count, COMPARED_AT_ONCE):
-            costs = every()
-            self._most, self._count, recent = Dominators(costs), len(costs), recent[:0]
+            costs, recent = every(), np.empty((0, recent.shape[1]))
+            self._most, self._count = Dominators(costs), len(costs)
         self._recent = [recent]
         return Both(self._most, Dominators(recent)) if len(recent) else self._most
 
@@ -161,7 +158,7 @@ def neighbours(costs: FloatArray) -> Any:
 
     They are sorted by the objective in which they are spread the most, by rank, and then each half is, and so on.
     """
-    ranks = np.column_stack([_share(column) for column in costs.T])
+    ranks = np.column_stack([_share(column) for column in costs.T]).astype(np.float32)
     order, size = np.arange(len(costs)), BRANCHES
     while size < len(costs):
         size *= BRANCHES

@@ -46,6 +46,11 @@ class Rows:
 
         return Rows(taken(self.columns), count, taken(self.outward), taken({"": self.half_width})[""])
 
+    def part(self, some: slice) -> "Rows":
+        """Consecutive rows, which share their columns with these."""
+        columns = {name: values[some] if np.ndim(values) else values for name, values in self.columns.items()}
+        return Rows(columns, len(range(*some.indices(self.count))))
+
     def with_rows(self, index: NDArray[np.intp], other: "Rows") -> "Rows":
         """These columns with the rows at an index taken from others."""
         columns = {}
@@ -82,6 +87,21 @@ def _one_after_the_other(name: str, parts: list[Rows]) -> Any:
     if not any(map(np.ndim, values)) and all(value == values[0] for value in values):
         return values[0]
     return np.concatenate([part.column(name) for part in parts])
+
+
+def scattered(parts: Iterable[tuple[Any, Rows]], count: int) -> Rows:
+    """One table of so many rows from parts, each with the places of its rows; nothing is held twice.
+
+    Texts are references: in arrays of their own each takes four bytes a letter.
+    """
+    columns: Columns = {}
+    for places, rows in parts:
+        for name in rows.columns:
+            values = rows.column(name)
+            if name not in columns:
+                columns[name] = np.empty(count, dtype=object if values.dtype.kind == "U" else values.dtype)
+            columns[name][places] = rows.columns[name]
+    return Rows(columns, count)
 
 
 def finite(record: dict[str, Any]) -> dict[str, Any]:

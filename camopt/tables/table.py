@@ -113,8 +113,11 @@ class TableWriter:
 
     def append(self, rows: Rows) -> None:
         """Add rows."""
-        if not rows.count:
-            return
+        for first in range(0, rows.count, ROWS_IN_GROUP):
+            self._append(rows.part(slice(first, first + ROWS_IN_GROUP)))
+
+    def _append(self, rows: Rows) -> None:
+        """Add no more rows than a group has."""
         self._pending.append(to_table(rows, self._layout))
         self._waiting += rows.count
         if self._waiting >= ROWS_IN_GROUP:
