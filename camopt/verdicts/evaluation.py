@@ -1,6 +1,6 @@
 """One design: every quantity that a scene calls for."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf, isinf
 from typing import Any, overload
@@ -20,6 +20,7 @@ from camopt.tables.cells import with_unit
 from camopt.tables.columns import is_nothing
 from camopt.tables.design_tables import design_table
 from camopt.tables.layout import Table
+from camopt.unit_systems import MM, shown_in
 from camopt.verdicts.judging import evaluate_rows
 from camopt.verdicts.running import run_effects
 from camopt.verdicts.warned import warnings_of
@@ -105,7 +106,9 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
         """The values with None in place of infinity; the reasons under ``unbounded``, and ``warnings``, if any."""
         finite = {n: None if isinstance(v, float) and isinf(v) else v for n, v in self.quantities.items()}
         joints = [{name: v for name, v in row._asdict().items() if v is not None} for row in self.joint_forces]
-        about = {"unbounded": self.unbounded, "joint_forces": joints, "warnings": list(self.warnings)}
+        with shown_in(MM):  # whatever is shown, as the names of quantities say
+            unbounded = _reasons(self.unbounded, exactly(resolve_design(self.scene))) if self.unbounded else {}
+        about = {"unbounded": unbounded, "joint_forces": joints, "warnings": list(self.warnings)}
         return finite | {name: value for name, value in about.items() if value}
 
 
@@ -149,8 +152,13 @@ def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
     problem = exactly(problem)
     (found,) = evaluate_rows(problem, problem.design, problem.wanted | problem.sizes).records()
     values = {name: found[name] for name in in_order(found)}
-    unbounded = {n: _reason(n, problem) for n, v in values.items() if v in (inf, -inf)}
+    unbounded = _reasons((n for n, v in values.items() if v in (inf, -inf)), problem)
     return Evaluation(scene, values, unbounded, warnings_of(problem))
+
+
+def _reasons(names: Iterable[str], problem: Problem) -> dict[str, str]:
+    """Why quantities are infinite, by name."""
+    return {name: _reason(name, problem) for name in names}
 
 
 LOAD_EFFECTS = ("force", "torque", "joints", "thrust", "hertz", "surface")
