@@ -182,6 +182,12 @@ def groove_heights(problem: Problem) -> tuple[float, float]:
     return min(ends), max(ends)
 
 
+def cylinder_ends(problem: Problem, length: float) -> tuple[float, float]:
+    """From where to where a cylinder of a length is along its axis, mm: the groove runs in its middle."""
+    middle = sum(groove_heights(problem)) / 2
+    return middle - length / 2, middle + length / 2
+
+
 @precisely()
 def _spans(problem: Problem) -> Iterator[SmoothPart]:
     begin = arb(0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from camopt.contour.curve import CamCurve, curves_of
+from camopt.contour.curve import CamCurve, curves_of, cylinder_ends
 from camopt.contour.follow import Followed, check_kind, follow
 from camopt.contour.hole import bore_with_keyway
 from camopt.contour.path import ArcPath, CubicPath
@@ -55,7 +55,7 @@ def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | N
     followed = {name: follow(curve, curves, chord) for name, curve in _drawn(problem, cutter_radius).items()}
     layers = [Layer(name, _line(name), (each.path,)) for name, each in followed.items()]
     corners = np.concatenate([_corners(each.path) for each in followed.values()])
-    layers += _developed(problem, corners) if problem.setup.mechanism.body.developed else _round(work, corners)
+    layers += _developed(work, corners) if problem.setup.mechanism.body.developed else _round(work, corners)
     ends = [end for layer in layers for line in layer.lines for end in line]
     every = np.concatenate([corners, np.array(ends, dtype=complex)])
     low, high = complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
@@ -103,13 +103,22 @@ def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     yield Layer("timing", THIN_LINE, lines=((0j, up[1] + 1j * beyond),))
 
 
-def _developed(problem: Problem, corners: np.ndarray) -> Iterator[Layer]:
-    """Of a cylindrical cam: one turn at the mean radius, with the line at cam angle 0."""
-    turn = 2.0 * np.pi * float(problem.design.size[0])
+def _developed(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
+    """Of a cylindrical cam: one turn at the mean radius, with the line at cam angle 0 and that of no lift.
+
+    With its length, also the edges of the developed cylinder.
+    """
+    turn = 2.0 * np.pi * float(work.problem.design.size[0])
     low, high = corners.imag.min(), corners.imag.max()
+    if work.part.thickness:
+        low, high = cylinder_ends(work.problem, work.part.thickness)
+        foot, top = 1j * low, 1j * high
+        sides = (foot, foot + turn), (foot + turn, top + turn), (top + turn, top), (top, foot)
+        yield Layer("edges", VISIBLE, lines=sides)
     beyond = MARK_OVERRUN * turn
     middle = complex(0.0, (low + high) / 2)
     yield Layer("centre", CHAIN_LINE, lines=((middle, middle + turn),))
+    yield Layer("zero", CHAIN_LINE, lines=((0j, complex(turn)),))
     yield Layer(
         "timing", THIN_LINE, lines=tuple((x + 1j * (low - beyond), x + 1j * (high + beyond)) for x in (0.0, turn))
     )

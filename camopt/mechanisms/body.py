@@ -56,7 +56,7 @@ CYLINDER = Body(
     developed=True,
     closed=False,
     convex=-1.0,
-    part=("groove_depth",),
+    part=("groove_depth", "groove_fit", "groove_chamfer", "outer_fit"),
     solid=("thickness", "groove_depth"),
 )
 BODIES: dict[str, Body] = {body.form: body for body in (DISC, CYLINDER)}

@@ -15,6 +15,7 @@ from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, length
 
 FIT = r"[A-Z]{1,2}\d{1,2}"
+SHAFT_FIT = FIT.replace("A-Z", "a-z")
 SHORT_BORE = re.compile(rf"\s*(\d.*?)\s*({FIT})\s*")
 NUMBER = re.compile(r"\d+(?:\.\d+)?")
 STANDARD_KEYWAY, STANDARD_FIT = "DIN 6885", "JS9"

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from camopt.numerics.neighbours import share_of_noise
 from camopt.scene.law_forms import NEAR_END, NOISY_POINTS
 from camopt.scene.scene import Scene
+from camopt.unit_systems import shown, shown_unit
 
 LENGTH_RANGE = (0.1, 1e4, "mm")
 USUAL_RANGES = {
@@ -23,6 +24,13 @@ USUAL_RANGES = {
     "materials.follower_modulus": (0.1, 1500.0, "GPa"),
 }
 """From where to where a value raises no question, and its unit."""
+NARROW_HUB, USUAL_HUB = 1.5, 1.8
+"""Diameters of a hub of steel, in diameters of its bore: below the first, it is told that a keyway leaves little.
+
+Tables for first designs ask for a wall of 0.25 to 0.5 diameters of the shaft in steel hubs, and for 1.8 to 2
+diameters where there is a key: H. Wittel et al., Roloff/Matek Maschinenelemente, hub sizes, as remembered, for the
+book was not at hand. The rule of old workshops is 2 (Shop Practice, American Technical Society, on pulleys).
+"""
 MOSTLY = 0.5  # of the acceleration of a table: a share of noise that is said
 LIFT_RANGES = {"mm": (0.01, 2e3), "deg": (0.1, 180.0)}
 """Likewise of a lift, by its unit."""
@@ -35,7 +43,7 @@ def oddities(scene: Scene) -> list[str]:
         for key, value, (least, most, unit) in _values(scene)
         if not least <= value <= most
     ]
-    return [*found, *_noisy(scene), *no_wall(scene)]
+    return [*found, *_noisy(scene), *no_wall(scene), *thin_hub(scene)]
 
 
 def no_wall(scene: Scene, base: float | None = None) -> list[str]:
@@ -49,6 +57,26 @@ def no_wall(scene: Scene, base: float | None = None) -> list[str]:
     what = "keyway" if scene.whole_part.keyway_width else "bore"
     asks = "limits.hub_wall asks for a least wall, and is not set"
     return [f"the wall between {what} and base circle is 0 mm: {asks}"]
+
+
+def thin_hub(scene: Scene) -> list[str]:
+    """A sentence on a keyway whose hub is narrower than ``NARROW_HUB`` bores, if no wall is asked for.
+
+    What has no hub of its own is as wide as its base circle, or the bottom of its groove.
+    """
+    part, cam = scene.whole_part, scene.cam
+    size = cam.base_radius or cam.mean_radius
+    outer = part.hub_diameter or (size and 2 * size - (part.groove_depth or 0.0))
+    if not outer or not part.bore or not part.keyway_width or scene.limits.hub_wall is not None:
+        return []
+    wall = outer / 2 - part.bore_reach
+    if wall <= 0.0 or outer >= NARROW_HUB * part.bore:
+        return []
+    usual, has, left = (
+        f"{shown(each, 'mm'):.4g} {shown_unit('mm')}" for each in (USUAL_HUB * part.bore, outer, wall)
+    )
+    rule = f"a keyed hub of steel usually has {USUAL_HUB:g} times the diameter of its bore, {usual}"
+    return [f"part.keyway_width: a wall of {left} is left: {rule}, and this one {has}"]
 
 
 def _noisy(scene: Scene) -> Iterator[str]:

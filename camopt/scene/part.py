@@ -7,6 +7,7 @@ the mean radius is in the middle of its depth.
 import re
 from collections.abc import Iterator, Mapping
 from datetime import date
+from functools import partial
 from math import hypot, radians, sin
 from typing import Annotated, Any, Literal
 
@@ -14,7 +15,7 @@ from pydantic import BeforeValidator, Field
 
 from camopt.mechanisms import Mechanism
 from camopt.mechanisms.body import BODIES, DISC
-from camopt.scene.fits import FIT
+from camopt.scene.fits import FIT, SHAFT_FIT
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, length
 from camopt.scene.materials import MATERIALS
@@ -32,9 +33,9 @@ from camopt.scene.tables import (
 )
 
 
-def _is_fit(value: Any) -> Any:
-    if not isinstance(value, str) or not re.fullmatch(FIT, value):
-        raise ValueError("a fit of ISO 286, such as H7")
+def _is_fit(value: Any, pattern: str, example: str) -> Any:
+    if not isinstance(value, str) or not re.fullmatch(pattern, value):
+        raise ValueError(f"a fit of ISO 286, such as {example}")
     return value
 
 
@@ -43,7 +44,8 @@ def _is_date(value: Any) -> Any:
 
 
 OneLine = Annotated[str, BeforeValidator(one_line)]
-Fit = Annotated[str, BeforeValidator(_is_fit)]
+Fit = Annotated[str, BeforeValidator(partial(_is_fit, pattern=FIT, example="H7"))]
+ShaftFit = Annotated[str, BeforeValidator(partial(_is_fit, pattern=SHAFT_FIT, example="h9"))]
 TOWARDS_FOLLOWER = 90.0
 HUB, KEYWAY = DISC.part, ("keyway_width", "keyway_depth")
 
@@ -77,6 +79,12 @@ class Part(SceneTable):
     """Direction of the keyway's middle in the cam's own frame, ccw from x; deg."""
     groove_depth: Length | None = None
     """Depth of the groove of a cylindrical cam; mm."""
+    groove_fit: Fit | None = None
+    """Fit of the width of the groove, which is the diameter of the roller, such as H8."""
+    groove_chamfer: Length | None = None
+    """Chamfer of the edges of the groove at 45°, in the drawing alone; mm."""
+    outer_fit: ShaftFit | None = None
+    """Fit of the outer diameter of a cylindrical cam, such as h9."""
     density: Positive | None = None
     """Density; that of ``materials.cam`` if not given; kg/m³."""
     material: OneLine | None = None

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.contour.curve import groove_heights
+from camopt.contour.curve import cylinder_ends, groove_heights
 from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
 from camopt.scene.part import Part
@@ -31,7 +31,7 @@ from camopt.sheet.dimensions import (
     datum_at,
     distance,
 )
-from camopt.sheet.hole import bore_said, hole_outline, keyway_depth_said, keyway_width_said
+from camopt.sheet.hole import after_size, bore_said, hole_outline, keyway_depth_said, keyway_width_said
 from camopt.sheet.marks import (
     CHAIN,
     DOUBLE_CHAIN,
@@ -105,10 +105,10 @@ class DevelopedView:
     @cached_property
     def ends(self) -> tuple[float, float]:
         """From where to where the cylinder is, along its axis."""
-        low, high = (end * self.scale for end in groove_heights(self.cam.problem))
-        half = (high - low) / 2 + self.radius
-        length = (self.part.thickness or 0.0) * self.scale / 2 or (1.0 + 2 * BESIDE_GROOVE) * half
-        return (low + high) / 2 - length, (low + high) / 2 + length
+        low, high = groove_heights(self.cam.problem)
+        shown = (1.0 + 2 * BESIDE_GROOVE) * (high - low + 2 * self.cam.roller)
+        bottom, top = cylinder_ends(self.cam.problem, self.part.thickness or shown)
+        return bottom * self.scale, top * self.scale
 
     def groove(self) -> Marks:
         """The developed cylinder from its lower left corner at x = 0."""
@@ -128,7 +128,7 @@ class DevelopedView:
     def _stroke(self, name: str, begin: float, end: float) -> Marks:
         """The follower's motion over cam angles (rad), written above the cylinder."""
         x, to, foot = begin * self.mean, end * self.mean, self.ends[1] + FIRST_LEVEL + 2.0
-        height = next((h for h in (LARGE, MEDIUM) if width_of(name, h) + 2.0 <= to - x), None)
+        height = next((h for h in (LARGE, MEDIUM) if width_of(name, h) + 2 * ROOM <= to - x), None)
         if height is None:
             at = complex((x + to + MEDIUM) / 2, foot + 3.0)
             return [Words(at, name, MEDIUM, 0.0, pi / 2)]
@@ -171,7 +171,7 @@ class DevelopedView:
     def _width(self) -> Marks:
         """The width of the groove at cam angle 0, and how far its middle is from the lower face."""
         start, bottom = 1j * float(self.pitch[0].imag), 1j * self.ends[0]
-        text = said(2 * self.radius / self.scale)
+        text = f"{said(2 * self.radius / self.scale)}{after_size(self.part.groove_fit)}"
         marks = distance(start - 1j * self.radius, start + 1j * self.radius, 1j, FIRST_LEVEL, text)
         if self.part.thickness:
             far = said(abs(start - bottom) / self.scale)
@@ -221,6 +221,10 @@ class DevelopedView:
     def outer(self) -> float:
         return self.mean + (self.part.groove_depth or 0.0) * self.scale / 2
 
+    @property
+    def _outer_said(self) -> str:
+        return f"Ø{said(2 * self.outer / self.scale)}{after_size(self.part.outer_fit)}"
+
     def section(self) -> Marks:
         """Through the axis, which is at y = 0; the lower end of the developed view on the left."""
         length, solid = (self.part.thickness or 0.0) * self.scale, self._solid()
@@ -232,7 +236,7 @@ class DevelopedView:
             line(complex(0.0, side * self.outer), complex(length, side * self.outer), pen=THICK) for side in (-1, 1)
         ]
         marks += distance(ends[0], ends[0] + length, 1.0, -FIRST_LEVEL, said(self.part.thickness or 0.0))
-        marks += distance(*ends, 1j, FIRST_LEVEL, f"Ø{said(2 * self.outer / self.scale)}")
+        marks += distance(*ends, 1j, FIRST_LEVEL, self._outer_said)
         if radius:
             marks += distance(length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, bore_said(self.part))
         depth = (self.part.groove_depth or 0.0) * self.scale

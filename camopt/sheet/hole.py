@@ -13,12 +13,12 @@ from camopt.sheet.marks import arc_points, said
 
 def bore_said(part: Part) -> str:
     """The bore's diameter, with its fit."""
-    return f"Ø{said(part.bore or 0.0)}{_after(part.bore_fit)}"
+    return f"Ø{said(part.bore or 0.0)}{after_size(part.bore_fit)}"
 
 
 def keyway_width_said(part: Part) -> str:
     """The keyway's width, with its fit."""
-    return f"{said(part.keyway_width or 0.0)}{_after(part.keyway_fit)}"
+    return f"{said(part.keyway_width or 0.0)}{after_size(part.keyway_fit)}"
 
 
 def keyway_depth_said(part: Part) -> str:
@@ -27,7 +27,8 @@ def keyway_depth_said(part: Part) -> str:
     return f"{depth} +{said(depth_tolerance(part.keyway_width or 0.0))}" if part.keyway_fit else depth
 
 
-def _after(fit: str | None) -> str:
+def after_size(fit: str | None) -> str:
+    """A fit behind its dimension; nothing if there is none."""
     return f" {fit}" if fit else ""
 
 

@@ -12,7 +12,7 @@ from camopt.sheet.developed import groove_and_body
 from camopt.sheet.front_view import FrontView, is_upright
 from camopt.sheet.marks import LARGE, Box, Marks, Words, box_of, moved
 from camopt.sheet.notes import notes
-from camopt.sheet.paper import A3, A4, Paper, scale_name
+from camopt.sheet.paper import A2, A3, A4, Paper, scale_name
 from camopt.sheet.points_table import printed, table
 from camopt.sheet.section import section
 from camopt.sheet.title_block import BLOCK_HEIGHT, BLOCK_WIDTH, title_block
@@ -61,6 +61,12 @@ class Desk:
     def table(self) -> Marks:
         return table(printed(self.cam, self.form.step), self.form.blocks)
 
+    @property
+    def has_room(self) -> bool:
+        """Whether the sheet is larger than the table."""
+        spare = self.inner.size - box_of(self.table).size
+        return min(spare.real, spare.imag) >= 0.0
+
     def notes(self, width: float) -> Marks:
         return notes(self.texts, width)
 
@@ -99,6 +105,16 @@ class Views:
         """The developed groove; its section and hole."""
         return groove_and_body(self.cam, self.scale)
 
+    @cached_property
+    def column(self) -> Marks:
+        """Of a cylinder: the developed groove, with section and hole in the middle below it."""
+        groove, body = self.cylinder
+        if not body:
+            return groove
+        above, below = box_of(groove), box_of(body)
+        middle = (above.low.real + above.high.real - below.low.real - below.high.real) / 2
+        return [*groove, *moved(body, complex(middle, above.low.imag - VIEWS_APART - below.high.imag))]
+
 
 def disc_above(desk: Desk, views: Views) -> Placed:
     """From above: views, table, notes, title block."""
@@ -112,6 +128,16 @@ def disc_above(desk: Desk, views: Views) -> Placed:
 
 
 def disc_beside(desk: Desk, views: Views) -> Placed:
+    """The views of a disc cam beside its table."""
+    return _beside(desk, lambda: views.disc)
+
+
+def cylinder_beside(desk: Desk, views: Views) -> Placed:
+    """The views of a cylindrical cam beside its table."""
+    return _beside(desk, lambda: views.column)
+
+
+def _beside(desk: Desk, views: Callable[[], Marks]) -> Placed:
     """Views on the left with the notes below them, the table on the right above the title block."""
     inner = desk.inner
     said = moved(desk.notes(desk.beside), inner.low)
@@ -119,10 +145,8 @@ def disc_beside(desk: Desk, views: Views) -> Placed:
     rows = moved(desk.table, inner.high - box_of(desk.table).high)
     yield Box(complex(inner.low.real, desk.over), inner.high), rows
     floor = max(desk.over, box_of(said).high.imag + FROM_FRAME)
-    yield (
-        Box(complex(inner.low.real, floor), complex(box_of(rows).low.real - VIEWS_APART, inner.high.imag)),
-        views.disc,
-    )
+    room = Box(complex(inner.low.real, floor), complex(box_of(rows).low.real - VIEWS_APART, inner.high.imag))
+    yield room, views()
 
 
 def cylindrical(desk: Desk, views: Views) -> Placed:
@@ -161,14 +185,25 @@ def _within(box: Box, room: Box) -> bool:
     return all(gap.real >= -FIT_SLACK and gap.imag >= -FIT_SLACK for gap in ends)
 
 
-def forms(body: Body) -> Iterator[Arrangement]:
-    """The layouts to try at each scale, the best first."""
-    if body.developed:
-        yield from (
-            Arrangement(A3, 5.0, 4, cylindrical),
-            Arrangement(A3, 10.0, 3, cylindrical),
-            Arrangement(A3, 10.0, 2, cylindrical),
-        )
+MOST_BLOCKS = 12
+
+
+def forms(body: Body, step: float | None = None) -> Iterator[Arrangement]:
+    """The layouts to try at each scale, the best first; for a step of the table (deg) that is given, A2 too."""
+    usual, beside = (CYLINDER_FORMS, cylinder_beside) if body.developed else (DISC_FORMS, disc_beside)
+    if step is None:
+        yield from usual
         return
-    yield from (Arrangement(A4, 10.0, blocks, disc_above) for blocks in (3, 2))
-    yield from (Arrangement(A3, 5.0, 2, disc_beside), Arrangement(A3, 10.0, 1, disc_beside))
+    for paper, place in dict.fromkeys([*((form.paper, form.place) for form in usual), (A3, beside), (A2, beside)]):
+        yield from (Arrangement(paper, step, blocks, place) for blocks in range(1, MOST_BLOCKS + 1))
+
+
+CYLINDER_FORMS = (
+    Arrangement(A3, 5.0, 4, cylindrical),
+    *(Arrangement(A3, 10.0, blocks, cylindrical) for blocks in (4, 3, 2)),
+)
+DISC_FORMS = (
+    *(Arrangement(A4, 10.0, blocks, disc_above) for blocks in (3, 2)),
+    Arrangement(A3, 5.0, 2, disc_beside),
+    Arrangement(A3, 10.0, 1, disc_beside),
+)

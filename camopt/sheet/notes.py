@@ -11,6 +11,7 @@ from camopt.motion.table import RETURN, RISE
 from camopt.sheet.cam import TrueCam, steady_of
 from camopt.sheet.hole import keyway_depth_said
 from camopt.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal, said, wrapped
+from camopt.sheet.points_table import trace_said
 from camopt.tables.cells import with_unit
 from camopt.unit_systems import shown, shown_unit, system_shown
 
@@ -86,7 +87,8 @@ def _turning(cam: TrueCam) -> Iterator[str]:
     scene = cam.scene
     speed = "" if scene.cam.rpm is None else cam.say(" at {} rpm").format(decimal(scene.cam.rpm))
     if cam.problem.setup.mechanism.body.developed:
-        yield cam.say("The surface moves as the arrow shows{}.").format(speed)
+        view = "The groove is developed at the mean radius, as seen from outside"
+        yield cam.say(f"{view}; the surface moves as the arrow shows{{}}.").format(speed)
         return
     turns = f"Turns {SENSES[scene.cam.rotation]}{{}}, as seen in the front view, which is at cam angle 0."
     yield cam.say(turns).format(speed)
@@ -151,8 +153,11 @@ def _steady(stroke: Stroke, cam: TrueCam) -> str:
 def _columns(cam: TrueCam) -> Iterator[str]:
     setup = cam.problem.setup
     if setup.mechanism.body.developed:
-        point = " ".join(map(cam.say, cam.scene.tip.trace))
-        yield cam.say("Table: cam angle θ, lift s; {} x round the mean radius, y along the axis.").format(point)
+        lift = ", lift s; {} x" if setup.angular else "; {} x"
+        along = "y along the axis." if setup.angular else "y along the axis, which is its lift s."
+        yield cam.say(f"Table: cam angle θ{lift} round the mean radius, {along}").format(trace_said(cam))
+        if cam.part.groove_chamfer:
+            yield cam.say("Edges of the groove chamfered {} × 45°.").format(said(cam.part.groove_chamfer))
         return
     radius = float(cam.problem.design.roller_radius[0])
     text = cam.say("Table: cam angle θ, lift s; polar angle φ from the timing mark against the rotation, radius r.")

@@ -70,7 +70,7 @@ def _steps(low: float, high: float) -> list[float]:
     return [k * ZONE for k in range(first, last + 1) if low + 1.0 < k * ZONE < high - 1.0]
 
 
-A4, A3 = Paper("A4", 210.0, 297.0), Paper("A3", 420.0, 297.0)
+A4, A3, A2 = Paper("A4", 210.0, 297.0), Paper("A3", 420.0, 297.0), Paper("A2", 594.0, 420.0)
 LEAST_VIEW = 40.0  # mm on the paper: smaller cams are enlarged
 
 

@@ -1,11 +1,12 @@
 """The table of the profile, at even cam angles: lift, polar coordinates of the profile and of the roller's centre.
 
 Polar angles φ of a disc cam count from the timing mark, against the sense of rotation, as the cam angle does. A
-cylindrical cam has the roller's centre on the developed cylinder.
+cylindrical cam has the roller's centre on the developed cylinder, whose y is the lift of a translating follower.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from math import ceil
 
 import numpy as np
@@ -24,14 +25,17 @@ BLOCKS_APART = 4.0  # mm: one block of rows from the next
 
 @dataclass(frozen=True)
 class Printed:
-    """A column of the table: three lines of heading, and its numbers."""
+    """A column of the table: three lines of heading, and its numbers.
+
+    The first line is also that of the columns after it which have none.
+    """
 
     head: tuple[str, str, str]
     cells: tuple[str, ...]
 
     @property
     def width(self) -> float:
-        return max(width_of(text, MEDIUM) for text in (*self.head, *self.cells)) + 2 * PADDING
+        return max(width_of(text, MEDIUM) for text in (*self.head[1:], *self.cells)) + 2 * PADDING
 
 
 def printed(cam: TrueCam, step: float) -> list[Printed]:
@@ -43,21 +47,24 @@ def printed(cam: TrueCam, step: float) -> list[Printed]:
     unit = shown_unit("mm")
     lifts = _written(np.degrees(lift)) if problem.setup.angular else _lengths(lift)
     curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
-    columns = [
-        Printed(("", "θ", "°"), tuple(f"{each:g}" for each in degrees)),
-        Printed(("", "s", "°" if problem.setup.angular else unit), lifts),
-    ]
+    columns = [Printed(("", "θ", "°"), tuple(f"{each:g}" for each in degrees))]
+    if problem.setup.angular or not problem.setup.mechanism.body.developed:
+        columns.append(Printed(("", "s", "°" if problem.setup.angular else unit), lifts))
     if problem.setup.mechanism.body.developed:
-        places = zip(
-            map(cam.say, cam.scene.tip.trace), ("x", "y"), (curves.pitch.real, curves.pitch.imag), strict=True
-        )
+        y = "y" if problem.setup.angular else "y = s"
         return [
             *columns,
-            *(Printed((word, axis, unit), _lengths(values)) for word, axis, values in places),
+            Printed((trace_said(cam), "x", unit), _lengths(curves.pitch.real)),
+            Printed(("", y, unit), _lengths(curves.pitch.imag)),
         ]
     centred = not (problem.setup.is_knife or problem.setup.mechanism.flat_faced)
     columns += _polar(cam.say("profile"), curves.profile[0], cam.sense)
     return [*columns, *(_polar(cam.say("centre"), curves.pitch, cam.sense) if centred else ())]
+
+
+def trace_said(cam: TrueCam) -> str:
+    """What the trace point is called."""
+    return " ".join(map(cam.say, cam.scene.tip.trace)).strip()
 
 
 def _polar(name: str, points: ComplexArray, sense: float) -> Iterator[Printed]:
@@ -80,13 +87,29 @@ def table(columns: list[Printed], blocks: int) -> Marks:
     """The columns in so many blocks side by side, from their lower left corner."""
     rows = len(columns[0].cells)
     high = ceil(rows / blocks)
-    wide = sum(column.width for column in columns)
+    widths = _widths(columns)
+    wide = sum(widths)
     marks: Marks = []
     for k in range(blocks):
         chosen = [Printed(column.head, column.cells[k * high : (k + 1) * high]) for column in columns]
-        widths = [column.width for column in columns]
         marks += _block(chosen, widths, k * (wide + BLOCKS_APART), high)
     return marks
+
+
+def _groups(columns: list[Printed]) -> Iterator[range]:
+    """The columns that have a first line of heading together."""
+    starts = [k for k, column in enumerate(columns) if column.head[0]]
+    return (range(first, after) for first, after in pairwise([*starts, len(columns)]))
+
+
+def _widths(columns: list[Printed]) -> list[float]:
+    """The widths of the columns, which have room for the heading that they share."""
+    widths = [column.width for column in columns]
+    for group in _groups(columns):
+        asked = width_of(columns[group[0]].head[0], MEDIUM) + 2 * PADDING
+        more = max(0.0, asked - sum(widths[k] for k in group)) / len(group)
+        widths = [width + more * (k in group) for k, width in enumerate(widths)]
+    return widths
 
 
 def _block(columns: list[Printed], widths: list[float], left: float, rows: int) -> Iterator[Mark]:
@@ -95,12 +118,15 @@ def _block(columns: list[Printed], widths: list[float], left: float, rows: int) 
     right = left + sum(widths)
     yield rectangle(complex(left, 0), complex(right, top), THICK)
     yield line(complex(left, edge), complex(right, edge), pen=THICK)
+    for group in _groups(columns):
+        middle = left + sum(widths[: group.start]) + sum(widths[k] for k in group) / 2
+        yield Words(complex(middle, top - ROW_HEIGHT + 0.95), columns[group[0]].head[0], MEDIUM, 0.5)
     x = left
     for k, (column, width) in enumerate(zip(columns, widths, strict=True)):
         if k:
             inside = column.head[0] or not columns[k - 1].head[0]
             yield line(complex(x, 0), complex(x, top if inside else top - ROW_HEIGHT))
-        for row, text in ((row, text) for row, text in enumerate(column.head) if text):
+        for row, text in ((row, text) for row, text in enumerate(column.head) if row and text):
             yield Words(complex(x + width / 2, top - (row + 1) * ROW_HEIGHT + 0.95), text, MEDIUM, 0.5)
         for row, text in enumerate(column.cells):
             yield Words(complex(x + width - PADDING, edge - (row + 1) * ROW_HEIGHT + 0.95), text, MEDIUM, 1.0)

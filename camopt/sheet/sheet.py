@@ -13,9 +13,10 @@ from camopt.sheet.cam import TrueCam
 from camopt.sheet.layout import Desk, Views, forms, together
 from camopt.sheet.marks import Marks, draw_marks
 from camopt.sheet.notes import texts_of
-from camopt.sheet.paper import A3, Paper, scales
+from camopt.sheet.paper import A2, Paper, scales
 
 INCH = 25.4  # mm
+LEAST_STEP = 0.5  # deg
 TRIED = 40  # scales, down to 1 : 10¹³
 
 
@@ -28,21 +29,22 @@ class Sheet(NamedTuple):
     marks: Marks
 
 
-def write_sheet(scene: Scene, problem: Problem, path: str | os.PathLike[str]) -> Sheet:
-    """The workshop drawing of a scene's cam as a PDF at true size.
+def write_sheet(scene: Scene, problem: Problem, path: str | os.PathLike[str], step: float | None = None) -> Sheet:
+    """The workshop drawing of a scene's cam as a PDF at true size, its table in steps of 5 or 10 deg if not given.
 
-    One sheet, A4 or A3: the front view of a disc cam with the angles of its motion, and its section; or the
-    developed groove of a cylindrical cam, its section and its hole; the table of the profile; notes; the title
-    block. At 1:1 where that fits, or else at the nearest standard scale. The same scene gives the same file.
+    One sheet, A4 or A3 (A2 for a table of many rows): the front view of a disc cam with the angles of its motion,
+    and its section; or the developed groove of a cylindrical cam, its section and its hole; the table of the
+    profile; notes; the title block. At 1:1 where that fits, or else at the nearest standard scale. The same scene
+    gives the same file.
 
     Raises
     ------
     BadInput
-        If the name does not end in .pdf, .png or .svg.
+        If the name does not end in .pdf, .png or .svg, or the table does not fit on a sheet.
     OSError
         If the file cannot be written.
     """
-    sheet = sheet_of(scene, problem)
+    sheet = sheet_of(scene, problem, step)
     paper = sheet.paper
     with canvas(path, (paper.width / INCH, paper.height / INCH)) as figure:
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -53,16 +55,26 @@ def write_sheet(scene: Scene, problem: Problem, path: str | os.PathLike[str]) ->
     return sheet
 
 
-def sheet_of(scene: Scene, problem: Problem) -> Sheet:
+def sheet_of(scene: Scene, problem: Problem, step: float | None = None) -> Sheet:
     """The sheet at the first scale and layout, the best first, that hold the drawing."""
     cam = TrueCam(scene, problem)
     body = problem.setup.mechanism.body
     width = 2.0 * cam.size * (pi if body.developed else 1.0)
     texts = tuple(texts_of(cam))
-    desks = [Desk(cam, form, texts) for form in forms(body)]
-    for scale in (each for each in islice(scales(2.0 * cam.size), TRIED) if width * each < A3.width):
+    desks = [desk for form in forms(body, _whole(step)) if (desk := Desk(cam, form, texts)).has_room]
+    for scale in (each for each in islice(scales(2.0 * cam.size), TRIED) if width * each < A2.width):
         views = Views(cam, scale)
         for desk in desks:
             if marks := together(desk.form.place(desk, views)):
                 return Sheet(cam, desk.form.paper, scale, [*desk.standing(scale), *map(cam.numbered, marks)])
+    if step is not None:
+        why = "larger: a table of so many rows has no room on a sheet of A2; a .csv file has any step"
+        raise BadInput([Mistake("camopt", "step", step, why)])
     raise BadInput([Mistake(scene.file, "scene", scene.name, "a cam that fits on a sheet of A3")])
+
+
+def _whole(step: float | None) -> float | None:
+    """A step of the table; BadInput if it does not divide the turn."""
+    if step is not None and not (step >= LEAST_STEP and (360.0 / step).is_integer()):
+        raise BadInput([Mistake("camopt", "step", step, f"a step of at least {LEAST_STEP:g} deg that divides 360")])
+    return step

@@ -58,7 +58,9 @@ GERMAN = {
     "its axis offset by {} to the right": "Achse um {} nach rechts versetzt",
     "its axis offset by {} to the left": "Achse um {} nach links versetzt",
     " at {} rpm": " mit {} min⁻¹",
-    "The surface moves as the arrow shows{}.": "Die Oberfläche bewegt sich in Pfeilrichtung{}.",
+    "The groove is developed at the mean radius, as seen from outside; the surface moves as the arrow shows{}.": (
+        "Nut am mittleren Radius abgewickelt, von außen gesehen; die Oberfläche bewegt sich in Pfeilrichtung{}."
+    ),
     "Turns clockwise{}, as seen in the front view, which is at cam angle 0.": (
         "Dreht im Uhrzeigersinn{}, gesehen in der Vorderansicht, die bei Drehwinkel 0 steht."
     ),
@@ -90,6 +92,10 @@ GERMAN = {
     "Table: cam angle θ, lift s; {} x round the mean radius, y along the axis.": (
         "Tabelle: Drehwinkel θ, Hub s; {} x um den mittleren Radius, y längs der Achse."
     ),
+    "Table: cam angle θ; {} x round the mean radius, y along the axis, which is its lift s.": (
+        "Tabelle: Drehwinkel θ; {} x um den mittleren Radius, y längs der Achse: ihr Hub s."
+    ),
+    "Edges of the groove chamfered {} × 45°.": "Kanten der Nut mit {} × 45° gebrochen.",
     "Table: cam angle θ, lift s; polar angle φ from the timing mark against the rotation, radius r.": (
         "Tabelle: Drehwinkel θ, Hub s; Polarwinkel φ ab der Einstellmarke gegen den Drehsinn, Radius r."
     ),

@@ -14,7 +14,7 @@ from ezdxf.math import Vec2, Vec3
 from support.cams import CONTACTS, cam_with
 from support.curves import furthest, true_points
 
-from camopt import BadInput, Scene, export, find_scene
+from camopt import BadInput, Scene, cam_points, export, find_scene
 from camopt.cli.main import main
 from camopt.contour.curve import curves_of
 from camopt.exporting.endings import ENDINGS
@@ -214,3 +214,22 @@ def test_a_dxf_has_the_same_bytes_without_a_home_and_for_any_hash_seed(tmp_path)
     export(find_scene("valve-rod-radial"), tmp_path / "cam.dxf")
     assert {*found} == {(tmp_path / "cam.dxf").read_bytes()}
     assert [path.name for path in tmp_path.iterdir()] == ["cam.dxf"]
+
+
+def test_a_development_has_its_edges_and_the_line_of_no_lift(tmp_path):
+    """The cylinder is as long as it is given, the groove in its middle; at y = 0 is no lift."""
+    scene = find_scene("feeder-with-stop")
+    export(scene, tmp_path / "groove.dxf")
+    lines = ezdxf.readfile(tmp_path / "groove.dxf").modelspace().query("LINE")
+    ends = {name: [(*e.dxf.start.vec2, *e.dxf.end.vec2) for e in lines if e.dxf.layer == name] for name in LAYERS}
+    turn = 2 * np.pi * scene.cam.mean_radius
+    assert ends["ZERO"] == [pytest.approx((0.0, 0.0, turn, 0.0))]
+    points = cam_points(scene, step=0.05)["pitch_y_mm"]
+    middle, half = (points.min() + points.max()) / 2, scene.part.thickness / 2
+    corners = {(round(x, 3), round(y, 3)) for line in ends["EDGES"] for x, y in (line[:2], line[2:])}
+    low, high = (pytest.approx(middle + side * half, abs=2e-3) for side in (-1, 1))
+    assert sorted(x for x, _ in corners) == pytest.approx([0.0, 0.0, turn, turn], abs=1e-3)
+    assert sorted({y for _, y in corners}) == [low, high]
+
+
+LAYERS = ("EDGES", "ZERO")

@@ -25,6 +25,7 @@ from camopt.sheet.front_view import FrontView
 from camopt.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, decimal, fitted_words, width_of
 from camopt.sheet.notes import texts_of
 from camopt.sheet.paper import A3, A4, scale_name, scales
+from camopt.sheet.points_table import printed, table
 from camopt.sheet.ring import ring, spread_apart, unrolled
 from camopt.sheet.section import section
 from camopt.sheet.sheet import sheet_of
@@ -64,6 +65,9 @@ SCENES = {
     "cylinder without part": CYLINDER.replace(part=None),
     "cylinder of a length": CYLINDER.replace(part={"thickness": 90}),
     "cylinder, key aside": CYLINDER.replace(**{"part.keyway_angle": 200}),
+    "cylinder with fits": CYLINDER.replace(
+        **{"part.groove_fit": "H8", "part.groove_chamfer": 0.5, "part.outer_fit": "h9"}
+    ),
     "short strokes": find_scene("roller-1000rpm").replace(motion=turning(SHORT)),
     "many strokes": find_scene("roller-1000rpm").replace(motion=turning(MANY, 0.5)),
     "large": PLATE.replace(**{"cam.base_radius": 2e4}),
@@ -349,8 +353,14 @@ def expected(scene):
         yield from (f"R{decimal(largest)}" for _ in range(1) if largest > cam.base_radius)
     else:
         yield f"{decimal(2 * pi * cam.mean_radius)} (2π · R{decimal(cam.mean_radius)})"
-        yield decimal(2 * scene.follower.roller_radius)
-        yield from (f"Ø{decimal(2 * cam.mean_radius + depth)}" for depth in (part.groove_depth,) if depth)
+        yield f"{decimal(2 * scene.follower.roller_radius)} {part.groove_fit or ''}".strip()
+        yield from (
+            f"Ø{decimal(2 * cam.mean_radius + depth)} {part.outer_fit or ''}".strip()
+            for depth in (part.groove_depth,)
+            if depth
+        )
+        chamfers = [part.groove_chamfer] if part.groove_chamfer else []
+        yield from (f"Edges of the groove chamfered {decimal(chamfer)} × 45°." for chamfer in chamfers)
     shown = ("thickness", "hub_length", "groove_depth")
     yield from (decimal(value) for key in shown if (value := getattr(part, key)))
     yield from (
@@ -384,7 +394,7 @@ def test_the_table_has_the_points_of_the_cam(name):
     assert shown.size == width * lift.size
     scene = SCENES[name]
     if scene.cam.form == "cylindrical":
-        columns = [lift, points["pitch_x_mm"], points["pitch_y_mm"]]
+        columns = [*([lift] if width == 3 else []), points["pitch_x_mm"], points["pitch_y_mm"]]
     else:
         curves = ["profile", "pitch"] if width == 5 else ["profile"]
         columns = [lift]
@@ -397,6 +407,37 @@ def test_the_table_has_the_points_of_the_cam(name):
     for k, column in enumerate(columns):
         off = np.abs(found[:, k] - column)
         assert np.minimum(off, np.abs(off - 360.0)).max() <= 0.5005e-3
+
+
+@pytest.mark.parametrize(("scene", "step"), [(PLATE, 2.0), (CYLINDER, 2.5)])
+def test_a_table_has_the_step_that_is_asked(scene, step):
+    found = sheet_of(scene, resolve_design(scene), step)
+    assert (found.paper.name, faults_of(found)) == ("A2", [])
+    words = {mark.text for mark in found.marks if isinstance(mark, Words)}
+    assert {f"{angle:g}" for angle in np.arange(0.0, 360.0, step)} <= words
+    developed = scene.cam.form == "cylindrical"
+    rows = sorted_columns(found, round(360.0 / step), 2 if developed else 5)
+    points = cam_points(scene, np.arange(0.0, 360.0, step))
+    lift = rows[:, 1 if developed else 0]
+    assert np.abs(lift - points["displacement_mm"]).max() <= 0.5005e-3
+
+
+@pytest.mark.parametrize(("step", "why"), [(7.0, "divides 360"), (0.0, "at least 0.5"), (0.5, "so many rows")])
+def test_a_table_of_another_step_is_refused(step, why):
+    with pytest.raises(BadInput, match=why):
+        sheet_of(PLATE, resolve_design(PLATE), step)
+
+
+def test_a_heading_has_room_over_its_columns():
+    """The words over x and y, in both languages: within the columns that they are over."""
+    for language in ("en", "de"):
+        cam = TrueCam(CYLINDER.replace(**{"part.language": language}), resolve_design(CYLINDER))
+        marks = table(printed(cam, 10.0), 1)
+        (words,) = (m for m in marks if isinstance(m, Words) and m.text in ("roller centre", "Rolle Mitte"))
+        lines = sorted({m.points[0].real for m in marks if isinstance(m, Line) and np.ptp(m.points.real) == 0})
+        right = max(m.points.real.max() for m in marks if isinstance(m, Line))
+        corners = words.corners.real
+        assert lines[0] < corners.min() < lines[1] < corners.max() < right
 
 
 def table_marks(found):
@@ -605,7 +646,7 @@ def test_a_groove_has_a_sheet_for_every_tip(tip, tmp_path):
     assert {"profile_left", "profile_right"} <= written.curves.keys()
     words = pymupdf.open(tmp_path / "groove.pdf")[0].get_text()
     point = {"knife": "knife edge", "spherical": "face centre"}[tip["contact"]]
-    assert f"lift s; {point} x round the mean radius" in words
+    assert f"{point} x round the mean radius" in words
 
 
 @pytest.mark.parametrize("offset", [0, 12, -12])

@@ -296,11 +296,23 @@ def test_a_cam_without_a_wall_about_its_bore_is_told_where_none_is_asked(changes
     """Where it is evaluated, and on its page."""
     scene = find_scene("two-pauses").replace(**{"cam.base_radius": 25.0, **changes})
     found = no_wall(scene)
-    assert found == [line for line in oddities(scene) if "wall" in line]
+    assert found == [line for line in oddities(scene) if "wall between" in line]
     assert [line.partition(": ")[0] for line in found] == ([told] if told else [])
     assert all("limits.hub_wall" in line for line in found)
     lines = words_of(Picture(scene, resolve_design(scene)))
     assert [line for line in lines if "wall between" in line] == [f"T{line[1:]}." for line in found]
+
+
+@pytest.mark.parametrize(("bore", "told"), [(30.0, False), (34.0, True)])
+def test_a_hub_that_a_keyway_leaves_thin_is_told(bore, told):
+    """Of less than 1.5 bores; the wall is from the corner of the keyway to the base circle, or to the hub."""
+    part = {"thickness": 10, "bore": bore, "keyway_width": 8, "keyway_depth": 3.3}
+    scene = find_scene("two-pauses").replace(**{"cam.base_radius": 25.0, "cam.shaft_diameter": None}, part=part)
+    found = [line for line in oddities(scene) if "keyed hub" in line]
+    wall = 25.0 - ((bore / 2 + 3.3) ** 2 + 16.0) ** 0.5
+    assert bool(found) is told
+    assert all(f"a wall of {wall:.4g} mm is left" in line and f"{1.8 * bore:.4g} mm" in line for line in found)
+    assert not [line for line in oddities(scene.replace(**{"limits.hub_wall": 2})) if "keyed hub" in line]
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from camopt.exporting.endings import ENDINGS
 @click.option(
     "--cutter-radius", type=Measure("mm"), help="Also the path of a cutter or grinding wheel of this radius, mm."
 )
-@click.option("--step", type=float, help="Points in even steps of the angle, deg.")
+@click.option("--step", type=float, help="Points, or rows of a drawing's table, in even steps of the angle, deg.")
 @click.option("--points", type=int, help="Number of points of an electronic cam; 361 by default.")
 @click.option("--feed", type=Measure("mm/min"), help="Feed of a cutter, mm/min.")
 @click.option(
