@@ -18,6 +18,7 @@ from camopt.drawing.picture import (
 )
 from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH_COLOUR, PROFILE, SMALL, TEXT
 from camopt.mechanisms.design import ComplexArray
+from camopt.problem.linkage import pivot_of
 from camopt.unit_systems import computed, shown, shown_unit
 
 ANGLE_OFFSETS = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above the sheet
@@ -118,8 +119,7 @@ def draw_groove_follower(parts: Parts, picture: Picture) -> list[ComplexArray]:
     radius, spans = float(design.roller_radius[0]), [np.array([start])]
     size = max(picture.problem.programme.lift * (float(design.arm_length[0]) if angular else 1.0), 2 * radius)
     if angular:
-        half = picture.problem.programme.lift / 2
-        pivot = complex(design.sense * float(design.arm_length[0]) * np.cos(half))
+        pivot = pivot_of(picture.problem)
         draw_arm(parts, pivot, start, 1.5 * size)
         spans.append(pivot + 0.1 * size * np.array([-1, 1]))
     else:

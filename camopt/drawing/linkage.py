@@ -1,8 +1,4 @@
-"""The train beyond a follower, to scale: its links with joints, guides and pivots, in the position of the cam.
-
-Scenes do not say where a linkage is mounted: links are put one after the other, each on the far side of what drives
-it. The developed groove of a cylindrical cam is shown without.
-"""
+"""The train beyond a follower, to scale: its links with joints, guides and pivots, in the position of the cam."""
 
 from typing import Any
 
@@ -12,8 +8,8 @@ from camopt.drawing.bodies import FRAME_ANGLES
 from camopt.drawing.picture import Picture, area, draw_circle, draw_line
 from camopt.drawing.style import BODY, FAINT, INK, MUTED
 from camopt.mechanisms.design import ComplexArray
-from camopt.motion.driven import tool_position
-from camopt.trains.sketch import Member, Port, Sketch, Standing
+from camopt.problem.linkage import linkage_at, pivot_of
+from camopt.trains.sketch import Member, Sketch, Standing
 
 MEMBER_STYLE = {"facecolor": BODY, "edgecolor": INK, "lw": 1.1}
 PIVOT = np.array([0, 0.055 - 0.075j, -0.055 - 0.075j])
@@ -22,25 +18,17 @@ GUIDE_GAP, GUIDE_WIDTH, BAR_HALF = 0.037, 0.025, 0.022
 """Shares of the size of the cam."""
 
 
-def train_sketch(picture: Picture, size: float) -> Sketch | None:
-    """The train of a picture at the frames of a turn, driven at 0; None without one, or where a groove is shown."""
-    problem = picture.problem
-    train = problem.setup.train
-    if train is None or problem.setup.mechanism.body.developed:
-        return None
-    moved = train.follower_at(tool_position(problem.programme, FRAME_ANGLES % (2 * np.pi)))
-    port = Port(0.0, 1.0, -1.0) if problem.setup.angular else Port(-1j * float(moved[0]), 1j)
-    return train.sketch(moved, port, size)
-
-
 def linkage(picture: Picture, spans: list[ComplexArray], size: float) -> Sketch | None:
-    """The same on the pivot of a follower, or on the end of its stem: the highest of the points that it spans."""
-    design, found = picture.problem.design, train_sketch(picture, size)
-    if found is None:
-        return None
-    if picture.problem.setup.angular:
-        return found.shifted(complex(design.centre_distance[0]))
-    return found.shifted(complex(design.offset[0], max(float(span.imag.max()) for span in spans)))
+    """The train at the frames of a turn, on the pivot of a follower, or on the end of its stem; None without one.
+
+    That end is the highest of the points that the follower spans.
+    """
+    problem = picture.problem
+    if problem.setup.angular:
+        at = pivot_of(problem)
+    else:
+        at = complex(problem.design.offset[0], max(float(span.imag.max()) for span in spans))
+    return linkage_at(problem, FRAME_ANGLES % (2 * np.pi), at, size)
 
 
 def reach_of(sketch: Sketch) -> ComplexArray:

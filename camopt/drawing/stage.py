@@ -21,6 +21,7 @@ from camopt.drawing.picture import Picture, area, draw_circle, draw_line
 from camopt.drawing.style import FAINT, FILL, INK, MUTED, SMALL, TEXT, TITLE_SIZE
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
+from camopt.problem.linkage import pivot_of, turning_of
 
 SHOWN_PANELS = (0, 2, 4)  # displacement, acceleration, pressure angle, of the six diagrams of a design
 DISC_SIZE, GROOVE_SIZE = (9.0, 5.4), (9.0, 6.0)  # inches
@@ -118,14 +119,11 @@ def _still(axes: Any) -> Shifting:
 
 def _with_the_follower(axes: Any, picture: Picture) -> MovingBody:
     """The follower as a body that moves along its guide or about its pivot."""
-    problem, design = picture.problem, picture.problem.design
+    problem = picture.problem
     rise = problem.programme.at(FRAME_ANGLES % (2 * np.pi))[0] - picture.start
     if not problem.setup.angular:
         return Shifting(axes, 1j * rise)
-    if problem.setup.mechanism.body.developed:
-        pivot = design.sense * float(design.arm_length[0]) * np.cos(problem.programme.lift / 2)
-        return Turning(axes, complex(pivot), -design.sense * rise)
-    return Turning(axes, complex(design.centre_distance[0]), -rise)
+    return Turning(axes, pivot_of(problem), turning_of(problem) * rise)
 
 
 def _contacts(picture: Picture) -> ComplexArray:

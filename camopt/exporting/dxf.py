@@ -15,6 +15,7 @@ from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.exporting.exported import Export, told
 from camopt.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of
+from camopt.exporting.layout import layout_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
 from camopt.unit_systems import MM, shown, system_shown
@@ -42,7 +43,7 @@ def write(
     one = shown(1.0, "mm")
     with _same_each_time():
         document = _document(work.scene.name)
-        for layer in plan.layers:
+        for layer in (*plan.layers, *layout_of(work.problem)):
             kind, width = LINE_TYPES[layer.line]
             document.layers.add(layer.name.upper(), color=ACI[layer.line], linetype=kind, lineweight=width)
             _draw(document.modelspace(), layer.times(one))
@@ -83,8 +84,8 @@ def _draw(space: Modelspace, layer: Layer) -> None:
             _polyline(space, path, about)
         else:
             _spline(space, path, about)
-    for radius in layer.circles:
-        space.add_circle((0.0, 0.0), radius, dxfattribs=about)
+    for radius, centre in layer.circles:
+        space.add_circle((centre.real, centre.imag), radius, dxfattribs=about)
     for start, end in layer.lines:
         space.add_line((start.real, start.imag), (end.real, end.imag), dxfattribs=about)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,20 +19,27 @@ VISIBLE, THIN_LINE, CHAIN_LINE, DASHED = "visible", "thin", "chain", "dashed"
 """Kinds of lines (ISO 128): outlines, thin lines, centre lines, and paths of tools."""
 
 
+class Circle(NamedTuple):
+    """A circle, about the cam's centre if no other is given."""
+
+    radius: float
+    centre: complex = 0j
+
+
 @dataclass(frozen=True)
 class Layer:
-    """Everything in one kind of line: paths, circles about the cam's centre (radii), and straight lines."""
+    """Everything in one kind of line: paths, circles and straight lines."""
 
     name: str
     line: str
     paths: tuple[ArcPath | CubicPath, ...] = ()
-    circles: tuple[float, ...] = ()
+    circles: tuple[Circle, ...] = ()
     lines: tuple[tuple[complex, complex], ...] = ()
 
     def times(self, factor: float) -> "Layer":
         """The layer in another unit of length."""
         paths = tuple(path.times(factor) for path in self.paths)
-        circles = tuple(factor * radius for radius in self.circles)
+        circles = tuple(Circle(factor * radius, factor * centre) for radius, centre in self.circles)
         return replace(
             self, paths=paths, circles=circles, lines=tuple((factor * a, factor * b) for a, b in self.lines)
         )
@@ -88,15 +96,15 @@ def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     left, low = (min(float(each.min()), -hub) for each in (corners.real, corners.imag))
     right, high = (max(float(each.max()), hub) for each in (corners.real, corners.imag))
     beyond = MARK_OVERRUN * max(right - left, high - low)
-    yield Layer("base-circle", CHAIN_LINE, circles=(base,))
+    yield Layer("base-circle", CHAIN_LINE, circles=(Circle(base),))
     if prime > base and not work.problem.setup.mechanism.flat_faced:
-        yield Layer("prime-circle", CHAIN_LINE, circles=(prime,))
+        yield Layer("prime-circle", CHAIN_LINE, circles=(Circle(prime),))
     if part.hub_diameter:
-        yield Layer("hub", VISIBLE, circles=(part.hub_diameter / 2,))
+        yield Layer("hub", VISIBLE, circles=(Circle(part.hub_diameter / 2),))
     if part.bore and part.keyway_width:
         yield Layer("bore", VISIBLE, (bore_with_keyway(part),))
     elif part.bore:
-        yield Layer("bore", VISIBLE, circles=(part.bore / 2,))
+        yield Layer("bore", VISIBLE, circles=(Circle(part.bore / 2),))
     across = complex(left - beyond), complex(right + beyond)
     up = complex(0.0, low - beyond), complex(0.0, high + beyond)
     yield Layer("centre", CHAIN_LINE, lines=(across, up))

@@ -55,8 +55,9 @@ def _draw(plane: Xml.Element, layer: Layer) -> None:
     group = Xml.SubElement(plane, "g", {"id": layer.name, "stroke": INKS[layer.line], **width, **dashes})
     for path in layer.paths:
         Xml.SubElement(group, "path", d=_arcs(path) if isinstance(path, ArcPath) else _cubics(path))
-    for radius in layer.circles:
-        Xml.SubElement(group, "circle", r=_number(radius))
+    for radius, centre in layer.circles:
+        about = {"cx": _number(centre.real), "cy": _number(centre.imag)} if centre else {}
+        Xml.SubElement(group, "circle", about, r=_number(radius))
     for start, end in layer.lines:
         Xml.SubElement(group, "path", d=f"M {_point(start)} L {_point(end)}")
 

@@ -5,13 +5,15 @@ from typing import Any
 
 import numpy as np
 
+from camopt.drawing.bodies import FRAME_ANGLES
 from camopt.drawing.cam import remaining
-from camopt.drawing.linkage import reach_of, train_sketch
+from camopt.drawing.linkage import reach_of
 from camopt.drawing.panels import Panel
 from camopt.drawing.picture import STROKE_NAMES, Picture
 from camopt.drawing.shown_panels import shown_panels
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
+from camopt.problem.linkage import linkage_at
 from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene
 
@@ -44,11 +46,11 @@ def cam_of(picture: Picture) -> dict[str, Any]:
 def train_frames(picture: Picture) -> dict[str, Any] | None:
     """The train beyond the follower, relative to where it is driven at y = 0, in positions all over the turn."""
     size = float(max(np.abs(each.pitch).max() for each in picture.curves))
-    sketch = train_sketch(picture, size)
+    angular, developed = picture.problem.setup.angular, picture.problem.setup.mechanism.body.developed
+    at = 0j if angular else 1j * picture.start
+    sketch = None if developed else linkage_at(picture.problem, FRAME_ANGLES % (2 * np.pi), at, size)
     if sketch is None:
         return None
-    if not picture.problem.setup.angular:
-        sketch = sketch.shifted(1j * picture.start)
     reach = reach_of(sketch)
     return {
         "members": [

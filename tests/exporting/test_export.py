@@ -82,6 +82,44 @@ def test_the_plan_has_the_part(tmp_path):
     assert np.abs(corners[np.argsort(corners.imag)[:2]]) == pytest.approx(10.0)
 
 
+LINKAGES = {"slide-by-bell-crank": ([160.0, 220.0, 110.0], 1), "valve-with-rocker": ([40.0], 0)}
+"""Lengths of links, and which end of the last line is on the slide."""
+
+
+@pytest.mark.parametrize(("name", "lengths", "end"), [(name, *each) for name, each in LINKAGES.items()])
+def test_a_dxf_has_the_layout_of_the_linkage(tmp_path, name, lengths, end):
+    """Links are as long as given, the roller is on the pitch curve of the turned cam, the slide goes as asked."""
+    scene = find_scene(name)
+    export(scene, tmp_path / "cam.dxf")
+    space = ezdxf.readfile(tmp_path / "cam.dxf").modelspace()
+    layers = {float(each.dxf.layer[8:-3]): each.dxf.layer for each in space if each.dxf.layer.endswith("DEG")}
+    angles = sorted(layers)
+    points = cam_points(scene, angles)
+    assert points["tool_displacement_mm"] == pytest.approx([0.0, scene.motion[0].lift / 2, scene.motion[0].lift])
+    ends = []
+    for angle, x, y in zip(angles, points["pitch_x_mm"], points["pitch_y_mm"], strict=True):
+        lines = [
+            (complex(*each.dxf.start.vec2), complex(*each.dxf.end.vec2))
+            for each in space.query("LINE")
+            if each.dxf.layer == layers[angle]
+        ]
+        for length in lengths:
+            assert min(abs(abs(b - a) - length) for a, b in lines) < 1e-9
+        turned = complex(x, y) * np.exp(1j * np.radians(angle) * (1 if scene.cam.rotation == "ccw" else -1))
+        centres = [
+            complex(*each.dxf.center.vec2) for each in space.query("CIRCLE") if each.dxf.layer == layers[angle]
+        ]
+        assert min(abs(each - turned) for each in centres) < 1e-9
+        ends.append(lines[-1][end])
+    assert np.abs(np.diff(ends)) == pytest.approx(np.diff(points["tool_displacement_mm"]), rel=1e-9)
+
+
+def test_a_cam_without_a_train_has_no_layout(tmp_path):
+    export(find_scene("valve-rod-radial"), tmp_path / "cam.dxf")
+    layers = {each.dxf.name for each in ezdxf.readfile(tmp_path / "cam.dxf").layers}
+    assert not any(each.startswith("LINKAGE") for each in layers)
+
+
 MILLED = {"cutter_radius": 5.0, "feed": 300.0}
 NEEDED = {".nc": MILLED, ".mpf": MILLED, ".h": MILLED, ".p": {"cutter_radius": 5.0}, ".stl": {"chord": 0.1}}
 

@@ -76,8 +76,8 @@ ROOMS = {
         "verdicts contour drawing"
     ),
     "exporting": (
-        "mistakes unit_systems version storage numerics mechanisms effects scene problem tables verdicts contour "
-        "sheet points"
+        "mistakes unit_systems version storage numerics trains motion mechanisms effects scene problem tables "
+        "verdicts contour sheet points"
     ),
     "studies": (
         "mistakes version progress storage quantities shown engines numerics motion mechanisms effects scene "
