@@ -38,8 +38,8 @@ class Search(SceneTable):
     the stage comes first, as in ``train.1.coupler``.
 
     With ``samples`` a sweep takes the same designs for each law: drawn evenly from the ranges and lists, always the
-    same ones for a ``seed``. With ``thin``, rows that are left out of the front are within that share of one that
-    stays, in every objective. An optimisation shares out among segments whose angles are freed the degrees that
+    same ones for a ``seed``. With ``thin``, for each row that is left out of the front one stays that costs at most
+    that share more, in every objective; it may cost far less in some. An optimisation shares out among segments whose angles are freed the degrees that
     they have together in the scene.
     """
 
@@ -99,7 +99,7 @@ class Search(SceneTable):
     maximise: Quantities = ()
     """Quantities that it maximises."""
     thin: Annotated[float, Within(ge=1e-9, lt=1)] | None = None
-    """Share of an objective's range within which rows of the front count as one; no unit."""
+    """Share of an objective's range: what a row that stays costs at most more than one left out; no unit."""
     refine: Switch = False
     """Move each row of the front off the grid, to an optimum of the continuous problem."""
 
