@@ -26,7 +26,7 @@ from camopt.effects.peak import Peak, at_corners
 from camopt.effects.settings import by_setting
 from camopt.effects.work import added, derivative
 from camopt.mechanisms.design import Designs
-from camopt.motion.programme import Programme, span
+from camopt.motion.programme import Programme, peak, span
 from camopt.motion.table import ALL_STROKES
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import LARGEST, LEAST, FloatArray
@@ -253,8 +253,8 @@ def required_stiffness(programme: Programme, *others: FloatArray) -> FloatArray:
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    """The extremes of F as peaks of a curve, if designs have numbers of their own; else they are known exactly."""
-    if not setup.free or setup.omega is None or CONTACT[0] not in offers(setup):
+    """The extremes of F as peaks of a curve."""
+    if setup.omega is None or CONTACT[0] not in offers(setup):
         return {}
     along = ((partial(force_curve, setup), ALL_STROKES),)
     return {name: Peak(along, goal, jumps=at_corners) for name, goal in zip(CONTACT, (LEAST, LARGEST), strict=True)}
@@ -295,10 +295,22 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
+def _extremes_for_all(programme: Programme, dynamics: GivenDynamics, omega: float) -> tuple[Any, Any]:
+    """The extremes of F over the turn, Bounded unless infinite: the sum of its terms is rounded as the largest."""
+    least, largest = force_span(programme, dynamics, omega)
+    if programme.corners:
+        return least, largest
+    *moved, constant = weights(dynamics, omega)
+    terms = [abs(factor) * peak(programme, order, ALL_STROKES) for order, factor in enumerate(moved)]
+    scale = max(abs(least), abs(largest))
+    rounding = FORCE_ERROR * (sum(terms, abs(constant)) + scale)  # what a load adds is in the force
+    return Bounded(least, -rounding, scale), Bounded(largest, rounding, scale)
+
+
 def least_and_largest(case: Case) -> tuple[Any, Any]:
-    """The extremes of F over the turn, N (N·mm): numbers, or Bounded if designs have numbers of their own."""
+    """The extremes of F over the turn, N (N·mm); of designs without numbers of their own one for all."""
     if not case.designs.numbers:
-        return force_span(case.programme, case.setup.dynamics, case.setup.omega)
+        return _extremes_for_all(case.programme, case.setup.dynamics, case.setup.omega)
     goals, count = (LEAST, LARGEST), len(case.designs)
     if case.programme.corners:
         return np.full(count, -inf), np.full(count, inf)

@@ -121,7 +121,10 @@ class Problem:
 
     def alone(self, design: Designs) -> "tuple[Problem, Designs]":
         """The problem with the numbers of one design in it, and the design without them."""
-        return self.with_numbers(design.brought), replace(design, numbers={})
+        changed = self.with_numbers(design.brought)
+        given = {(limit.name, limit.bound): limit for limit in changed.limits}
+        limits = tuple(given.get((limit.name, limit.bound), limit) for limit in self.limits)  # some may be left out
+        return replace(changed, limits=limits), replace(design, numbers={})
 
     def without(self, key: str) -> "Problem":
         """The problem without the bound of a key, and without all limits that it gives."""

@@ -32,6 +32,7 @@ from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.problem.limits import LOAD_LIMITS
 from camopt.problem.problem import resolve
+from camopt.problem.space import space_of
 from camopt.quantities import QUANTITIES
 from camopt.verdicts.ball import MOST_TERMS, Ball, ball_between, precisely
 from camopt.verdicts.certify import certify_design, certify_limits, statements_of, summary
@@ -186,6 +187,48 @@ def test_proofs_in_threads_do_not_change_each_others_precision():
         verdicts = list(threads.map(certify, [scene] * 8))
     assert (ctx.prec, ctx.cap) == before
     assert all(each == verdicts[0] for each in verdicts)
+
+
+@pytest.mark.parametrize("law", ["cycloidal", "poly345", "modified-sine"])
+@pytest.mark.parametrize("heavy", [False, True])
+def test_a_preload_is_the_least_contact_force_of_a_cam_that_nothing_unloads(law, heavy):
+    """At rest F is the preload, exactly; doubles give less, by the rounding of terms a million times as large."""
+    dynamics = (
+        {"mass": 80.0, "spring_rate": 1e6, "preload": 1.0} if heavy else {"spring_rate": 20.0, "preload": 40.0}
+    )
+    moves = [{"segment": kind, "angle": 100, "lift": 25, "law": law} for kind in ("rise", "return")]
+    follower = {
+        "motion": "translating",
+        "contact": "roller",
+        "roller_radius": 10,
+        "dynamics": {"mass": 0.8} | dynamics,
+    }
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "rpm": 3000 if heavy else 600, "base_radius": 40},
+            "follower": follower,
+            "motion": [*moves, {"segment": "dwell", "angle": 160}],
+        }
+    )
+    for share, verdicts in ((1.0 - 1e-12, {"held"}), (1.0, {"held", "undecided"}), (1.0 + 1e-12, {"broken"})):
+        cam = scene.replace(limits={"contact_force_min": dynamics["preload"] * share})
+        found = certify(cam)["contact_force_min"]
+        assert found in verdicts
+        assert evaluate(cam)["feasible"] == (found == "held")
+
+
+def test_a_design_with_numbers_of_its_own_is_asked_for_no_limit_that_was_left_out():
+    """Those that are asked last came back when it was looked at alone, which ended the search for a cam."""
+    rates = {"follower.dynamics.spring_rate": {"start": 5.0, "stop": 8.0, "step": 1.0}}
+    scene = find_scene("roller-1000rpm").replace(
+        search={"base_radius": [60.0], "roller_radius": [10.0], "offset": [5.0], **rates},
+        **{"follower.dynamics": {"mass": 0.8, "preload": 40.0}, "limits.contact_force_min": 40.0},
+    )
+    space = space_of(resolve(scene))
+    problem, design = space.problem.without_last, space.designs(np.zeros(1, int))
+    alone, _ = problem.alone(design)
+    assert [limit.name for limit in alone.limits] == [limit.name for limit in problem.limits]
+    assert len(alone.limits) < len(resolve(scene).limits)
 
 
 def test_speed_limits_are_proved():

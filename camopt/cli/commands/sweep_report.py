@@ -112,4 +112,5 @@ def show_miss(miss: "Design") -> None:
     broken = {name for limit in problem.limits if limit.name in violated for name in limit.shown}
     about = {name: "broken" if name in broken else "" for name in columns_of(problem, [row])}
     show("", design_table("No feasible design. The nearest miss:", problem, row, about))
-    show("", f"It breaks {', '.join(violated)}.")
+    undecided = "It is so near its limits that neither side is proved."
+    show("", f"It breaks {', '.join(violated)}." if miss["violated"] else undecided)
