@@ -37,10 +37,10 @@ class Search(SceneTable):
     each a NumberRange or a list: a sweep combines their values with all sizes and laws. Of ``train`` the number of
     the stage comes first, as in ``train.1.coupler``.
 
-    With ``samples`` a sweep takes the same designs for each law: drawn evenly from the ranges and lists, always the
-    same ones for a ``seed``. With ``thin``, for each row that is left out of the front one stays that costs at most
-    that share more, in every objective; it may cost far less in some. An optimisation shares out among segments whose angles are freed the degrees that
-    they have together in the scene.
+    With ``samples`` a sweep takes the same designs for each law: drawn evenly from the ranges and lists, always
+    the same ones for a ``seed``. With ``thin``, for each row that is left out of the front one stays that costs
+    at most that share more, in every objective; it may cost far less in some. An optimisation shares out among
+    segments whose angles are freed the degrees that they have together in the scene.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {

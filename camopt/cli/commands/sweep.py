@@ -61,8 +61,8 @@ from camopt.cli.resumed import place_of, resumed
     "--thin",
     type=float,
     metavar="EPS",
-    help="Shorten the Pareto front: leave out rows of which one that stays costs at most EPS more, in every objective "
-    "(normalised to 0 to 1). It may cost far less in some.",
+    help="Shorten the Pareto front: leave out rows of which one that stays costs at most EPS more, in every "
+    "objective (normalised to 0 to 1). It may cost far less in some.",
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of threads; one per core by default.")
 @click.option(
