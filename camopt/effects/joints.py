@@ -45,8 +45,8 @@ class ForceRange(NamedTuple):
 
 
 def forces_of(setup: Setup) -> tuple[JointForce, ...]:
-    """The forces in the joints of a train that carries anything."""
-    return setup.train.forces if setup.train is not None and setup.train.carried else ()
+    """The forces in the joints of a train."""
+    return () if setup.train is None else setup.train.forces
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -56,8 +56,11 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    moved = setup.train is not None and setup.train.has_mass
-    return dict.fromkeys(offers(setup), ("cam.rpm",)) if moved and setup.omega is None else {}
+    if setup.train is None:
+        return {}
+    if not setup.train.carried:
+        return dict.fromkeys(offers(setup), (f"a mass, spring or load in train.{setup.train.stages[-1]}",))
+    return dict.fromkeys(offers(setup), ("cam.rpm",)) if setup.train.has_mass and setup.omega is None else {}
 
 
 def joint_turn(programme: Programme, parts: tuple[Weighted, ...]) -> Programme:
@@ -104,7 +107,7 @@ class JointRow(NamedTuple):
 
 
 def joint_rows(setup: Setup, programme: Programme) -> list[JointRow]:
-    """The forces in all joints of a train, from the follower to the tool; none where their speed is not known."""
+    """The forces in all joints of a train, from the follower to the tool; none where a load or speed is lacking."""
     if lacks(setup):
         return []
     speed = 0.0 if setup.omega is None else float(setup.omega)

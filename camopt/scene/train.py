@@ -242,7 +242,8 @@ def _searched(data: Mapping[str, Any]) -> Iterator[Fault]:
     for number, keys in searched.items() if isinstance(searched, Mapping) else ():
         stage = stages[int(number) - 1] if number.isdecimal() and 0 < int(number) <= len(stages) else None
         if stage is None:
-            yield f"search.train.{number}", None, f"the train of the scene has {len(stages) or 'no'} stages"
+            count = "1 stage" if len(stages) == 1 else f"{len(stages) or 'no'} stages"
+            yield f"search.train.{number}", None, f"the train of the scene has {count}"
             continue
         name = str(stage.get("stage"))
         for key in keys if name in TRAIN_STAGES and isinstance(keys, Mapping) else ():

@@ -335,6 +335,8 @@ def test_forces_are_infinite_where_a_mass_gets_a_blow_and_no_further():
 
 def test_a_train_that_carries_nothing_has_no_forces():
     assert "joint_force_max_N" not in evaluate(through("arm", [SLIDE], outputs=["all"]))
+    with pytest.raises(camopt.BadInput, match=r"max_N = 9\.0: needs a mass, spring or load in train\.1"):
+        evaluate(through("arm", [SLIDE], limits={"joint_force_max_N": 9}))
 
 
 def test_forces_of_springs_alone_need_no_speed():

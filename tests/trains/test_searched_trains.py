@@ -156,7 +156,7 @@ def test_the_best_train_may_be_at_the_end_of_its_range():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"search.train": {"2": {"crank": [3]}}}, "search.train.2: the train of the scene has 1 stages"),
+        ({"search.train": {"2": {"crank": [3]}}}, "search.train.2: the train of the scene has 1 stage"),
         ({"search.train": {"one": {"crank": [3]}}}, "search.train.one = {'crank': [3]}: not the number of a row"),
         ({"search.train": {"1": {"rocker": [3]}}}, "search.train.1.rocker = [3]: a bell crank has no rocker"),
         ({"search.train": {"1": {"crossed": True}}}, "search.train.1.crossed = True: not a number of this table"),
