@@ -27,14 +27,13 @@ def pytest_configure():
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config, items):
     """Of a test that is marked ``one_in(n)``, every n-th case; all of them in ``.ci/deep``."""
-    met, left = Counter(), []
+    met, kept, left = Counter(), [], []
     for item in items:
         mark, test = item.get_closest_marker("one_in"), (item.path, item.originalname)
-        if mark and not is_deep() and met[test] % mark.args[0]:
-            left.append(item)
+        (left if mark and not is_deep() and met[test] % mark.args[0] else kept).append(item)
         met[test] += 1
     config.hook.pytest_deselected(items=left)
-    items[:] = [item for item in items if item not in set(left)]
+    items[:] = kept
 
 
 def pytest_collection_finish():

@@ -52,7 +52,6 @@ def example_scene(example: Scene) -> Scene:
 # ---------------------------------------------------------------------------------------- worked examples
 
 
-@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_worked_example(name: str) -> None:
     got = naive.evaluate(example_scene(EXAMPLES[name]))
@@ -119,7 +118,6 @@ def test_half_laws_are_the_halves_of_a_law(law: str) -> None:
             assert all(abs(a - b) < 1e-45 for a, b in zip(found, expected, strict=True))
 
 
-@pytest.mark.one_in(3)
 @pytest.mark.parametrize("law", naive.SCCA)
 def test_modified_law_is_its_definition(law: str) -> None:
     """The acceleration drawn by hand, integrated by quadrature, scaled to s(1) = 1."""
@@ -173,7 +171,6 @@ def test_law_peaks_have_their_closed_forms() -> None:
             assert got == want or abs(got - want) < 1e-40, law
 
 
-@pytest.mark.one_in(5)
 @pytest.mark.parametrize("law", naive.LAWS)
 def test_law_table_is_current(law: str) -> None:
     table = LAW_TABLES[law]
