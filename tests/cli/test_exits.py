@@ -37,6 +37,7 @@ def test_a_pipe_without_a_reader_has_a_code_of_its_own(command):
     assert shell(f"camopt {command} | head -c0; exit ${{PIPESTATUS[0]}}") == (exits.READER_GONE, "", "")
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("stream", ["2>&-", "2>/dev/full"])
 def test_a_closed_stderr_leaves_the_exit_code_and_the_output(stream):
     assert shell(f"camopt evaluate nowhere {stream}") == (exits.BAD_INPUT, "", "")

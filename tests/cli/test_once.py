@@ -24,6 +24,7 @@ def never(*_):
     raise AssertionError("it is computed again")
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_that_is_done_prints_what_it_printed(name, command, tmp_path, monkeypatch):
     arguments, work = COMMANDS[name]

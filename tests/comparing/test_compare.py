@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from itertools import product
+from itertools import islice, product
 from math import inf, prod, sqrt
 
 import numpy as np
@@ -547,7 +547,8 @@ def test_the_picture_has_the_points_of_both_fronts_and_of_each_alone(folders, tm
 def test_a_hostile_table_is_compared_or_refused(folders, tmp_path):
     path, whole = tmp_path / "t.parquet", folders[1] / "designs.parquet"
     ends = Counter()
-    for number, (_, made) in enumerate(hostile.tables(read_table(folders[0] / "designs.parquet"))):
+    tables = islice(hostile.tables(read_table(folders[0] / "designs.parquet")), 0, None, times(3, deep=1))
+    for number, (_, made) in enumerate(tables):
         path.write_bytes(made())
         try:
             found = compare(path, (whole, path)[number % 2], tmp_path / "rows.csv")
@@ -556,7 +557,7 @@ def test_a_hostile_table_is_compared_or_refused(folders, tmp_path):
         except (BadInput, OSError) as trouble:
             ends["refused"] += "\n" not in str(trouble)
     assert ends.total() == number + 1
-    assert min(ends.values()) > 20
+    assert min(ends.values()) > times(6, deep=20)
 
 
 def test_a_column_that_has_two_types_is_refused(folders):

@@ -59,6 +59,7 @@ def dense(path, count):
 CASES = [(name, kind) for kind in FITS for name in SCENES]
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize(("name", "kind"), covering(CASES, lambda case: [case[0], (kind_of(case[0]), case[1])]))
 def test_the_path_is_as_near_as_it_is_proved_to_be(name, kind):
     """Both ways, measured on dense points; and the bound is not much more than that."""

@@ -78,7 +78,7 @@ def displacement_of(scene):
     return lift * (up - down)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", SCENES)
 def test_the_svg_moves_the_follower_by_the_displacement(name):
     """From the numbers of the file, which are points of the page or degrees."""
@@ -141,6 +141,7 @@ def test_a_groove_passes_under_its_roller():
         assert np.ptp([float(x) for line in lines for x in line]) > 2.99 * turn
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("scene", [find_scene("slide-by-bell-crank"), find_scene("valve-with-rocker")])
 def test_the_svg_moves_the_links_of_a_train_as_tool_and_follower_move(scene):
     """From the numbers of the file: the slide goes as far as the tool, and the crank turns with the arm."""

@@ -170,6 +170,7 @@ def accuracy_rows(shift=0.0):
     return Costs(rows)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("shift", [0.0, 0.05])
 def test_what_accuracy_costs(shift, tmp_path):
     figure = camopt.plot(accuracy_rows(shift), tmp_path / "accuracy.svg", title="a cam")

@@ -383,6 +383,7 @@ def test_a_sweep_leaves_out_cams_that_cross_themselves(tmp_path):
     assert kept.feasible == len(load(tmp_path / "kept" / "designs.parquet")) == result.feasible
 
 
+@pytest.mark.long
 def test_what_crosses_itself_in_all_of_a_space_is_named():
     radius = touching_roller("parabolic")[0]
     scene = lobe(1.2 * radius).replace(**{"search.base_radius": {"start": 1.0, "stop": 2.0, "step": 0.5}})

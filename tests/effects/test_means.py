@@ -302,6 +302,7 @@ def test_the_smallest_cam_under_a_limit_on_a_mean_is_proved_and_has_a_price():
     assert price.price == pytest.approx(1.0 / slope, rel=1e-5)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("key", "ends", "name"),
     [

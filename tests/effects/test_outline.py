@@ -36,6 +36,7 @@ def test_without_a_dwell_at_the_highest_it_is_reached_at_one_angle(law):
     assert found == pytest.approx(float(exact), rel=1e-13)
 
 
+@pytest.mark.long
 def test_the_smallest_cam_fits_its_housing_or_there_is_none():
     search = {"base_radius": {"start": 20, "stop": 120}, "law": ["cycloidal"]}
     wide = scene_of("offset-roller", limits={"pressure_angle": 30}, search=search)

@@ -127,6 +127,7 @@ def test_none_outlives_what_started_it(name):
     assert running.returncode
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("name", "code"), [("SIGTERM", 143), ("SIGHUP", 129)])
 def test_a_frontier_leaves_none(name, code, tmp_path):
     line = [sys.executable, "-m", "camopt", "frontier", "--workers", "2", "--out", str(tmp_path / "out")]

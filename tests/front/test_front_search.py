@@ -172,7 +172,7 @@ def judged_alone(space, names):
     return rows.count, rows.take(rows.column("feasible").astype(bool))
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6), block=st.sampled_from([7, 50, 65536]), plain=st.booleans())
 @settings(max_examples=times(4, deep=40))
@@ -204,7 +204,7 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
             same_rows(front.only(alike), found.front.only(alike))
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("contact", [name for name in CONTACTS if rounded(name)])
 @given(seed=st.integers(0, 10**6), block=st.sampled_from([7, 50, 32768]))
 @settings(max_examples=times(5, deep=40))

@@ -204,6 +204,7 @@ def test_compiled_and_plain_extremes_are_the_same_bits(name, curve, monkeypatch)
         assert np.array_equal(one, other)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("contact", "designs"), [("roller", 24), pytest.param("flat", 10, marks=pytest.mark.long)])
 def test_a_film_has_the_same_bits_compiled_and_plain(monkeypatch, contact, designs):
     """Its powers are those of the C library; numpy's of arrays differ in the last digit, one time in sixteen.

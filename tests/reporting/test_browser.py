@@ -127,6 +127,7 @@ LINKS = """(angle) => {
 """The shift and the turn of each drawn link at a cam angle, mm and deg."""
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("name", "links"), [("slide-by-bell-crank", 3), ("valve-with-rocker", 5)])
 def test_the_train_moves_with_the_cam(name, links, page_of_all, folder):
     """What is drawn as the slide is as far as the tool, at positions that the page has and between two of them."""

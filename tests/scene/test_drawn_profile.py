@@ -54,7 +54,7 @@ def points_of(elements, rotation):
     return mirror(np.concatenate(found))
 
 
-@pytest.mark.one_in(7)
+@pytest.mark.one_in(13)
 @pytest.mark.parametrize(("name", "rotation"), TURNED)
 def test_a_profile_comes_back_from_its_drawing(tmp_path, name, rotation):
     scene = scene_of(name).replace(**{"cam.rotation": rotation})

@@ -162,6 +162,7 @@ VALVE = find_scene("valve-with-rocker").replace(
 )
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("language", ["en", "de"])
 def test_what_is_asked_of_a_tool_is_not_said_of_the_follower(language):
     """Its moves are rises and returns, nothing at constant velocity; the notes tell both lifts apart, whole."""
@@ -247,6 +248,7 @@ def test_what_the_follower_does_adds_up_to_a_turn(name):
 GERMANS = {name: SCENES[name].replace(**{"part.language": "de"}) for name in CHECKED}
 
 
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", GERMANS)
 def test_a_german_drawing_has_no_english_and_room_for_its_words(name):
     found = sheet_of(GERMANS[name], resolve_design(GERMANS[name]))
@@ -505,6 +507,7 @@ PRINTED = [
 ]
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", [*PRINTED, "feeder-with-stop"])
 def test_a_pdf_is_a_sheet_of_its_size_with_its_texts(name, page):
     found, told = page(name)
@@ -514,6 +517,7 @@ def test_a_pdf_is_a_sheet_of_its_size_with_its_texts(name, page):
     assert [text for text in texts(name) if text not in words] == []
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", PRINTED)
 def test_the_profile_in_a_pdf_is_that_of_the_cam_at_its_scale(name, page):
     found, told = page(name)

@@ -29,6 +29,7 @@ MOST_BOXES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [43, pytest.param(45, marks=pytest.mark.long)])
 def test_few_boxes_prove_the_smallest_cam(seed, monkeypatch):
     monkeypatch.setattr(BoxSearch, "most_boxes", MOST_BOXES[seed])

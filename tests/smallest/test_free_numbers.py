@@ -67,7 +67,7 @@ def test_a_bound_costs_what_the_smallest_cams_of_two_bounds_differ_by(found):
     assert price == pytest.approx((high - low) / (2 * step), rel=1e-3)
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize(
     ("key", "ends", "limits"),
     [

@@ -74,7 +74,7 @@ def test_a_price_is_the_derivative_of_the_smallest_size(name):
 ALIKE = ("oscillating", "cylindrical", "offset free, limits apart")  # seconds each, to the same end as the others
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n in ALIKE else n for n in FREE])
 def test_so_it_is_where_angles_are_free(name):
     found = of(FREE[name])
@@ -162,6 +162,7 @@ def with_binding_limit(name, case, share):
     return case.replace(**{f"limits.{name}": share * evaluate(cam)[quantity]})
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", SLOWER)
 def test_so_it_is_for_limits_on_loads(name):
     case = with_binding_limit(name, *SLOWER[name])

@@ -112,6 +112,7 @@ def test_a_turn_run_backwards_has_the_same_cam():
     assert there["offset_mm"] == pytest.approx(again["offset_mm"], abs=1e-5)
 
 
+@pytest.mark.long
 def test_more_freedom_never_makes_a_larger_cam_and_none_is_the_scene_itself():
     plain, free = scene(**OFFSET), scene(**OFFSET, **ANGLES)
     tied = {f"search.angle_{kind}": {"start": a, "stop": a} for kind, a in (("rise", 120), ("return", 90))}
@@ -150,7 +151,7 @@ MANY = {
 }  # fmt: skip
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", MANY)
 def test_no_turn_of_a_few_has_a_smaller_cam(name):
     """Turns drawn at random and turns near the best one, each with a small cam of its own."""

@@ -76,6 +76,7 @@ def test_free_moves_hold_every_limit_join_smoothly_and_are_no_worse_than_the_sce
     assert result.bound is not None
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", MOVES)
 def test_the_states_that_a_scene_asks_for_are_met_and_stretches_keep_their_velocity(name):
     scene, result = free(name, "acceleration")
@@ -242,6 +243,7 @@ def test_the_frontier_of_moves_has_bounds_and_cams():
 TRAIN = {"follower.dynamics.natural_frequency": 14.3, "follower.dynamics.damping_ratio": 0.04}
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["press-with-drift", "bucket-valve", "two moves"])
 def test_the_residual_vibration_of_moves_is_linear_in_their_coefficients(name):
     """Random coefficients, as smooth at the joints as they have to be: the rows say what the train does."""
@@ -378,6 +380,7 @@ VALVE = {
 }
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("minimise", ["acceleration", "size"])
 def test_lift_area_and_face_diameter_are_limits_of_the_programme(minimise):
     """The area by a fine sum over the motion; the scene's own motion holds all limits, so free laws do."""

@@ -345,6 +345,7 @@ def test_a_quantity_is_no_higher_than_on_laws_traded_for_acceleration(loaded, tr
     assert found.least[axis][0] <= found.rows[-1][axis] * (1 + 1e-9)
 
 
+@pytest.mark.long
 def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatch):
     """Least torque, then the least size with hardly more of it: a price too low would first lead far beyond it."""
     limits = {"pressure_angle": 35, "contact_stress": 450, "stem_bending_stress": 90}

@@ -56,6 +56,7 @@ QUESTIONS = {
 }
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_rows_of_a_sweep_are_scenes_of_their_own(question, tmp_path):
     swept = sweep(QUESTIONS[question], tmp_path, keep="all")
