@@ -19,8 +19,9 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 from camopt.storage.files import whole_file
+from camopt.version import VERSION
 
-HEADER = 84  # bytes before the first triangle
+TITLE, HEADER = 80, 84  # bytes of the title, and before the first triangle
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 SHARE = 0.9  # of the chord: what is left is for walls that are no true ones, and for rounding
 SIZE_ANGLES = 361  # cam angles at which a cam's size is looked at
@@ -39,6 +40,8 @@ def write(work: Workpiece, path: Path, chord: float = CHORD) -> Export:
         writer.ASCIIMode = False
         if not writer.Write(solid.shape, str(partial)):
             raise OSError(f"{path}: Open CASCADE could not write it")
+        with partial.open("r+b") as file:
+            file.write(f"camopt {VERSION}, lengths in mm".encode("ascii").ljust(TITLE))
         triangles = read_triangles(partial)
         if not is_watertight(triangles):
             why = "larger: in single precision, that of STL, corners so near to each other are one"

@@ -40,6 +40,7 @@ def write(
         viewBox=f"{left:.6f} {top:.6f} {size.real:.6f} {size.imag:.6f}",
     )
     Xml.SubElement(root, "title").text = f"{work.part.name} (camopt {VERSION})"
+    Xml.SubElement(root, "desc").text = "Scale 1:1, lengths in mm"
     plane = Xml.SubElement(root, "g", transform="scale(1 -1)", fill="none")
     for layer in plan.layers:
         _draw(plane, layer)

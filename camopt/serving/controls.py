@@ -13,6 +13,7 @@ from camopt.quantities import QUANTITIES
 from camopt.scene.choices import StepRange
 from camopt.scene.read import numbers_read
 from camopt.scene.scene import Scene
+from camopt.unit_systems import computed, shown, shown_unit
 
 Settings = Mapping[str, Any]
 """Numbers and names of laws, by the keys of controls."""
@@ -31,7 +32,10 @@ FOLDED = (TURN_GROUP, OTHER_GROUP)
 
 @dataclass(frozen=True)
 class Control:
-    """One control: a number with the range of its slider, or a choice from some ``options``."""
+    """One control: a number with the range of its slider, or a choice from some ``options``.
+
+    ``unit`` is that of the scene; the numbers are as they are shown, in ``shown_unit``.
+    """
 
     key: str
     group: str
@@ -42,6 +46,18 @@ class Control:
     high: float = 0.0
     step: float = 0.0
     options: tuple[float | str, ...] = ()
+
+    @property
+    def shown_unit(self) -> str:
+        return shown_unit(self.unit)
+
+    def shown(self, value: Any) -> Any:
+        """A value of the scene as the control shows it."""
+        return shown(value, self.unit) if isinstance(value, float) else value
+
+    def read(self, value: Any) -> Any:
+        """The other way round."""
+        return computed(value, self.unit) if isinstance(value, float) else value
 
 
 def controls_of(scene: Scene) -> list[Control]:
@@ -152,24 +168,27 @@ def _angles(scene: Scene) -> Iterator[Control]:
 
 def _number(scene: Scene, key: str, group: str, unit: str, value: float, chosen: Any) -> Control:
     label = key.rpartition(".")[2].replace("_", " ")
+    here = shown(value, unit)
     if isinstance(chosen, tuple):
-        options = tuple(sorted({*chosen, value}))
-        return Control(key, group, label, unit, value, options=options)
+        options = tuple(shown(each, unit) for each in sorted({*chosen, value}))
+        return Control(key, group, label, unit, here, options=options)
     ranged = isinstance(chosen, StepRange)
-    low, high = (chosen.start, chosen.stop) if ranged else _about(scene, key, value)
-    low, high = min(low, value), max(high, value)
+    ends = (shown(chosen.start, unit), shown(chosen.stop, unit)) if ranged else _about(scene, key, here, unit)
+    low, high = min(ends[0], here), max(ends[1], here)
     step = round_length((high - low) / SLIDER_STEPS) if high > low else 1.0
-    return Control(key, group, label, unit, value, low, high, chosen.step or step if ranged else step)
+    if ranged and chosen.step:
+        step = shown(chosen.step, unit)
+    return Control(key, group, label, unit, here, low, high, step)
 
 
-def _about(scene: Scene, key: str, value: float) -> tuple[float, float]:
-    """A range about a number, as far as the scene allows: a third to three times, or both sides of 0."""
-    both = value <= 0.0 or _allowed(scene, key, -value)
+def _about(scene: Scene, key: str, value: float, unit: str) -> tuple[float, float]:
+    """A range about a number as it is shown, as far as the scene allows: a third to three times, or about 0."""
+    both = value <= 0.0 or _allowed(scene, key, -computed(value, unit))
     width = 2.0 * abs(value) or NONE_YET
     grid = round_length(width / RANGE_GRID)
     lows = [ceil(x / grid) * grid for x in ([-width] if both else [value / share for share in REACHES])]
     highs = [floor(x / grid) * grid for x in ([width] if both else [value * share for share in REACHES])]
-    low, high = (next((x for x in xs if _allowed(scene, key, x)), value) for xs in (lows, highs))
+    low, high = (next((x for x in xs if _allowed(scene, key, computed(x, unit))), value) for xs in (lows, highs))
     return low, high
 
 

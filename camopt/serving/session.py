@@ -77,7 +77,20 @@ class Session:
 
     def scene_of(self, asked: Mapping[str, Any]) -> Scene:
         """The scene that a request is about."""
-        return scene_of_settings(self.scene, self.own, asked["values"], asked.get("moved", ""))
+        values = {key: self._read(key, value) for key, value in asked["values"].items()}
+        return scene_of_settings(self.scene, self.own, values, asked.get("moved", ""))
+
+    def _read(self, key: str, value: Any) -> Any:
+        """A value of a control as the scene has it: its own one, to the last digit, where none was moved."""
+        control = next((each for each in self.controls if each.key == key), None)
+        if control is None:
+            return value
+        return self.own[key] if value == control.shown(self.own[key]) else control.read(value)
+
+    def _shown_values(self, scene: Scene) -> dict[str, Any]:
+        """What the controls show of a scene."""
+        values = values_of(scene, list(self.own))
+        return {control.key: control.shown(values[control.key]) for control in self.controls}
 
     def page(self) -> str:
         """The page as it opens."""
@@ -88,7 +101,7 @@ class Session:
         return rendered(
             "serve",
             scene.name,
-            {"answer": answer, "label": scene.name, "own": self.own},
+            {"answer": answer, "label": scene.name, "own": self._shown_values(scene)},
             lines=answer["lines"],
             tables=[answer["limits"]],
             sections=answer["sections"],
@@ -126,7 +139,7 @@ class Session:
             "lines": [*lines, *(Cell(text) for text in words_of(picture))],
             "limits": asdict(sheet),
             "sections": [asdict(section) for section in sections],
-            "values": values_of(picture.scene, list(self.own)),
+            "values": self._shown_values(picture.scene),
         }
 
     def smallest(self, asked: Mapping[str, Any]) -> Answer:
@@ -134,7 +147,7 @@ class Session:
         found = self.search.run(self.scene_of(asked))
         if "why" in found:
             return found
-        return {"told": found["told"], "values": values_of(Scene.from_dict(found["scene"]), list(self.own))}
+        return {"told": found["told"], "values": self._shown_values(Scene.from_dict(found["scene"]))}
 
     def stop(self, asked: Mapping[str, Any]) -> Answer:
         """Call off the search for the smallest cam."""

@@ -104,6 +104,27 @@ def test_the_slider_of_a_number_goes_as_far_as_search_says_or_the_scene_allows()
             scene.replace(**{control.key: value})
 
 
+def test_sliders_are_in_the_units_that_are_shown(tmp_path):
+    """In inch; what was not moved keeps its digits, and what the page says is the cam that the scene is in mm."""
+    scene, name = camopt.find_scene("roller-1000rpm"), "cam.base_radius"
+    with camopt.shown_in("inch"):
+        session = Session(scene, tmp_path)
+        base, law = ({c.key: c for c in session.controls}[key] for key in (name, "law_rise"))
+        assert (base.value * 25.4, base.low * 25.4, base.shown_unit) == (
+            pytest.approx(50.0),
+            pytest.approx(20.0),
+            "in",
+        )
+        assert law.shown_unit == ""
+        assert ">base radius<small>, in</small>" in session.page()
+        start = answer_to(session, "settle", asking({}))["values"]
+        assert session.scene_of(asking(start)) == scene
+        moved = answer_to(session, "settle", asking({**start, name: 2.5}))
+    assert moved["values"][name] == 2.5
+    cam = camopt.evaluate(scene.replace(**{name: 63.5}))
+    assert moved["cam"]["steepest"] == pytest.approx(cam["pressure_angle_max_deg"], rel=1e-7)
+
+
 @given(st.sampled_from(["two-pauses", "rocker-valve"]), st.integers(1, 4), st.floats(0.0, 360.0))
 @settings(max_examples=20)
 def test_other_segments_make_room_for_the_one_that_is_moved(name, place, angle):
