@@ -21,7 +21,7 @@ from camopt.problem.problem import Problem, resolve
 from camopt.quantities import DERIVATIVES, QUANTITIES, displacement_unit, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, HasHtml
-from camopt.tables.cells import number
+from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import VALUE, Cell, Table
 from camopt.unit_systems import shown, shown_unit
 
@@ -225,12 +225,13 @@ class Fit(HasHtml, Drawn):
         """What a reader should know: a band that is narrow for the noise, points on one side or left out."""
         found = []
         if self.band < self._normal:
-            what = f"narrower than normal errors of the noise {self.noise:.4g} take ({self._normal:.4g})"
-            found.append(f"the band {self.band:.4g} is {what}: the motion may follow errors")
+            noise, normal, band = (with_unit(each, self.unit) for each in (self.noise, self._normal, self.band))
+            what = f"narrower than normal errors of the noise {noise} take ({normal})"
+            found.append(f"the band {band} is {what}: the motion may follow errors")
         for stretch in self.one_sided[:NAMED]:
             first, last = self.points.angles[[stretch.first, stretch.last]]
             side, mean = "above" if stretch.mean > 0.0 else "below", abs(stretch.mean)
-            how = f"{mean:.4g} on average, {mean / self.noise:.2g} times the noise"
+            how = f"{with_unit(mean, self.unit)} on average, {mean / self.noise:.2g} times the noise"
             found.append(
                 f"from {first:g} to {last:g} deg the motion is {side} its {stretch.points} points by {how}"
             )
@@ -238,8 +239,8 @@ class Fit(HasHtml, Drawn):
             found.append(f"it is on one side of the points over {len(self.one_sided) - NAMED} more stretches")
         for each in self.left_out:
             what = "position" if self.profile else "lift"
-            where = f"row {each.row} ({what} {each.lift:g} at {each.angle:g} deg)"
-            found.append(f"{where} is left out: the motion is {abs(each.deviation):.4g} away")
+            where = f"row {each.row} ({what} {with_unit(each.lift, self.unit)} at {each.angle:g} deg)"
+            found.append(f"{where} is left out: the motion is {with_unit(abs(each.deviation), self.unit)} away")
         if self.profile is not None and self.profile.unreached.size:
             rows = self.profile.unreached
             named = ", ".join(map(str, rows[:NAMED])) + (" and others" if rows.size > NAMED else "")

@@ -228,7 +228,7 @@ def _columns(frame: "pd.DataFrame", results: Sequence[ResultRows]) -> tuple[list
             continue
         title = _title(str(name), units.get(name, ""), twice)
         unit = unit_of_column(str(name), units.get(name))
-        values = shown(_plain_column(frame[name]), unit)
+        values = _plain_column(frame[name], unit)
         if values.nunique() <= 1 and name not in sized | {IN_ROW}:
             if name not in (RESULT, FRONT) and values.notna().any():
                 same.append([title, _text(values.dropna().iloc[0])])
@@ -249,10 +249,10 @@ def _title(name: str, unit: str, twice: Collection[str]) -> str:
     return f"{name}, {words[-1]}" if unit and unit != name else name or words[-1]
 
 
-def _plain_column(values: "pd.Series[Any]") -> "pd.Series[Any]":
-    """Numbers as they are, all else as texts."""
+def _plain_column(values: "pd.Series[Any]", unit: str) -> "pd.Series[Any]":
+    """Numbers as they are shown, all else as texts."""
     numeric = values.dtype.kind in "fi"
-    return values if numeric else values.map(lambda value: "" if value is None else _text(value))
+    return shown(values, unit) if numeric else values.map(lambda value: "" if value is None else _text(value))
 
 
 def _text(value: Any) -> str:

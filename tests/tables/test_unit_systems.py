@@ -19,10 +19,12 @@ from camopt import (
     evaluate,
     export,
     find_scene,
+    frontier,
     harmonics,
     plot,
     report,
     shown_in,
+    sweep,
     synthesise,
     timing,
     tolerance,
@@ -451,3 +453,43 @@ def test_a_synthesis_is_told_in_both_systems_for_pages_of_either(tmp_path):
         numbers = [number_in(text) for text in re.findall(rf"([\d.]+) {unit}\b", summary[key])]
         assert back(np.array(numbers), unit, "mm") == pytest.approx([result.objective, result.bound], rel=1e-5)
     assert METRIC.search(summary["told_in_inch"]) is None
+
+
+def test_a_page_of_results_has_the_columns_in_inch(inch, tmp_path):
+    """A table of designs has words among its columns, which are in no unit."""
+    search = {"base_radius": [90, 120], "law": ["cycloidal", "poly345"]}
+    swept = sweep(find_scene("roller-1000rpm").replace(search=search), tmp_path / "out")
+    text = report(swept.files[0].parent, tmp_path / "page.html").read_text(encoding="utf-8")
+    told = re.sub(r"(?s)<style.*?</style>|<script.*?</script>|<pre.*?</pre>|<[^>]*>", "\n", text)
+    assert [line for line in told.splitlines() if METRIC.search(line)] == []
+    columns = json.loads(re.search(r"(?s)<script[^>]*application/json[^>]*>(.*?)</script>", text)[1])["columns"]
+    scales = {column["name"]: column["scale"] for column in columns}
+    assert (scales["base_radius_mm"], scales["law_rise"], scales["pressure_angle_max_deg"]) == (25.4, 1.0, 1.0)
+
+
+def test_a_frontier_is_drawn_in_inch(tmp_path):
+    found = frontier(find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12}), points=2, workers=1)
+    metric = plot(found)
+    with shown_in("inch"):
+        drawn = plot(found)
+    assert METRIC.search(metric.axes[0].get_ylabel())
+    texts = [text.get_text() for text in drawn.findobj(lambda each: hasattr(each, "get_text"))]
+    assert [text for text in texts if METRIC.search(text)] == []
+    ends = [np.sort(np.array(figure.axes[0].get_ylim())) for figure in (metric, drawn)]
+    assert ends[1] == pytest.approx(ends[0] / 25.4, rel=1e-9)
+
+
+def test_a_fit_is_told_and_drawn_in_inch(capsys, tmp_path):
+    angles = np.arange(0.0, 360.0, 4.0)
+    lifts = 5.0 * (1.0 - np.cos(np.radians(angles)))
+    lifts[30] += 0.8  # which is left out
+    np.savetxt(tmp_path / "lift.csv", np.column_stack([angles, lifts + 1e-3 * np.sin(7.0 * angles)]), delimiter=",")
+    files = [tmp_path / "lift.csv", "--scene", "bucket-valve", "--out", tmp_path / "fitted.toml"]
+    found = {units: run(capsys, "fit", *files, "--units", units) for units in ("mm", "inch")}
+    (mm,), (inch,) = ([line for line in err.splitlines() if "is left out" in line] for _, _, err in found.values())
+    lengths = [
+        np.array([number_in(each) for each in re.findall(r"([\d.e-]+) (?:mm|in)\b", line)]) for line in (mm, inch)
+    ]
+    assert lengths[0][0] == pytest.approx(lifts[30], rel=1e-3)
+    assert 25.4 * lengths[1] == pytest.approx(lengths[0], rel=1e-5)
+    assert METRIC.search(found["inch"][1] + found["inch"][2]) is None

@@ -87,7 +87,9 @@ ROOMS = {
         "mistakes unit_systems version storage quantities numerics mechanisms scene problem tables verdicts "
         "smallest front synthesis drawing exporting studies"
     ),
-    "serving": "mistakes quantities kernels numerics scene problem tables verdicts smallest drawing reporting",
+    "serving": (
+        "mistakes unit_systems quantities kernels numerics scene problem tables verdicts smallest drawing reporting"
+    ),
     "cli": (
         "mistakes unit_systems version storage quantities kernels engines numerics motion mechanisms scene "
         "problem tables tolerances verdicts smallest front synthesis measured comparing drawing points exporting "
