@@ -191,6 +191,7 @@ _NUMBERS = (
     ("follower.dynamics.spring_rate", "spring_rate_N_m_per_rad", "k", "N·m/rad", "Rate of the spring."),
     ("follower.dynamics.preload", "preload_N", "F_0", "N", "Preload of the spring."),
     ("follower.dynamics.preload", "preload_N_m", "M_0", "N·m", "Preload of the spring."),
+    ("follower.dynamics.spring_at", "spring_at_mm", "a", "mm", "Distance of a straight spring from the pivot."),
     ("follower.dynamics.damping", "damping_N_s_per_mm", "c", "N·s/mm", "Damping of the follower's motion."),
     ("follower.dynamics.damping", "damping_N_m_s_per_rad", "c", "N·m·s/rad", "Damping of the follower's motion."),
     ("follower.dynamics.load", "load_N", "", "N", "External force on the follower."),
@@ -229,14 +230,22 @@ OF_TOOL = ("follower.dynamics.lash", "follower.dynamics.lash_variation")
 """Numbers of the tool's motion, which a train drives."""
 
 
-def number_quantities(*, angular: bool, tool_turns: bool) -> dict[str, str]:
+SPRING_AT = "follower.dynamics.spring_at"
+"""The lever of a straight spring on the arm of an oscillating follower."""
+OF_SPRING = ("follower.dynamics.spring_rate", "follower.dynamics.preload")
+"""Numbers of the spring, whose moment is a force on its lever if it is a straight one."""
+
+
+def number_quantities(*, angular: bool, tool_turns: bool, straight: bool = False) -> dict[str, str]:
     """The quantity that each number of the scene is in tables, by key.
 
-    Of a follower, and of a tool, whose motion is an angle or not.
+    Of a follower, and of a tool, whose motion is an angle or not; of a spring that is a straight one, or one about
+    the pivot of a follower that swings.
     """
     rows = {True: _NUMBERS, False: _NUMBERS[::-1]}  # the last row of a key counts
     found = {turns: {key: name for key, name, *_ in rows[turns]} for turns in rows}
-    return {key: found[tool_turns if key in OF_TOOL else angular][key] for key in NUMBER_COLUMNS}
+    turns = dict.fromkeys(OF_TOOL, tool_turns) | dict.fromkeys(OF_SPRING, angular and not straight)
+    return {key: found[turns.get(key, angular)][key] for key in NUMBER_COLUMNS}
 
 
 OF_STAGE = {

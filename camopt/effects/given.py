@@ -68,7 +68,7 @@ class GivenNumbers:
     def __getitem__(self, key: str) -> Number:
         return self.values.get(key)
 
-    def times(self, key: str, factor: float, absent: float | None = None) -> Number:
+    def times(self, key: str, factor: Number, absent: float | None = None) -> Number:
         """A number in inside units; None stays None."""
         value = self[key]
         return absent if value is None else value * factor
@@ -86,12 +86,13 @@ class GivenNumbers:
         """The follower's dynamics."""
         torque, length = 1e3 if self.angular else 1.0, pi / 180 if self.tool_turns else 1.0
         mass = self.times(f"{OF_FOLLOWER}inertia", 1e3) if self.angular else self.times(f"{OF_FOLLOWER}mass", 1e-3)
+        lever = self._of_follower("spring_at")  # a force on it in N is a moment in N·mm
         weight = (0.0 if mass is None else mass) * self._of_follower("gravity", 1.0, 0.0) * 1e3
         return GivenDynamics(
             mass=mass,  # t from kg, t·mm² from kg·m²
             damping=self._of_follower("damping", torque, 0.0),
-            stiffness=self._of_follower("spring_rate", torque, 0.0),
-            preload=self._of_follower("preload", torque, 0.0),
+            stiffness=self._of_follower("spring_rate", torque if lever is None else lever**2, 0.0),
+            preload=self._of_follower("preload", torque if lever is None else lever, 0.0),
             load=self._of_follower("load", torque, 0.0) + weight,
             friction=self._of_follower("friction", 1.0, 0.0),
             guide_length=self._of_follower("guide_length"),
@@ -104,7 +105,7 @@ class GivenNumbers:
             lash_variation=self._of_follower("lash_variation", length, 0.0),
         )
 
-    def _of_follower(self, name: str, factor: float = 1.0, absent: float | None = None) -> Any:
+    def _of_follower(self, name: str, factor: Number = 1.0, absent: float | None = None) -> Any:
         return self.times(f"{OF_FOLLOWER}{name}", factor, absent)
 
     @property

@@ -31,7 +31,9 @@ TRANSLATING = FollowerMotion(
     unit="mm",
     dynamics=("mass", "gravity", "guide_length", "overhang", "friction", "stem_diameter"),
 )
-OSCILLATING = FollowerMotion("oscillating", "an oscillating", angular=True, unit="deg", dynamics=("inertia",))
+OSCILLATING = FollowerMotion(
+    "oscillating", "an oscillating", angular=True, unit="deg", dynamics=("inertia", "spring_at")
+)
 MOTIONS: dict[str, FollowerMotion] = {motion.name: motion for motion in (TRANSLATING, OSCILLATING)}
 
 

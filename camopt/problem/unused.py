@@ -10,7 +10,7 @@ from camopt.scene.train import CARRIED
 LOAD_USERS = ("force", "torque", "thrust", "hertz", "surface", "vibration")
 GUIDED = ("torque", "thrust", "hertz", "surface")
 MASSES = ("follower.dynamics.mass", "follower.dynamics.inertia")
-PRESSING = ("mass", "inertia", "spring_rate", "preload", "damping", "load", "gravity")
+PRESSING = ("mass", "inertia", "spring_rate", "preload", "spring_at", "damping", "load", "gravity")
 READERS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(PRESSING, LOAD_USERS),
     **dict.fromkeys(("guide_length", "overhang", "friction"), GUIDED),

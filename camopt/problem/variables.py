@@ -14,7 +14,7 @@ from camopt.mechanisms import FIELDS
 from camopt.mistakes import Mistake
 from camopt.motion.segments import GivenSegment
 from camopt.numerics import FloatArray
-from camopt.quantities import OF_STAGE, QUANTITIES, number_quantities, stage_quantity
+from camopt.quantities import OF_STAGE, QUANTITIES, stage_quantity
 from camopt.scene.choices import Chosen, StepRange
 from camopt.scene.scene import Scene
 from camopt.scene.search import Search
@@ -159,9 +159,7 @@ def variables_of(scene: Scene) -> tuple[Variable, ...]:
         *(Variable(k, "size", n, FIELDS[n], columns[FIELDS[n]], sizes.get(n)) for k, n in named.items()),
         *(
             Variable(key, "shared" if key in SHARED else "number", key, key, name, numbers.get(key))
-            for key, name in number_quantities(
-                angular=mechanism.motion.angular, tool_turns=scene.tool_turns
-            ).items()
+            for key, name in scene.number_quantities.items()
         ),
         *(Variable(key, "train", key, key, name, numbers.get(key)) for key, name in stages.items()),
     )

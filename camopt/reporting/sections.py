@@ -6,7 +6,7 @@ from typing import Any
 
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
-from camopt.quantities import QUANTITIES, number_quantities
+from camopt.quantities import QUANTITIES
 from camopt.scene.places import tables_of
 from camopt.scene.scene import Scene
 from camopt.scene.units import as_shown
@@ -191,7 +191,7 @@ def train_sheets(scene: Scene) -> list[Table]:
 
 def given_sheet(scene: Scene) -> Table:
     """Sizes, speed, materials and loads that the scene gives, by key."""
-    names = number_quantities(angular=scene.mechanism.motion.angular, tool_turns=scene.tool_turns)
+    names = scene.number_quantities
     units = {key: QUANTITIES[name] for key, name in names.items()}
     tables = _tables_of(scene)
     given = [pair for name, table in tables.items() if name in GIVEN_TABLES for pair in _flat(name, table)]

@@ -18,6 +18,7 @@ from camopt.scene.own_laws import check_laws, law_names
 from camopt.scene.part import check_part
 from camopt.scene.profile import check_profile, highest_on_profile
 from camopt.scene.sizes import SIGNED_SIZES, mechanism_in, sizes_in
+from camopt.scene.spring import spring_faults
 from camopt.scene.tables import Cam, Follower
 from camopt.scene.tolerances import check_tolerances
 from camopt.scene.train import check_train, lifts_through
@@ -170,6 +171,8 @@ def _dynamics(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism,
         for key in _both(f"follower.dynamics.{name}"):
             if at(data, key) is not None:
                 yield key, at(data, key), f"a {_named(mechanism, tip)} has none"
+    if motion.angular:
+        yield from spring_faults(data)
     for key in _both("follower.dynamics.overhang") if "overhang" in motion.dynamics else ():
         if lift is not None and any(each is not None and each < lift for each in _values(at(data, key))):
             why = f"must be at least the lift ({lift:g}): the rise shortens it by that much"

@@ -6,7 +6,7 @@ from functools import cache
 from itertools import pairwise
 from textwrap import dedent
 
-from camopt.quantities import OF_TOOL
+from camopt.quantities import OF_SPRING, OF_TOOL
 from camopt.scene.choices import StepRange
 from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, SceneTable, Segment, Through
 from camopt.scene.tolerances import FollowerTolerances, Tolerance
@@ -51,9 +51,14 @@ def said_of(model: type[SceneTable], key: str) -> tuple[str, str]:
     return (sentence, unit) if mark else (text.removesuffix("."), "")
 
 
-def is_angle(key: str, angular: bool, tool_turns: bool) -> bool:
-    """Whether the motion that a key is about is an angle: that of the follower for its loads, else of the tool."""
+def is_angle(key: str, angular: bool, tool_turns: bool, straight: bool) -> bool:
+    """Whether the motion that a key is about is an angle: that of the follower for its loads, else of the tool.
+
+    The motion of a spring on an arm is none if it is a straight one.
+    """
     key = key.removeprefix("search.")
+    if straight and key in OF_SPRING:
+        return False
     return angular if key.startswith("follower.") and key not in OF_TOOL else tool_turns
 
 

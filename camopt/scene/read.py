@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from camopt.quantities import NUMBER_COLUMNS, OF_STAGE, QUANTITIES, number_quantities, stage_quantity
+from camopt.quantities import NUMBER_COLUMNS, OF_STAGE, QUANTITIES, stage_quantity
 from camopt.scene.scene import Scene
 from camopt.scene.speed import OF_CRANK, TURNS_OF_CRANK
 
@@ -18,7 +18,7 @@ class Read(NamedTuple):
 
 def numbers_read(scene: Scene) -> list[Read]:
     """The speed, and numbers of follower, spring, load, materials and train; of what turns moments by rad."""
-    names = number_quantities(angular=scene.mechanism.motion.angular, tool_turns=scene.tool_turns)
+    names = scene.number_quantities
     given = {key: value for key, value in scene.numbers(NUMBER_COLUMNS).items() if value is not None}
     found = [Read(key, value, QUANTITIES[names[key]].unit) for key, value in given.items()]
     return [*_speed_of_crank(scene), *found, *_of_train(scene)]

@@ -16,6 +16,7 @@ from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationE
 from camopt.mechanisms import Mechanism, mechanism_for
 from camopt.mechanisms.follower import TIPS, Tip
 from camopt.mistakes import BadInput, Mistake, nearest, printable
+from camopt.quantities import number_quantities
 from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.drawn_profile import read_drawing
@@ -29,7 +30,7 @@ from camopt.scene.profile import read_profile
 from camopt.scene.search import Search, unfolded
 from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.speed import OF_CRANK, read_speed
-from camopt.scene.spring import read_spring
+from camopt.scene.spring import is_straight
 from camopt.scene.tables import (
     MOST_SEGMENTS,
     Accuracy,
@@ -188,6 +189,19 @@ class Scene(HasHtml, Drawn, SceneTable):
         return tool_turns(rows, self.mechanism.motion.angular)
 
     @property
+    def straight_spring(self) -> bool:
+        """Whether its spring is a straight one on the arm of an oscillating follower."""
+        return is_straight(
+            {"follower": {"dynamics": dict(self.follower.dynamics or ())}, "search": dict(self.search)}
+        )
+
+    @property
+    def number_quantities(self) -> dict[str, str]:
+        """The quantity that each of its numbers is in tables, by key."""
+        turns = {"angular": self.mechanism.motion.angular, "tool_turns": self.tool_turns}
+        return number_quantities(**turns, straight=self.straight_spring)
+
+    @property
     def tip(self) -> Tip:
         """The tip of its follower, which touches the cam."""
         return TIPS[self.follower.contact]
@@ -223,7 +237,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         unread += read_keyway(tables)
         unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
         by_crank = isinstance(cam := tables.get("cam"), dict) and "rpm_of_crank" in cam
-        unread += [*read_speed(tables), *read_spring(tables)]
+        unread += read_speed(tables)
         read_profile(tables)
         try:
             BaseModel.__init__(self, **tables)

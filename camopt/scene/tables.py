@@ -182,7 +182,6 @@ class Dynamics(SceneTable):
     angle (0 and 360 are one) are a jump.
     """
 
-    read_as: ClassVar[Mapping[str, str]] = {"spring_at": "spring_rate"}
     mass: Positive | None = None
     """Mass that moves with a translating follower; kg."""
     inertia: Positive | None = None

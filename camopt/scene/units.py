@@ -80,7 +80,7 @@ class _Reader:
         """Whether what a key is about turns: of a stage of a train, what that moves."""
         stage = re.match(r"(?:search\.)?train\.(\d+)\.", where)
         turns = tool_turns(self.stages[: int(stage[1])] if stage else self.stages, self.angular)
-        return turns if stage else is_angle(where, self.angular, turns) and not is_straight(self.scene, where)
+        return turns if stage else is_angle(where, self.angular, turns, is_straight(self.scene))
 
     def tables(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:
         if isinstance(value, list):

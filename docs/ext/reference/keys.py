@@ -18,7 +18,7 @@ from camopt.scene.materials import MATERIALS
 from camopt.scene.places import TOP, table_heading
 from camopt.scene.schema import TABLES
 from camopt.scene.starting import PAIRINGS, examples, plainest
-from camopt.scene.tables import Dynamics, ShortLimits
+from camopt.scene.tables import ShortLimits
 
 from .markdown import entry, prose, table
 
@@ -31,7 +31,7 @@ ORDER = [
 def needed_by(place: str, key: str) -> str:
     """What reads a key: effects, or the followers that have such a size."""
     if place in ("follower.dynamics", "materials"):
-        readers = READERS[Dynamics.read_as.get(key, key)]
+        readers = READERS[key]
         return ", ".join(f"[{effect}](quantities.md#{effect})" for effect in readers)
     if place == "follower":
         having = [name for name, (mechanism, tip) in PAIRINGS.items() if key in mechanism.follower_keys(tip)]
