@@ -16,6 +16,7 @@ from camopt.mechanisms.design import BoolArray
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Objectives, Rows, concatenate_rows
 from camopt.problem.space import Space
+from camopt.smallest.result import feasible
 from camopt.verdicts.judging import Effort, evaluate_with_effort
 from camopt.verdicts.screening import screened
 
@@ -169,9 +170,11 @@ class Blocks:
         designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
         if self._every:
             rows, effort = evaluate_with_effort(problem, designs, self._names)
-            feasible = rows.column("feasible").astype(bool)
-            return BlockResult(len(designs), int(np.count_nonzero(feasible)), rows, effort, feasible)
-        rows, _, effort = screened(problem, designs, self._names)
+            held = rows.column("feasible").astype(bool)
+            return BlockResult(len(designs), int(np.count_nonzero(held)), rows, effort, held)
+        rows, which, effort = screened(problem, designs, self._names)
+        if problem.offs:
+            rows = rows.take(feasible(problem, designs.take(which)))
         return BlockResult(len(designs), rows.count, rows, effort, np.ones(rows.count, dtype=bool))
 
     def _of_curves(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:

@@ -104,7 +104,7 @@ class SweepPlan:
     @cached_property
     def numbers_of_curves(self) -> CurveNumbers | None:
         """The numbers of the pitch curves that designs share; None if each is looked at alone."""
-        return None if self.keep == "all" else curve_numbers(self.space)
+        return None if self.keep == "all" or self.problem.offs else curve_numbers(self.space)
 
     @cached_property
     def block(self) -> int:
@@ -125,7 +125,7 @@ class SweepPlan:
     @cached_property
     def by_boxes(self) -> bool:
         """Whether boxes of designs find the front: no other design is wanted, and objectives allow it."""
-        if self.keep in TABLED or self.problem.choices.samples:
+        if self.keep in TABLED or self.problem.choices.samples or self.problem.offs:
             return False
         if self.keep != FRONT_ONLY and self.blocks.curves < WORTH_BOXES:
             return False
@@ -188,11 +188,22 @@ def sweep_plan(scene: Scene, keep: str, block: int | None = None) -> SweepPlan:
     if keep not in KEPT:
         raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
     given = resolve(scene)
+    if given.offs and (mistakes := [*_not_robust(scene, keep)]):
+        raise BadInput(mistakes)
     problem = with_objectives(given)
     if problem is not given:
         scene = scene.with_values({"search.minimise": tuple(problem.objectives)})
     space = searched_space(problem)
     return SweepPlan(scene, problem, space, keep, block)
+
+
+def _not_robust(scene: Scene, keep: str) -> Iterator[Mistake]:
+    """Mistakes for what a sweep does not do where every cam within the tolerances has to hold the limits."""
+    if scene.search.refine:
+        why = "moves cams by their own limits alone: leave it out with search.robust; optimise finds a robust cam"
+        yield Mistake(scene.file, "search.refine", True, why, bare=True)
+    if keep == "all":
+        yield Mistake("camopt", "keep", keep, "with search.robust feasible or pareto", bare=True)
 
 
 def plan_of_key(question: SweepKey) -> SweepPlan:

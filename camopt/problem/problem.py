@@ -1,7 +1,7 @@
 """From a scene to a problem in inside units (mm, s, rad): its setup, programme, design and limits."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, nan
 from typing import Any
@@ -24,12 +24,14 @@ from camopt.problem.limits import OF_QUANTITIES, limited_quantity, limits_of
 from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.problem.variables import Variable, is_of_train, variables_of
+from camopt.problem.zones import Off, corners, moved, robust_zones
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
 from camopt.scene.profile import programme_of
 from camopt.scene.scene import Scene
 from camopt.scene.segments import given_segments
+from camopt.scene.tolerances import Zone
 from camopt.scene.train import train_load, trains_from
 from camopt.trains.train import Train
 
@@ -69,6 +71,16 @@ class Problem:
     accuracy: float
     """The largest relative error of reported values that is asked; the setup's may be smaller."""
     values: "SceneValues"
+    zones: Mapping[str, Zone] = field(default_factory=dict)
+    """Between which ends sizes may be off of the cams that have to hold the limits as well, by field of designs."""
+    offs: tuple[Off, ...] = ()
+    """By how much they are of those that are looked at: at the corners, and where a worse one is known."""
+
+    def every(self, designs: Designs) -> Iterator[Designs]:
+        """Designs, and those that have to hold the limits with each of them; of any kind of number."""
+        yield designs
+        for off in self.offs:
+            yield moved(designs, off)
 
     def to_error(self, relative_error: float) -> "Problem":
         """The problem with another relative error of its extremes."""
@@ -282,6 +294,8 @@ def resolve(scene: Scene) -> Problem:
         missing=tuple(missing),
         accuracy=scene.accuracy.relative_error,
         values=values,
+        zones=(zones := robust_zones(scene, design)),
+        offs=tuple(corners(zones)),
     )
 
 

@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 
 from camopt.mechanisms import FIELDS, Designs
+from camopt.mistakes import BadInput, Mistake
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import Zone, zone_of
 
@@ -22,6 +23,23 @@ def size_zones(scene: Scene, design: Designs) -> dict[str, Zone]:
         for key, tolerance in toleranced.items()
         if tolerance is not None
     }
+
+
+def robust_zones(scene: Scene, design: Designs) -> dict[str, Zone]:
+    """The zones within which cams have to hold the limits too, by field; none unless ``search.robust``.
+
+    Raises
+    ------
+    BadInput
+        If no size of the follower has a tolerance.
+    """
+    if not scene.search.robust:
+        return {}
+    zones = size_zones(scene, design)
+    if not zones:
+        why = "needs a tolerance of a size, such as tolerances.follower.offset = 0.02"
+        raise BadInput([Mistake(scene.file, "search.robust", True, why, bare=True)])
+    return {FIELDS[key]: zone for key, zone in zones.items() if zone.lower != zone.upper or zone.lower}
 
 
 def corners(zones: Mapping[str, Zone]) -> Iterator[Off]:

@@ -16,9 +16,9 @@ from camopt.tables.columns import bounds_shown, is_nothing
 from camopt.tables.layout import ABOUT, NUMERIC, WORDS, Cell, Table
 from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.certify import CONDITIONS, certify_problem
-from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.exact_section import is_integrated
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 IN_DOUBLES, IN_BALLS, BY_INTEGRALS, BY_SIZES = "double precision", "ball arithmetic", "integrals in balls", "sizes"
 UNPROVED = "not yet"

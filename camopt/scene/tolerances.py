@@ -140,6 +140,7 @@ def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, na
             yield f"tolerances.{key}", table[key], "must be an angle in deg: ISO 286 is for lengths"
     if table.get("face_tilt") is not None and (mechanism.motion.angular or not mechanism.flat_faced):
         yield "tolerances.face_tilt", None, "is for a translating follower with a flat face"
+    yield from _robust(data, table)
     if table.get("waves") is not None and table.get("profile") is None:
         yield "tolerances.waves", table["waves"], "goes with tolerances.profile, which is missing"
     if table.get("profile") is not None and at(data, "part.profile_tolerance") is not None:
@@ -148,6 +149,18 @@ def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, na
             at(data, "part.profile_tolerance"),
             "is tolerances.profile already: leave it out",
         )
+
+
+def _robust(data: Mapping[str, Any], table: Mapping[str, Any]) -> Iterator[Fault]:
+    """Check that searched sizes have tolerances that are the same for all of their values."""
+    given = table.get("follower")
+    if at(data, "search.robust") is not True or not isinstance(given, Mapping):
+        return
+    for key, value in given.items():
+        of_class = isinstance(value, str) or at(given, f"{key}.iso") is not None
+        if of_class and at(data, f"search.{key}") is not None:
+            why = f"is of a size that [search] varies: with search.robust give ± mm, or leave out search.{key}"
+            yield f"tolerances.follower.{key}", value, why
 
 
 def _class(place: str, value: Any, key: str, size: float | None) -> Iterator[Fault]:

@@ -34,9 +34,9 @@ from camopt.scene.written import write_scene
 from camopt.serving.controls import FOLDED, Control, controls_of, scene_of_settings, values_of
 from camopt.serving.search import Background
 from camopt.tables.layout import Cell, Table
-from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
 from camopt.verdicts.judging import evaluate_rows
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 Answer = dict[str, Any]
 BALLS_UNTIL = 0.01  # seconds for what rounding hides, while a control moves

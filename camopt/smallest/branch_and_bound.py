@@ -34,8 +34,8 @@ from camopt.smallest.result import (
     first_that,
     gap_of,
     known_crossings,
+    proved_feasible,
 )
-from camopt.verdicts.judging import evaluate_rows
 
 BOX_BATCH = 512  # boxes examined together, at most, to stop in time
 UNKNOWN = -1  # which side to cut
@@ -121,7 +121,7 @@ class BoxSearch(Bisection):
 
     def proved(self, problem: Problem, design: Designs) -> bool:
         """Whether a design is feasible, decided in balls where doubles do not tell, before the time is over."""
-        return bool(evaluate_rows(problem, design, frozenset(), self.until).column("feasible")[0])
+        return proved_feasible(problem, design, self.until)
 
     def without_crossings(self, boxes: Boxes) -> Boxes:
         """The parts of boxes that are not shown to hold only cams that cross themselves, with the side to cut.

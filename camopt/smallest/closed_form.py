@@ -21,6 +21,8 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, claims_on
 from camopt.smallest.result import GAP, feasible
 
+ZOOMS, FINER = 14, 33
+"""How often a convex minimum is looked at between its neighbours, and at how many places: to rounding."""
 NUMBER_SHARES = 5  # of the range of each free number at which the smallest size is tried
 NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
 
@@ -102,10 +104,12 @@ def _nearest_in_polygon(
     projection of the origin on a line, where two lines cross, or at an end of the interval.
     """
     ends = sorted(problem.design.sense * e for e in offset)
-    lines = []  # s₀ ≥ a + b·e
+    lines: list[tuple[float, float]] = []  # s₀ ≥ a + b·e
     for tangent, kinds in slopes:
         lines.append((span(problem.programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
         lines.append((-span(problem.programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
+    if problem.offs:
+        return _nearest_of_all(problem, (ends[0], ends[1]), lines, least)
     candidates = [0.0, *(-a * b / (1 + b * b) for a, b in lines)]
     candidates += [(a2 - a1) / (b1 - b2) for (a1, b1), (a2, b2) in combinations(lines, 2) if b1 != b2]
     leads = np.clip(np.array([*ends, *candidates]), ends[0], ends[1])
@@ -113,6 +117,31 @@ def _nearest_in_polygon(
     primes = np.maximum(np.hypot(leads, heights), least)
     best = np.lexsort((np.abs(leads), primes))[0]
     return float(leads[best]), float(primes[best])
+
+
+def _nearest_of_all(
+    problem: Problem, ends: tuple[float, float], lines: list[tuple[float, float]], least: float
+) -> tuple[float, float]:
+    """The same of the smallest cam with which those that are off hold the pressure angle too.
+
+    One that is off by δe and δR needs R_p ≥ √((e + δe)² + s₀(e + δe)²) − δR: convex in e, as the largest of all is.
+    """
+    sense, slope = problem.design.sense, np.array(lines)[:, :, None]
+    offs = [(sense * off.get("offset", 0.0), off.get("roller_radius", 0.0)) for off in ({}, *problem.offs)]
+
+    def primes(leads: FloatArray) -> FloatArray:
+        found = [np.full_like(leads, least)]
+        for lead, radius in offs:
+            heights = np.max(slope[:, 0] + slope[:, 1] * (leads + lead), axis=0, initial=0.0)
+            found.append(np.hypot(leads + lead, heights) - radius)
+        return np.asarray(np.max(found, axis=0))
+
+    low, high = ends
+    for _ in range(ZOOMS):
+        leads = np.linspace(low, high, FINER)
+        best = int(np.argmin(primes(leads)))
+        low, high = float(leads[max(best - 1, 0)]), float(leads[min(best + 1, FINER - 1)])
+    return float(leads[best]), float(primes(leads)[best])
 
 
 def nudged(problem: Problem, design: Designs, bounds: SizeBounds) -> Designs | None:

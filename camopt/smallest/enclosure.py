@@ -27,6 +27,7 @@ from camopt.numerics.sloped import as_quotient, as_sloped
 from camopt.numerics.state import State, TrainForces
 from camopt.problem.claims import AnyClaim, Claim, MeanClaim
 from camopt.problem.problem import Problem
+from camopt.problem.zones import Off, moved
 from camopt.smallest.combined import combined
 from camopt.smallest.excesses import Excesses, chained_excesses, cut_off, kept, widest
 from camopt.verdicts.claim_boxes import excess_of
@@ -38,7 +39,18 @@ Present = TypeVar("Present", Claim, MeanClaim, AnyClaim)
 
 def claims_on_size(problem: Problem) -> list[Claim]:
     """The claims of the limits that depend on the sizes of the cam, or on numbers that it brings."""
-    return [of_designs(claim) for limit in problem.limits if not limit.is_of_motion for claim in limit.claims]
+    claims = [of_designs(claim) for limit in problem.limits if not limit.is_of_motion for claim in limit.claims]
+    return [each for off in ({}, *problem.offs) for each in (claims if not off else [at(c, off) for c in claims])]
+
+
+def at(claim: Claim, off: Off) -> Claim:
+    """What a claim says of the design that is off by so much."""
+    made, factor, unit = claim.curve, claim.factor, claim.unit
+    return claim._replace(
+        curve=lambda designs, programme: made(moved(designs, off), programme),
+        factor=lambda designs: factor(moved(designs, off)),
+        unit=lambda designs: unit(moved(designs, off)),
+    )
 
 
 def of_designs(claim: Claim) -> Claim:

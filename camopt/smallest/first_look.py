@@ -15,8 +15,8 @@ from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.scene.tables import LARGEST_VALUE
 from camopt.smallest.grid_refinement import nearest_miss
-from camopt.smallest.result import first_feasible, known_crossings
-from camopt.verdicts.judging import bound_excesses, evaluate_rows, least_excess
+from camopt.smallest.result import first_feasible, known_crossings, proved_feasible
+from camopt.verdicts.judging import bound_excesses, least_excess
 
 VALUES, FEW_VALUES = 9, 4  # of a free size in the coarse grid; few where there is no feasible design to find
 SIZES = 800  # of the cam in the coarse grid
@@ -51,8 +51,7 @@ def first_look(problem: Problem, bounds: SizeBounds, values: int = VALUES, until
     if _whatever_the_size(problem, surely):
         return Look(None, points.take([least_excess(excess)]), hopeless=True)
     near = nearest_miss(problem, bounds, points.take([least_excess(excess)]), until)
-    held = evaluate_rows(problem, near, frozenset(), until).column("feasible")[0]
-    return Look(near) if held else Look(None, near)
+    return Look(near) if proved_feasible(problem, near, until) else Look(None, near)
 
 
 def spread(low: Any, high: Any, scale: float, count: int) -> FloatArray:

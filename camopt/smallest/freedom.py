@@ -7,14 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.effects import Case
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.problem.variables import Variable
 from camopt.smallest.turns import SegmentAngles
-from camopt.verdicts.judging import excesses
-from camopt.verdicts.running import run_effects
+from camopt.verdicts.judging import worst_excesses
 
 DELTA = 1e-6  # of a scale: differences are taken over it
 
@@ -111,7 +109,5 @@ class Freedom:
             problem = self.turns.problem_of(np.array(freed)) if freed else self.problem
             varied = {each.field: values[some, number] for number, each in enumerate(self.of_designs)}
             designs = problem.design.take(np.zeros(some.size, dtype=int)).with_values(varied)
-            needs = [name for limit in limits for name in limit.needs]
-            columns = run_effects(Case(problem.setup, problem.programme, designs), needs).columns
-            found[:, some] = excesses(limits, columns, designs)
+            found[:, some] = worst_excesses(problem, limits, designs)
         return found

@@ -72,14 +72,17 @@ def bounds_met(freedom: Freedom) -> list[ActiveBound]:
     """The bounds that a cam just meets, of limits and of ``[search]``; not of limits that are held or not."""
     problem = freedom.problem
     limits = problem.without_last.limits
-    case = Case(problem.setup, problem.programme, problem.design)
-    columns = run_effects(case, (name for limit in limits for name in limit.needs)).columns
-    excess = excesses(limits, columns, problem.design)[:, 0]
-    met = [limit for limit, over in zip(limits, excess, strict=True) if over > -BINDS]
+    cams = [*problem.every(problem.design)]
+    needs = frozenset(name for limit in limits for name in limit.needs)
+    columns = [run_effects(Case(problem.setup, problem.programme, each), needs).columns for each in cams]
+    excess = np.array([excesses(limits, *each)[:, 0] for each in zip(columns, cams, strict=True)])
+    worst, most = excess.argmax(axis=0), excess.max(axis=0)
+    met = [number for number, over in enumerate(most) if over > -BINDS]
     found = []
-    for limit, gradients in zip(met, _gradients(freedom, met), strict=True):
+    for number, gradients in zip(met, _gradients(freedom, [limits[k] for k in met]), strict=True):
+        limit, of = limits[number], worst[number]
         unit = QUANTITIES[limit.shown[0]].unit if limit.shown else "mm"
-        by_value = float(limit.by_bound(columns, problem.design)[0])
+        by_value = float(limit.by_bound(columns[of], cams[of])[0])
         found.append(ActiveBound(limit.key, limit.bound, unit, limit.relation, gradients, by_value, limit))
     return [*found, *_ends_met(freedom)]
 

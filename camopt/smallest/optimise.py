@@ -33,8 +33,10 @@ from camopt.tables.columns import joined_laws, laws_shown, with_law
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import ByLaw, Design
 from camopt.tables.layout import Table
-from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, evaluate_rows, excesses
+from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, evaluate_rows, excesses, worst_excesses
+from camopt.verdicts.limit_boxes import ends_within, limit_over_box
 from camopt.verdicts.warned import warnings_of
+from camopt.verdicts.words import worst
 
 SECONDS = 60.0  # of a search, unless told
 RADII = 48  # sizes above the optimum at which feasibility is looked at
@@ -52,6 +54,9 @@ class Optimum(HasHtml):
       radius;
     - ``gap_mm``: by how much a feasible design might be smaller;
     - ``angles_deg``: the angles of all segments, if ``[search]`` varies some;
+    - ``every_cam``, with ``search.robust``: whether every cam within the tolerances of its sizes holds every limit:
+      held (proved over the whole box) or undecided;
+    - ``nominal_mm``, likewise: the size of the smallest cam of which the nominal one alone holds them;
     - ``clear_above_mm``: all larger designs that were tried above this size are feasible. It exceeds the optimum if
       larger cams break a limit again, and is infinite if large cams fail, as with oscillating followers.
 
@@ -100,7 +105,8 @@ class Optimum(HasHtml):
         for row in rows:
             if "angles_deg" in row:
                 row["angles_deg"] = " ".join(f"{angle:.6g}" for angle in row["angles_deg"])
-        last = ["binding", *(["angles_deg"] if any("angles_deg" in row for row in rows) else [])]
+        last = ["every_cam", "nominal_mm"] if any("nominal_mm" in row for row in rows) else []
+        last += ["binding", *(["angles_deg"] if any("angles_deg" in row for row in rows) else [])]
         last += [] if all(row["proved"] for row in rows) else ["proved", "gap_mm"]
         title = f"{self.scene.name}: the smallest cam{' of each law' if laws_shown(rows) else ''}"
         return designs_table(title, resolve(self.scene), rows, last)
@@ -118,6 +124,10 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     as a spring rate, a range in ``[search]`` means any value in it, and a list one of its values; what ``[search]``
     does not name stays as it is in the scene. Where the proof for ranges of numbers of the train takes too long,
     the answer is the best of the trains that were tried all over them and on the way down from there.
+
+    With ``search.robust`` every cam whose sizes are within ``[tolerances]`` has to hold the limits too, as one of
+    its own; the size that is found is nominal. It is proved that no smaller cam is robust; that this one is, is
+    proved over the whole box of sizes, not at its corners alone (``every_cam``).
 
     Parameters
     ----------
@@ -176,6 +186,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
             assert least.answer.design is not None
             alone, design = least.problem.alone(least.answer.design)
             found[laws] = _described(alone, replace(least.answer, design=design), until) | least.angles
+            found[laws] |= _nominal(problem.with_programme(programme), turns, until)
             cams[laws] = replace(alone, design=design)
             continue
         obstacles[laws] = _obstacle(answers, max(until, share(end, len(programmes) - done)))
@@ -325,7 +336,7 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
     design = answer.design
     assert design is not None
     rows = evaluate_rows(problem, design, problem.wanted | problem.sizes)
-    excess = excesses(problem.limits, rows.columns, design)[:, 0]
+    excess = worst_excesses(problem, problem.limits, design)[:, 0]
     values = rows.records()[0]
     quantities = {name: values[name] for name in in_order(values)}
     smaller = replace(design, size=design.size - BINDS * design.prime_radius)
@@ -342,7 +353,23 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
         "proved": answer.proved,
         "gap_mm": answer.gap,
         "clear_above_mm": clear,
+        **({"every_cam": worst(_verdicts_within(problem, design, until))} if problem.zones else {}),
     }
+
+
+def _nominal(problem: Problem, turns: SegmentAngles, until: float) -> dict[str, Any]:
+    """The size of the smallest cam that holds the limits itself, beside a robust one; nothing where all do so."""
+    if not problem.zones:
+        return {}
+    alone = replace(turns, problem=replace(turns.problem, zones={}, offs=()))
+    least = least_of(problem, list(answers_of(replace(problem, zones={}, offs=()), alone, until)))
+    return {} if least is None else {"nominal_mm": least.answer.size}
+
+
+def _verdicts_within(problem: Problem, design: Designs, until: float) -> Iterator[str]:
+    """The verdicts on all limits for every cam within the tolerances of an optimum."""
+    for limit in problem.limits:
+        yield limit_over_box(problem, limit, design, ends_within(problem, design), until).verdict
 
 
 def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:

@@ -13,7 +13,7 @@ from camopt.mechanisms import Designs
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Rows
-from camopt.verdicts.judging import LAST_AT_ONCE, excesses
+from camopt.verdicts.judging import LAST_AT_ONCE, evaluate_rows, excesses
 from camopt.verdicts.running import extended, planned
 
 GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
@@ -53,8 +53,16 @@ def gap_of(design: Designs) -> float:
 def feasible(problem: Problem, designs: Designs, side: float = 1.0) -> Any:
     """Which designs can be assembled and are proved to hold every limit; at side −1, not shown to break one.
 
-    Effects run cheapest first, on the designs that hold the limits before.
+    So do those that have to hold the limits with them (``Problem.every``).
     """
+    held = np.ones(len(designs), dtype=bool)
+    for each in problem.every(designs):
+        held[held] = _feasible(problem, each.take(held), side)
+    return held
+
+
+def _feasible(problem: Problem, designs: Designs, side: float) -> Any:
+    """As ``feasible``, alone. Effects run cheapest first, on the designs that hold the limits before."""
     held = problem.setup.mechanism.exists(designs, problem.programme) & (designs.size > 0.0)
     designs, rows, pending = designs.take(held), Rows({}, int(held.sum())), list(problem.limits)
     for effect, names in planned(problem.needed, problem.setup):
@@ -90,6 +98,13 @@ def first_feasible(
             crossings.learn(some.take([0]))
         count = min(2 * count, LAST_AT_ONCE)
     return None
+
+
+def proved_feasible(problem: Problem, design: Designs, until: float = inf) -> bool:
+    """Whether a design is feasible, decided in balls where doubles do not tell, before the time is over."""
+    return all(
+        evaluate_rows(problem, each, frozenset(), until).column("feasible")[0] for each in problem.every(design)
+    )
 
 
 def known_crossings(problem: Problem) -> KnownCrossings | None:

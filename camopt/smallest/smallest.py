@@ -5,20 +5,32 @@ others too, it is the answer. Otherwise curvature or a load decides, and feasibi
 size: a branch-and-bound over boxes of designs, from there on. What is left when it ends is the least feasible
 size to within ``gap_of``. Limits that are asked last come last here too: no cam that holds them is smaller than the
 smallest one that holds all others, and most often that one does.
+
+Where all cams within tolerances have to hold the limits, those at the corners of the zones are looked at with each
+design. If the proof over the whole box then finds another cam that breaks one, that is added, and so on: no robust
+cam is smaller than the smallest of those that hold them for some cams of the box. (Exchange method: J. W.
+Blankenship, J. E. Falk, Infinitely constrained optimization problems, J. Optim. Theory Appl. 19, 1976.)
 """
 
+from dataclasses import replace
 from math import inf
 
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.numerics.clock import share
 from camopt.problem.problem import Problem, exactly
+from camopt.problem.zones import Off
 from camopt.smallest.branch_and_bound import branch_and_bound
 from camopt.smallest.closed_form import NUDGES, closed_form, least_size, nudged
 from camopt.smallest.cutting_planes import Cut, by_cutting_planes
 from camopt.smallest.first_look import first_look, largest_size
 from camopt.smallest.grid_refinement import CLOSE, NEAR, shrink_on_grids
 from camopt.smallest.result import Smallest, feasible
+from camopt.verdicts.limit_boxes import ends_within, limit_over_box
+from camopt.verdicts.words import BROKEN
+
+EXCHANGES = 8
+"""How often a cam within the tolerances that breaks a limit is added to those that have to hold it."""
 
 
 def smallest(problem: Problem, bounds: SizeBounds, until: float = inf) -> Smallest:
@@ -27,6 +39,29 @@ def smallest(problem: Problem, bounds: SizeBounds, until: float = inf) -> Smalle
     After ``until`` (``clock.now``) the best so far, not proved. Half of the time is kept for limits that come last.
     """
     problem, bounds = exactly(problem), _worth_a_look(problem, bounds)
+    for _ in range(EXCHANGES if problem.zones else 1):
+        answer = _of_those_known(problem, bounds, until)
+        off = _worse(problem, answer.design, until)
+        if off is None:
+            break
+        problem = replace(problem, offs=(*problem.offs, off))
+    return answer
+
+
+def _worse(problem: Problem, design: Designs | None, until: float) -> Off | None:
+    """By how much a cam is off that breaks a limit which a design has to hold with it; None if none is found."""
+    if design is None or not problem.zones:
+        return None
+    ends = ends_within(problem, design)
+    for limit in problem.limits:
+        found = limit_over_box(problem, limit, design, ends, until)
+        if found.verdict == BROKEN and found.witness is not None:
+            return {f: float(found.witness.sizes[f][0] - design.sizes[f][0]) for f in ends}
+    return None
+
+
+def _of_those_known(problem: Problem, bounds: SizeBounds, until: float) -> Smallest:
+    """As ``smallest``, with those cams that are known to have to hold the limits."""
     answer = _smallest(problem.without_last, bounds, share(until, 2) if problem.has_last else until)
     if answer.design is None or not problem.has_last or feasible(problem, answer.design)[0]:
         return answer

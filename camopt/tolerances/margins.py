@@ -28,9 +28,10 @@ from camopt.scene.tolerances import Zone
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
 from camopt.unit_systems import shown
-from camopt.verdicts.claim_boxes import BREAKS, HOLDS, Ends
+from camopt.verdicts.claim_boxes import Ends
 from camopt.verdicts.limit_boxes import limit_over_box
 from camopt.verdicts.running import run_effects
+from camopt.verdicts.words import BROKEN, HELD
 
 GAPS = (1e-9, 1e-6, 1e-3)
 """Relative, of the worst value: by no more than this a cam may be worse, the first that is proved."""
@@ -126,7 +127,7 @@ class Box:
     def _verdict(self, limit: Limit, excess: float) -> str:
         """Whether all cams hold a limit, of which the worst at a corner has an excess."""
         if excess > 0.0:
-            return BREAKS
+            return BROKEN
         return limit_over_box(self.problem, limit, self.problem.design, self.ends, now() + SECONDS).verdict
 
     def _proved(self, limit: Limit, witness: Designs, worst: float) -> tuple[Designs, float, float | None]:
@@ -142,7 +143,7 @@ class Box:
             gap = share * (abs(worst) or 1.0)
             easier = replace(limit, bound=worst + side * gap)
             answer = limit_over_box(self.problem, easier, self.problem.design, self.ends, until)
-            if answer.verdict == HOLDS:
+            if answer.verdict == HELD:
                 return witness, worst, gap
             if answer.witness is not None:
                 value = float(self._found(limit, answer.witness)[1][0])

@@ -14,8 +14,9 @@ from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES
 from camopt.verdicts.ball import precisely
-from camopt.verdicts.deciding import HELD, Statement, decide_part, worst
+from camopt.verdicts.deciding import Statement, decide_part
 from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
+from camopt.verdicts.words import HELD, worst
 
 
 @precisely()

@@ -26,12 +26,14 @@ from camopt.problem.rows import Rows
 from camopt.scene.scene import Scene
 from camopt.verdicts.asked import conditions_verdict
 from camopt.verdicts.ball import as_arb, precisely
-from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED, Statement, decide, sign_of, worst
+from camopt.verdicts.deciding import Statement, decide, sign_of
 from camopt.verdicts.exact_curve import BALL_NUMBERS, in_balls, of_curve
 from camopt.verdicts.exact_mean import mean_verdict
 from camopt.verdicts.exact_motion import ExactMotion, exact_motion
 from camopt.verdicts.exact_section import integrated_rows, is_integrated
+from camopt.verdicts.limit_boxes import ends_within, limit_over_box
 from camopt.verdicts.running import run_effects
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED, worst
 
 CONDITIONS = "conditions"
 DOUBLE_ERRORS = (1e-14, 1e-12, 1e-9)  # shares of a lift that its double may be off
@@ -165,6 +167,9 @@ def certify(scene: Scene) -> dict[str, str]:
     motion, in ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit. A law that the
     scene gives as a table is the spline through its points.
 
+    With ``search.robust`` a limit is held if every cam within the tolerances of its sizes holds it: the nominal one
+    in balls, all others in intervals, over the whole box of sizes and all cam angles at once.
+
     Parameters
     ----------
     scene : Scene
@@ -197,7 +202,18 @@ def certify(scene: Scene) -> dict[str, str]:
 def certify_problem(problem: Problem) -> dict[str, str]:
     """As ``certify``, for a scene already resolved."""
     asked = conditions_verdict(problem.programme.tool, exact_motion(problem.programme).tool)
-    return certify_design(problem, problem.design) | ({} if asked is None else {CONDITIONS: asked})
+    verdicts = certify_design(problem, problem.design)
+    if problem.zones and ASSEMBLY not in verdicts:
+        verdicts |= {
+            limit.name: worst([verdicts[limit.name], _over_box(problem, limit)]) for limit in problem.limits
+        }
+    return verdicts | ({} if asked is None else {CONDITIONS: asked})
+
+
+def _over_box(problem: Problem, limit: Limit) -> str:
+    """The verdict on a limit of all cams within the tolerances of the sizes of a scene's own design."""
+    ends = ends_within(problem, problem.design)
+    return limit_over_box(exactly(problem), limit, problem.design, ends).verdict
 
 
 def summary(verdicts: dict[str, str]) -> str:

@@ -4,7 +4,7 @@ Over a stretch of the turn the curve is below it if its ball is, or the ball of 
 slope keeps its sign, both its ends; above it if one point is. What is neither is halved.
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from itertools import pairwise
 from math import inf
 from typing import Any, NamedTuple
@@ -17,16 +17,11 @@ from camopt.verdicts.ball import Ball, as_arb, ball_between, precisely
 from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_load import LoadPart
 from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, motion_at
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
-HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
 FIRST_PARTS = 8  # of each piece of a law, and line of a load
 DECIDING_PARTS = 20_000
 NARROWEST_PART = arb(2) ** -90
-
-
-def worst(verdicts: Collection[str]) -> str:
-    """One verdict of several: broken if any is, undecided if any is, else held."""
-    return next((verdict for verdict in (BROKEN, UNDECIDED) if verdict in verdicts), HELD)
 
 
 class Statement(NamedTuple):

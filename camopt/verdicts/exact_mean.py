@@ -26,11 +26,12 @@ from camopt.motion.programme import Programme
 from camopt.numerics.clock import now
 from camopt.problem.claims import MeanClaim
 from camopt.verdicts.ball import Ball, NoSeries, as_arb, ball_between, precisely
-from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED, Statement
+from camopt.verdicts.deciding import Statement
 from camopt.verdicts.exact_curve import BALL_NUMBERS, ExactCurve, of_curve
 from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_load import LoadPart
 from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, series_of
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 TAYLOR_ORDER = 26
 STATE_ROWS = 5  # y and its first derivatives, as curves take them

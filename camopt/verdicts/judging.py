@@ -5,7 +5,7 @@ Between the two a design is looked at again at an error near rounding, and then 
 undecided even then is no feasible design.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import inf
 from typing import NamedTuple
@@ -21,7 +21,7 @@ from camopt.numerics.clock import now
 from camopt.problem.limit import ASSEMBLY, Limit
 from camopt.problem.problem import SINGLE_ERROR, Problem, exactly
 from camopt.problem.rows import Columns, Rows
-from camopt.verdicts.running import extended, planned
+from camopt.verdicts.running import extended, planned, run_effects
 
 CERTIFIED, SAMPLED, UNDECIDED = "certified", "sampled", "undecided"
 LAST_AT_ONCE = 16  # designs of which limits that are asked last are asked, to stop in time
@@ -129,7 +129,7 @@ def with_exact_numbers(problem: Problem, designs: Designs, rows: Rows) -> Rows:
 def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> Rows:
     """The rows with the verdicts of ball arithmetic: what rounding hides, 200 bits show."""
     from camopt.verdicts.certify import certify_limits
-    from camopt.verdicts.deciding import BROKEN, HELD
+    from camopt.verdicts.words import BROKEN, HELD
 
     found = [list(certify_limits(*problem.alone(designs.take([i])), until).values()) for i in range(len(designs))]
     verdicts = np.array(found).T
@@ -147,6 +147,16 @@ def excesses(limits: Iterable[Limit], columns: Columns, designs: Designs) -> Flo
     """Relative excess over each limit, (limits, designs)."""
     rows = [limit.excess(columns, designs) + np.zeros(len(designs)) for limit in limits]
     return np.array(rows).reshape(len(rows), len(designs))
+
+
+def worst_excesses(problem: Problem, limits: Sequence[Limit], designs: Designs) -> FloatArray:
+    """Relative excess over each limit, (limits, designs), of the worst of all designs that have to hold it."""
+    needs = frozenset(name for limit in limits for name in limit.needs)
+    found = []
+    for each in problem.every(designs):
+        columns = run_effects(Case(problem.setup, problem.programme, each), needs).columns
+        found.append(excesses(limits, columns, each))
+    return np.asarray(np.max(found, axis=0))
 
 
 INFINITE_EXCESS = (

@@ -19,34 +19,41 @@ from camopt.problem.claims import AnyClaim, Claim, Plain
 from camopt.problem.limit import SELF_CROSSING, Limit
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES
-from camopt.verdicts.claim_boxes import BREAKS, HOLDS, OPEN, Answer, Ends, over_box
+from camopt.verdicts.claim_boxes import Answer, Ends, over_box
 from camopt.verdicts.ranges import is_ranged, ranged
 from camopt.verdicts.running import run_effects
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 STEEPER = 1.0 + 1e-6
 """How much steeper than at the corners of a box the pressure angle may be in it, as a first guess."""
+
+
+def ends_within(problem: Problem, design: Designs) -> Ends:
+    """Between which values sizes of the cams are that have to hold the limits with a design, by field."""
+    nominal = {field: float(design.sizes[field][0]) for field in problem.zones}
+    return {f: (nominal[f] + zone.lower, nominal[f] + zone.upper) for f, zone in problem.zones.items()}
 
 
 def limit_over_box(problem: Problem, limit: Limit, design: Designs, ends: Ends, until: float = inf) -> Answer:
     """Whether all designs that differ from one by sizes between their ends hold a limit."""
     if limit.is_of_motion or limit.of_base:
         columns = run_effects(Case(problem.setup, problem.programme, design), limit.needs).shifted(1.0)
-        return Answer(HOLDS) if limit.excess(columns, design)[0] <= 0.0 else Answer(BREAKS, design)
+        return Answer(HELD) if limit.excess(columns, design)[0] <= 0.0 else Answer(BROKEN, design)
     if limit.infinite_at(problem.programme):
-        return Answer(BREAKS, design)
+        return Answer(BROKEN, design)
     if limit.name == SELF_CROSSING:
-        return Answer(HOLDS if _round(problem, design, ends, until) else OPEN)
+        return Answer(HELD if _round(problem, design, ends, until) else UNDECIDED)
     effects = [EFFECTS[QUANTITIES[name].effect] for name in limit.needs]
     if effects and all(is_ranged(each, problem.setup) for each in effects):
         box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in ends.items()})
         excess = as_interval(limit.excess(ranged(problem, {*limit.needs}, box, 1.0), box))
-        return Answer(HOLDS if np.all(excess.high <= 0.0) else OPEN)
+        return Answer(HELD if np.all(excess.high <= 0.0) else UNDECIDED)
     claims: list[AnyClaim] = [*limit.claims, *([] if limit.mean is None else [limit.mean])]
     found = [over_box(problem, each, design, ends, until) for each in claims]
-    broken = [each for each in found if each.verdict == BREAKS]
+    broken = [each for each in found if each.verdict == BROKEN]
     if broken:
         return broken[0]
-    return Answer(HOLDS if found and all(each.verdict == HOLDS for each in found) else OPEN)
+    return Answer(HELD if found and all(each.verdict == HELD for each in found) else UNDECIDED)
 
 
 def _round(problem: Problem, design: Designs, ends: Ends, until: float) -> bool:
@@ -60,7 +67,7 @@ def _round(problem: Problem, design: Designs, ends: Ends, until: float) -> bool:
     if not most < 90.0:
         return False
     steepest = Claim(mechanism.pressure, ALL_STROKES, LARGEST_MAGNITUDE, Plain(float(np.tan(np.radians(most)))))
-    if over_box(problem, steepest, design, ends, until).verdict != HOLDS:
+    if over_box(problem, steepest, design, ends, until).verdict != HELD:
         return False
     box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in ends.items()})
     bodies = round_bodies(Case(problem.setup, problem.programme, box, {name: np.array([most])}))

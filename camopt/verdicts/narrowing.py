@@ -19,8 +19,8 @@ from camopt.problem.problem import SINGLE_ERROR, Problem
 from camopt.problem.rows import Rows
 from camopt.verdicts.ball import precisely
 from camopt.verdicts.certify import claim_verdicts, exact_turn
-from camopt.verdicts.deciding import BROKEN, HELD, worst
 from camopt.verdicts.exact_curve import in_balls
+from camopt.verdicts.words import BROKEN, HELD, worst
 
 PROVED_AT_ONCE = 64  # designs at a time: a proof takes some hundredths of a second
 KERNEL_ERROR = 1e-3  # relative: what kernels are never off by

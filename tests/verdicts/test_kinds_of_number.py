@@ -38,7 +38,7 @@ from camopt.synthesis import ceilings
 from camopt.synthesis.from_scene import demand_on
 from camopt.synthesis.linear_constraints import is_linear
 from camopt.verdicts.certify import certify_limits
-from camopt.verdicts.deciding import BROKEN, HELD
+from camopt.verdicts.words import BROKEN, HELD
 
 NEAR = 1e-9
 ELASTIC = {

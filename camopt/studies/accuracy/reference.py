@@ -11,10 +11,11 @@ from camopt.problem.claims import CLAIM_SIDES
 from camopt.problem.problem import Problem
 from camopt.verdicts.ball import as_arb, precisely
 from camopt.verdicts.certify import exact_turn
-from camopt.verdicts.deciding import HELD, Statement, decide
+from camopt.verdicts.deciding import Statement, decide
 from camopt.verdicts.exact_curve import of_curve
 from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_motion import ExactStroke, motion_at
+from camopt.verdicts.words import HELD
 
 SECANT_STEPS = 40  # of the secant
 EQUAL_DIGITS = arb(2) ** -83  # 1e-25, exact at any precision

@@ -1,0 +1,11 @@
+"""Verdicts as words, and one of several."""
+
+from collections.abc import Iterable
+
+HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
+
+
+def worst(verdicts: Iterable[str]) -> str:
+    """One verdict of several: broken if any is, undecided if any is, else held."""
+    found = {*verdicts}
+    return next((verdict for verdict in (BROKEN, UNDECIDED) if verdict in found), HELD)

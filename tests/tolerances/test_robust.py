@@ -1,0 +1,120 @@
+"""Robust smallest cams: every cam within the tolerances holds the limits; against scans, beside nominal ones."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import camopt
+from camopt.effects import Case
+from camopt.mistakes import BadInput
+from camopt.problem.problem import exactly, resolve, resolve_design
+from camopt.problem.zones import all_moved
+from camopt.scene.scene import Scene
+from camopt.verdicts.judging import excesses
+from camopt.verdicts.running import run_effects
+from tests.support.cams import cam_with
+
+GIVEN = {
+    "roller": ({"offset": 0.2, "roller_radius": 0.1}, {"pressure_angle": 30, "curvature_radius": 2}),
+    "offset-roller": ({"offset": {"plus": 0.3, "minus": 0.1}, "roller_radius": 0.05}, {"pressure_angle": 28}),
+    "loaded": ({"offset": 0.3, "roller_radius": 0.2}, {"pressure_angle": 35, "contact_stress": 900}),
+    "arm": ({"arm_length": 0.2, "centre_distance": 0.2}, {"pressure_angle": 40, "curvature_radius": 3}),
+    "flat": ({"offset": 0.4}, {"face_reach": 30, "curvature_radius": 3}),
+    "groove-arm": ({"arm_length": 0.5}, {"pressure_angle": 45}),
+}
+STEPS = 5
+"""Of each size in a scan."""
+
+
+def scene_of(contact, **more):
+    tolerances, limits = GIVEN[contact]
+    found = cam_with("roller" if contact == "loaded" else contact, "cycloidal", outputs=[])
+    search = {"robust": True, **more.pop("search", {})}
+    return Scene.from_dict(
+        {"name": contact, **found, "limits": limits, "tolerances": {"follower": tolerances}, "search": search}
+    )
+
+
+def worst_excess(scene):
+    """Of a dense scan of all cams within the tolerances: corners, sides and insides."""
+    problem = exactly(resolve_design(scene))
+    spans = {field: np.linspace(zone.lower, zone.upper, STEPS) for field, zone in problem.zones.items()}
+    offs = [dict(zip(spans, values, strict=True)) for values in itertools.product(*spans.values())]
+    cams = all_moved(problem.design, offs)
+    limits = problem.without_last.limits
+    needs = frozenset(name for limit in limits for name in limit.needs)
+    return excesses(limits, run_effects(Case(problem.setup, problem.programme, cams), needs).columns, cams).max()
+
+
+@pytest.mark.parametrize("contact", GIVEN)
+def test_a_robust_cam_is_the_smallest_of_which_no_cam_within_the_tolerances_breaks_a_limit(contact):
+    scene = scene_of(contact)
+    best = camopt.optimise(scene).best
+    assert (best["proved"], best["every_cam"]) == (True, "held")
+    assert worst_excess(best.scene) <= 0.0
+    size = next(name for name in ("base_radius_mm", "mean_radius_mm") if name in best)
+    key = f"cam.{size.removesuffix('_mm')}"
+    assert worst_excess(best.scene.replace(**{key: best[size] * (1.0 - 1e-6)})) > 0.0
+    assert set(camopt.certify(best.scene).values()) == {"held"}
+    nominal = camopt.optimise(scene.replace(**{"search.robust": False})).best
+    assert best["nominal_mm"] == nominal[size] <= best[size]
+
+
+@pytest.mark.parametrize("contact", ["roller", "arm"])
+def test_zero_tolerances_give_the_nominal_answer_to_the_last_bit(contact):
+    scene = scene_of(contact).replace(tolerances={"follower": dict.fromkeys(GIVEN[contact][0], 0.0)})
+    robust, nominal = (camopt.optimise(each).best for each in (scene, scene.replace(**{"search.robust": False})))
+    assert dict(robust) == dict(nominal)
+
+
+def test_no_robust_cam_is_smaller_at_any_offset():
+    """The closed form of free offsets, against the smallest cam of each of many."""
+    scene = scene_of("roller", search={"offset": {"start": -8, "stop": 12}})
+    best = camopt.optimise(scene).best
+    assert (best["proved"], best["every_cam"]) == (True, "held")
+    sizes = {}
+    for offset in np.linspace(best["offset_mm"] - 0.02, best["offset_mm"] + 0.02, 5):
+        fixed = scene.replace(**{"search.offset": None, "follower.offset": float(offset)})
+        sizes[offset] = camopt.optimise(fixed).best["base_radius_mm"]
+    assert best["base_radius_mm"] <= min(sizes.values()) * (1.0 + 1e-10)
+
+
+def test_a_cam_that_not_all_cams_within_the_tolerances_hold_is_refuted():
+    scene = scene_of("arm")
+    nominal = camopt.optimise(scene.replace(**{"search.robust": False})).best.scene
+    assert set(camopt.certify(nominal).values()) == {"held"}
+    assert "broken" in camopt.certify(nominal.replace(**{"search.robust": True})).values()
+
+
+def test_a_price_is_what_robust_cams_of_two_bounds_differ_by():
+    scene = scene_of("arm")
+    costs = {price.key: price.price for price in next(iter(camopt.prices(camopt.optimise(scene)).values()))}
+    ends = [
+        camopt.optimise(scene.replace(**{"limits.pressure_angle": 40 + by})).best["base_radius_mm"]
+        for by in (-0.01, 0.01)
+    ]
+    assert costs["limits.pressure_angle"] == pytest.approx((ends[1] - ends[0]) / 0.02, rel=1e-3)
+
+
+def test_a_sweep_keeps_designs_that_hold_the_limits_at_all_corners():
+    search = {"base_radius": {"start": 20, "stop": 60, "step": 0.5}, "offset": [0, 4]}
+    scene = scene_of("roller", search=search)
+    swept, nominal = (camopt.sweep(each) for each in (scene, scene.replace(**{"search.robust": False})))
+    assert 0 < swept.feasible < nominal.feasible
+    least = min(each["base_radius_mm"] for each in swept.best.values())
+    found = {offset: scene.replace(**{"search": {"robust": True}, "follower.offset": offset}) for offset in (0, 4)}
+    proved = min(camopt.optimise(each).best["base_radius_mm"] for each in found.values())
+    assert least - 0.5 < proved <= least
+
+
+def test_what_robust_asks_for_is_said():
+    with pytest.raises(BadInput, match="needs a tolerance of a size, such as"):
+        resolve(scene_of("roller").replace(tolerances={"profile": 0.01}))
+    with pytest.raises(BadInput, match=r"give ± mm, or leave out search\.roller_radius"):
+        scene_of("roller").replace(**{"search.roller_radius": [10, 12], "tolerances.follower.roller_radius": "h6"})
+    search = {"base_radius": [60, 70]}
+    with pytest.raises(BadInput, match=r"with search\.robust feasible or pareto"):
+        camopt.sweep(scene_of("roller", search=search), keep="all")
+    with pytest.raises(BadInput, match=r"leave it out with search\.robust"):
+        camopt.sweep(scene_of("roller", search={**search, "refine": True}))
