@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from camopt.synthesis.traded import Frontier
     from camopt.tables.designs import Design, scene_of
     from camopt.tables.table import load
+    from camopt.tolerances.batch import Batch, Share, Spread, sample_cams
     from camopt.tolerances.margins import Margin
     from camopt.tolerances.tolerance import DwellError, MotionError, MotionErrors, tolerance
     from camopt.unit_systems import shown_in
@@ -118,6 +119,10 @@ _HOMES = {
     "synthesise": "synthesis.synthesise",
     "timing": "studies.timing",
     "tolerance": "tolerances.tolerance",
+    "Batch": "tolerances.batch",
+    "Share": "tolerances.batch",
+    "Spread": "tolerances.batch",
+    "sample_cams": "tolerances.batch",
 }
 
 __all__ = [
@@ -125,6 +130,7 @@ __all__ = [
     "QUANTITIES",
     "Animation",
     "BadInput",
+    "Batch",
     "CamoptError",
     "Comparison",
     "Design",
@@ -145,7 +151,9 @@ __all__ = [
     "Scene",
     "Sensitivities",
     "Sensitivity",
+    "Share",
     "Spectrum",
+    "Spread",
     "Stopped",
     "Sweep",
     "SweepPart",
@@ -175,6 +183,7 @@ __all__ = [
     "prices",
     "report",
     "response_spectrum",
+    "sample_cams",
     "scene_of",
     "sensitivities",
     "shipped_scenes",

@@ -87,7 +87,8 @@ def _settings(columns: list[FloatArray], count: int) -> tuple[list[tuple[float, 
     return [*map(tuple, settings.tolist())], which.reshape(-1)
 
 
-def _sobol(axes: int, count: int, seed: int) -> FloatArray:
+def sobol(axes: int, count: int, seed: int) -> FloatArray:
+    """Scrambled Sobol points of the unit cube, (count, axes)."""
     from scipy.stats import qmc
 
     points = qmc.Sobol(axes, scramble=True, rng=seed).random_base2(int(np.ceil(np.log2(count))))
@@ -100,5 +101,5 @@ def _latin_hypercube(axes: int, count: int, seed: int) -> FloatArray:
     return np.asarray(qmc.LatinHypercube(axes, rng=seed).random(count))
 
 
-SAMPLERS: dict[str, Callable[[int, int, int], Any]] = {"sobol": _sobol, "latin-hypercube": _latin_hypercube}
+SAMPLERS: dict[str, Callable[[int, int, int], Any]] = {"sobol": sobol, "latin-hypercube": _latin_hypercube}
 """Points (count, axes) in [0, 1), by the word in ``[search]`` that asks for them."""

@@ -106,8 +106,9 @@ class Box:
         keys = {FIELDS[key]: f"follower.{key}" for key in size_zones(self.scene, self.problem.design)}
         for limit in self.problem.limits:
             excess, values = self._found(limit, self.tried)
-            place = int(np.argmax(np.nan_to_num(excess, nan=np.inf)))
-            verdict = self._verdict(limit, float(excess[place]))
+            outward = QUANTITIES[limit.shown[0]].side * values if limit.shown else excess
+            place = int(np.argmax(np.where(np.isnan(outward) | np.isposinf(excess), np.inf, outward)))
+            verdict = self._verdict(limit, float(excess.max()))
             witness, worst, gap = self._proved(limit, self.tried.take([place]), float(values[place]))
             name = limit.shown[0] if limit.shown else ""
             sizes = {key: float(witness.sizes[field][0]) for field, key in keys.items()}

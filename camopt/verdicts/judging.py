@@ -22,8 +22,9 @@ from camopt.problem.limit import ASSEMBLY, Limit
 from camopt.problem.problem import SINGLE_ERROR, Problem, exactly
 from camopt.problem.rows import Columns, Rows
 from camopt.verdicts.running import extended, planned, run_effects
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
-CERTIFIED, SAMPLED, UNDECIDED = "certified", "sampled", "undecided"
+CERTIFIED, SAMPLED = "certified", "sampled"
 LAST_AT_ONCE = 16  # designs of which limits that are asked last are asked, to stop in time
 
 
@@ -129,7 +130,6 @@ def with_exact_numbers(problem: Problem, designs: Designs, rows: Rows) -> Rows:
 def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> Rows:
     """The rows with the verdicts of ball arithmetic: what rounding hides, 200 bits show."""
     from camopt.verdicts.certify import certify_limits
-    from camopt.verdicts.words import BROKEN, HELD
 
     found = [list(certify_limits(*problem.alone(designs.take([i])), until).values()) for i in range(len(designs))]
     verdicts = np.array(found).T

@@ -132,7 +132,6 @@ LATE = {
     ("drawing.canvas", "drawing.sheet"): "it imports matplotlib",
     ("verdicts.judging", "verdicts.certify"): "balls are for what rounding leaves open",
     ("verdicts.judging", "verdicts.narrowing"): "balls are for what rounding leaves open",
-    ("verdicts.judging", "verdicts.deciding"): "balls are for what rounding leaves open",
     ("tables.designs", "tables.table"): "it imports pyarrow",
     ("storage.ownership", "storage.damage"): "it imports pyarrow",
     ("points.points", "storage.sealed"): "it imports pyarrow",

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from camopt.cli.options import PICTURES, Command, OutputPlace, output_options, scene_options
+from camopt.cli.options import PICTURES, Command, OutputPlace, output_options, refuse_without, scene_options
 
 
 @click.command(cls=Command)
@@ -15,18 +15,27 @@ from camopt.cli.options import PICTURES, Command, OutputPlace, output_options, s
 @click.option(
     "--plot", "picture", type=OutputPlace(*PICTURES), help="Draw the errors over the turn: PNG, SVG, PDF."
 )
-def tolerance(scene: Any, as_json: bool, quiet: bool, picture: Path | None) -> int:
+@click.option("--cams", type=click.IntRange(1, 2**24), help="Draw so many cams and show the yield of each limit.")
+@click.option("--seed", type=click.IntRange(0), help="Which of all such draws; 0 unless given.")
+def tolerance(
+    scene: Any, as_json: bool, quiet: bool, picture: Path | None, cams: int | None, seed: int | None
+) -> int:
     """Find how far the motion of a real cam may be off, by the tolerances of the scene.
 
     The table shows the worst case of displacement, velocity and acceleration, what each tolerance contributes to
     it, and what 99.73 % of the cams hold if errors are independent. A second one shows what tolerances of sizes
-    leave of each limit: the worst cam within them, and whether every cam holds it, proved.
+    leave of each limit: the worst cam within them, and whether every cam holds it, proved. With --cams a third one
+    shows how many cams hold each limit, by the distributions of their sizes, and what their spread comes of.
     """
     from camopt.cli import terminal
     from camopt.problem.rows import finite
+    from camopt.tolerances.batch import sample_cams
     from camopt.tolerances.tolerance import tolerance as run
 
+    if cams is None:
+        refuse_without("--cams", {"seed": seed})
     result = run(scene)
+    batch = None if cams is None else sample_cams(scene, cams, seed or 0)
     if picture:
         from camopt.drawing.plot import plot
 
@@ -35,12 +44,17 @@ def tolerance(scene: Any, as_json: bool, quiet: bool, picture: Path | None) -> i
         dwells = [each._asdict() for each in result.dwells]
         errors = [{**finite(each), "shares": finite(each["shares"])} for each in result.records()]
         margins = [finite(each._asdict()) for each in result.margins]
-        about = {"dwells": dwells, "reason": result.reason, "margins": margins}
+        about: dict[str, Any] = {"dwells": dwells, "reason": result.reason, "margins": margins}
+        if batch:
+            rows = [finite(each) for each in batch.records()]
+            about["batch"] = {"cams": batch.cams, "seed": batch.seed, "held": batch.held._asdict(), "limits": rows}
         terminal.print_json({"scene": scene.name, "errors": errors, **about})
     else:
         terminal.show(result.table())
         if (limits := result.margins_table()) is not None:
             terminal.show(limits)
+        if batch:
+            terminal.show(batch.table())
     if picture and not quiet:
         terminal.say_written([picture])
     return 0

@@ -1,0 +1,110 @@
+"""Batches of cams: yields, percentiles and shares of the variance, where they are known in closed form."""
+
+import json
+from math import erf, sqrt
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import camopt
+from camopt.mistakes import BadInput
+from camopt.problem.problem import resolve_design
+from camopt.problem.zones import size_zones
+from camopt.tolerances.batch import drawn, share_of
+from tests.tolerances.test_margins import scene_of
+
+FACE = camopt.find_scene("bucket-valve")
+
+
+@pytest.mark.parametrize(
+    ("given", "below"),
+    [
+        ({"cpk": 1.0}, lambda off: erf(off / (0.5 / 3.0) / sqrt(2.0))),
+        ({"cpk": 1.5}, lambda off: erf(off / (0.5 / 4.5) / sqrt(2.0))),
+        ({"distribution": "uniform"}, lambda off: off / 0.5),
+        ({"distribution": "triangular"}, lambda off: 1.0 - (1.0 - off / 0.5) ** 2),
+    ],
+)
+def test_the_yield_and_the_percentiles_of_a_linear_limit_are_those_of_its_closed_form(given, below):
+    """The reach of a flat face is that of the nominal cam and |e|, by an offset e."""
+    tolerance = {"plus": 0.5, "minus": 0.5, **given}
+    nominal = camopt.evaluate(FACE)["face_reach_max_mm"]
+    scene = FACE.replace(tolerances={"follower.offset": tolerance}, **{"limits.face_reach": nominal + 0.2})
+    batch = camopt.sample_cams(scene, cams=2**15)
+    assert batch.held.share == pytest.approx(below(0.2), abs=2e-4)
+    assert batch.held.low < below(0.2) < batch.held.high
+    spread = batch.spreads[0]
+    for place, share in ((spread.median, 0.5), (spread.high, 0.99865)):
+        assert below(place - nominal) == pytest.approx(share, abs=2e-4)
+
+
+def test_the_worst_cam_of_a_batch_is_not_beyond_the_proved_worst_one_unless_its_sizes_are():
+    """A normal distribution has parts beyond its zone, others have none."""
+    for kind in ("uniform", "triangular"):
+        given = {key: {"plus": 0.4, "minus": 0.3, "distribution": kind} for key in ("offset", "roller_radius")}
+        scene = scene_of("offset-roller").replace(tolerances={"follower": given})
+        worst = {each.limit: each for each in camopt.tolerance(scene).margins}
+        for spread in camopt.sample_cams(scene, cams=2**12).spreads:
+            margin = worst[spread.limit]
+            side = -1.0 if margin.relation in ("≥", ">") else 1.0
+            assert side * (spread.worst - margin.worst) <= margin.gap
+            assert spread.worst == pytest.approx(margin.worst, rel=0.02)
+
+
+def test_shares_of_the_variance_are_those_of_first_order():
+    """c²σ²/Σ with slopes c by differences of single cams, of small tolerances."""
+    scene = scene_of("arm").replace(
+        tolerances={"follower": {"arm_length": 0.03, "centre_distance": 0.02, "roller_radius": 0.05}}
+    )
+    spread = camopt.sample_cams(scene, cams=2**14).spreads[0]
+    slopes = {}
+    for key, zone in (("arm_length", 0.03), ("centre_distance", 0.02), ("roller_radius", 0.05)):
+        middle, step = scene.to_dict()["follower"][key], 1e-4
+        ends = [
+            camopt.evaluate(scene.replace(**{f"follower.{key}": middle + by}))[spread.quantity]
+            for by in (-step, step)
+        ]
+        slopes[f"follower.{key}"] = (ends[1] - ends[0]) / (2.0 * step) * zone
+    total = sum(each**2 for each in slopes.values())
+    for key, slope in slopes.items():
+        assert spread.variances[key] == pytest.approx(slope**2 / total, abs=0.01)
+
+
+def test_drawn_sizes_have_the_distribution_that_is_asked():
+    given = {
+        "offset": {"plus": 0.3, "minus": 0.1, "distribution": "triangular"},
+        "roller_radius": {"plus": 0.0, "minus": 0.2, "cpk": 1.33},
+    }
+    scene = scene_of("offset-roller").replace(tolerances={"follower": given})
+    design = resolve_design(scene).design
+    sizes = drawn(scene, design, size_zones(scene, design), 2**14, 3)
+    triangle = stats.triang(0.5, loc=11 - 0.1, scale=0.4)
+    normal = stats.norm(14 - 0.1, 0.1 / 3.99)
+    for values, known in ((sizes["offset"], triangle), (sizes["roller_radius"], normal)):
+        assert stats.kstest(values, known.cdf).statistic < 1e-3
+    again = drawn(scene, design, size_zones(scene, design), 2**14, 3)
+    assert all(np.array_equal(sizes[key], again[key]) for key in sizes)
+
+
+def test_the_interval_of_a_share_is_that_of_a_binomial_test():
+    for count, cams in ((0, 50), (3, 50), (50, 50), (999, 1000)):
+        known = stats.binomtest(count, cams).proportion_ci(0.95, method="exact")
+        assert share_of(count, cams) == pytest.approx((count / cams, known.low, known.high), rel=1e-9, abs=1e-15)
+
+
+def test_the_command_draws_cams(command, tmp_path):
+    file = tmp_path / "cam.toml"
+    file.write_text(scene_of("offset-roller").to_toml())
+    assert "cams within the tolerances" in command("tolerance", file, "--cams", "500")[1]
+    found = json.loads(command("tolerance", file, "--cams", "500", "--seed", "2", "--json")[1])["batch"]
+    batch = camopt.sample_cams(scene_of("offset-roller"), cams=500, seed=2)
+    assert (found["cams"], found["seed"], found["held"]["share"]) == (500, 2, batch.held.share)
+    assert command("tolerance", file, "--seed", "2")[0] == 2
+
+
+def test_what_cannot_be_drawn_is_said():
+    with pytest.raises(BadInput, match="names no size of the follower"):
+        camopt.sample_cams(FACE.replace(tolerances={"profile": 0.01}))
+    with pytest.raises(BadInput, match="a whole number from 1 to"):
+        camopt.sample_cams(scene_of("flat"), cams=0)
