@@ -7,9 +7,11 @@ weights wⱼ of the neighbours.
 """
 
 from collections.abc import Sequence
+from math import factorial
 from statistics import NormalDist
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from camopt.numerics import FloatArray
 
@@ -43,15 +45,15 @@ def noise_of_table(x: Sequence[float], s: Sequence[float]) -> float:
     return float(np.median(np.abs(off[REACH:-REACH]))) / MEDIAN  # those at the ends have no neighbours beyond
 
 
-def share_of_noise(x: Sequence[float], s: Sequence[float]) -> float:
-    """How much of the root mean square of s″ by second differences is noise of the points, 0 to about 1.
+def share_of_noise(x: Sequence[float], s: Sequence[float], order: int) -> float:
+    """How much of the root mean square of a derivative by divided differences is noise of the points, 0 to about 1.
 
-    Errors σ of points h apart make second differences of the deviation √6·σ/h².
+    Errors σ make a difference Σ wⱼ·sⱼ deviate by σ·√(Σ wⱼ²): of points h apart by √6·σ/h² for the second derivative
+    and by √20·σ/h³ for the third.
     """
-    places, heights = np.array(x, dtype=float), np.array(s, dtype=float)
-    before, after = np.diff(places)[:-1], np.diff(places)[1:]
-    slopes = np.diff(heights) / np.diff(places)
-    curved = 2.0 * np.diff(slopes) / (before + after)
-    largest = float(np.sqrt(np.mean(curved**2)))
-    expected = noise_of_table(x, s) * float(np.sqrt(np.mean(6.0 / (before * after) ** 2)))
+    places, heights = (sliding_window_view(np.array(v, dtype=float), order + 1) for v in (x, s))
+    apart = places[:, :, None] - places[:, None, :] + np.eye(order + 1)
+    weights = factorial(order) / apart.prod(axis=2)
+    largest = float(np.sqrt(np.mean((weights * heights).sum(axis=1) ** 2)))
+    expected = noise_of_table(x, s) * float(np.sqrt(np.mean((weights**2).sum(axis=1))))
     return expected / largest if largest else 0.0

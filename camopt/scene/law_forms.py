@@ -64,6 +64,16 @@ AT_ENDS = {"both": (True, True), "start": (True, False), "end": (False, True), "
 """Whether the start is meant, and the end, by the word for it."""
 
 
+def unsaid_reversal(law: LawValues, end: int) -> str:
+    """The key's value that would make the start (0) or the end (1) of a table's law a reversal, if nothing is said.
+
+    "" where the law is no table, or where ``rest`` or ``reversal`` says what it does there.
+    """
+    at = 1 - end if law.get("mirror") else end
+    said = law.get("rest") or AT_ENDS[law.get("reversal") or "none"][at]
+    return "" if law.get("x") is None or said else ("both" if law.get("reversal") else ("start", "end")[at])
+
+
 def _ends_of_table(law: LawValues) -> tuple[End, End]:
     """What the law of a table does at its start and at its end: it rests where nothing else is said."""
     turns = AT_ENDS[law.get("reversal") or "none"]

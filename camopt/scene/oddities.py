@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 
 from camopt.numerics.neighbours import share_of_noise
-from camopt.scene.law_forms import NEAR_END, NOISY_POINTS
+from camopt.scene.law_forms import NEAR_END, NOISY_POINTS, unsaid_reversal
 from camopt.scene.scene import Scene
+from camopt.scene.segments import after_each
 from camopt.unit_systems import shown, shown_unit
 
 LENGTH_RANGE = (0.1, 1e4, "mm")
@@ -31,7 +32,7 @@ Tables for first designs ask for a wall of 0.25 to 0.5 diameters of the shaft in
 diameters where there is a key: H. Wittel et al., Roloff/Matek Maschinenelemente, hub sizes, as remembered, for the
 book was not at hand. The rule of old workshops is 2 (Shop Practice, American Technical Society, on pulleys).
 """
-MOSTLY = 0.5  # of the acceleration of a table: a share of noise that is said
+MOSTLY = 0.5  # of the acceleration or jerk of a table: a share of noise that is said
 LIFT_RANGES = {"mm": (0.01, 2e3), "deg": (0.1, 180.0)}
 """Likewise of a lift, by its unit."""
 
@@ -43,7 +44,7 @@ def oddities(scene: Scene) -> list[str]:
         for key, value, (least, most, unit) in _values(scene)
         if not least <= value <= most
     ]
-    return [*found, *_noisy(scene), *no_wall(scene), *thin_hub(scene)]
+    return [*found, *_noisy(scene), *_at_rest(scene), *no_wall(scene), *thin_hub(scene)]
 
 
 def no_wall(scene: Scene, base: float | None = None) -> list[str]:
@@ -80,13 +81,29 @@ def thin_hub(scene: Scene) -> list[str]:
 
 
 def _noisy(scene: Scene) -> Iterator[str]:
-    """The tables of laws whose acceleration is mostly the noise, or the rounding, of their points."""
+    """The tables of laws whose acceleration, or else jerk, is mostly noise, or rounding, of their points."""
     for name, law in scene.laws.items():
         if law.x is not None and law.s is not None and len(law.x) >= NOISY_POINTS:
-            share = share_of_noise(law.x, law.s)
-            if share > MOSTLY:
-                why = "camopt fit finds the gentlest motion within a band of measured points"
-                yield f"laws.{name}: {min(share, 1.0):.0%} of its acceleration is noise of its points; {why}"
+            shares = {what: share_of_noise(law.x, law.s, k) for what, k in (("acceleration", 2), ("jerk", 3))}
+            what = next((each for each, share in shares.items() if share > MOSTLY), None)
+            if what:
+                noise = f"{min(shares[what], 1.0):.0%} of its {what} is noise, or rounding, of its points"
+                yield f"laws.{name}: {noise}; camopt fit finds the gentlest motion within a band of such points"
+
+
+def _at_rest(scene: Scene) -> Iterator[str]:
+    """The tables that rest, for want of a word, where a rise goes straight over into a return or the other way.
+
+    A motion that rests there has a larger acceleration and jerk than one that turns back.
+    """
+    rows = scene.motion
+    for number, (row, after) in enumerate(zip(rows, after_each(rows), strict=True), start=1):
+        if {row.segment, after.segment} == {"rise", "return"} and {row.law, after.law} <= scene.laws.keys():
+            where = f"it rests where motion.{number} goes straight over into motion.{number % len(rows) + 1}"
+            for name, end in ((row.law, 1), (after.law, 0)):
+                if word := unsaid_reversal(vars(scene.laws[str(name)]), end):
+                    turns = f'reversal = "{word}" turns back there, with the acceleration of its points'
+                    yield f"laws.{name}: {where}; {turns}. rest, if given, says that rest is meant"
 
 
 def _values(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]]]:

@@ -15,7 +15,17 @@ from camopt.motion.programme import unit_span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.turned import SkewedLaw
 from camopt.scene.csv_columns import MOST_SPANS, read_columns
-from camopt.scene.law_forms import AT_ENDS, DEGREES, ENDS_OF_TABLE, LAW_FORMS, Fault, LawValues, form_of, leeway
+from camopt.scene.law_forms import (
+    AT_ENDS,
+    DEGREES,
+    ENDS_OF_TABLE,
+    LAW_FORMS,
+    LEAST_GAP,
+    Fault,
+    LawValues,
+    form_of,
+    leeway,
+)
 from camopt.scene.tables import OwnLaw
 
 GIVEN_BY = "law, scca, start and end, degree, knots and coefficients (of a move: positions), x and s, or a file"
@@ -214,7 +224,11 @@ def _mirror(name: str, law: LawValues) -> Iterator[Fault]:
 
 
 def _shape(name: str, law: LawValues) -> Iterator[Fault]:
-    """Check that the law stays between the ends of its stroke, unless it may go beyond them."""
+    """Check that the law stays between the ends of its stroke, unless it may go beyond them.
+
+    By the least share of a stroke it may: of a lift of 25 mm that is 25 nm, which no cam has and splines of other
+    programs may. The lowest of the turn is on the base circle all the same.
+    """
     if law.get("overshoot") is True or form_of(law).of_moves:
         return
     made = law_in(name, law)
@@ -222,6 +236,6 @@ def _shape(name: str, law: LawValues) -> Iterator[Fault]:
         return  # a spline is within the range of its coefficients
     least, largest = unit_span(made)
     by = max(-least, largest - 1.0)
-    if by > 0.0 and by > leeway(law):
+    if by > max(leeway(law), LEAST_GAP):
         within = "it has to stay between 0 and 1, unless overshoot = true allows it"
         yield f"laws.{name}", None, f"s goes beyond its ends by {by:.2g}; {within}"

@@ -199,7 +199,7 @@ def _instead(kind: str, name: str) -> str:
 def _stroke(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
     """A rise or return has a law, and a lift or the position at its end."""
     if row.get("law") is None:
-        yield f"{key}.law", None, "missing; a rise or return needs a motion law"
+        yield f"{key}.law", None, "missing; a rise or return needs a motion law, beside those that [search] tries"
     lift = number_of(row.get("lift", 0.0))
     if row.get("to") is not None:
         if lift:

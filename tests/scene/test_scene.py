@@ -189,6 +189,7 @@ NO_SEGMENT = {"segment": "rise", "angle": 90.0, "lift": 5.0, "law": "harmonic"}
 ONE_MISTAKE = [
     # keys
     ("roller", {"cam.base_raduis": 50}, "cam.base_raduis = 50: not a known key; did you mean base_radius? known:"),
+    ("roller", {"search.spring_rate": [5]}, "search.spring_rate = [5]: not a known key; did you mean follower.dynamics.spring_rate?"),
     ("roller", {"limts": {}}, "limts = {}: not a known key; did you mean limits? known: name, cam, follower"),
     ("roller", {"motion.1.lfit": 3}, "motion.1.lfit = 3: not a known key; did you mean lift? known: segment, angl"),
     ("roller", {"follower.dynamics.mas": 1}, "follower.dynamics.mas = 1: not a known key; did you mean mass?"),
@@ -377,7 +378,10 @@ def test_a_segment_that_is_no_table_leaves_the_numbers_of_the_others():
     data["motion"][0] = 5
     lines = mistakes(data)
     assert lines[0] == "cam.toml: motion.1 = 5: must be a table"
-    assert lines[1] == "cam.toml: motion.3.law: missing; a rise or return needs a motion law"
+    assert (
+        lines[1]
+        == "cam.toml: motion.3.law: missing; a rise or return needs a motion law, beside those that [search] tries"
+    )
 
 
 def test_a_mistaken_size_makes_no_mistakes_of_others():
