@@ -1,6 +1,5 @@
 """The errors of pydantic about the tables of a scene in plain words: one mistake for each key."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -8,7 +7,6 @@ from pydantic import BaseModel, ValidationError
 
 from camopt.mistakes import BadInput, Mistake, nearest
 
-SEARCHING = ("search", "synthesis")  # tables whose keys are those of others again
 TAGS = ("range/", "values/", "constant/", "file/", "rows/")  # parts of a location in pydantic's errors, no keys
 
 
@@ -35,7 +33,7 @@ def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], ke
     kind, value, context = each["type"], each["input"], each.get("ctx", {})
     if kind == "extra_forbidden":
         table, last = _table_at(model, where[:-1]), str(where[-1])
-        other = _only_key(last, model)
+        other = _only_key(last)
         meant = f"did you mean {other}?" if other else nearest(last, table.model_fields)
         why = f"not a known key; {meant}"
         return Mistake(file, key, value, getattr(table, "elsewhere", {}).get(last, why), bare=True)
@@ -70,24 +68,16 @@ def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], ke
     return Mistake(file, key, value, plain.get(kind, each["msg"].lower()))
 
 
-def _only_key(name: str, scene: type[BaseModel]) -> str | None:
+def _only_key(name: str) -> str | None:
     """The only key of cam, follower and the like with such a last part; None if there is none, or several.
 
-    Not of what searches, nor of lists, as stages of a train, which have the follower's names again.
+    Not of what searches, nor of stages of a train, which have the follower's names again.
     """
-    keys = [key for key in _keys(scene) if key.endswith(f".{name}") and key.split(".")[0] not in SEARCHING]
+    from camopt.scene.schema import TABLES
+
+    tables = [place for place in TABLES if place.split(".")[0] not in ("", "search", "synthesis", "train")]
+    keys = [f"{place}.{name}" for place in tables if name in TABLES[place].model_fields]
     return keys[0] if len(keys) == 1 else None
-
-
-def _keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
-    """The keys of a table and of tables in it."""
-    for key, field in model.model_fields.items():
-        yield f"{prefix}{key}"
-        annotation: Any = field.annotation
-        if getattr(annotation, "__origin__", None) not in (dict, tuple):
-            for each in (annotation, *getattr(annotation, "__args__", ())):
-                if isinstance(each, type) and issubclass(each, BaseModel):
-                    yield from _keys(each, f"{prefix}{key}.")
 
 
 def _table_at(model: type[BaseModel], where: tuple[str | int, ...]) -> type[BaseModel]:

@@ -135,6 +135,7 @@ LATE = {
     ("tables.designs", "tables.table"): "it imports pyarrow",
     ("storage.ownership", "storage.damage"): "it imports pyarrow",
     ("points.points", "storage.sealed"): "it imports pyarrow",
+    ("scene.complaints", "scene.schema"): "it has the tables of a scene, and these complain by it",
     ("scene.scene", "scene.places"): "it reads the docstrings of keys, for which most scenes have no use",
     ("scene.scene", "scene.units"): "it reads the docstrings of keys, for which most scenes have no use",
     ("points.points", "tables.workbook"): "it imports XlsxWriter",
