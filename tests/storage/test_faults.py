@@ -285,7 +285,7 @@ def test_one_result_is_whole_after_a_fault_and_the_next_run_gives_the_same_bytes
         bench.try_fault(number, fault)
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", [*map(everyday, CASES)])
 def test_one_result_is_whole_after_a_power_cut(benches, name):
     bench = benches(name)
