@@ -276,7 +276,7 @@ def test_the_thin_line_is_the_curvature_of_the_left_flank(contact):
             np.testing.assert_allclose(line[1:-1][middle], turned[middle], rtol=2e-2, atol=2e-4)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("kind", STILL_KINDS)
 @pytest.mark.parametrize("fault", ["EIO", "ENOSPC"])
 def test_a_disk_that_fails_is_told_as_such(kind, fault, tmp_path):

@@ -98,7 +98,7 @@ TURN = np.radians(DEGREES)
 # --------------------------------------------------------------------------------------------------- contacts
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(3)
 @settings(max_examples=times(20, 400))
 @given(data=st.data(), base=st.floats(45.0, 70.0), lift=st.floats(1.0, 8.0))
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
@@ -267,7 +267,7 @@ def test_distances_alone_are_in_equal_steps():
     )
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_polar_angles_are_cam_angles_whichever_way_the_cam_turns(follower, rotation):
     """Where a radial follower meets the centre of the ball: of a cam that turns cw, the other way round on it."""
@@ -439,7 +439,7 @@ def test_any_cam_is_found_within_its_band(data, base, lift, probe, turned):
 # --------------------------------------------------------------------------------------- far from the profile
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_the_points_are_as_near_to_the_profile_of_the_result(follower, rotation):
     """By the points of the scene alone, as it is exported: no part of the fit is in this."""

@@ -71,7 +71,7 @@ def test_enclosures_keep_their_promise_for_every_mechanism(name):
         assert two["error_max"] <= max(one["error_max"], 1e-14)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("goal", [LARGEST, LEAST, LARGEST_MAGNITUDE])
 @pytest.mark.parametrize("kinds", [ALL_STROKES, RETURN])
 def test_sampling_is_the_best_of_the_samples_and_polish_the_vertex_of_a_parabola(goal, kinds):
