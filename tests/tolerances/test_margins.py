@@ -128,3 +128,7 @@ def test_the_command_shows_the_margins_and_writes_them(command, tmp_path):
     margins = json.loads(command("tolerance", file, "--json")[1])["margins"]
     found = {each.limit: each for each in camopt.tolerance(scene).margins}
     assert {each["limit"]: each["worst"] for each in margins} == {n: each.worst for n, each in found.items()}
+    code, _, err = command("tolerance", file, "--out", tmp_path / "cams")
+    worst = tmp_path / "cams" / "worst-pressure_angle.toml"
+    assert (code, f"wrote {worst}" in err) == (0, True)
+    assert camopt.Scene.from_toml(worst).follower.offset == found["pressure_angle"].sizes["follower.offset"]

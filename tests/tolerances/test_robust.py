@@ -118,3 +118,5 @@ def test_what_robust_asks_for_is_said():
         camopt.sweep(scene_of("roller", search=search), keep="all")
     with pytest.raises(BadInput, match=r"leave it out with search\.robust"):
         camopt.sweep(scene_of("roller", search={**search, "refine": True}))
+    with pytest.raises(BadInput, match=r"search\.robust = True: is for optimise, sweep and certify"):
+        camopt.synthesise(scene_of("roller"))

@@ -1,11 +1,23 @@
 """``camopt tolerance``."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import click
 
-from camopt.cli.options import PICTURES, Command, OutputPlace, output_options, refuse_without, scene_options
+from camopt.cli.options import (
+    PICTURES,
+    Command,
+    OutputPlace,
+    check_folder,
+    output_options,
+    refuse_without,
+    scene_options,
+)
+
+WORST = "worst-{}.toml"
+"""The scene of the worst cam of a limit."""
 
 
 @click.command(cls=Command)
@@ -15,10 +27,19 @@ from camopt.cli.options import PICTURES, Command, OutputPlace, output_options, r
 @click.option(
     "--plot", "picture", type=OutputPlace(*PICTURES), help="Draw the errors over the turn: PNG, SVG, PDF."
 )
+@click.option(
+    "--out", type=OutputPlace(), help="Folder to write the worst cam of each limit to, as a scene (TOML)."
+)
 @click.option("--cams", type=click.IntRange(1, 2**24), help="Draw so many cams and show the yield of each limit.")
 @click.option("--seed", type=click.IntRange(0), help="Which of all such draws; 0 unless given.")
 def tolerance(
-    scene: Any, as_json: bool, quiet: bool, picture: Path | None, cams: int | None, seed: int | None
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    picture: Path | None,
+    out: Path | None,
+    cams: int | None,
+    seed: int | None,
 ) -> int:
     """Find how far the motion of a real cam may be off, by the tolerances of the scene.
 
@@ -34,6 +55,8 @@ def tolerance(
 
     if cams is None:
         refuse_without("--cams", {"seed": seed})
+    if out:
+        check_folder(scene, out, WORST.format("*"))
     result = run(scene)
     batch = None if cams is None else sample_cams(scene, cams, seed or 0)
     if picture:
@@ -55,6 +78,20 @@ def tolerance(
             terminal.show(limits)
         if batch:
             terminal.show(batch.table())
-    if picture and not quiet:
-        terminal.say_written([picture])
+    written = [*([picture] if picture else []), *(_worst_cams(result, out) if out else [])]
+    if not quiet:
+        terminal.say_written(written)
     return 0
+
+
+def _worst_cams(result: Any, folder: Path) -> Iterator[Path]:
+    """Write the worst cam of each limit that a size moves; the files."""
+    from camopt.scene.written import write_scene
+    from camopt.storage.folder import made_folder
+
+    with made_folder(folder):
+        for margin in result.margins:
+            if margin.quantity and margin.worst != margin.nominal:
+                path = folder / WORST.format(margin.limit)
+                write_scene(path, result.worst_cam(margin.limit))
+                yield path
