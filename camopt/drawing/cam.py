@@ -6,7 +6,7 @@ import numpy as np
 
 from camopt.drawing.follower import Parts, draw_follower
 from camopt.drawing.labels import Label, around
-from camopt.drawing.linkage import draw_member, draw_standing, linkage, reach_of
+from camopt.drawing.linkage import draw_linkage
 from camopt.drawing.picture import (
     STROKE_NAMES,
     Picture,
@@ -48,12 +48,7 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     labels = [*draw_strokes(axes, picture), _draw_sense(axes, picture)]
     spans = draw_follower(Parts(axes, axes, axes), picture, size)
     parts = [pitch, *_draw_circles(axes, picture, pitch, size), *spans]
-    if train := linkage(picture, spans, size):
-        draw_standing(axes, train, size)
-        for member in train.members:
-            draw_member(axes, member, size)
-        parts.append(reach_of(train))
-    frame(axes, np.concatenate(parts))
+    frame(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
     return labels
 
 

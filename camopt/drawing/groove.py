@@ -6,6 +6,7 @@ import numpy as np
 
 from camopt.drawing.follower import Parts, draw_arm
 from camopt.drawing.labels import Label
+from camopt.drawing.linkage import draw_linkage
 from camopt.drawing.picture import (
     STROKE_NAMES,
     Picture,
@@ -24,6 +25,10 @@ from camopt.unit_systems import computed, shown, shown_unit
 ANGLE_OFFSETS = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above the sheet
 
 
+STEM, ABOVE = 0.05, 0.25
+"""The width of a stem that drives a train, and how far it reaches above the surface, in mean radii."""
+
+
 def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     """The developed groove of a cylindrical cam over one turn, the roller at its start; the labels to settle."""
     design = picture.problem.design
@@ -35,6 +40,7 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
         artist.set_clip_path(face)
     labels = _draw_boundaries(axes, picture, sheet)
     spans = [sheet, *draw_groove_follower(Parts(axes, axes, axes), picture)]
+    spans += draw_linkage(axes, picture, spans, float(design.size[0]))
     _narrow(axes, np.concatenate(spans))
     fit_axes(axes, np.concatenate(spans), 0.02)
     radius, unit = in_figures(float(design.size[0])), shown_unit("mm")
@@ -112,6 +118,15 @@ def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[L
     return labels
 
 
+def _draw_stem(axes: Any, picture: Picture, start: complex) -> ComplexArray:
+    """The stem of a follower that slides, from its roller to where it drives a train beyond the surface."""
+    size, top = float(picture.problem.design.size[0]), sides_of(picture)[1]
+    half, end = STEM * size / 2, start.real + 1j * (top + ABOVE * size)
+    stem = np.array([start - half, end - half, end + half, start + half])
+    area(axes, stem, facecolor=BODY, edgecolor=INK, lw=1.1, zorder=5)
+    return stem
+
+
 def draw_groove_follower(parts: Parts, picture: Picture) -> list[ComplexArray]:
     """The roller at the start of the turn, and its arm when it swings; the points they span."""
     axes, design, angular = parts.follower, picture.problem.design, picture.problem.setup.angular
@@ -131,6 +146,8 @@ def draw_groove_follower(parts: Parts, picture: Picture) -> list[ComplexArray]:
             "travel", (reach.real, ends.imag.mean()), (-4, 0), textcoords="offset points", **style
         )
         spans.append(np.array([reach - 0.3 * size]))
+        if picture.problem.setup.train is not None:
+            spans.append(_draw_stem(axes, picture, start))
     turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
     if radius > 0.0:
         area(axes, start + radius * turn, facecolor=BODY, edgecolor=INK, lw=1.3, zorder=6)

@@ -21,7 +21,7 @@ GUIDE_GAP, GUIDE_WIDTH, BAR_HALF = 0.037, 0.025, 0.022
 def linkage(picture: Picture, spans: list[ComplexArray], size: float) -> Sketch | None:
     """The train at the frames of a turn, on the pivot of a follower, or on the end of its stem; None without one.
 
-    That end is the highest of the points that the follower spans.
+    That end is the highest of the points that are spanned without the train.
     """
     problem = picture.problem
     if problem.setup.angular:
@@ -29,6 +29,16 @@ def linkage(picture: Picture, spans: list[ComplexArray], size: float) -> Sketch 
     else:
         at = complex(problem.design.offset[0], max(float(span.imag.max()) for span in spans))
     return linkage_at(problem, FRAME_ANGLES % (2 * np.pi), at, size)
+
+
+def draw_linkage(axes: Any, picture: Picture, spans: list[ComplexArray], size: float) -> list[ComplexArray]:
+    """Draw the train as it is at cam angle 0; the points that it spans over the turn."""
+    if (train := linkage(picture, spans, size)) is None:
+        return []
+    draw_standing(axes, train, size)
+    for member in train.members:
+        draw_member(axes, member, size)
+    return [reach_of(train)]
 
 
 def reach_of(sketch: Sketch) -> ComplexArray:

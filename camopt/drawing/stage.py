@@ -66,13 +66,8 @@ def _disc(figure: Any, picture: Picture) -> list[MovingBody]:
     draw_strokes(cam, picture)  # their angles, which would stand on their heads, are left out
     spans = draw_follower(Parts(follower, ground, contact), picture, size)
     body = _with_the_follower(follower, picture)
-    moved, links = [body.moved(span).ravel() for span in spans], list[MovingBody]()
-    if train := linkage(picture, spans, size):
-        draw_standing(ground, train, size)
-        for member in train.members:
-            links.append(Carried(figure.add_axes(CAM_AREA), member.at, member.turned))
-            draw_member(links[-1].axes, member, size)
-        moved.append(reach_of(train))
+    links, reach = _links(ground, picture, spans, size)
+    moved = [*(body.moved(span).ravel() for span in spans), *reach]
     frame(ground, np.concatenate([size * np.array([1, 1j, -1, -1j]), *moved]))
     for axes in (cam, follower, contact, *(link.axes for link in links)):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim(), aspect="equal")
@@ -88,8 +83,11 @@ def _groove(figure: Any, picture: Picture) -> list[MovingBody]:
     spans = draw_groove_follower(Parts(follower, ground, ground), picture)
     body = _with_the_follower(follower, picture)
     window = np.array([-half + 1j * low, half + 1j * high])
-    corner, unit = frame(ground, np.concatenate([window, *(body.moved(span).ravel() for span in spans)]))
-    follower.set(xlim=ground.get_xlim(), ylim=ground.get_ylim())
+    links, reach = _links(ground, picture, spans, size)
+    moved = [*(body.moved(span).ravel() for span in spans), *reach]
+    corner, unit = frame(ground, np.concatenate([window, *moved]))
+    for axes in (follower, *(link.axes for link in links)):
+        axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim())
     draw_line(ground, _rectangle(-half, half, low, high), color=INK, lw=1.0)
     (left, width), (bottom, height) = (
         ((values[0] - start) / unit / inches, np.ptp(values) / unit / inches)
@@ -105,7 +103,21 @@ def _groove(figure: Any, picture: Picture) -> list[MovingBody]:
         for turn in (-around, 0.0, around):
             ends = size * stroke.start + turn + 1j * np.array([low, high])
             draw_line(surface, ends, color=FAINT, lw=0.7, zorder=1.5)
-    return [Shifting(surface, -size * FRAME_ANGLES + 0j, windowed=True), _still(ground), body]
+    return [Shifting(surface, -size * FRAME_ANGLES + 0j, windowed=True), _still(ground), body, *links]
+
+
+def _links(
+    ground: Any, picture: Picture, spans: list[ComplexArray], size: float
+) -> tuple[list[MovingBody], list[ComplexArray]]:
+    """The parts of the train, each on axes of its own above what stands still, and the points that they span."""
+    links = list[MovingBody]()
+    if (train := linkage(picture, spans, size)) is None:
+        return links, []
+    draw_standing(ground, train, size)
+    for member in train.members:
+        links.append(Carried(ground.figure.add_axes(ground.get_position()), member.at, member.turned))
+        draw_member(links[-1].axes, member, size)
+    return links, [reach_of(train)]
 
 
 def _rectangle(left: float, right: float, low: float, high: float) -> list[complex]:

@@ -11,11 +11,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from PIL import Image
+from support.cams import cam_with
 from support.pictures import faults_of
 from test_figures import OTHERS, made
 
 import camopt
-from camopt import BadInput, animate, find_scene
+from camopt import BadInput, Scene, animate, find_scene
 from camopt.cli.main import main
 from camopt.drawing.bodies import FRAME_ANGLES, FRAMES, TURN_TIME, Carried
 from camopt.drawing.canvas import canvas
@@ -141,8 +142,18 @@ def test_a_groove_passes_under_its_roller():
         assert np.ptp([float(x) for line in lines for x in line]) > 2.99 * turn
 
 
+CRANK = {"stage": "bell-crank", "crank": 90, "coupler": 180, "offset": -70, "angle": -110}
+LEVER = {"stage": "rocker", "input_arm": 40, "input_angle": -10, "output_arm": 55, "output_angle": -25}
+TRAINS = {
+    "slide": find_scene("slide-by-bell-crank"),
+    "valve": find_scene("valve-with-rocker"),
+    "groove": Scene.from_dict({**cam_with("groove"), "train": [LEVER], "outputs": []}),
+    "arm in a groove": Scene.from_dict({**cam_with("groove-arm"), "train": [CRANK], "outputs": []}),
+}
+
+
 @pytest.mark.one_in(2)
-@pytest.mark.parametrize("scene", [find_scene("slide-by-bell-crank"), find_scene("valve-with-rocker")])
+@pytest.mark.parametrize("scene", TRAINS.values(), ids=TRAINS)
 def test_the_svg_moves_the_links_of_a_train_as_tool_and_follower_move(scene):
     """From the numbers of the file: the slide goes as far as the tool, and the crank turns with the arm."""
     with canvas(None, DISC_SIZE) as figure:
@@ -151,7 +162,7 @@ def test_the_svg_moves_the_links_of_a_train_as_tool_and_follower_move(scene):
     groups = {group.get("id"): group for group in root.iter(f"{G}g")}
     places = (place for place, body in enumerate(stage.bodies) if isinstance(body, Carried))
     moved = [[*groups[f"body-{place}"].iter(f"{G}animateTransform")] for place in places]
-    axes = stage.bodies[0].axes
+    axes = next(body.axes for body in stage.bodies if isinstance(body, Carried))
     points_per_mm = axes.get_position().width * DISC_SIZE[0] * 72 / np.ptp(axes.get_xlim())
     points = camopt.cam_points(scene, np.degrees(FRAME_ANGLES[:-1]))
     tool = np.append(points["tool_displacement_mm"], points["tool_displacement_mm"][0])
