@@ -44,15 +44,15 @@ class Tip:
     name: TipName
     radius: str = ""
     """The key of its radius in ``[follower]``; "" if it has none."""
-    trace: tuple[str, str] = ("", "")
-    """What its trace point is, in two words."""
+    trace: str = ""
+    """What its trace point is, in words."""
 
 
 KNIFE, ROLLER, FLAT, SPHERICAL = (
-    Tip("knife", trace=("knife", "edge")),
-    Tip("roller", "roller_radius", ("roller", "centre")),
+    Tip("knife", trace="knife edge"),
+    Tip("roller", "roller_radius", "roller centre"),
     Tip("flat"),
-    Tip("spherical", "face_radius", ("face", "centre")),
+    Tip("spherical", "face_radius", "face centre"),
 )
 TIPS: dict[str, Tip] = {tip.name: tip for tip in (KNIFE, ROLLER, FLAT, SPHERICAL)}
 ROUND = (KNIFE, ROLLER, SPHERICAL)

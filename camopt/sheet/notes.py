@@ -11,7 +11,6 @@ from camopt.motion.table import RETURN, RISE
 from camopt.sheet.cam import TrueCam, steady_of
 from camopt.sheet.hole import keyway_depth_said
 from camopt.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal, said, wrapped
-from camopt.sheet.points_table import trace_said
 from camopt.tables.cells import with_unit
 from camopt.unit_systems import shown, shown_unit, system_shown
 
@@ -153,9 +152,10 @@ def _steady(stroke: Stroke, cam: TrueCam) -> str:
 def _columns(cam: TrueCam) -> Iterator[str]:
     setup = cam.problem.setup
     if setup.mechanism.body.developed:
+        point = cam.say(cam.scene.tip.trace)
         lift = ", lift s; {} x" if setup.angular else "; {} x"
         along = "y along the axis." if setup.angular else "y along the axis, which is its lift s."
-        yield cam.say(f"Table: cam angle θ{lift} round the mean radius, {along}").format(trace_said(cam))
+        yield cam.say(f"Table: cam angle θ{lift} round the mean radius, {along}").format(point)
         if cam.part.groove_chamfer:
             yield cam.say("Edges of the groove chamfered {} × 45°.").format(said(cam.part.groove_chamfer))
         return

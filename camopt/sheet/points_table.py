@@ -54,17 +54,12 @@ def printed(cam: TrueCam, step: float) -> list[Printed]:
         y = "y" if problem.setup.angular else "y = s"
         return [
             *columns,
-            Printed((trace_said(cam), "x", unit), _lengths(curves.pitch.real)),
+            Printed((cam.say(cam.scene.tip.trace), "x", unit), _lengths(curves.pitch.real)),
             Printed(("", y, unit), _lengths(curves.pitch.imag)),
         ]
     centred = not (problem.setup.is_knife or problem.setup.mechanism.flat_faced)
     columns += _polar(cam.say("profile"), curves.profile[0], cam.sense)
     return [*columns, *(_polar(cam.say("centre"), curves.pitch, cam.sense) if centred else ())]
-
-
-def trace_said(cam: TrueCam) -> str:
-    """What the trace point is called."""
-    return " ".join(map(cam.say, cam.scene.tip.trace)).strip()
 
 
 def _polar(name: str, points: ComplexArray, sense: float) -> Iterator[Printed]:

@@ -35,10 +35,9 @@ GERMAN = {
     # table
     "profile": "Kontur",
     "centre": "Mitte",
-    "knife": "Schneide",
-    "edge": "",
-    "roller": "Rolle",
-    "face": "Fläche",
+    "knife edge": "Schneide",
+    "roller centre": "Rollenmitte",
+    "face centre": "Flächenmitte",
     # notes
     "Dimensions in mm. Projection method 1.": "Maße in mm. Projektionsmethode 1.",
     "Dimensions in inch. Projection method 1.": "Maße in Zoll. Projektionsmethode 1.",

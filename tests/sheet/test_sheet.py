@@ -435,7 +435,7 @@ def test_a_heading_has_room_over_its_columns():
     for language in ("en", "de"):
         cam = TrueCam(CYLINDER.replace(**{"part.language": language}), resolve_design(CYLINDER))
         marks = table(printed(cam, 10.0), 1)
-        (words,) = (m for m in marks if isinstance(m, Words) and m.text in ("roller centre", "Rolle Mitte"))
+        (words,) = (m for m in marks if isinstance(m, Words) and m.text in ("roller centre", "Rollenmitte"))
         lines = sorted({m.points[0].real for m in marks if isinstance(m, Line) and np.ptp(m.points.real) == 0})
         right = max(m.points.real.max() for m in marks if isinstance(m, Line))
         corners = words.corners.real
