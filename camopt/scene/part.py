@@ -167,6 +167,10 @@ def check_part(
     for key in (key for other in BODIES.values() if other != body for key in other.part):
         if part.get(key) is not None:
             yield f"part.{key}", part[key], f"a {body.form} cam has none"
+    shaft, bore = length(data, "cam.shaft_diameter"), length(data, "part.bore")
+    if shaft and bore and shaft != bore:
+        yield "part.bore", bore, f"must be cam.shaft_diameter ({shaft:g}), or one of both is left out"
+        return
     yield from _keyway(data, part)
     if body.closed:
         base = length(data, f"cam.{body.size}")

@@ -47,7 +47,7 @@ GROOVES = {
 
 
 def disc(scene, **part):
-    return find_scene(scene).replace(part={**PLATE, **part})
+    return find_scene(scene).replace(**{"cam.shaft_diameter": None, "part": {**PLATE, **part}})
 
 
 EDGES = {

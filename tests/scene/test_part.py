@@ -13,12 +13,14 @@ from camopt.scene.part import Part
 PLATE = {"thickness": 16, "hub_diameter": 44, "hub_length": 32, "keyway_width": 8, "keyway_depth": 3.3}
 CYLINDER = {"thickness": 100, "bore": 60, "keyway_width": 18, "keyway_depth": 4.4, "groove_depth": 16}
 HUBLESS = {"part.hub_diameter": None, "part.hub_length": None}
+SHAFTLESS = {"cam.shaft_diameter": None}
 BASES = {
     "disc": find_scene("valve-rod-radial").replace(part=PLATE),  # base radius 25, shaft 25
     "cylinder": find_scene("feeder-with-stop").replace(
         part=CYLINDER
     ),  # mean radius 100, highest at 65.2433, roller 9
 }
+BLANK = BASES["disc"].replace(**SHAFTLESS, part=None)
 ONE_MISTAKE = [
     ("disc", {"part": 5}, "part = 5: must be a table"),
     ("disc", {"part.thicknes": 5}, "part.thicknes = 5: not a known key; did you mean thickness?"),
@@ -40,8 +42,10 @@ ONE_MISTAKE = [
     ("disc", {"part.hub_length": 15}, "part.hub_length = 15.0: must be at least the thickness (16), which it inc"),
     ("disc", {"part.hub_diameter": 32}, "part.hub_diameter = 32.0: must be above 32.5969: the bore and its keyway"),
     ("disc", {"part.hub_diameter": 50.1}, "part.hub_diameter = 50.1: must be at most twice the base radius (50)"),
-    ("disc", {"part.bore": 50, **HUBLESS}, "part.bore = 50.0: must leave a wall to the base circle (radius 25)"),
-    ("disc", {"part.bore": 50, "part.hub_diameter": 60}, "part.bore = 50.0: must leave a wall to the base cir"),
+    ("disc", {"part.bore": 20}, "part.bore = 20.0: must be cam.shaft_diameter (25), or one of both is left out"),
+    ("disc", {"part.bore": "30 H7"}, "part.bore = 30.0: must be cam.shaft_diameter (25), or one of both is left"),
+    ("disc", {"part.bore": 50, **SHAFTLESS, **HUBLESS}, "part.bore = 50.0: must leave a wall"),
+    ("disc", {"part.bore": 50, **SHAFTLESS, "part.hub_diameter": 60}, "part.bore = 50.0: must leave a wall"),
     (
         "disc",
         {"part.keyway_depth": 12.5, **HUBLESS},
@@ -75,7 +79,7 @@ def test_a_standard_keyway_leaves_some_tenths_above_its_key():
     ("bore", "keyway"), [(20, (6, 2.8)), (22, (6, 2.8)), (22.1, (8, 3.3)), ("30 H7", (8, 3.3))]
 )
 def test_short_forms_of_the_hole(bore, keyway):
-    scene = BASES["disc"].replace(part={"thickness": 16, "bore": bore, "keyway": "DIN 6885"})
+    scene = BLANK.replace(part={"thickness": 16, "bore": bore, "keyway": "DIN 6885"})
     part = scene.part
     assert (part.keyway_width, part.keyway_depth, part.keyway_fit) == (*keyway, "JS9")
     assert (part.bore, part.bore_fit) == ((30.0, "H7") if isinstance(bore, str) else (bore, None))
@@ -94,7 +98,7 @@ def test_short_forms_of_the_hole(bore, keyway):
     ],
 )
 def test_a_bore_has_a_unit_a_fit_and_a_standard_keyway(bore, size, fit, width):
-    part = BASES["disc"].replace(part={"thickness": 16, "bore": bore, "keyway": "DIN 6885"}).part
+    part = BLANK.replace(part={"thickness": 16, "bore": bore, "keyway": "DIN 6885"}).part
     assert (part.bore, part.bore_fit, part.keyway_width) == (size, fit, width)
 
 
@@ -116,7 +120,7 @@ SHORT_MISTAKES = [
 @pytest.mark.parametrize(("part", "line"), SHORT_MISTAKES)
 def test_a_short_form_that_is_none_is_told(part, line):
     with pytest.raises(BadInput) as error:
-        BASES["disc"].replace(part=part)
+        BLANK.replace(part=part)
     (found,) = str(error.value).splitlines()
     assert line in found
 
@@ -169,7 +173,7 @@ def test_a_part_says_what_other_tables_say():
     assert (part.bore, part.density, part.material, part.name) == (40.0, 8150.0, "bronze", bare.name)
     assert part.keyway_angle == 90.0
     assert part.bore_reach == pytest.approx((23.0**2 + 4.0**2) ** 0.5, rel=1e-15)
-    own = {"bore": 39, "density": 8800, "material": "CuSn12", "name": "Cam", "keyway_angle": 0}
+    own = {"bore": 40, "density": 8800, "material": "CuSn12", "name": "Cam", "keyway_angle": 0}
     said = bare.replace(**{f"part.{key}": value for key, value in own.items()}).whole_part
     assert {key: getattr(said, key) for key in own} == own
     knife = find_scene("knife-300rpm-radial").whole_part

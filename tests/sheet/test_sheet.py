@@ -266,9 +266,8 @@ def test_each_german_text_has_the_places_of_the_english_one():
 
 
 def test_what_holds_elsewhere_is_noted():
-    scene = PLATE.replace(
-        part={**PART, "general_tolerances": "ISO 2768-mK", "edges": [-0.3, 0.2], "other_roughness": 6.3}
-    )
+    more = {"general_tolerances": "ISO 2768-mK", "edges": [-0.3, 0.2], "other_roughness": 6.3}
+    scene = PLATE.replace(**{"cam.shaft_diameter": PART["bore"], "part": {**PART, **more}})
     first = next(iter(texts_of(TrueCam(scene, resolve_design(scene)))))
     for words in ("General tolerances ISO 2768-mK.", "ISO 13715: outer -0.3, inner +0.2.", "surfaces Ra 6.3."):
         assert words in first
