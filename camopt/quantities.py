@@ -425,7 +425,12 @@ _ALL = [
     *[
         Quantity(name, symbol, unit, "torque", sentence)
         for name, symbol, unit, sentence in (
-            ("torque_max_N_m", "T_max", "N·m", "Largest torque of the camshaft; a guide's friction adds to it."),
+            (
+                "torque_max_N_m",
+                "T_max",
+                "N·m",
+                "Largest torque with its sign (torque_peak_N_m has none); a guide's friction adds to it.",
+            ),
             ("torque_min_N_m", "T_min", "N·m", "Least torque; below 0 where the follower drives the cam."),
             ("torque_peak_N_m", "", "N·m", "Largest |torque| over the turn."),
             ("torque_mean_N_m", "T_mean", "N·m", "Mean torque over the turn."),

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from numbers import Integral, Real
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import (
@@ -61,10 +62,12 @@ NotNegative = Annotated[float, Within(ge=0, le=1e15)]
 Acute = Annotated[float, Within(ge=1e-9, lt=90)]
 
 
-def _known(names: Any, what: str) -> Any:
+def _known(names: Any, what: str, called: Mapping[str, str] = MappingProxyType({})) -> Any:
+    """One of some names; ``called`` are words of others for them."""
+
     def validate(value: Any) -> Any:
         if not isinstance(value, str) or value not in names:
-            raise ValueError(f"{what}; {nearest(str(value), names)}")
+            raise ValueError(f"{what}; {nearest(called.get(str(value), str(value)), names)}")
         return value
 
     return BeforeValidator(validate, json_schema_input_type=Literal[*names])
@@ -104,7 +107,7 @@ def or_text(schema: dict[str, Any]) -> None:
 Switch = Annotated[bool, BeforeValidator(_is_switch)]
 LawName = Annotated[str, BeforeValidator(_is_name, json_schema_input_type=Literal[*LAWS] | str)]
 MaterialName = Annotated[str, _known(MATERIALS, "a material")]
-QuantityName = Annotated[str, _known(QUANTITIES, "a quantity")]
+QuantityName = Annotated[str, _known(QUANTITIES, "a quantity", {"size": "base_radius_mm"})]
 
 
 class SceneTable(BaseModel):
@@ -550,8 +553,9 @@ OBJECTIVE_TERMS = (
     *("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms"),
     *("residual_vibration", "lost_lift_area"),
 )
+TERM_OR_AXIS = "a term of the objective; loads, as torque_peak_N_m, are axes of a frontier"
 PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
-ObjectiveTerm = Annotated[str, _known(OBJECTIVE_TERMS, "a term of the objective")]
+ObjectiveTerm = Annotated[str, _known(OBJECTIVE_TERMS, TERM_OR_AXIS)]
 PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(is_pair)], ...]
 
 

@@ -127,7 +127,11 @@ def prices(what: Any, seconds: float = SECONDS) -> dict[str, list[Price]]:
     >>> price.key, round(price.price, 3), price.unit
     ('limits.pressure_angle', -2.708, 'deg')
     """
-    raise BadInput([Mistake("camopt", "what", type(what).__name__, "what optimise or synthesise found")])
+    others = (
+        "any other cam has none: optimise its scene, or see sensitivities for what each size and number changes"
+    )
+    allowed = f"what optimise or synthesise found; {others}"
+    raise BadInput([Mistake("camopt", "what", type(what).__name__, allowed)])
 
 
 @prices.register

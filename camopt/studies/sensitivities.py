@@ -31,13 +31,14 @@ STEP_SHARE = 1e-3  # of what a variable is of the order of: the error of the for
 STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])
 CENTRAL = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 KINK = 1e-4  # of a slope, or of the quantity over the variable's order: two sides that differ by more make a kink
+JUMP = 1.0  # deg: a place that bends by more within two steps has gone over to another peak
 
 
 class Sensitivity(NamedTuple):
     """The derivative of a quantity by a variable, in the quantity's unit by the variable's in the scene.
 
-    None where the quantity is infinite or the cam cannot be assembled on one side, and at a kink, where ``below``
-    and ``above`` differ.
+    None where the quantity is infinite or the cam cannot be assembled on one side, where the place of a peak jumps
+    to another that is as large, and at a kink, where ``below`` and ``above`` differ.
 
     Examples
     --------
@@ -111,7 +112,8 @@ def sensitivities(scene: Scene) -> Sensitivities:
     Returns
     -------
     Sensitivities
-        A mapping from (quantity, key) to ``Sensitivity``, to some 1e-8 where the quantity is smooth.
+        A mapping from (quantity, key) to ``Sensitivity``: where the quantity is smooth, derivatives to some 1e-8,
+        and those of one side, of lower order, to some 1e-5.
 
     Raises
     ------
@@ -139,12 +141,12 @@ def sensitivities(scene: Scene) -> Sensitivities:
     found, values = {}, {}
     for name in in_order(columns):
         column = np.where(exists, np.broadcast_to(columns[name], len(around)), np.nan).astype(float)
-        values[name] = float(column[0])
+        values[name], most = float(column[0]), JUMP if name.endswith("_at_deg") else np.inf
         for number, (each, (_, order)) in enumerate(variables.items()):
             beside = column[1 + len(STENCIL) * number : 1 + len(STENCIL) * (number + 1)]
-            found[name, each.key] = _slope(column[0], beside, STEP_SHARE * order)
+            found[name, each.key] = _slope(column[0], beside, STEP_SHARE * order, most)
         for each, (step, rows) in trains.items():
-            found[name, each.key] = _slope(column[0], np.array([row.get(name, np.nan) for row in rows]), step)
+            found[name, each.key] = _slope(column[0], np.array([row.get(name, np.nan) for row in rows]), step, most)
     return Sensitivities(scene, values, found)
 
 
@@ -195,10 +197,12 @@ def _around(design: Designs, variables: Mapping[Variable, tuple[float, float]]) 
     return design.take(np.zeros(count, dtype=int)).with_values(values)
 
 
-def _slope(value: float, beside: FloatArray, step: float) -> Sensitivity:
-    """The slopes of a quantity from its values at the points beside the cam's own."""
+def _slope(value: float, beside: FloatArray, step: float, most: float) -> Sensitivity:
+    """The slopes of a quantity from its values beside the cam's own; none to a side where it bends by ``most``."""
     with np.errstate(invalid="ignore"):
         change = beside - value
+        change[:2] = np.where(abs(change[0] - 2.0 * change[1]) > most, np.nan, change[:2])
+        change[2:] = np.where(abs(change[3] - 2.0 * change[2]) > most, np.nan, change[2:])
         below = float(change[0] - 4.0 * change[1]) / (2.0 * step)
         above = float(4.0 * change[2] - change[3]) / (2.0 * step)
         middle = float(CENTRAL @ change) / step

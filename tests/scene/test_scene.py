@@ -190,6 +190,8 @@ ONE_MISTAKE = [
     # keys
     ("roller", {"cam.base_raduis": 50}, "cam.base_raduis = 50: not a known key; did you mean base_radius? known:"),
     ("roller", {"search.spring_rate": [5]}, "search.spring_rate = [5]: not a known key; did you mean follower.dynamics.spring_rate?"),
+    ("roller", {"search.minimise": "size"}, "search.minimise.1 = 'size': must be a quantity; did you mean base_radius_mm?"),
+    ("roller", {"synthesis": {"minimise": "torque"}}, "synthesis.minimise = 'torque': must be a term of the objective; loads, as torque_peak_N_m, are axes of a frontier"),
     ("roller", {"limts": {}}, "limts = {}: not a known key; did you mean limits? known: name, cam, follower"),
     ("roller", {"motion.1.lfit": 3}, "motion.1.lfit = 3: not a known key; did you mean lift? known: segment, angl"),
     ("roller", {"follower.dynamics.mas": 1}, "follower.dynamics.mas = 1: not a known key; did you mean mass?"),

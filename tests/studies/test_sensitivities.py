@@ -48,6 +48,22 @@ def test_what_is_known_in_closed_form():
     assert found["acceleration_max_m_s2", "cam.base_radius"] == (0.0, 0.0, 0.0)
 
 
+def test_a_place_that_jumps_to_another_peak_has_no_slope():
+    """A symmetric cam at offset 0: the pressure angles of rise and return are the same, and the first is told."""
+    cam = {"form": "disc", "rpm": 600, "base_radius": 40}
+    follower = {"motion": "translating", "contact": "roller", "roller_radius": 10, "offset": 0}
+    turn = ("rise", 100, 25.0), ("dwell", 40, None), ("return", 100, 25.0), ("dwell", 120, None)
+    rows = [{"segment": kind, "angle": angle} | ({"lift": lift, "law": "cycloidal"} if lift else {})
+            for kind, angle, lift in turn]  # fmt: skip
+    scene = camopt.Scene.from_dict({"name": "even", "cam": cam, "follower": follower, "motion": rows})
+    found = camopt.sensitivities(scene)
+    place = found["pressure_angle_max_at_deg", "follower.offset"]
+    assert place.derivative is None
+    assert [each is None for each in place[1:]].count(True) == 1
+    aside = camopt.sensitivities(scene.replace(**{"follower.offset": 3}))
+    assert aside["pressure_angle_max_at_deg", "follower.offset"].derivative is not None
+
+
 def test_numbers_of_a_train_are_variables():
     """A lever in closed form; lengths and angles of a bell crank against evaluations beside it."""
     lever = camopt.find_scene("roller-1000rpm").replace(train=[{"stage": "ratio", "ratio": 1.6}])

@@ -96,7 +96,8 @@ def _show_front(result: "Sweep") -> None:
         return
     volume = f"{'' if front.exact else 'about '}{front.hypervolume:.6g}"
     if front.grid_points is not None:
-        volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}"
+        outside = "" if front.grid_hypervolume else ", for all lie outside the box of the refined front"
+        volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}{outside}"
     show(f"Hypervolume of the Pareto front, as a share: {volume}")
     show(
         "It compares fronts of the same objectives: the more of their space is beaten by some design, the nearer 1."
