@@ -152,3 +152,18 @@ def test_a_profile_that_is_none_is_told_once():
 
 def test_jerk_jumps_at_the_tool_where_arcs_meet():
     assert evaluate(driving("three-arc-valve", [ROCKER]))["jerk_max_m_s3"] == inf
+
+
+def test_lifts_measured_at_the_tool_give_the_cam():
+    """Within the band at the valve; the tappet by both arms of the rocker, l·(sin(α + φ) − sin α) of one φ."""
+    scene = camopt.find_scene("valve-with-rocker")
+    angles = np.arange(0.0, 360.0)
+    lifts = np.asarray(camopt.cam_points(scene, angles)["tool_displacement_mm"])
+    noisy = lifts + np.random.default_rng(3).normal(0.0, 0.003, lifts.size)
+    fitted = camopt.fit(np.column_stack([angles, noisy]), scene=scene)
+    points = camopt.cam_points(fitted.scene, (angles - fitted.start) % 360.0)
+    tool = np.asarray(points["tool_displacement_mm"])
+    assert np.abs(tool - (noisy - fitted.zero)).max() <= fitted.band + 1e-6
+    phi = np.arcsin(tool / 40.0 + np.sin(np.radians(-18.0))) - np.radians(-18.0)
+    tappet = 26.0 * (np.sin(np.radians(-4.0) + phi) - np.sin(np.radians(-4.0)))
+    assert points["displacement_mm"] == pytest.approx(tappet - tappet.min(), abs=1e-9)
