@@ -1,0 +1,71 @@
+"""Sweeps of about a million designs in process, beside 360 samples in C with as many threads, in turns.
+
+    python benchmarks/beside_c.py
+
+Ratios are those of the least of several times, and in brackets of the medians: above 1 camopt is faster, though it
+proves its verdicts and finds the front. Rows are those of all feasible designs, with every column, in memory.
+"""
+
+import os
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from rival_c import MECHANISMS, rival
+from throughput import Job, default_job, jobs
+
+from camopt.engines.threads import Threads
+from camopt.front.plan import sweep_plan
+from camopt.front.streaming import gathered
+from camopt.problem.rows import Rows
+
+STEPS, ROUNDS, WARM = 1000, 9, 3
+THREADS = os.cpu_count() or 1
+
+
+def in_turns(*works: Callable[[], Any]) -> list[list[float]]:
+    """Seconds of some works, one after the other in each round."""
+    times: list[list[float]] = [[] for _ in works]
+    for number in range(WARM + ROUNDS):
+        for work, taken in zip(works, times, strict=True):
+            start = perf_counter()
+            work()
+            if number >= WARM:
+                taken.append(perf_counter() - start)
+    return times
+
+
+def all_rows(job: Job, threads: int) -> list[Rows]:
+    """The rows of all feasible designs."""
+    plan, kept = sweep_plan(job.scene, "feasible"), list[Rows]()
+    gathered(plan.space, plan.batches(plan.numbers(), Threads(threads)), plan.block, kept.append)
+    return kept
+
+
+def told(name: str, job: Job, threads: int, work: Callable[[], Any]) -> str:
+    """The row of a table."""
+    rivals = [job.sampled(rival(number), threads) for number in ("double", "float")]
+    ours, *theirs = in_turns(work, *rivals)
+    ratios = (f"{min(each) / min(ours):.2f} ({np.median(each) / np.median(ours):.2f})" for each in theirs)
+    return f"| {name} | {threads} | {job.designs:,} | {1e3 * min(ours):.0f} | {' | '.join(ratios)} |"
+
+
+def main() -> None:
+    """Print the table."""
+    print(
+        "| sweep | threads | designs | ms | C in doubles | C in floats |",
+        "|---|---:|---:|---:|---:|---:|",
+        sep="\n",
+    )
+    default = default_job()
+    for threads in dict.fromkeys((1, THREADS)):
+        print(told("default: counts and front", default, threads, default.swept(threads)), flush=True)
+        print(told("default: all rows", default, threads, lambda: all_rows(default, threads)), flush=True)  # noqa: B023
+    for mechanism, job in jobs(STEPS).items():
+        assert mechanism in MECHANISMS
+        print(told(mechanism.replace("_", " "), job, 1, job.swept(1)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
