@@ -216,7 +216,8 @@ class QuantityLimit(Limit):
         if over is None:
             values = [columns[name] for name in self.quantities]
             value = values[0] if len(values) == 1 else np.max(np.broadcast_arrays(*map(np.abs, values)), axis=0)
-            over = self._side * (value - self.bound) / self._unit(designs) + np.zeros(len(designs))
+            with np.errstate(over="ignore"):  # of a bound near 0
+                over = self._side * (value - self.bound) / self._unit(designs) + np.zeros(len(designs))
         return np.where(over == 0.0, np.finfo(float).tiny, over) if self._is_open else over
 
     def _unit(self, designs: Designs) -> Any:
