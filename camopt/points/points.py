@@ -9,13 +9,14 @@ from numpy.typing import ArrayLike
 from camopt.contour.curve import CamCurve, curves_of
 from camopt.drawing.picture import Picture
 from camopt.effects import Case
+from camopt.effects.motion import scale
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
-from camopt.points.loads import LOAD_COLUMNS, loads_at
+from camopt.points.loads import LOAD_COLUMNS, load_column, loads_at
 from camopt.points.spacing import checked_angles, in_steps, within_chord
 from camopt.problem.problem import Problem, resolve_design
-from camopt.quantities import displacement_unit
+from camopt.quantities import AT_FOLLOWER, DERIVATIVES, displacement_unit, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.storage.files import checked_suffix, whole_file
 from camopt.tables.cells import name_in_shown_unit
@@ -64,7 +65,10 @@ def cam_points(
     """Points of a scene's cam: columns by name, each an array (n,) with one value for each cam angle.
 
     Columns: ``cam_angle_deg``; ``displacement_mm`` (``displacement_deg`` when oscillating) of the follower, and
-    with a train ``tool_displacement_mm`` (``tool_displacement_deg``); and the x and y in mm of each curve, as
+    with a train ``tool_displacement_mm`` (``tool_displacement_deg``); velocity, acceleration and jerk as
+    ``velocity_m_s``, ``acceleration_m_s2``, ``jerk_m_s3`` (by the cam angle, ``velocity_mm_per_rad``, without a
+    speed), named as in ``evaluate``: with a train those of the tool, and ``velocity_follower_m_s`` of the
+    follower; where one jumps, that after the jump; and the x and y in mm of each curve, as
     ``profile_x_mm``, ``profile_y_mm``: ``pitch`` (not for a flat face, which has no trace point), ``profile``, and
     ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has ``profile_left`` and
     ``profile_right`` in place of ``profile``, and likewise two cutter paths.
@@ -122,12 +126,26 @@ def cam_points(
     if problem.setup.train is not None:
         moved, turns = problem.programme.tool.at(radians)[0], problem.setup.tool_turns
         columns[f"tool_displacement_{'deg' if turns else 'mm'}"] = np.degrees(moved) if turns else moved
+    columns |= _derivatives(problem, radians)
     at = {name: curve.at(radians, curve.points) for name, curve in curves.items()}
     for name, points in at.items():
         columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}
     for name in (name for name in curves if name.startswith("profile")):
         columns |= {f"{name}_{key}": v for key, v in _form(curves[name], radians, at[name]).items()}
     return columns | loads_at(Picture(scene, problem), degrees)
+
+
+def _derivatives(problem: Problem, angles: FloatArray) -> dict[str, FloatArray]:
+    """Velocity, acceleration and jerk at cam angles in rad: of what is asked to move, and of its follower."""
+    setup, found = problem.setup, dict[str, FloatArray]()
+    sides = [(problem.programme.tool, "", setup.tool_turns)]
+    sides += [(problem.programme, AT_FOLLOWER, setup.angular)] if setup.train is not None else []
+    for programme, whose, turns in sides:
+        rows = programme.at(angles)
+        for order, name in enumerate(DERIVATIVES, start=1):
+            quantity = motion_quantity(name, whose, angular=turns, timed=setup.omega is not None)
+            found[load_column(quantity)] = rows[order] * scale(setup, order, at_follower=bool(whose))
+    return found
 
 
 def _form(curve: CamCurve, angles: FloatArray, points: ComplexArray) -> dict[str, FloatArray]:

@@ -87,12 +87,32 @@ def test_loads_along_the_turn_reach_their_extremes():
         assert (largest.min() if "_min" in name else largest.max()) == pytest.approx(cam[name], rel=1e-3), name
 
 
+@pytest.mark.parametrize("name", ["two-pauses", "oscillating-roller", "slide-by-bell-crank"])
+def test_velocity_acceleration_and_jerk_are_differences_of_each_other(name):
+    scene = find_scene(name)
+    angles = np.arange(40.0, 41.0, 0.05)
+    found, time = cam_points(scene, angles), angles / (6.0 * scene.cam.rpm) if scene.cam.rpm else np.radians(angles)
+    whole = {"mm": 1e-3, "deg": np.pi / 180} if scene.cam.rpm else {"mm": 1.0, "deg": 1.0}
+    for ending, displacement in (("", "tool_displacement"), ("_follower", "displacement")):
+        first = next((n for n in found if n.startswith(f"{displacement}_")), None)
+        if first is None:
+            continue
+        value = found[first] * whole[first.removeprefix(f"{displacement}_")]
+        whose = ending if any(n.startswith("tool_") for n in found) else ""
+        for derivative in ("velocity", "acceleration", "jerk"):
+            own = [n for n in found if n.startswith(f"{derivative}{whose}_") and (whose or "follower" not in n)]
+            (column,) = [n for n in own if "elastic" not in n]
+            slopes = np.gradient(value, time)
+            assert found[column][1:-1] == pytest.approx(slopes[1:-1], rel=1e-3, abs=2e-3 * np.abs(slopes).max())
+            value = found[column]
+
+
 def test_loads_are_those_of_the_effects_that_run():
     scene = find_scene("two-pauses").replace(**{**LOADED, "outputs": ["force"]})
     angles = [350, 0, 90, 90, 17.5, 360]
     found = cam_points(scene, angles)
     assert [n for n in found if not n.startswith(("profile", "pitch"))] == [
-        "cam_angle_deg", "displacement_mm", "contact_force_N",
+        "cam_angle_deg", "displacement_mm", "velocity_m_s", "acceleration_m_s2", "jerk_m_s3", "contact_force_N",
     ]  # fmt: skip
     in_order = cam_points(scene, sorted(angles))
     assert found["contact_force_N"].tolist() == in_order["contact_force_N"][[4, 0, 2, 3, 1, 5]].tolist()
