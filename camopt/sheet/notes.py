@@ -8,11 +8,14 @@ from camopt.effects.curvature import CUTTER
 from camopt.effects.pressure import BOTTOM
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE
+from camopt.problem.limit import Limit
+from camopt.quantities import QUANTITIES
 from camopt.sheet.cam import TrueCam, steady_of
 from camopt.sheet.hole import keyway_depth_said
 from camopt.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal, said, wrapped
 from camopt.tables.cells import with_unit
 from camopt.unit_systems import shown, shown_unit, system_shown
+from camopt.verdicts.evaluation import Evaluation, evaluate_design
 
 FLANK_RADIUS = 100.0  # of the cam's size: the radius of a hollow that is a straight flank to any cutter
 LINE_STEP = 4.2  # mm from line to line
@@ -36,7 +39,8 @@ def notes(texts: Iterable[str], width: float) -> Marks:
 
 
 def texts_of(cam: TrueCam) -> Iterator[str]:
-    """What is noted of a cam."""
+    """What is noted of a cam; first that it breaks limits of its scene, if it does."""
+    yield from _broken(cam)
     yield " ".join(_general(cam))
     yield cam.say("For {}.").format(_follower(cam))
     yield from _turning(cam)
@@ -44,6 +48,28 @@ def texts_of(cam: TrueCam) -> Iterator[str]:
     yield from _motion(cam)
     yield from _columns(cam)
     yield from _computed(cam)
+
+
+def _broken(cam: TrueCam) -> Iterator[str]:
+    """The limits that it breaks, each with what it reaches and its bound."""
+    found = evaluate_design(cam.scene, cam.problem)
+    names = found["violated"].split(",")
+    broken = [text for limit in cam.problem.limits if limit.name in names for text in _beyond(limit, found)]
+    if broken:
+        yield cam.say("Breaks limits of its design: {}.").format("; ".join(broken))
+    elif not found["feasible"]:
+        yield cam.say("Not proved to hold the limits of its design.")
+
+
+def _beyond(limit: Limit, found: Evaluation) -> list[str]:
+    """A limit with what is reached and allowed, or its name where that is no number."""
+    what = limit.name.replace("_", " ")
+    units = {name: QUANTITIES[name].unit for name in limit.shown if name in found}
+    texts = [
+        f"{what} {with_unit(found[name], unit)} ({limit.relation} {with_unit(limit.bound, unit)})"
+        for name, unit in units.items()
+    ]
+    return texts or [what]
 
 
 def _general(cam: TrueCam) -> Iterator[str]:

@@ -39,6 +39,8 @@ GERMAN = {
     "roller centre": "Rollenmitte",
     "face centre": "Flächenmitte",
     # notes
+    "Breaks limits of its design: {}.": "Verletzt Grenzen der Auslegung: {}.",
+    "Not proved to hold the limits of its design.": "Die Grenzen der Auslegung sind nicht nachgewiesen.",
     "Dimensions in mm. Projection method 1.": "Maße in mm. Projektionsmethode 1.",
     "Dimensions in inch. Projection method 1.": "Maße in Zoll. Projektionsmethode 1.",
     "General tolerances {}.": "Allgemeintoleranzen {}.",

@@ -275,6 +275,16 @@ def test_what_holds_elsewhere_is_noted():
     assert "60 HRC, CHD 0.8" in [each.value for each in block]
 
 
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_limits_that_are_broken_are_noted_first(language):
+    scene = PLATE.replace(**{"limits.pressure_angle": 5, "part.language": language})
+    cam, value = TrueCam(scene, resolve_design(scene)), evaluate(scene)["pressure_angle_max_deg"]
+    first = next(texts_of(cam))
+    assert f"pressure angle return {value:.6g} deg (≤ 5 deg)" in first
+    assert first.startswith(cam.say("Breaks limits of its design: {}.")[:14])
+    assert "Breaks" not in next(texts_of(TrueCam(PLATE, resolve_design(PLATE))))
+
+
 def test_boxes_of_the_title_block_have_keys(tmp_path):
     """A date may be one of TOML."""
     given = {"approved_by": "N. N.", "legal_owner": "Works Ltd", "revision": "B", "designer": "M. M."}

@@ -68,8 +68,8 @@ ROOMS = {
         "tables verdicts tolerances synthesis measured comparing"
     ),
     "sheet": (
-        "mistakes unit_systems version numerics motion mechanisms effects scene problem tables verdicts contour "
-        "drawing"
+        "mistakes unit_systems version quantities numerics motion mechanisms effects scene problem tables verdicts "
+        "contour drawing"
     ),
     "points": (
         "mistakes unit_systems version storage quantities numerics mechanisms effects scene problem tables "
