@@ -108,7 +108,7 @@ def _left_out(depth: float | None, spindle: float | None) -> Iterator[str]:
     if depth is None:
         yield "neither a depth nor part.thickness is given: the program has no Z"
     if spindle is None:
-        yield "no speed of the spindle is given: the program does not start it"
+        yield "no speed of the spindle is given, with the number of the tool: the program does not start it"
 
 
 def _start(program: Program, tool: int | None, spindle: float | None, coolant: bool) -> None:
@@ -171,9 +171,8 @@ def _missing(work: Workpiece, path: Path, given: Mapping[str, Any]) -> Iterator[
             yield Mistake("camopt", name, None, "missing: a program needs it", bare=True)
     for name, other in (("spindle", "tool"), ("roughing_feed", "roughing"), ("depth_step", "depth")):
         if given[name] is not None and not given[other]:
-            yield Mistake(
-                "camopt", name, given[name], f"belongs to {other.replace('_', ' ')}, which is not given", bare=True
-            )
+            why = f"needs {other} as well, which is not given"
+            yield Mistake("camopt", name, given[name], why, bare=True)
 
 
 ABOVE_ZERO = ("feed", "roughing_feed", "depth", "depth_step", "spindle", "blank_diameter", "largest_radius")

@@ -67,7 +67,7 @@ MATERIALS: dict[str, Any] = {
     "pressure_viscosity": 20,
     "roughness": 0.4,
 }
-PART = {"thickness": 60, "bore": 20, "groove_depth": 8, "material": "42CrMo4", "hardness": "58 + 4 HRC"}
+PART = {"thickness": 60, "bore": 20, "groove_depth": 8, "material": "16MnCr5", "hardness": "58 + 4 HRC"}
 
 
 def plainest(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:

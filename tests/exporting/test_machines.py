@@ -105,8 +105,8 @@ NC = {"cutter_radius": 5.0, "feed": 300.0}
 @pytest.mark.parametrize(("settings", "message"), [
     ({}, r"cutter_radius: missing.*\n.*feed: missing"),
     ({**NC, "control": "mazatrol"}, "control = 'mazatrol': must be one of iso, fanuc, siemens, heidenhain"),
-    ({**NC, "spindle": 100.0}, "spindle = 100.0: belongs to tool, which is not given"),
-    ({**NC, "roughing_feed": 100.0}, "roughing_feed = 100.0: belongs to roughing, which is not given"),
+    ({**NC, "spindle": 100.0}, "spindle = 100.0: needs tool as well, which is not given"),
+    ({**NC, "roughing_feed": 100.0}, "roughing_feed = 100.0: needs roughing as well, which is not given"),
     ({**NC, "tool": 0}, "tool = 0: must be from 1 to 99999"),
     ({**NC, "decimals": 2}, "decimals = 2: must be one of 3, 4, 5, 6"),
     ({**NC, "depth_step": 1e-5}, "depth_step = 1e-05: must be at least 0.016 mm: 1000 steps at most"),
@@ -178,6 +178,7 @@ def test_a_wheel_as_large_as_a_radial_roller_has_its_lift(tmp_path):
 def test_an_electronic_cam_is_the_motion(tmp_path, name):
     scene = find_scene(name)
     assert export(scene, tmp_path / "cam.txt", points=3601).about == {"points": 3601}
+    assert "# the slave is the follower" in (tmp_path / "cam.txt").read_text()
     angle, position, velocity, acceleration = np.loadtxt(tmp_path / "cam.txt").T
     unit = "deg" if scene.follower.motion == "oscillating" else "mm"
     np.testing.assert_allclose(position, cam_points(scene, angle)[f"displacement_{unit}"], atol=1e-8)
