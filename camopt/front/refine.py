@@ -5,6 +5,7 @@ as far as the limits allow while no other objective becomes worse. Where a close
 proved to be the smallest; elsewhere it is a local optimum. The ends of the front are added: the smallest cam of
 each programme, which is that of ``optimise``, and the best of each other objective. Where the design decides one
 objective beside the size, the front of a programme is a curve, and even levels of that objective fill it.
+Where it decides more, each row is moved for each objective in turn: the rows stay spread, and are not made more.
 """
 
 from collections.abc import Iterator
@@ -64,7 +65,8 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
         _, held = pattern.costs(designs)
         parts.append(_marked(start.take(index[~held]), False))  # so near a limit that only balls decide
         designs = concatenate([designs.take(held), *_ends(pattern, designs.take(held), decided)])
-        designs = concatenate(at_optima(pattern, designs, pattern.costs(designs)[0]))
+        ceilings = pattern.costs(designs)[0]
+        designs = concatenate(each for way in _ways(pattern, decided) for each in at_optima(way, designs, ceilings))
         designs = concatenate([designs, *at_optima(pattern, *_levels(pattern, designs, decided))])
         parts.append(_marked(_rows(pattern.problem, designs, names), True))
     front = non_dominated(concatenate_rows(parts), problem.objectives)
@@ -97,6 +99,15 @@ def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:
         cams = [design for design in answers if design is not None]
         if cams:
             yield _rows(problem, concatenate(cams), names)
+
+
+def _ways(pattern: PatternSearch, decided: list[str]) -> list[PatternSearch]:
+    """The searches that each design takes: for its objective alone, and of three and more for each in turn.
+
+    Two are a curve that levels fill; of more, one objective alone would bring all designs to the same corner.
+    """
+    others = [name for name in decided if name != pattern.objective]
+    return [pattern, *(replace(pattern, objective=name) for name in others if len(others) > 1)]
 
 
 def _ends(pattern: PatternSearch, designs: Designs, decided: list[str]) -> Iterator[Designs]:

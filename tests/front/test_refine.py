@@ -276,3 +276,25 @@ def test_a_sweep_that_is_not_to_refine_writes_what_it_always_did(tmp_path):
     table = load(tmp_path / "pareto.parquet")
     assert "refined" not in table
     assert table.attrs["front"] == result.front.to_dict()
+
+
+def test_rows_of_three_objectives_stay_spread(tmp_path, monkeypatch):
+    """Moved for the size alone they are fewer; and each row of the grid is met in every objective."""
+    scene = ROLLER.replace(
+        **{
+            "search.base_radius": {"start": 60, "stop": 120, "step": 20},
+            "search.offset": {"start": -10, "stop": 20, "step": 15},
+            "search.roller_radius": [5],
+            "search.law": ["cycloidal"],
+            "search.minimise": [*SIZED, "pressure_angle_max_return_deg"],
+        }
+    )
+    many = sweep(scene, out=tmp_path / "many", keep="pareto")
+    monkeypatch.setattr(refine, "_ways", lambda pattern, decided: [pattern])
+    assert sweep(scene, out=tmp_path / "few", keep="pareto").pareto < many.pareto
+    names = scene.search.minimise
+    grid, found = (
+        load(tmp_path / "many" / f)[[*names]].to_numpy() for f in ("pareto-grid.parquet", "pareto.parquet")
+    )
+    for row in grid:
+        assert np.any(np.all(found <= row * (1 + 1e-9), axis=1))
