@@ -80,8 +80,8 @@ def cam_points(
     the largest. One that is infinite somewhere has no column.
 
     A disc cam is in its own frame, which is the ground frame at cam angle 0: cam centre at the origin,
-    follower above it. A cylindrical cam is developed: x runs round it at the mean radius, y along its axis.
-    Where the velocity of the follower jumps, the normal is that after the jump.
+    follower above it. A cylindrical cam is developed: x runs round it at the mean radius, as the cam angle does, y
+    along its axis. Where the velocity of the follower jumps, the normal is that after the jump.
 
     Parameters
     ----------

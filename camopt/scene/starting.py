@@ -93,6 +93,7 @@ def examples(scene: Scene) -> dict[str, dict[str, Any]]:
         key for each in MECHANISMS.values() if each.motion != mechanism.motion for key in each.motion.dynamics
     }
     seen = {"face_reach": 80} if tip == FLAT else {"pressure_angle": 45}
+    bore = {} if scene.cam.shaft_diameter is None else {"bore": scene.cam.shaft_diameter}
     sizes = {} if scene.profile else {body.size: {"start": size / 2, "stop": 3 * size, "step": 1}}
     return {
         "cam": {"rotation": "ccw", "rpm": 300},
@@ -101,7 +102,7 @@ def examples(scene: Scene) -> dict[str, dict[str, Any]]:
         "search": {**sizes, **({"law": ["cycloidal", "poly345"]} if laws else {}), "minimise": f"{body.size}_mm"},
         "synthesis": {"minimise": "acceleration"},
         "materials": MATERIALS,
-        "part": {key: value for key, value in PART.items() if key != "groove_depth" or key in body.part},
+        "part": {k: v for k, v in (PART | bore).items() if k != "groove_depth" or k in body.part},
         "accuracy": {"relative_error": 1e-9},
     }
 

@@ -1,7 +1,8 @@
 """The views of a cylindrical cam: its groove developed at the mean radius, its section, and the hole for the shaft.
 
-The groove is drawn over one turn, as seen from outside, with cam angle 0 on the left; its middle is in the middle
-of the cylinder's length. The section goes through the axis, at the cam angles of the keyway and opposite to it; the
+The groove is drawn over one turn, with cam angle 0 on the left: as seen from outside where the cam turns
+clockwise (as seen from above, where the lift goes), else from inside. Its middle is in the middle of the
+cylinder's length. The section goes through the axis, at the cam angles of the keyway and opposite to it; the
 groove is as wide in it as its flanks at the mean radius are apart along the axis.
 """
 

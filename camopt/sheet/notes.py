@@ -112,8 +112,11 @@ def _turning(cam: TrueCam) -> Iterator[str]:
     scene = cam.scene
     speed = "" if scene.cam.rpm is None else cam.say(" at {} rpm").format(decimal(scene.cam.rpm))
     if cam.problem.setup.mechanism.body.developed:
-        view = "The groove is developed at the mean radius, as seen from outside"
-        yield cam.say(f"{view}; the surface moves as the arrow shows{{}}.").format(speed)
+        # cam angles grow to the right, and so against the turn of a cam that turns ccw, which only its inside shows
+        side = {"cw": "outside", "ccw": "inside"}[scene.cam.rotation]
+        view = f"The groove is developed at the mean radius, as seen from {side}: the cam turns"
+        turn = f"{SENSES[scene.cam.rotation]}, as seen from above; the surface moves as the arrow shows"
+        yield cam.say(f"{view} {turn}{{}}.").format(speed)
         return
     turns = f"Turns {SENSES[scene.cam.rotation]}{{}}, as seen in the front view, which is at cam angle 0."
     yield cam.say(turns).format(speed)

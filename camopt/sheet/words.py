@@ -59,8 +59,15 @@ GERMAN = {
     "its axis offset by {} to the right": "Achse um {} nach rechts versetzt",
     "its axis offset by {} to the left": "Achse um {} nach links versetzt",
     " at {} rpm": " mit {} min⁻¹",
-    "The groove is developed at the mean radius, as seen from outside; the surface moves as the arrow shows{}.": (
-        "Nut am mittleren Radius abgewickelt, von außen gesehen; die Oberfläche bewegt sich in Pfeilrichtung{}."
+    "The groove is developed at the mean radius, as seen from outside: the cam turns clockwise, as seen from "
+    "above; the surface moves as the arrow shows{}.": (
+        "Nut am mittleren Radius abgewickelt, von außen gesehen: Die Kurve dreht im Uhrzeigersinn, von oben "
+        "gesehen; die Oberfläche bewegt sich in Pfeilrichtung{}."
+    ),
+    "The groove is developed at the mean radius, as seen from inside: the cam turns counter-clockwise, as seen "
+    "from above; the surface moves as the arrow shows{}.": (
+        "Nut am mittleren Radius abgewickelt, von innen gesehen: Die Kurve dreht gegen den Uhrzeigersinn, von oben "
+        "gesehen; die Oberfläche bewegt sich in Pfeilrichtung{}."
     ),
     "Turns clockwise{}, as seen in the front view, which is at cam angle 0.": (
         "Dreht im Uhrzeigersinn{}, gesehen in der Vorderansicht, die bei Drehwinkel 0 steht."
