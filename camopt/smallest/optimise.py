@@ -72,6 +72,7 @@ class Optimum(HasHtml):
         For each law without a feasible design, the limits that are in the way.
     nearest_miss : Design or None
         If no law has a feasible design: the one that breaks its limits the least; ``violated`` names them.
+        Of those found so far where ``out_of_time``.
     out_of_time : bool
         Whether a search ran out of time, so that its answer is not proved.
     warnings : tuple of str

@@ -47,7 +47,9 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
     if any(prices.values()):
         _show_prices(prices)
         show(*_unknown(result, [price for each in prices.values() for price in each]))
-    if result.nearest_miss:
+    if result.nearest_miss and result.out_of_time:
+        show_miss(result.nearest_miss, "No feasible design in the time given. The least miss found so far:")
+    elif result.nearest_miss:
         show_miss(result.nearest_miss)
     return None
 

@@ -105,13 +105,13 @@ def _show_front(result: "Sweep") -> None:
     show("", result.knee_table())
 
 
-def show_miss(miss: "Design") -> None:
+def show_miss(miss: "Design", found: str = "No feasible design. The nearest miss:") -> None:
     """The design that comes nearest to holding every limit: its sizes, and each limited value beside its limit."""
     problem = resolve(miss.searched)
     (row,) = with_law([miss])
     violated = miss["violated"].split(",")
     broken = {name for limit in problem.limits if limit.name in violated for name in limit.shown}
     about = {name: "broken" if name in broken else "" for name in columns_of(problem, [row])}
-    show("", design_table("No feasible design. The nearest miss:", problem, row, about))
+    show("", design_table(found, problem, row, about))
     undecided = "It is so near its limits that neither side is proved."
     show("", f"It breaks {', '.join(violated)}." if miss["violated"] else undecided)
