@@ -108,6 +108,8 @@ def show(*things: Any) -> None:
             most = room_across() if thing.is_headed else line_length()
             width = max(min(room.maximum, most), room.minimum)
             Console(width=width, highlight=False, markup=False).print(printed, crop=False)
+        if thing.note:
+            screen.print(in_lines(thing.note), soft_wrap=True)
 
 
 def show_lines(records: Iterable[str]) -> None:

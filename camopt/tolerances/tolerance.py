@@ -149,7 +149,7 @@ class MotionErrors(HasHtml, Drawn):
         """What each of the three has in a field; nothing where it has none."""
         values = {each.name: getattr(each, field) for each in self.errors}
         if field.endswith("_deg"):  # an angle, whatever the unit of the column
-            values = {name: value if value is None else number(value) for name, value in values.items()}
+            values = {name: value if value is None else number(round(value, 9)) for name, value in values.items()}
         return {"": said, **{name: "" if value is None else value for name, value in values.items()}}
 
 
@@ -251,4 +251,4 @@ def _reasons(turn: TurnErrors) -> Iterator[str]:
             f"its own {what} is an impulse to first order; in truth it is a short, steep ramp."
         )
     if turn.scene.tolerances.profile is not None and turn.scene.tolerances.waves is None:
-        yield "The slope of the profile's error has no bound without tolerances.waves."
+        yield "The slope of the profile's error has no bound without tolerances.waves: give it, such as waves = 20."

@@ -284,3 +284,13 @@ def test_the_command_shows_and_draws_them(command, tmp_path):
     code, out, err = command("tolerance", file, "--set", "tolerances=")
     assert (code, out) == (2, "")
     assert "tolerances: names none: give one, such as profile = 0.02" in err
+
+
+def test_the_command_says_why_an_error_is_infinite_and_shows_no_rounding_of_an_angle(command, tmp_path):
+    """Under a flat face the profile's error is that of the follower at every angle: the first is told."""
+    file = tmp_path / "flat.toml"
+    file.write_text(scene_of("flat", given={"profile": 0.01}).to_toml())
+    out = command("tolerance", file)[1]
+    assert "without tolerances.waves: give it, such as waves = 20." in " ".join(out.split())
+    places = [line.split()[-1] for line in out.splitlines() if "at cam angle" in line]
+    assert places == ["0", "0"]
