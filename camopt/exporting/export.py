@@ -16,6 +16,7 @@ from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, resolve_design
+from camopt.scene.oddities import thin_walls
 from camopt.scene.scene import Scene
 from camopt.storage.files import check_writable, checked_suffix, path_of
 from camopt.verdicts.evaluation import evaluate
@@ -71,7 +72,8 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
 
 
 def _notes(scene: Scene) -> Iterator[str]:
-    """Notes on the limits of the scene that the cam exceeds."""
+    """Notes on the limits of the scene that the cam exceeds, and on walls that it leaves thin."""
+    yield from thin_walls(scene)
     row = evaluate(scene)
     if not row["feasible"]:
         broken = f"breaks limits of the scene: {row['violated']}"

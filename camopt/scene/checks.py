@@ -15,13 +15,13 @@ from camopt.scene.law_forms import NEAR_END, Fault
 from camopt.scene.load import check_load
 from camopt.scene.mapping import at, length, number_of, segments
 from camopt.scene.own_laws import check_laws, law_names
-from camopt.scene.part import check_part
+from camopt.scene.part import check_part, run_of_groove
 from camopt.scene.profile import check_profile, highest_on_profile
 from camopt.scene.sizes import SIGNED_SIZES, mechanism_in, sizes_in
 from camopt.scene.spring import spring_faults
 from camopt.scene.tables import Cam, Follower
 from camopt.scene.tolerances import check_tolerances
-from camopt.scene.train import check_train, lifts_through
+from camopt.scene.train import Lifts, check_train, lifts_through
 from camopt.scene.turn import LEAST_MOVE, POSITIONED, check_law, check_turn, highest_of
 
 FOLLOWER_SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in FIELDS) for table in (Follower, Cam))
@@ -48,9 +48,7 @@ def faults_of(data: Mapping[str, Any]) -> Iterator[Fault]:
     yield from _synthesis(data)
     if found := mechanism_in(data):
         mechanism, tip = found
-        # of moves it is that of their polynomials, of a profile that of its follower, which are made for it
-        given = highest_on_profile(data) if profiled else highest_of(data)
-        asked, lift = lifts_through(data, given) if data.get("train") else (given, given)
+        asked, lift = _lifts(data)
         yield from _dynamics(data, lift, mechanism, tip)
         yield from _lash(data, asked)
         yield from _keys(data, mechanism, tip)
@@ -60,6 +58,19 @@ def faults_of(data: Mapping[str, Any]) -> Iterator[Fault]:
         yield from check_tolerances(data, mechanism, tip, _named(mechanism, tip))
         yield from _search(data, mechanism, tip)
         yield from _limits(data, mechanism, tip)
+
+
+def _lifts(data: Mapping[str, Any]) -> Lifts:
+    """The largest lift of the motion that is asked, and that of the follower."""
+    # of moves it is that of their polynomials, of a profile that of its follower, which are made for it
+    given = highest_of(data) if data.get("profile") is None else highest_on_profile(data)
+    return lifts_through(data, given) if data.get("train") else Lifts(given, given)
+
+
+def groove_run(data: Mapping[str, Any]) -> float | None:
+    """The length over which the groove of a cylindrical cam runs along its axis, mm; None if not known."""
+    found = mechanism_in(data)
+    return found and run_of_groove(data, found[0], _lifts(data).follower, _trace_radius(data, found[1]))
 
 
 def _size(data: Mapping[str, Any], key: str) -> float | None:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from camopt.numerics.neighbours import share_of_noise
+from camopt.scene.checks import groove_run
 from camopt.scene.law_forms import NEAR_END, NOISY_POINTS, unsaid_reversal
 from camopt.scene.scene import Scene
 from camopt.scene.segments import after_each
@@ -32,6 +33,12 @@ Tables for first designs ask for a wall of 0.25 to 0.5 diameters of the shaft in
 diameters where there is a key: H. Wittel et al., Roloff/Matek Maschinenelemente, hub sizes, as remembered, for the
 book was not at hand. The rule of old workshops is 2 (Shop Practice, American Technical Society, on pulleys).
 """
+THIN_SIDE = 0.5
+"""Thickness of the wall beside a groove, in depths of the groove: what is thinner is told.
+
+The roller bends it as a cantilever: the stress by a force at its edge is 6·h/t times that of the force spread over
+the wall's thickness t, by the depth h: 12 times at this share.
+"""
 MOSTLY = 0.5  # of the acceleration or jerk of a table: a share of noise that is said
 LIFT_RANGES = {"mm": (0.01, 2e3), "deg": (0.1, 180.0)}
 """Likewise of a lift, by its unit."""
@@ -44,7 +51,12 @@ def oddities(scene: Scene) -> list[str]:
         for key, value, (least, most, unit) in _values(scene)
         if not least <= value <= most
     ]
-    return [*found, *_noisy(scene), *_at_rest(scene), *no_wall(scene), *thin_hub(scene)]
+    return [*found, *_noisy(scene), *_at_rest(scene), *thin_walls(scene)]
+
+
+def thin_walls(scene: Scene) -> list[str]:
+    """Sentences on walls of its steel that are hardly meant."""
+    return [*no_wall(scene), *thin_hub(scene), *thin_side(scene)]
 
 
 def no_wall(scene: Scene, base: float | None = None) -> list[str]:
@@ -78,6 +90,17 @@ def thin_hub(scene: Scene) -> list[str]:
     )
     rule = f"a keyed hub of steel usually has {USUAL_HUB:g} times the diameter of its bore, {usual}"
     return [f"part.keyway_width: a wall of {left} is left: {rule}, and this one {has}"]
+
+
+def thin_side(scene: Scene) -> list[str]:
+    """A sentence on a groove that comes nearer than ``THIN_SIDE`` of its depth to the ends of its cylinder."""
+    whole, depth = scene.part.thickness, scene.part.groove_depth
+    run = groove_run(scene.to_dict()) if whole and depth else None
+    if not whole or not depth or run is None or whole - run >= 2.0 * THIN_SIDE * depth:
+        return []
+    left, deep = (f"{shown(each, 'mm'):.4g} {shown_unit('mm')}" for each in ((whole - run) / 2.0, depth))
+    rule = f"one thinner than {THIN_SIDE:g} times the groove's depth ({deep}) bends under the roller"
+    return [f"part.thickness: a wall of {left} is left beside the groove at either end: {rule}"]
 
 
 def _noisy(scene: Scene) -> Iterator[str]:

@@ -244,11 +244,17 @@ def _groove(
         yield "part.groove_depth", depth, f"must be below twice the mean radius ({2 * mean:g})"
     elif mean:
         yield from _inside(data, mean - (depth or 0.0) / 2, "the bottom of the groove (radius {:g})")
-    whole, arm = length(data, "part.thickness"), length(data, "follower.arm_length")
-    if depth and whole and travel is not None and radius is not None:
-        swings = mechanism.motion.angular
-        if swings and arm is None:
-            return
-        needed = (2 * arm * sin(radians(travel) / 2) if swings and arm else travel) + 2 * radius
-        if whole <= needed:
-            yield "part.thickness", whole, f"must be above {needed:g}, the length over which the groove runs"
+    whole = length(data, "part.thickness")
+    needed = run_of_groove(data, mechanism, travel, radius)
+    if depth and whole and needed is not None and whole <= needed:
+        yield "part.thickness", whole, f"must be above {needed:g}, the length over which the groove runs"
+
+
+def run_of_groove(
+    data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
+) -> float | None:
+    """The length over which the groove runs along the axis, mm; None if a size of it is missing."""
+    arm = length(data, "follower.arm_length")
+    if travel is None or radius is None or (mechanism.motion.angular and arm is None):
+        return None
+    return (2 * arm * sin(radians(travel) / 2) if mechanism.motion.angular and arm else travel) + 2 * radius

@@ -4,11 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from camopt import BadInput, Scene, find_scene, shipped_scenes
+from camopt import BadInput, Scene, cam_points, find_scene, shipped_scenes
 from camopt.scene.fits import KEYWAYS
 from camopt.scene.materials import MATERIALS
 from camopt.scene.oddities import oddities
 from camopt.scene.part import Part
+from tests.support.cams import cam_with
 
 PLATE = {"thickness": 16, "hub_diameter": 44, "hub_length": 32, "keyway_width": 8, "keyway_depth": 3.3}
 CYLINDER = {"thickness": 100, "bore": 60, "keyway_width": 18, "keyway_depth": 4.4, "groove_depth": 16}
@@ -163,6 +164,19 @@ def test_whatever_is_given_makes_a_part_or_one_mistake_a_key(base, table):
     if scene:
         assert Scene.from_dict(scene.to_dict()) == scene
         assert scene.whole_part.bore_reach < (25.0 if base == "disc" else 100.0)
+
+
+@pytest.mark.parametrize("contact", ["groove", "groove-arm"])
+def test_a_wall_beside_a_groove_that_is_thin_is_told(contact):
+    """Thinner than half of the groove's depth; how far the groove runs is by the points of the roller's centre."""
+    scene = Scene.from_dict(cam_with(contact, "poly345"))
+    heights = cam_points(scene)["pitch_y_mm"]
+    run = heights.max() - heights.min() + 2 * scene.follower.roller_radius
+    short, long = (scene.replace(part={"groove_depth": 12, "thickness": run + 2 * wall}) for wall in (5.97, 6.03))
+    (told,) = oddities(short)
+    assert oddities(long) == []
+    assert told.startswith("part.thickness: a wall of 5.97 mm is left beside the groove")
+    assert "0.5 times the groove's depth (12 mm)" in told
 
 
 def test_a_part_says_what_other_tables_say():
