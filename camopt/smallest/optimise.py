@@ -1,8 +1,8 @@
 """Optimise: the smallest cam of a scene over its laws and sizes, with what holds it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isclose
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -188,7 +188,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
             alone, design = least.problem.alone(least.answer.design)
             found[laws] = _described(alone, replace(least.answer, design=design), until) | least.angles
             found[laws] |= _nominal(problem.with_programme(programme), turns, until)
-            cams[laws] = replace(alone, design=design)
+            cams[laws] = replace(least.problem, design=least.answer.design)
             continue
         obstacles[laws] = _obstacle(answers, max(until, share(end, len(programmes) - done)))
         misses += [_missed(each.problem, each.answer.nearest) for each in answers if each.answer.nearest]
@@ -196,7 +196,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     ranked = ByLaw((laws, Design(found[laws], scene)) for laws in order)
     nearest = None if found else _least(misses, scene)
     best = next(iter(ranked.values()), None)
-    warnings = (*warnings_of(cams[order[0]]), *_warnings(problem, best)) if best else ()
+    warnings = tuple(_warnings(cams[order[0]], best)) if best else ()
     return Optimum(scene, best, ranked, obstacles, nearest, out_of_time, warnings)
 
 
@@ -301,19 +301,33 @@ def _both_free(problem: Problem) -> Iterator[Mistake]:
         yield Mistake(problem.file, each.searched, None, why, bare=True)
 
 
-def _warnings(problem: Problem, best: Design) -> Iterator[str]:
-    """What to know of the smallest cam: numbers that do not hold its size; whether no limit that was set does.
+def _idle(problem: Problem, binding: Sequence[str]) -> Iterator[str]:
+    """The keys of numbers with a range that change no limit which holds the problem's own design."""
+    limits = [limit for limit in problem.without_last.limits if limit.name in binding]
+    for each in problem.choices.numbers:
+        if each.is_free:
+            ends = problem.design.take([0, 0]).with_values({each.field: np.array(each.ends)})
+            low, high = worst_excesses(problem, limits, ends).T
+            if np.array_equal(low, high):
+                yield each.key
 
-    And where no proof covers trains that were not tried.
+
+def _warnings(problem: Problem, best: Design) -> Iterator[str]:
+    """What to know of the smallest cam, which is the problem's design.
+
+    Numbers that do not hold its size; whether no limit that was set does; and where no proof covers trains that
+    were not tried.
     """
+    alone, design = problem.alone(problem.design)
+    yield from warnings_of(replace(alone, design=design))
     if (ranges := free_of_train(problem)) and not best["proved"]:
         numbers = listed(each.key for each in ranges)
         yield f"the best of the trains that were tried in the ranges of {numbers}: no proof covers the others"
-    free = [each for each in problem.choices.numbers if each.is_free]
-    idle = [each.key for each in free if isclose(best[each.quantity], sum(each.ends) / 2.0, rel_tol=1e-12)]
-    if idle:
-        finds = "a sweep with it among its objectives finds the best"
-        yield f"the size does not depend on {listed(idle)} here: the middle of the range is given; {finds}"
+    if idle := [*_idle(problem, best["binding"])]:
+        given = (
+            "one value of many that hold the limits is given; a sweep with it among its objectives finds the best"
+        )
+        yield f"the size does not depend on {listed(idle)} here: {given}"
     unasked = {limit.name for limit in problem.limits if not limit.asked}
     if best["binding"] and unasked.issuperset(best["binding"]):
         wanted = "pressure_angle, curvature_radius or contact_stress"

@@ -136,9 +136,18 @@ def test_a_number_that_does_not_hold_the_size_is_told():
             "cam.rpm": 300,
             "follower.dynamics": {"mass": 0.5, "preload": 200},
             "limits": {"pressure_angle": 30, "contact_force_min": 10},
-            "search": {"follower": {"dynamics": {"spring_rate": {"start": 10, "stop": 30}}}},
+            "search": {
+                "follower": {
+                    "dynamics": {"spring_rate": {"start": 10, "stop": 30}, "preload": {"start": 150, "stop": 300}}
+                }
+            },
         }
     )
     found = optimise(scene)
-    assert found.best["spring_rate_N_per_mm"] == 20.0
-    assert any("the size does not depend on follower.dynamics.spring_rate here" in each for each in found.warnings)
+    idle = "follower.dynamics.preload and follower.dynamics.spring_rate"
+    assert any(f"the size does not depend on {idle} here" in each for each in found.warnings)
+
+
+def test_a_number_that_holds_the_size_is_not_told_as_idle(found):
+    assert "contact_stress" in found.best["binding"]
+    assert not any("does not depend" in each for each in found.warnings)
