@@ -352,14 +352,10 @@ def over(force: Any, lever: Any) -> Any:
 
 def _preload(preload: Any, least: Any, unit: float) -> Any:
     """The least preload that keeps contact; what rounding alone makes of it is 0."""
-
-    def beside(force: Any) -> Any:
-        more = preload - force
-        return np.where(more > FORCE_ERROR * np.maximum(preload, np.abs(force)), more, 0.0)
-
     if not isinstance(least, Bounded):
-        return beside(least) * unit
-    required, far = (beside(each) for each in (least.value, least.value + least.outward))
+        return np.maximum(preload - least, 0.0) * unit
+    required, far = (np.maximum(preload - each, 0.0) for each in (least.value, least.value + least.outward))
+    required = np.where(required > FORCE_ERROR * least.scale, required, 0.0)
     return Bounded(required * unit, (far - required) * unit, np.maximum(required, least.scale) * unit)
 
 

@@ -213,6 +213,14 @@ def test_what_is_required_is_just_enough():
         assert enough["contact_force_min_N"] == pytest.approx(0.0, abs=1e-8 * found["contact_force_max_N"])
 
 
+def test_no_preload_is_required_by_rounding():
+    """On a slow cam that nothing pushes back the least force is the preload, of a dwell."""
+    slow = with_law(VALVE, "cycloidal").replace(**{"cam.rpm": 30})
+    for preload in (32 / 7, 281 / 7, 232 / 7):
+        trained = {"mass": 0.5, "spring_rate": 60, "preload": preload}
+        assert evaluate(slow.replace(**{"follower.dynamics": trained}))["preload_required_N"] == 0.0
+
+
 def test_hertz_constants_are_those_of_the_stress_field_below_a_line_contact():
     z = np.linspace(0.7, 0.9, 2_000_001)  # depth over half-width; Johnson, Contact Mechanics, eq. 4.46
     shear = z - z**2 / np.sqrt(1 + z**2)
