@@ -1,14 +1,16 @@
-"""Warnings of a result: an elastic train that loses contact, and a motion beyond the positions asked."""
+"""Warnings of a result: an elastic train that loses contact, a steep groove, motion beyond what was asked."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import degrees, inf, isfinite
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.effects import Case, offered
+from camopt.effects.pressure import BOTTOM
 from camopt.mistakes import Unmet
 from camopt.motion.joints import with_moves
 from camopt.motion.programme import Programme
@@ -21,6 +23,7 @@ from camopt.tables.cells import with_unit
 from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.running import run_effects
 
+MEAN_ANGLES = {"pressure_angle_max_rise_deg", "pressure_angle_max_return_deg"}  # at the mean radius
 RIGID, ELASTIC = "contact_force_min_N", "contact_force_elastic_min_N"
 REACHED_SHARE = 1e-6  # of the lift: a motion this near to what was asked is there
 SIDE_NAMES = {1.0: "above", -1.0: "below"}
@@ -28,22 +31,39 @@ SIDE_NAMES = {1.0: "above", -1.0: "below"}
 
 def warnings_of(problem: Problem) -> tuple[str, ...]:
     """Sentences on the problem's own design that its reader should know."""
-    return (*_lost_contact(problem), *_beyond_what_was_asked(problem))
+    return (*_lost_contact(problem), *_steep_groove(problem), *_beyond_what_was_asked(problem))
 
 
 def _lost_contact(problem: Problem) -> Iterator[str]:
     """A warning if only a rigid train keeps contact, unless a limit on contact force says so already."""
-    setup, needed = problem.setup, {RIGID, ELASTIC}
+    setup = problem.setup
     limited = any(ELASTIC in limit.needs for limit in problem.limits)
-    if setup.mechanism.pulls or limited or not needed.issubset(offered(setup)):
+    if setup.mechanism.pulls or limited or not {RIGID, ELASTIC}.issubset(offered(setup)):
         return
-    columns = run_effects(Case(setup, problem.programme, problem.design), needed).columns
-    rigid, elastic = (float(np.broadcast_to(columns[name], 1)[0]) for name in (RIGID, ELASTIC))
+    rigid, elastic = _quantities(problem, RIGID, ELASTIC)
     if elastic <= 0.0 < rigid:
         least = f"its least contact force is {_force(elastic)}" if isfinite(elastic) else "it is in resonance"
         train = f"the elastic train (natural frequency {setup.dynamics.natural_frequency:g} Hz) loses contact"
         ask = "limits.contact_force_elastic = 0 asks for contact"
         yield f"{train}: {least}, that of a rigid one {_force(rigid)}; {ask}"
+
+
+def _steep_groove(problem: Problem) -> Iterator[str]:
+    """A warning if a groove is steeper at its bottom than the limit, which is one at the mean radius, allows."""
+    limits = [limit for limit in problem.limits if MEAN_ANGLES & {*limit.needs}]
+    limited = any(BOTTOM in limit.needs for limit in problem.limits)
+    if limits and not limited and BOTTOM in offered(problem.setup):
+        (angle,), limit = _quantities(problem, BOTTOM), max(limits, key=attrgetter("bound"))
+        if angle > limit.bound:
+            known = f"{limit.key} ({limit.bound:g} deg) is that at the mean radius"
+            ask = f"limits.{BOTTOM} = {limit.bound:g} limits it there"
+            yield f"the pressure angle at the bottom of the groove is {angle:.4g} deg: {known}; {ask}"
+
+
+def _quantities(problem: Problem, *names: str) -> list[float]:
+    """Quantities of the problem's own design."""
+    columns = run_effects(Case(problem.setup, problem.programme, problem.design), {*names}).columns
+    return [float(np.broadcast_to(columns[name], 1)[0]) for name in names]
 
 
 def _force(value: float) -> str:

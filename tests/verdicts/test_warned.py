@@ -1,4 +1,4 @@
-"""What results say of a cam unasked: contact that an elastic train loses, and moves beyond every position asked."""
+"""What results say of a cam unasked: of lost contact, steep grooves, and moves beyond every position asked."""
 
 import json
 import re
@@ -52,6 +52,19 @@ def test_nothing_is_told_of_what_is_asked_known_or_not_given():
 def test_resonance_is_told():
     resonant = trained(natural_frequency=40.0, damping_ratio=0.0)
     assert "it is in resonance" in evaluate(resonant).warnings[0]
+
+
+def test_a_groove_that_is_steeper_at_its_bottom_than_allowed_is_told():
+    """tan β is as 1/R under a follower that translates: within the limit at the mean radius, and not further in."""
+    scene = camopt.find_scene("feeder-with-stop").replace(part={"groove_depth": 12})
+    mean = evaluate(scene.replace(outputs=["pressure"]))["pressure_angle_max_deg"]
+    limited = scene.replace(limits={"pressure_angle": mean + 0.01})
+    (told,) = evaluate(limited).warnings
+    bottom = np.degrees(np.arctan(np.tan(np.radians(mean)) * 100 / 94))
+    assert float(re.search(r"is ([\d.]+) deg", told)[1]) == pytest.approx(bottom, abs=0.006)
+    assert evaluate(limited.replace(**{"limits.pressure_angle": bottom + 0.01})).warnings == ()
+    by_bottom = limited.replace(**{"limits.pressure_angle_max_bottom_deg": mean})
+    assert (evaluate(by_bottom)["violated"], evaluate(by_bottom).warnings) == ("pressure_angle_max_bottom_deg", ())
 
 
 def test_every_way_to_look_at_a_cam_tells_it(tmp_path, capsys):
