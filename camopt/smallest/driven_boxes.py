@@ -28,7 +28,8 @@ from camopt.problem.problem import Problem
 from camopt.trains.link import position_at
 from camopt.trains.train import Train
 
-TERMS = 3  # of series: up to the acceleration, the highest derivative that values of curves take
+TERMS = 3  # of series: up to the acceleration, the highest derivative that values of curves take; of jerk one more
+FACTORIALS = 2.0, 6.0
 
 
 class ToolPlaces(NamedTuple):
@@ -37,16 +38,16 @@ class ToolPlaces(NamedTuple):
     angles: FloatArray
     """(places,)"""
     motion: FloatArray
-    """Position, from the start position of trains, velocity and acceleration by the cam angle (3, places)."""
+    """Position, from the start position of trains, and as many derivatives by the cam angle (terms, places)."""
     kinds: IntArray
     """Of the pieces, and the ways in which the tool moves (places,)."""
     against: IntArray
     """Those of a follower that goes in as the tool goes out."""
 
     @classmethod
-    def of(cls, turn: Programme, angles: FloatArray) -> "ToolPlaces":
+    def of(cls, turn: Programme, angles: FloatArray, terms: int) -> "ToolPlaces":
         """The places at cam angles of a turn that drives a tool."""
-        motion, kinds = turn.tool.at(angles)[:TERMS], turn.tool.kinds_at(angles)
+        motion, kinds = turn.tool.at(angles)[:terms], turn.tool.kinds_at(angles)
         motion[0] = tool_position(turn, angles)
         return cls(angles, motion, kinds, turned_kinds(kinds))
 
@@ -70,7 +71,7 @@ class Driven:
     def part(self, some: slice) -> "Driven":
         """That of some of them."""
         y, y1, y2, y3, load = self.state
-        y, y1, y2 = (_some(each, some) for each in (y, y1, y2))
+        y, y1, y2, y3 = (_some(each, some) for each in (y, y1, y2, y3))
         if load is not None:
             load = type(load)(*(_some(each, some) for each in load))
         state = State(y, y1, y2, y3, load)
@@ -86,16 +87,16 @@ class Driven:
 def driven_at(problem: Problem, designs: Designs, angles: FloatArray, motion: Sequence[Any], ways: Any) -> Driven:
     """The motion that trains of designs give at cam angles, with which go the tool's motion and its ways."""
     turn = problem.programme
-    train = problem.trains({key: designs.numbers[key] for key in train_keys(problem)})
-    z, z1, z2 = motion
-    follower = train.follower(Taylor([z, z1, z2 / 2.0]))
+    train = _trains(problem, designs)
+    z, z1, *higher = motion
+    follower = train.follower(Taylor([z, z1, *(each / by for each, by in zip(higher, FACTORIALS, strict=False))]))
     one, other = (position_at(train.follower, _as(motion[0], end)) for end in travel(turn))
     sense = _sense(other - one)
     lowest, highest = np.minimum(one, other), np.maximum(one, other)
-    y, y1, y2 = follower.terms
-    load = _load(turn, train, follower, angles, ways * sense)
-    y, y1, y2 = (_plain(each) for each in (y - lowest, y1, y2 * 2.0))
-    state = State(y, y1, y2, 0.0, load)
+    y, y1, *higher = follower.terms
+    load = _load(turn, train, Taylor(follower.terms[:TERMS]), angles, ways * sense)
+    y2, y3, *_ = (*(each * by for each, by in zip(higher, FACTORIALS, strict=False)), 0.0)
+    state = State(_plain(y - lowest), _plain(y1), _plain(y2), _plain(y3), load)
     return Driven(turn.tool, turn.load, state, _plain(highest - lowest), _plain(other - one), sense)
 
 
@@ -112,10 +113,27 @@ def over_boxes(
     error = problem.programme.tool.table.error.max(axis=0)
     rows = zip(places.motion[:, where], error, strict=False)
     motion = tuple(widened(Interval(row - e, row + e)) for row, e in rows)
+    trains = _placed(problem, boxes, radicands)
+    return driven_at(problem, trains, places.angles[where], motion, way_of(places.kinds[where]))
+
+
+def least_transmission(problem: Problem, boxes: Designs, radicands: list[Sloped]) -> Any:
+    """The least transmission angle over the turn, rad, of all trains of boxes; adds radicands as ``over_boxes``."""
+    train = _trains(problem, _placed(problem, boxes, radicands))
+    ends = (np.full(len(boxes), end) for end in travel(problem.programme))
+    return _plain(train.least_transmission(*(widened(Interval(end, end)) for end in ends)))
+
+
+def _placed(problem: Problem, boxes: Designs, radicands: list[Sloped]) -> Designs:
+    """Boxes with the numbers of their trains as those of linkages."""
     own: dict[str, Any] = {key: boxes.numbers[key] for key in train_keys(problem)}
     ranges = {key: Placed.of(each, radicands) for key, each in own.items() if isinstance(each, Sloped)}
-    trains = boxes.with_values(ranges)
-    return driven_at(problem, trains, places.angles[where], motion, way_of(places.kinds[where]))
+    return boxes.with_values(ranges)
+
+
+def _trains(problem: Problem, designs: Designs) -> Train:
+    """The trains that designs bring."""
+    return problem.trains({key: designs.numbers[key] for key in train_keys(problem)})
 
 
 def train_keys(problem: Problem) -> list[str]:

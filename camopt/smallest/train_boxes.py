@@ -1,8 +1,9 @@
 """The smallest cam over sizes and numbers of the train together, by bisection of boxes of both (``motion_boxes``).
 
 A box is dropped if a limit at some cam angle (``train_limits``) shows that it holds no feasible cam, or if none of
-its trains, or of its cams, can be put together. Limits on means, on the jerk of the follower and on what the train
-alone decides, as the transmission angle, drop no box; a cam has to hold them like all others to be the answer.
+its trains, or of its cams, can be put together. A limit on the transmission angle does the same: it is a formula of
+trains alone. Limits on means and on forces in joints drop no box; a cam has to hold them like all others to be the
+answer.
 """
 
 from collections.abc import Collection

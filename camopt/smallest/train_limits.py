@@ -2,21 +2,24 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property
+from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.effects import Case
 from camopt.effects.peak import Derivative
+from camopt.effects.transmission import LEAST_ANGLE, ROUNDED
 from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST, FloatArray, IntArray
-from camopt.numerics.curves import Linear, curve
+from camopt.numerics.curves import curve
 from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, at_point
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem, strictest
-from camopt.smallest.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_boxes
+from camopt.smallest.driven_boxes import TERMS, Driven, ToolPlaces, at_places, least_transmission, over_boxes
 from camopt.smallest.enclosure import curve_of_designs, present_claims
 from camopt.smallest.excesses import HUGE_SLOPE, Excesses
 from camopt.smallest.motion_boxes import Said
@@ -24,32 +27,39 @@ from camopt.verdicts.claim_boxes import excess_of
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
 STROKE_PLACES = 17  # in a stroke at which every box is looked at, even
+LOOKS, CLOSER = 256, 4  # cam angles at which a derivative is looked for where it is largest, and how often closer
 ADDED = 96  # and so many more at most, where cams that were looked at exceed a limit the most
 
 
 def claims_of_trains(problem: Problem) -> list[Claim]:
-    """The claims of limits as those of designs that bring their trains; none on the jerk of the follower."""
+    """The claims of limits as those of designs that bring their trains.
+
+    What the tool has of a derivative at most is the same for all trains.
+    """
     claims = strictest(claim for limit in problem.limits for claim in limit.claims)
-    return [each._replace(curve=_of_trains(each)) for each in claims if not _is_jerk(each.curve)]
-
-
-def _is_jerk(made: Any) -> bool:
-    """Whether a curve is of a derivative of the follower that is not known over boxes."""
-    return isinstance(made, Derivative) and made.at_follower and made.order >= TERMS
+    return [each._replace(curve=_of_trains(each)) for each in claims]
 
 
 def _of_trains(claim: Claim) -> Any:
-    """The curve of a claim; what the tool has of a derivative at most is the same for all trains."""
+    """The curve of a claim."""
+    return claim.curve if _order(claim) else curve_of_designs(claim.curve, claim.kinds)
+
+
+def _order(claim: Claim) -> int:
+    """Of the derivative of the follower's motion that a claim is about; 0 if it is about another curve."""
     made: Any = claim.curve
-    if isinstance(made, Derivative) and made.at_follower:
-        return partial(_derivative, made.order)
-    return curve_of_designs(made, claim.kinds)
+    return made.order if isinstance(made, Derivative) and made.at_follower else 0
 
 
-def _derivative(order: int, designs: Designs, motion: Any) -> Linear:
-    """A derivative of the motion as a curve."""
-    none = np.zeros(len(designs))
-    return Linear(none, none + (order == 1), none + (order == 2), none)
+def _largest_at(turn: Programme, order: int, side: float, kinds: int) -> float:
+    """The cam angle at which a derivative of a follower's motion, times a side, is largest over some strokes."""
+    middle, half = pi, pi
+    for _ in range(CLOSER):
+        angles = middle + half * np.linspace(-1.0, 1.0, LOOKS)
+        inside = angles % (2 * pi)
+        over = np.where(turn.kinds_at(inside) & kinds, side * turn.at(inside)[order], -np.inf)
+        middle, half = angles[np.argmax(over)], half * 2.0 / LOOKS
+    return float(middle % (2 * pi))
 
 
 class Worst(NamedTuple):
@@ -85,14 +95,25 @@ class TrainLimits:
         """Both sides of those cam angles."""
         angles = np.array([*self.even, *self.added[-ADDED:]])
         both = self.problem.programme.one_sided(angles, ALL_STROKES)
-        return ToolPlaces.of(self.problem.programme, both.ravel())
+        terms = max([TERMS, *(_order(each) + 1 for each in self.claims)])
+        return ToolPlaces.of(self.problem.programme, both.ravel(), terms)
+
+    @cached_property
+    def least_angle(self) -> float:
+        """The transmission angle that is asked for at least, rad; 0 if none is."""
+        asked = [each.bound for each in self.problem.limits if LEAST_ANGLE in each.needs]
+        return float(np.radians(max(asked, default=0.0)))
 
     def learn(self, design: Designs, problem: Problem) -> None:
         """Add the places at which one cam of a train exceeds limits the most."""
         for claim in present_claims(problem, self.claims):
-            goals = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
-            found = Case(problem.setup, problem.programme, design).extremes(claim.curve, goals).where.ravel()
-            self.added += [each for each in found.tolist() if each not in self.added]
+            if order := _order(claim):
+                found = [_largest_at(problem.programme, order, side, claim.kinds) for side in claim.sides]
+            else:
+                goals = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+                extremes = Case(problem.setup, problem.programme, design).extremes(claim.curve, goals)
+                found = extremes.where.ravel().tolist()
+            self.added += [each for each in found if each not in self.added]
 
     def said(self, boxes: Designs, inside: Designs, like: Sloped) -> Said:
         """The excess where one design of each box exceeds a limit the most, for each limit that is near.
@@ -114,6 +135,11 @@ class TrainLimits:
         margins = self.problem.setup.mechanism.assembly_margins(boxes, motion)
         lacking = [_lack(each, 1) for each in margins if isinstance(each, Sloped)]
         lacking += [_lack(each, len(where)) for each in radicands]
+        if self.least_angle:
+            at_ends = list[Sloped]()
+            angle = as_sloped(least_transmission(self.problem, boxes, at_ends), like)
+            found.append(Excesses.of(1.0 - ROUNDED - angle / self.least_angle))
+            lacking += [_lack(each, 1) for each in at_ends]
         return Said(found, lacking, _to_know(motion, like))
 
     def _worst(self, inside: Designs, places: ToolPlaces) -> Iterator[Worst]:
@@ -131,7 +157,8 @@ class TrainLimits:
 def _excess(claim: Claim, side: Any, motion: Driven, designs: Designs) -> Any:
     """What is above 0 where designs exceed a claim on one side."""
     made: Any = claim.curve
-    value, _ = curve(made(designs, motion), ..., motion.state)
+    order = _order(claim)
+    value = motion.state[order] if order else curve(made(designs, motion), ..., motion.state)[0]
     return excess_of(claim, side, as_quotient(value), designs)
 
 

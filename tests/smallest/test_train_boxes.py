@@ -51,6 +51,12 @@ QUESTIONS = {
     "follower": VALVE.replace(
         **{"limits.acceleration_max_follower_m_s2": 800.0}, search=of_train(of_1_input_arm=(22.0, 34.0))
     ),
+    "jerk of the follower": VALVE.replace(
+        **{"limits.jerk_max_follower_m_s3": 2.223e5}, search=of_train(of_1_output_angle=(-27.0, -9.0))
+    ),
+    "transmission angle": PRESS.replace(
+        **{"limits.transmission_angle_min_deg": 53.5}, search=of_train(of_1_crank=(99.0, 121.0))
+    ),
 }
 PROVED = [name for name in QUESTIONS if name != "four-bar"]
 

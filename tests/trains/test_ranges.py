@@ -51,7 +51,7 @@ def enclosed(stages, angular, chosen, low, high, tool):
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("seed", range(times(150, deep=3000)))
 def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
-    """Position, velocity, acceleration and jerk of the follower, velocity ratios of joints, and roots."""
+    """Motion of the follower up to the jerk, velocity ratios of joints, least transmission angles, and roots."""
     rng = np.random.default_rng(seed)
     stages, train, angular = random_train(rng)
     chosen, low, high, inside = drawn_box(rng, stages, SAMPLES)
@@ -60,6 +60,8 @@ def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
     trains, follower, radicands = enclosed(stages, angular, chosen, low, high, tool)
     with np.errstate(all="ignore"):
         ratios = [joint.ratio for joint in trains.joints(follower)]
+        travel = sorted((tool[0], ends[0] + (ends[1] - ends[0]) * rng.uniform(0.1, 0.9)))
+        angle = range_of(trains.least_transmission(*travel)) if trains.has_couplers else None
     seen = 0
     for values in inside.T:
         try:
@@ -76,6 +78,8 @@ def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
         for joint, whole in zip(one.joints(moved), ratios, strict=True):
             for part, over in zip(joint.ratio.terms, whole.terms, strict=True):
                 assert range_of(over).low <= part <= range_of(over).high
+        if angle is not None and one.reach[0].at < travel[0] <= travel[1] < one.reach[1].at:
+            assert angle.low <= one.least_transmission(*travel) <= angle.high
     assert seen > 0 or np.max((high - low) / np.abs(low)) > 1e-3
 
 
