@@ -1,4 +1,4 @@
-"""Warnings of a result: an elastic train that loses contact, a steep groove, motion beyond what was asked."""
+"""Warnings of a result: contact lost, stress at low speed, a steep groove, motion beyond the positions asked."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.effects import Case, offered
+from camopt.effects.hertz import STRESS
 from camopt.effects.pressure import BOTTOM
 from camopt.mistakes import Unmet
 from camopt.motion.joints import with_moves
@@ -24,6 +25,8 @@ from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.running import run_effects
 
 MEAN_ANGLES = {"pressure_angle_max_rise_deg", "pressure_angle_max_return_deg"}  # at the mean radius
+SLOW = 1e-3  # of the speed of a cam: inertia is next to nothing
+NOTICED = 1e-3  # of a stress: a difference that is told
 RIGID, ELASTIC = "contact_force_min_N", "contact_force_elastic_min_N"
 REACHED_SHARE = 1e-6  # of the lift: a motion this near to what was asked is there
 SIDE_NAMES = {1.0: "above", -1.0: "below"}
@@ -31,7 +34,8 @@ SIDE_NAMES = {1.0: "above", -1.0: "below"}
 
 def warnings_of(problem: Problem) -> tuple[str, ...]:
     """Sentences on the problem's own design that its reader should know."""
-    return (*_lost_contact(problem), *_steep_groove(problem), *_beyond_what_was_asked(problem))
+    told = (_lost_contact, _stressed_when_slow, _steep_groove, _beyond_what_was_asked)
+    return tuple(sentence for each in told for sentence in each(problem))
 
 
 def _lost_contact(problem: Problem) -> Iterator[str]:
@@ -46,6 +50,23 @@ def _lost_contact(problem: Problem) -> Iterator[str]:
         train = f"the elastic train (natural frequency {setup.dynamics.natural_frequency:g} Hz) loses contact"
         ask = "limits.contact_force_elastic = 0 asks for contact"
         yield f"{train}: {least}, that of a rigid one {_force(rigid)}; {ask}"
+
+
+def _stressed_when_slow(problem: Problem) -> Iterator[str]:
+    """A warning if only inertia keeps the contact stress within its limit: at low speed it exceeds it."""
+    setup = problem.setup
+    limits = [limit for limit in problem.limits if STRESS in limit.needs]
+    if limits:
+        slow = replace(problem, setup=setup.with_numbers({"cam.rpm": setup.rpm * SLOW}))
+        (stress,), (slowly,), limit = _quantities(problem, STRESS), _quantities(slow, STRESS), limits[0]
+        if stress <= limit.bound * (1.0 + NOTICED) < slowly:
+            at_speed = f"{_stress(stress)} at {setup.rpm:g} rpm, where inertia relieves it"
+            beyond = f"is {_stress(slowly)} at low speed, above {limit.key} ({_stress(limit.bound)})"
+            yield f"the contact stress {beyond}, and {at_speed}"
+
+
+def _stress(value: float) -> str:
+    return f"{shown(value, 'MPa'):.4g} {shown_unit('MPa')}"
 
 
 def _steep_groove(problem: Problem) -> Iterator[str]:

@@ -11,7 +11,7 @@ from support.cams import FREE, UNGUIDED, cam_with
 from support.depth import times
 
 import camopt
-from camopt import BadInput, Scene, evaluate
+from camopt import BadInput, Scene, evaluate, find_scene
 from camopt.cli.main import main
 from camopt.problem.problem import resolve
 
@@ -52,6 +52,25 @@ def test_nothing_is_told_of_what_is_asked_known_or_not_given():
 def test_resonance_is_told():
     resonant = trained(natural_frequency=40.0, damping_ratio=0.0)
     assert "it is in resonance" in evaluate(resonant).warnings[0]
+
+
+def test_stress_that_inertia_relieves_is_told_where_it_is_beyond_its_limit_at_low_speed():
+    """At the nose of a valve cam; the stress at low speed is that of the scene at 1 rpm."""
+    data = find_scene("bucket-valve").to_dict() | {
+        "materials": {"cam": "steel", "follower": "steel", "face_width": 14}
+    }
+    data["follower"]["dynamics"] = {"mass": 0.12, "spring_rate": 35, "preload": 280}
+    scene = Scene.from_dict({**data, "limits": {}, "outputs": ["hertz"]})
+    fast, slow = (evaluate(scene.replace(**{"cam.rpm": rpm}))["contact_stress_max_MPa"] for rpm in (3000, 1))
+    assert slow > 1.02 * fast
+
+    def told(limit):
+        return evaluate(scene.replace(**{"limits.contact_stress": limit})).warnings
+
+    (sentence,) = told(1.01 * fast)
+    numbers = [float(text) for text in re.findall(r"[\d.]+(?= MPa)", sentence)]
+    assert numbers == pytest.approx([slow, 1.01 * fast, fast], rel=1e-3)
+    assert told(1.01 * slow) == told(0.99 * fast) == ()
 
 
 def test_a_groove_that_is_steeper_at_its_bottom_than_allowed_is_told():
