@@ -39,9 +39,9 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
     for law, row in result.by_law.items():
         if row["clear_above_mm"] > row[size_name]:
             clear = row["clear_above_mm"]
-            upto = f"up to {with_unit(clear, 'mm')}" if isfinite(clear) else "the largest too"
-            some = f"some break a limit{', or were not looked at in the time' if result.out_of_time else ''}"
-            show(f"{law or result.scene.name}: larger cams are not all known to be feasible; {some}, {upto}")
+            tried = f"above {with_unit(clear, 'mm')} none that was tried does" if isfinite(clear) else TO_THE_LARGEST
+            late = ", and not all were looked at in the time" if result.out_of_time else ""
+            show(f"{law or result.scene.name}: larger cams may break a limit again{late}; {tried}.")
     if result.out_of_time:
         show("The search ran out of time; --seconds gives it more.")
     if any(prices.values()):
@@ -52,6 +52,9 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
     elif result.nearest_miss:
         show_miss(result.nearest_miss)
     return None
+
+
+TO_THE_LARGEST = "the largest that was tried does"
 
 
 def _show_prices(prices: "Mapping[str, list[Price]]") -> None:
