@@ -19,10 +19,12 @@ from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.oddities import thin_walls
 from camopt.scene.scene import Scene
 from camopt.storage.files import check_writable, checked_suffix, path_of
+from camopt.tables.cells import with_unit
 from camopt.verdicts.evaluation import evaluate
 from camopt.verdicts.running import run_effects
 
 TORN = 1e-9  # mm
+COARSE = 0.25  # of the tolerance of the profile: no curve in a file should take more of it
 
 
 def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Export:
@@ -67,8 +69,19 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
     problem = resolve_design(scene)
     if ENDINGS[suffix].of_cam:
         check_makable(problem)
-    found: Export = write(Workpiece(scene, problem), place, **settings)
-    return replace(found, notes=(*found.notes, *_notes(scene)))
+    work = Workpiece(scene, problem)
+    found: Export = write(work, place, **settings)
+    coarse = _coarse(found, work.part.profile_tolerance) if "chord" in signature(write).parameters else ()
+    return replace(found, notes=(*found.notes, *coarse, *_notes(scene)))
+
+
+def _coarse(found: Export, tolerance: float | None) -> Iterator[str]:
+    """A note on curves in a file that take much of the tolerance of the profile, mm."""
+    furthest = max((each.deviation_mm for each in found.curves.values()), default=0.0)
+    if tolerance is not None and furthest > COARSE * tolerance:
+        asked = f"a quarter of part.profile_tolerance ({with_unit(tolerance, 'mm')})"
+        closer = "a smaller chord or step, or more decimals, brings them closer"
+        yield f"curves in the file are within {with_unit(furthest, 'mm')}, more than {asked}: {closer}"
 
 
 def _notes(scene: Scene) -> Iterator[str]:

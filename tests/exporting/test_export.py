@@ -271,3 +271,10 @@ def test_a_development_has_its_edges_and_the_line_of_no_lift(tmp_path):
 
 
 LAYERS = ("EDGES", "ZERO")
+
+
+def test_curves_that_take_much_of_the_tolerance_of_the_profile_are_told(tmp_path):
+    scene = find_scene("two-pauses").replace(**{"part.profile_tolerance": 0.002})
+    (note,) = export(scene, tmp_path / "cam.svg").notes
+    assert "more than a quarter of part.profile_tolerance (0.002 mm)" in note
+    assert export(scene, tmp_path / "cam.svg", chord=0.0005).notes == ()

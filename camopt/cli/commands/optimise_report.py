@@ -39,7 +39,9 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
     for law, row in result.by_law.items():
         if row["clear_above_mm"] > row[size_name]:
             clear = row["clear_above_mm"]
-            tried = f"above {with_unit(clear, 'mm')} none that was tried does" if isfinite(clear) else TO_THE_LARGEST
+            tried = (
+                f"above {with_unit(clear, 'mm')} none that was tried does" if isfinite(clear) else TO_THE_LARGEST
+            )
             late = ", and not all were looked at in the time" if result.out_of_time else ""
             show(f"{law or result.scene.name}: larger cams may break a limit again{late}; {tried}.")
     if result.out_of_time:
