@@ -21,6 +21,7 @@ from camopt.numerics.piecewise import sign_changes
 from camopt.problem.problem import resolve
 from camopt.quantities import displacement_unit
 from camopt.scene.scene import Scene
+from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.shown import HasHtml
 from camopt.tables.layout import Table, table_of
 
@@ -77,19 +78,30 @@ class Timing(HasHtml):
     velocity_unit: str
 
     def records(self) -> list[dict[str, float]]:
-        """A mapping for each passage."""
-        return [each._asdict() for each in self.passages]
+        """A mapping for each passage; with angles of the crank, of a scene that gives its speed."""
+        return [each._asdict() | self._of_crank(each) for each in self.passages]
 
     def table(self) -> Table:
         """A row for each passage."""
-        angle = dict.fromkeys(("rises_at_deg", "falls_at_deg", "above_deg"), "deg")
+        rows = self.records()
         units = {
+            **{name: "deg" for row in rows for name in row if name.endswith("_deg")},
             "lift": displacement_unit(angular=self.scene.tool_turns),
-            **angle,
             "rising": self.velocity_unit,
             "falling": self.velocity_unit,
         }
-        return table_of(f"{self.scene.name}: above a lift", self.records(), Passage._fields, units=units)
+        names = dict.fromkeys(name for row in rows for name in row)
+        return table_of(f"{self.scene.name}: above a lift", rows, names, units=units)
+
+    def _of_crank(self, passage: Passage) -> dict[str, float]:
+        """The cam angles as angles of the crank, which is at 0 with the cam, where the scene gives its speed."""
+        angles = passage._asdict() if self.scene.by_crank else {}
+        suffix = "_deg"
+        return {
+            f"{name.removesuffix(suffix)}_crank{suffix}": TURNS_OF_CRANK * angle
+            for name, angle in angles.items()
+            if name.endswith(suffix)
+        }
 
 
 def timing(scene: Scene, lifts: Iterable[float] | None = None) -> Timing:

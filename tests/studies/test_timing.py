@@ -95,3 +95,13 @@ def test_the_command(command):
     assert code == 0
     assert "149.973" in out
     assert command("timing", "--lift", "60")[0] == 2
+
+
+def test_a_scene_with_the_speed_of_its_crank_has_the_angles_of_that_too(command, tmp_path):
+    file = tmp_path / "valve.toml"
+    file.write_text(find_scene("bucket-valve").to_toml().replace("rpm = 3000.0", "rpm_of_crank = 6000"))
+    (told,) = json.loads(command("timing", file, "--json")[1])["passages"]
+    assert {name: told[name] for name in told if "crank" in name} == {
+        f"{name}_crank_deg": 2.0 * told[f"{name}_deg"] for name in ("rises_at", "falls_at", "above")
+    }
+    assert "299.946" in command("timing", file)[1]
