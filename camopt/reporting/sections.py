@@ -18,7 +18,7 @@ from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.certify import CONDITIONS, certify_problem
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.exact_section import is_integrated
-from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
+from camopt.verdicts.words import ARM_UNCHECKED, BROKEN, HELD, UNDECIDED
 
 IN_DOUBLES, IN_BALLS, BY_INTEGRALS, BY_SIZES = "double precision", "ball arithmetic", "integrals in balls", "sizes"
 UNPROVED = "not yet"
@@ -54,7 +54,7 @@ def verdicts_sheet(
     used = dict.fromkeys(proofs[name] for name in verdicts)
     note = "; ".join(f"{how}: {PROOFS[how]}" for how in used)
     if found.scene.mechanism.motion.angular:
-        note += ". Whether the cam meets the arm or its pivot is not checked"
+        note += f". {ARM_UNCHECKED}"
     return Table.of("Limits, at every cam angle", ["limit", "verdict", *numbers, "proved by"], rows, note)
 
 

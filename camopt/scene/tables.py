@@ -525,7 +525,9 @@ def as_list(value: Any) -> Any:
     return [value] if isinstance(value, (Real, str)) and not isinstance(value, bool) else value
 
 
-OutputName = Annotated[str, _known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect or all")]
+OutputName = Annotated[
+    str, _known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all")
+]
 Outputs = Annotated[
     tuple[OutputName, ...], BeforeValidator(as_list, json_schema_input_type=OutputName | list[OutputName])
 ]

@@ -11,8 +11,8 @@ from camopt.storage.files import text_of
 
 DEEPEST = 16  # tables within tables; a scene has five
 PLACE = re.compile(r" \(at line (\d+), column \d+\)$")
-TYPED = re.compile(r"\s*[-+]?\d+(\.\d+)?(e[-+]?\d+)?\s*(1/)?[a-zA-Zµ°%].*", re.DOTALL)
-"""A number with a unit, which a text may be where a number is expected."""
+TYPED = re.compile(r"\s*[-+]?\d+(\.\d+)?(e[-+]?\d+)?((\s+\d+)?/[1-9]\d*)?\s*(1/)?[a-zA-Zµ°%].*", re.DOTALL)
+"""A number with a unit, ``1.5 in`` or ``1 1/2 in``, which a text may be where a number is expected."""
 HINTS = {
     r"[\u2018-\u201f\u00ab\u00bb]": "a text has straight quotes, \" or '",
     r"[=\[,]\s*[-+]?\d+,\d+\s*(#|$)": "a number has a decimal point, not a comma",

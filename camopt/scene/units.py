@@ -21,6 +21,8 @@ from camopt.unit_systems import shown, shown_unit
 ANGLE = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
 PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")
 """How plates of motors write rev/min."""
+MIXED = re.compile(r"\b(\d+)\s+(\d+/\d+)\b(?!\.)")
+"""A whole number and a fraction, as lengths in inch are written."""
 NO_UNIT = "no unit"
 """What the text of a key says whose numbers have none."""
 EXACT = 15
@@ -135,6 +137,7 @@ def converted(text: str, unit: str) -> float:
     try:
         if bool(ANGLE.search(text)) != bool(ANGLE.search(target)):
             raise ValueError(allowed)
+        text = MIXED.sub(r"(\1+\2)", text)
         quantity = _registry().Quantity(re.sub(r"\brev\b", "turn", text.replace("·", "*")))
         return float(f"{quantity.to(_registry().parse_units(target)).magnitude:.{EXACT}g}")
     except (PintError, TypeError, AttributeError, SyntaxError, ArithmeticError) as error:

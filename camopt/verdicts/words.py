@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable
 
+ARM_UNCHECKED = "Whether the cam meets the arm or its pivot is not checked"
+"""Of an oscillating follower, beside every verdict."""
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
 
 

@@ -117,6 +117,12 @@ def test_evaluate_shows_every_quantity(run, run_json):
     assert "∞" in text
 
 
+def test_what_is_not_checked_of_an_arm_is_said(run):
+    said = "Whether the cam meets the arm or its pivot is not checked."
+    assert said in run("evaluate", "oscillating-roller")[1]
+    assert said not in run("evaluate", "roller-1000rpm")[1]
+
+
 def test_overrides_reach_the_result(run_json):
     _, plain = run_json("evaluate", "roller-1000rpm")
     _, fast = run_json("evaluate", "roller-1000rpm", "--rpm", "2000")

@@ -104,7 +104,8 @@ def test_the_line_is_an_error_output_that_quiet_stops(capsys, tmp_path, monkeypa
 def test_an_output_that_is_none_is_refused(capsys):
     assert main(["evaluate", "two-pauses", "--outputs", "hurtz"]) == 2
     assert (
-        "--outputs = 'hurtz': must be a quantity, an effect or all; did you mean hertz?" in capsys.readouterr().err
+        "--outputs = 'hurtz': must be a quantity, an effect (camopt effects lists them) or all; did you mean hertz?"
+        in capsys.readouterr().err
     )
 
 

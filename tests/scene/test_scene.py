@@ -254,7 +254,7 @@ ONE_MISTAKE = [
     ("roller", {"search.thin": 1}, "search.thin = 1: must be below 1"),
     ("roller", {"search.thin": "fine"}, "search.thin = 'fine': must be a number"),
     ("roller", {"search.refine": 1}, "search.refine = 1: must be true or false"),
-    ("roller", {"outputs": ["undercutt"]}, "outputs.1 = 'undercutt': must be a quantity, an effect or all; did you mean undercut?"),
+    ("roller", {"outputs": ["undercutt"]}, "outputs.1 = 'undercutt': must be a quantity, an effect (camopt effects lists them) or all; did you mean undercut?"),
     # motion
     ("roller", {"motion": DELETED}, "motion: missing"),
     ("roller", {"motion": []}, "motion = []: must be a list of at least one value"),

@@ -10,6 +10,9 @@ pytest.importorskip("pint")
 LB, IN, LBF = 0.45359237, 25.4, 4.4482216152605  # kg, mm, N: NIST SP 811, appendix B
 GIVEN = [
     ("cam.base_radius", "2 in", 2 * IN),
+    ("cam.base_radius", "1 1/2 in", 1.5 * IN),
+    ("follower.offset", "-5/32 in", -5 * IN / 32),
+    ("follower.offset", "-1 1/4 in", -1.25 * IN),
     ("cam.rpm", "10 rev/s", 600.0),
     ("cam.rpm", "240 1/min", 240.0),
     ("cam.rpm", "240 min^-1", 240.0),
@@ -42,13 +45,14 @@ def test_a_number_with_a_unit_is_that_number(key, text, number):
 def test_ranges_lists_and_laws_take_them():
     scene = camopt.find_scene("roller-1000rpm").replace(
         **{
-            "search.base_radius": {"start": "1 in", "stop": "10 cm"},
+            "search.base_radius": {"start": "1 in", "stop": "10 cm", "step": "1/32 in"},
             "search.offset": ["0 mm", "1/8 in".replace("1/8", "0.125")],
             "search.follower": {"dynamics": {"mass": ["1 lb", 2]}},
             "search.cam": {"rpm": {"start": "5 rev/s", "stop": 900}},
         }
     )
     assert (scene.search.base_radius.start, scene.search.base_radius.stop) == (IN, 100.0)
+    assert scene.search.base_radius.step == IN / 32
     assert scene.search.offset == (0.0, 3.175)
     assert scene.search.follower["dynamics"]["mass"] == (LB, 2.0)
     assert scene.search.cam["rpm"].start == 300.0

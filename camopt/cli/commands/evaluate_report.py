@@ -10,6 +10,7 @@ from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import table_of
 from camopt.unit_systems import shown, shown_unit
+from camopt.verdicts.words import ARM_UNCHECKED
 
 if TYPE_CHECKING:
     from camopt.scene.read import Read
@@ -22,6 +23,8 @@ def show_evaluation(result: "Evaluation", as_json: bool) -> None:
     if as_json:
         return print_json(result.to_json())
     show(result.table(explained=room_across() >= ROOM_TO_EXPLAIN), _highest(result.scene))
+    if result.scene.mechanism.motion.angular:
+        show(f"{ARM_UNCHECKED}.")
     if joints := [
         {name: "" if v is None else v for name, v in each._asdict().items()} for each in result.joint_forces
     ]:

@@ -56,7 +56,7 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
     return None
 
 
-TO_THE_LARGEST = "the largest that was tried does"
+TO_THE_LARGEST = "the largest that was tried does, or cannot be assembled"
 
 
 def _show_prices(prices: "Mapping[str, list[Price]]") -> None:

@@ -12,6 +12,7 @@ from camopt.cli.options import (
     check_file,
     given_overrides,
     output_options,
+    outputs_option,
     override_options,
     row_option,
     scene_at,
@@ -21,6 +22,7 @@ from camopt.cli.options import (
 @click.command(cls=Command)
 @click.argument("what", nargs=-1, required=True, metavar="WHAT...")
 @row_option
+@outputs_option
 @override_options
 @output_options
 @click.option("--out", type=OutputPlace(".html"), default="camopt-report.html", show_default=True, help="The page.")
