@@ -35,6 +35,7 @@ from camopt.synthesis.conic import SOLVED, ConicProgramme
 from camopt.synthesis.convex import convex
 from camopt.synthesis.from_scene import default_peaks, demand_of
 from camopt.synthesis.iterate import Iterate, cleaned, moving
+from camopt.synthesis.ramps import lost_ramps
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.rows import ConvexRows
 from camopt.synthesis.spline_motion import SplineMotion
@@ -1038,3 +1039,14 @@ def test_a_load_that_presses_over_the_turn_is_no_limit():
     assert table.bound == pytest.approx(constant.bound, rel=1e-5)
     assert table.objective == pytest.approx(constant.objective, rel=1e-4)
     assert certify(table.scene)["contact_force_min"] == "held"
+
+
+@pytest.mark.parametrize("steady", [0.0, 0.25])
+def test_a_ramp_that_a_free_law_does_not_keep_is_told(steady):
+    """A quarter of each stroke at constant velocity, in its middle; and a law without."""
+    rows = [{"segment": word, "angle": 120, "lift": 20, "law": "own"} for word in ("rise", "return")]
+    motion = [*rows, {"segment": "dwell", "angle": 120}]
+    laws = {"own": {"scca": [0.3, 0.3, 0.4 - steady, *([steady] if steady else [])]}}
+    told = list(lost_ramps(find_scene("roller-1000rpm").replace(motion=motion, laws=laws)))
+    ends = [float(text) for line in told for text in re.findall(r"[\d.]+(?= to| deg)", line)]
+    assert ends == (pytest.approx([45, 75, 165, 195], abs=0.5) if steady else [])

@@ -38,6 +38,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     from camopt.cli import terminal
     from camopt.cli.commands.synthesise_report import show_synthesis
     from camopt.synthesis.files import SCENE_FILE, SYNTHESIS, write_comparison, write_laws
+    from camopt.synthesis.ramps import lost_ramps
 
     def work(unit: Any) -> Report:
         from camopt.smallest.prices import prices
@@ -55,7 +56,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 
             plot(result, picture, known=known)
         code = reached(scene, result.design["relative_half_width"])
-        return Report(partial(show_synthesis, result, known, costs), code)
+        return Report(partial(show_synthesis, result, known, costs), code, tuple(lost_ramps(scene)))
 
     check_folder(scene, out, SCENE_FILE)
     code = once(Once(out, "synthesise", SYNTHESIS, {}), scene, again or bool(picture), as_json, quiet, work)
