@@ -22,6 +22,7 @@ BOUNDED_BELOW = (
     *("contact_force_min_N", "contact_force_elastic_min_N", "jump_speed_rpm", "jump_speed_ratio", "torque_min_N_m"),
     *("jamming_margin", "entrainment_speed_min_m_s", "film_thickness_min_um", "film_ratio_min", "hub_wall_min_mm"),
     *("lift_area_mm_deg", "lift_area_deg_deg", "transmission_angle_min_deg"),
+    "pivot_clearance_min_mm",
 )
 """Quantities of which one wants at least so much; of all others at most."""
 SIGNED = (
@@ -396,6 +397,13 @@ _ALL = [
         "Least diameter of a round flat face that the contact never leaves, over the cam's face width.",
     ),
     Quantity("outer_radius_mm", "", "mm", "outline", "Largest distance of the profile from the cam's axis."),
+    Quantity(
+        "pivot_clearance_min_mm",
+        "",
+        "mm",
+        "outline",
+        "Least distance of the turning cam from the axis of its follower's pivot; below 0 it passes over that.",
+    ),
     *[
         Quantity(name, symbol, unit, "force", sentence)
         for name, symbol, unit, sentence in (
