@@ -6,24 +6,26 @@ from typing import NamedTuple
 class Ending(NamedTuple):
     """The writer of files with an ending: a module with a function ``write``, and the extra that it needs.
 
-    ``of_cam`` is whether there is a cam in the file, which must be one that can be made.
+    ``of_cam`` is whether there is a cam in the file, which must be one that can be made; ``of_plane`` whether its
+    curves are in a plane, in which a cylindrical cam is developed.
     """
 
     module: str
     extra: str = ""
     of_cam: bool = True
+    of_plane: bool = False
 
 
 ENDINGS = {
-    ".dxf": Ending("dxf"),
-    ".svg": Ending("svg"),
+    ".dxf": Ending("dxf", of_plane=True),
+    ".svg": Ending("svg", of_plane=True),
     ".pdf": Ending("pdf"),
     ".step": Ending("step", "cad"),
     ".stp": Ending("step", "cad"),
     ".stl": Ending("stl", "cad"),
-    ".csv": Ending("points"),
-    ".parquet": Ending("points"),
-    ".xlsx": Ending("points"),
+    ".csv": Ending("points", of_plane=True),
+    ".parquet": Ending("points", of_plane=True),
+    ".xlsx": Ending("points", of_plane=True),
     ".nc": Ending("gcode"),
     ".mpf": Ending("gcode"),
     ".h": Ending("gcode"),

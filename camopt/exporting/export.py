@@ -72,7 +72,14 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
     work = Workpiece(scene, problem)
     found: Export = write(work, place, **settings)
     coarse = _coarse(found, work.part.profile_tolerance) if "chord" in signature(write).parameters else ()
-    return replace(found, notes=(*found.notes, *coarse, *_notes(scene)))
+    inside = _from_inside(problem) if ENDINGS[suffix].of_plane else ()
+    return replace(found, notes=(*found.notes, *coarse, *inside, *_notes(scene)))
+
+
+def _from_inside(problem: Problem) -> Iterator[str]:
+    """A note on a development that is the mirror image of what is outside: cam angles grow against a turn ccw."""
+    if problem.setup.mechanism.body.developed and problem.design.sense > 0.0:
+        yield "the development is as seen from inside, for the cam turns ccw: mirror it to wrap it round a cylinder"
 
 
 def _coarse(found: Export, tolerance: float | None) -> Iterator[str]:

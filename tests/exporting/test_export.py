@@ -18,6 +18,8 @@ from camopt import BadInput, Scene, cam_points, export, find_scene
 from camopt.cli.main import main
 from camopt.contour.curve import curves_of
 from camopt.exporting.endings import ENDINGS
+from camopt.exporting.groove import carved
+from camopt.exporting.workpiece import Workpiece
 from camopt.problem.problem import resolve_design
 
 PART = {"thickness": 12, "bore": 20, "keyway_width": 6, "keyway_depth": 2.8, "hub_diameter": 34, "hub_length": 20}
@@ -205,6 +207,16 @@ def test_the_command_tells_what_it_proved(tmp_path, monkeypatch, capsys):
     found = json.loads(capsys.readouterr().out)
     assert set(found["curves"]) == {"pitch", "profile"}
     assert found["curves"]["profile"]["deviation_mm"] <= 0.001
+
+
+@pytest.mark.parametrize("rotation", ["cw", "ccw"])
+def test_a_development_that_is_the_mirror_image_of_the_solid_says_so(rotation, tmp_path):
+    """From outside, with the lift upwards, angles about the axis grow to the right, as cam angles in a file."""
+    scene = scene_of("groove").replace(**{"cam.rotation": rotation, "part.groove_depth": 5.0})
+    solid = carved(Workpiece(scene, resolve_design(scene)))
+    grow = np.diff(solid.polar(np.array([0.0, 0.1])))[0] > 0.0
+    told = [note for note in export(scene, tmp_path / "cam.svg").notes if "as seen from inside" in note]
+    assert len(told) == (0 if grow else 1)
 
 
 def test_limits_that_the_cam_breaks_are_told(tmp_path):
