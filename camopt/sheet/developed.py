@@ -9,7 +9,7 @@ groove is as wide in it as its flanks at the mean radius are apart along the axi
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from math import pi
+from math import degrees, pi
 from typing import Any
 
 import numpy as np
@@ -49,7 +49,7 @@ from camopt.sheet.marks import (
     said,
     width_of,
 )
-from camopt.sheet.section import Gap, hatching, outlines
+from camopt.sheet.section import Gap, hatching, mouth, outlines
 
 BESIDE_GROOVE = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
 VIEW_GAP = 12.0  # mm: one view from the next
@@ -231,6 +231,7 @@ class DevelopedView:
         length, solid = (self.part.thickness or 0.0) * self.scale, self._solid()
         marks: Marks = [*outlines(solid), *hatching(solid), line(-4.0 + 0j, length + 4.0 + 0j, pen=CHAIN)]
         marks += [line(-1j * self.outer + x, 1j * self.outer + x, pen=THICK) for x in (0.0, length)]
+        marks += mouth(self.part, self.scale, length)
         radius = (self.part.bore or 0.0) / 2 * self.scale
         ends = -1j * self.outer, 1j * self.outer
         marks += [
@@ -240,6 +241,7 @@ class DevelopedView:
         marks += distance(*ends, 1j, FIRST_LEVEL, self._outer_said)
         if radius:
             marks += distance(length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, bore_said(self.part))
+        marks += self._cut_angles()
         depth = (self.part.groove_depth or 0.0) * self.scale
         top = complex(self._cut_grooves[0][1], self.outer)
         marks += distance(
@@ -253,11 +255,24 @@ class DevelopedView:
             marks += datum_at(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)
         return marks
 
+    def _cut_angles(self) -> Iterator[Words]:
+        """The cam angles of the section, over its upper groove and below the length under the lower one."""
+        feet = self.outer + ROOM, -self.outer - FIRST_LEVEL - ROOM - MEDIUM
+        for gap, turn, foot in zip(self._cut_grooves, self._cut_turns, feet, strict=True):
+            text = f"{said(degrees(turn % (2 * pi)))}°"
+            yield Words(complex(sum(gap) / 2, foot), text, MEDIUM, 0.5)
+
+    @property
+    def _cut_turns(self) -> tuple[float, float]:
+        """The cam angles of the section, rad: in the direction of the keyway and opposite to it."""
+        first = self.cam.sense * (pi / 2 - keyway_turn(self.part))
+        return first, first + pi
+
     @cached_property
     def _cut_grooves(self) -> tuple[Gap, Gap]:
         """From where to where the groove is along the axis, in the direction of the keyway and opposite to it."""
-        first = self.cam.sense * (pi / 2 - keyway_turn(self.part))
-        return self._cut_groove(first), self._cut_groove(first + pi)
+        above, below = self._cut_turns
+        return self._cut_groove(above), self._cut_groove(below)
 
     def _cut_groove(self, turn: float) -> Gap:
         """From flank to flank at a cam angle (rad), from the lower face."""

@@ -40,7 +40,7 @@ def section(outline: ComplexArray, part: Part, scale: float) -> Marks:
     marks += [line(1j * y, plate + 1j * y, pen=THICK) for y in ends]
     for low, high in gap:
         marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for x in (0.0, whole)]
-    marks += _mouth(part, scale, whole)
+    marks += mouth(part, scale, whole)
     return [*marks, *_dimensions(part, scale, ends)]
 
 
@@ -90,7 +90,7 @@ def hatching(solid: Any) -> Iterator[Line]:
                 yield Line(x + 1j * y, THIN)
 
 
-def _mouth(part: Part, scale: float, whole: float) -> Iterator[Line]:
+def mouth(part: Part, scale: float, whole: float) -> Iterator[Line]:
     """The edge where the keyway's wall meets the bore, behind the section."""
     if part.bore and part.keyway_width:
         y = sqrt(part.bore**2 - part.keyway_width**2) / 2 * scale

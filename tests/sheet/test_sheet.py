@@ -309,12 +309,19 @@ def test_a_groove_is_located_from_the_lower_face():
 
 @pytest.mark.parametrize("turn", [0.0, 40.0, 90.0])
 def test_a_section_is_where_its_groove_is(turn):
-    """Where the groove climbs, it is wider along the axis than across: from flank to flank of the points."""
+    """Where the groove climbs, it is wider along the axis than across: from flank to flank of the points.
+
+    Both cam angles are written there, and the edge where a wall of the keyway meets the bore is drawn behind.
+    """
     scene = CYLINDER.replace(**{"part.keyway_angle": 90.0 - turn})
     cam = TrueCam(scene, resolve_design(scene))
     depth, outer = scene.part.groove_depth, scene.cam.mean_radius + scene.part.groove_depth / 2
-    marks = [mark for mark in DevelopedView(cam, 1.0).section() if isinstance(mark, Line)]
-    points = np.concatenate([mark.points for mark in marks if mark.pen == THICK])
+    marks = DevelopedView(cam, 1.0).section()
+    thick = [mark.points for mark in marks if isinstance(mark, Line) and mark.pen == THICK]
+    points = np.concatenate(thick)
+    part = scene.whole_part
+    mouth = (part.bore / 2) * np.cos(np.arcsin(part.keyway_width / part.bore))
+    assert any(np.allclose(each.imag, mouth, rtol=0, atol=1e-9) and np.ptp(each.real) > 0 for each in thick)
     true = cam_points(scene, step=0.02)
     face = (true["pitch_y_mm"].min() + true["pitch_y_mm"].max() - scene.part.thickness) / 2
     for side, angle in ((1.0, turn), (-1.0, turn + 180.0)):
@@ -322,6 +329,8 @@ def test_a_section_is_where_its_groove_is(turn):
         flanks = [np.interp(x, true[f"profile_{n}_x_mm"], true[f"profile_{n}_y_mm"]) for n in ("right", "left")]
         drawn = points.real[np.abs(points.imag - side * (outer - depth)) < 1e-9]
         assert [drawn.min(), drawn.max()] == pytest.approx(np.array(flanks) - face, abs=5e-3)
+        (told,) = (mark for mark in marks if isinstance(mark, Words) and mark.text == f"{angle:g}°")
+        assert told.at.imag * side > outer
 
 
 def test_the_leader_to_a_flank_leaves_the_length_of_the_circumference_alone():
