@@ -37,7 +37,7 @@ class PivotClearance(NamedTuple):
 
 
 @formula(PivotClearance)
-def pivot_clearance(f: Any, i: Any, at: Any) -> tuple[Any, Any]:
+def pivot_clearance(f, i, at):
     far, far1 = curve(f.outline, i, at)
     return f.centre_distance[i] - far, -far1
 
