@@ -10,6 +10,8 @@ from typing import Any
 
 from camopt.front.result import Sweep
 from camopt.mistakes import BadInput, Mistake
+from camopt.motion.table import RETURN, RISE
+from camopt.problem.problem import resolve_design
 from camopt.reporting.cams import ShownCam, cams_page
 from camopt.reporting.results import ResultRows, of_frame, results_page
 from camopt.scene.scene import Scene, find_scene
@@ -28,6 +30,7 @@ from camopt.synthesis.compare import known_laws_of
 from camopt.synthesis.files import FRONTIER, KNOWN_FILE, SCENE_FILE, SUMMARY_FILE, TOLD
 from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.told import bound_in_words
+from camopt.tables.columns import joined_laws
 from camopt.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, scene_of
 from camopt.unit_systems import system_shown
 from camopt.verdicts.evaluation import Evaluation
@@ -87,13 +90,24 @@ def _page(found: list[ShownCam | ResultRows]) -> str:
 
 
 def _told_apart(found: list[Any]) -> list[Any]:
-    """Those of one name with a number."""
-    field = "label" if isinstance(found[0], ShownCam) else "name"
+    """Those of one name with a number; cams with their laws before, if they have others."""
+    cams = isinstance(found[0], ShownCam)
+    field = "label" if cams else "name"
+    if cams and len({each.label for each in found}) < len(found):
+        laws = [_laws(each.scene) for each in found]
+        if len({*laws}) > 1:
+            found = [replace(each, label=f"{each.label}, {law}") for each, law in zip(found, laws, strict=True)]
     names = [getattr(each, field) for each in found]
     return [
         each if names.count(name) == 1 else replace(each, **{field: f"{name} ({place})"})
         for place, (each, name) in enumerate(zip(found, names, strict=True), start=1)
     ]
+
+
+def _laws(scene: Scene) -> str:
+    """The laws of its rises and returns; of moves alone, that."""
+    programme = resolve_design(scene).programme
+    return joined_laws(programme.law_names(RISE), programme.law_names(RETURN)) or "moves"
 
 
 @singledispatch

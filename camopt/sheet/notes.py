@@ -219,6 +219,7 @@ def _results(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
 
 
 def _result(value: float | None, unit: str) -> str:
-    """A computed result; of a mass with its unit."""
+    """A computed result; of a mass four digits, as densities are known, with its unit."""
     assert value is not None
-    return said(value) if unit == "mm" else decimal(value) if unit == "deg" else with_unit(value, unit)
+    mass = f"{shown(value, unit):.4g} {shown_unit(unit)}"
+    return said(value) if unit == "mm" else decimal(value) if unit == "deg" else mass

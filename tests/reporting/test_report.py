@@ -188,6 +188,15 @@ def test_a_folder_without_a_result_is_refused(tmp_path):
         camopt.report(tmp_path / "empty", tmp_path / "page.html")
 
 
+def test_cams_of_one_name_are_told_apart_by_their_laws(tmp_path, without_files):
+    scene = camopt.find_scene("two-pauses")
+    harmonic, cycloidal = (scene.replace(**{"motion.3.law": law}) for law in ("harmonic", "cycloidal"))
+    told = ((harmonic, cycloidal), (", harmonic", ", harmonic / cycloidal")), ((harmonic,) * 2, (" (1)", " (2)"))
+    for pair, ends in told:
+        text = camopt.report([*pair], tmp_path / "page.html").read_text(encoding="utf-8")
+        assert all(f"{scene.name}{end}" in text for end in ends)
+
+
 def test_new_laws_stand_beside_the_best_known_law(tmp_path, without_files):
     """From the folder that ``synthesise`` writes: both cams, and how far from the bound the new one is."""
     folder = tmp_path / "new"

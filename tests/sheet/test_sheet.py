@@ -265,6 +265,12 @@ def test_each_german_text_has_the_places_of_the_english_one():
     assert [text for text, german in GERMAN.items() if text.count("{}") != german.count("{}")] == []
 
 
+def test_a_mass_has_four_digits():
+    (mass,) = re.findall(r"mass ([\d.]+) kg", " ".join(texts_of(TrueCam(CYLINDER, resolve_design(CYLINDER)))))
+    exact = evaluate(CYLINDER.replace(outputs=["cam_mass_kg"]))["cam_mass_kg"]
+    assert mass == f"{exact:.4g}" != f"{exact:.6g}"
+
+
 def test_what_holds_elsewhere_is_noted():
     more = {"general_tolerances": "ISO 2768-mK", "edges": [-0.3, 0.2], "other_roughness": 6.3}
     scene = PLATE.replace(**{"cam.shaft_diameter": PART["bore"], "part": {**PART, **more}})

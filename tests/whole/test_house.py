@@ -84,7 +84,7 @@ ROOMS = {
         "problem tables verdicts smallest drawing"
     ),
     "reporting": (
-        "mistakes unit_systems version storage quantities numerics mechanisms scene problem tables verdicts "
+        "mistakes unit_systems version storage quantities numerics mechanisms motion scene problem tables verdicts "
         "smallest front synthesis drawing exporting studies"
     ),
     "serving": (
