@@ -181,7 +181,11 @@ def _dynamics(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism,
     for name in (key for other in MOTIONS.values() if other != motion for key in other.dynamics):
         for key in _both(f"follower.dynamics.{name}"):
             if at(data, key) is not None:
-                yield key, at(data, key), f"a {_named(mechanism, tip)} has none"
+                yield (
+                    key,
+                    at(data, key),
+                    f"a {_named(mechanism, tip)} has none; it has {', '.join(motion.dynamics)}",
+                )
     if motion.angular:
         yield from spring_faults(data)
     for key in _both("follower.dynamics.overhang") if "overhang" in motion.dynamics else ():

@@ -279,6 +279,11 @@ ONE_MISTAKE = [
     ("roller", {"follower.offset": 55}, "follower.offset = 55.0: must be smaller than the prime radius (55)"),
     ("roller", {"follower.offset": -60}, "follower.offset = -60.0: must be smaller than the prime radius (55)"),
     ("roller", {"cam.shaft_diameter": 101}, "cam.shaft_diameter = 101.0: must be at most twice the base radius (1"),
+    (
+        "arm",
+        {"follower.dynamics.mass": 3},
+        "follower.dynamics.mass = 3: a disc cam with an oscillating roller follower has none; it has inertia, ",
+    ),
     ("arm", {"follower.offset": 3}, "follower.offset = 3: a disc cam with an oscillating roller follower has none"),
     ("roller", {"follower.roller_diameter": 20}, "follower.roller_diameter = 20: not a known key; follower.roller_r"),
     (
