@@ -176,5 +176,10 @@ def _check_units(name: str, names: Sequence[str], first: int | None, second: int
             raise bad(name, f"column {names[place]!r}", None, f"is in {other}, and {unit} is taken; {way}")
 
 
+def names_unit(heading: str) -> bool:
+    """Whether the words above a column name a unit."""
+    return any(word in SPELLED for word in _words(heading))
+
+
 def _words(heading: str) -> Iterator[str]:
     return (match[0] for match in re.finditer(r"[a-zµμ]+|°|\"", heading.lower()))

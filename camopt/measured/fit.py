@@ -130,6 +130,7 @@ def fit(
     kind = PROFILES[profile.form] if profile else LIFT_TABLE
     columns_ = TableColumns(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn, kind)
     measured = read_points(points.points if isinstance(points, MeasuredProfile) else points, columns_)
+    measured = replace(measured, unit_said=measured.unit_said or lift_unit is not None)
     tables.setdefault("name", printable(Path(measured.file).stem))
     file = scene.file if isinstance(scene, Scene) else "scene"
     if profile and tables.get("train"):

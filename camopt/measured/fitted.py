@@ -14,6 +14,7 @@ from camopt.measured.noise import LEAST_BAND, band_factor
 from camopt.measured.one_sided import OneSided, one_sided
 from camopt.measured.profile import Touched
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
+from camopt.mechanisms.follower import OSCILLATING
 from camopt.motion.programme import peak, root_mean_square
 from camopt.motion.table import ALL_STROKES as EVERY_STROKE
 from camopt.numerics import FloatArray
@@ -224,6 +225,9 @@ class Fit(HasHtml, Drawn):
     def warnings(self) -> tuple[str, ...]:
         """What a reader should know: a band that is narrow for the noise, points on one side or left out."""
         found = []
+        if self.unit == OSCILLATING.unit and not self.points.unit_said:
+            most = with_unit(float(np.ptp(self.points.lifts)), self.unit)
+            found.append(f"the lifts are taken as angles, up to {most}; lift unit {self.unit} says that they are")
         if self.band < self._normal:
             noise, normal, band = (with_unit(each, self.unit) for each in (self.noise, self._normal, self.band))
             what = f"narrower than normal errors of the noise {noise} take ({normal})"

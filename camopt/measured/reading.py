@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from camopt.measured.columns import LARGEST_MEASURED, MM_PER_UNIT, XY, TableColumns, chosen_columns
+from camopt.measured.columns import LARGEST_MEASURED, MM_PER_UNIT, XY, TableColumns, chosen_columns, names_unit
 from camopt.measured.delimited import decode, text_rows
 from camopt.measured.number_table import NumberTable, bad, number_table
 from camopt.measured.workbook import WORKBOOKS, workbook_rows
@@ -39,6 +39,8 @@ class MeasuredPoints:
     rows: NDArray[np.int64]
     step: float
     widest: float = 10.0
+    unit_said: bool = True
+    """Whether the unit of the lifts was given, or stands above them."""
 
     def only(self, places: Sequence[int]) -> "MeasuredPoints":
         """Some of the points, by their places."""
@@ -95,7 +97,8 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
         raise bad(name, f"row {table.rows[0]}", float(lifts[0]), f"all rows have this {what}: nothing moves")
     turned = angle_from(0.0, angles * (FULL_TURN / whole))
     order = np.argsort(turned, kind="stable")
-    return MeasuredPoints(name, turned[order], lifts[order] * size, table.rows[order], step * size)
+    said = names_unit(table.names[other])
+    return MeasuredPoints(name, turned[order], lifts[order] * size, table.rows[order], step * size, unit_said=said)
 
 
 def _bytes_of(name: str) -> bytes:

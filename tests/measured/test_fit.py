@@ -169,6 +169,17 @@ def test_points_of_the_lift_alone():
     assert fitted.after["acceleration"] == pytest.approx(45.837, rel=0.05)
 
 
+def test_lifts_that_nothing_says_to_be_angles_are_told_to_be_taken_as_such(tmp_path):
+    rows, file = measured(noise=0.005), tmp_path / "lift.csv"
+    np.savetxt(file, rows, delimiter=",", header="angle,lift deg", comments="")
+
+    def told(source, **given):
+        return [each for each in fit(source, ARM, **given).warnings if "are taken as angles, up to 8.0" in each]
+
+    assert len(told(rows)) == 1
+    assert told(rows, lift_unit="deg") == told(file) == []
+
+
 def test_an_arm_in_degrees():
     fitted = fit(measured(noise=0.005), ARM)
     assert fitted.scene.follower.motion == "oscillating"
