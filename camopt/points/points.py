@@ -48,7 +48,7 @@ FORM = {
     "normal_x": ("", "Unit normal, out of the steel."),
     "normal_y": ("", "Unit normal, out of the steel."),
     "curvature_per_mm": ("1/mm", "Curvature, above 0 where the steel is convex; that after a jump."),
-    "radius_mm": ("mm", "Distance from the axis."),
+    "radius_mm": ("mm", "Distance from the axis, the polar radius: no radius of curvature."),
     "angle_deg": ("deg", "Direction from the axis, anticlockwise from the x axis."),
 }
 """Columns of a curve, by what follows its name: unit, and the words after those of the curve."""
@@ -73,9 +73,10 @@ def cam_points(
     ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has ``profile_left`` and
     ``profile_right`` in place of ``profile``, and likewise two cutter paths.
 
-    Of each profile also the unit normal out of the steel (``profile_normal_x``, ``profile_normal_y``), the
-    curvature (``profile_curvature_per_mm``, positive where convex), and on disc cams polar coordinates
-    (``profile_radius_mm``, and ``profile_angle_deg`` from the x axis). Then each load of the effects that the scene
+    Curves of disc cams have polar coordinates, too (``profile_radius_mm``, the distance from the axis, and
+    ``profile_angle_deg`` from the x axis; ``pitch_radius_mm`` of the roller's centre). Of each profile also the
+    unit normal out of the steel (``profile_normal_x``, ``profile_normal_y``) and the curvature
+    (``profile_curvature_per_mm``, positive where convex). Then each load of the effects that the scene
     calls for, as ``contact_force_N``, ``torque_N_m``, ``contact_stress_MPa``; of several that friction can make,
     the largest. One that is infinite somewhere has no column.
 
@@ -130,8 +131,11 @@ def cam_points(
     at = {name: curve.at(radians, curve.points) for name, curve in curves.items()}
     for name, points in at.items():
         columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}
+        if curves[name].closed:
+            polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
+            columns |= dict(zip((f"{name}_radius_mm", f"{name}_angle_deg"), polar, strict=True))
     for name in (name for name in curves if name.startswith("profile")):
-        columns |= {f"{name}_{key}": v for key, v in _form(curves[name], radians, at[name]).items()}
+        columns |= {f"{name}_{key}": v for key, v in _form(curves[name], radians).items()}
     return columns | loads_at(Picture(scene, problem), degrees)
 
 
@@ -148,15 +152,12 @@ def _derivatives(problem: Problem, angles: FloatArray) -> dict[str, FloatArray]:
     return found
 
 
-def _form(curve: CamCurve, angles: FloatArray, points: ComplexArray) -> dict[str, FloatArray]:
-    """Normal, curvature and, on a disc cam, polar coordinates of a profile at its points, cam angles in rad."""
+def _form(curve: CamCurve, angles: FloatArray) -> dict[str, FloatArray]:
+    """Normal and curvature of a profile at cam angles in rad."""
     outwards = -1.0 if curve.distance > 0.0 else 1.0  # the steel is on the other side of the pitch curve's normal
     normal = outwards * curve.at(angles, curve.normals)
     bend = -outwards * (curve.sense or 1.0) * curve.at(angles, curve.curvatures)
-    form = {"normal_x": normal.real.copy(), "normal_y": normal.imag.copy(), "curvature_per_mm": bend}
-    if curve.closed:
-        form |= {"radius_mm": np.abs(points), "angle_deg": np.degrees(np.angle(points)) % 360.0}
-    return form
+    return {"normal_x": normal.real.copy(), "normal_y": normal.imag.copy(), "curvature_per_mm": bend}
 
 
 def _degrees(

@@ -12,6 +12,8 @@ from camopt.storage.files import whole_file
 SheetColumns = tuple[Sequence[str], Sequence[str], Sequence[FloatArray]]
 """Headings, units and columns of numbers."""
 SHEET_ROWS = 1_048_574  # of a sheet, below its two lines of headings
+NUMBERS_SHOWN = {"mm": "0.0000", "in": "0.00000", "deg": "0.0000"}
+"""How a spreadsheet shows numbers of a unit; they keep all their digits."""
 SAME_TIME = datetime(2000, 1, 1, tzinfo=UTC).replace(tzinfo=None)
 """The same cam gives the same file: workbooks name a time at which they were made."""
 
@@ -39,12 +41,13 @@ def write_workbook(path: str | os.PathLike[str], sheets: Mapping[str, SheetColum
     with whole_file(path) as partial, Workbook(partial) as book:
         book.set_properties({"created": SAME_TIME})
         bold = book.add_format({"bold": True})
+        formats = {unit: book.add_format({"num_format": shown}) for unit, shown in NUMBERS_SHOWN.items()}
         for name, (headings, units, columns) in sheets.items():
             sheet = book.add_worksheet(name)
             sheet.write_row(0, 0, headings, bold)
             sheet.write_row(1, 0, units)
             for k, column in enumerate(columns):
-                sheet.write_column(2, k, column.tolist())
+                sheet.write_column(2, k, column.tolist(), formats.get(units[k]))
                 sheet.set_column(k, k, len(headings[k]) + 1)
             sheet.freeze_panes(2, 1)
         lines = book.add_worksheet("scene")

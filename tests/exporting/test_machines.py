@@ -2,6 +2,7 @@
 
 import re
 from functools import cache
+from zipfile import ZipFile
 
 import numpy as np
 import pandas as pd
@@ -235,6 +236,8 @@ def test_points_are_proved_and_come_back(tmp_path, suffix):
         else pd.read_excel(tmp_path / f"b{suffix}", skiprows=[1], engine="calamine")
     )
     assert list(table.columns) == list(points)
+    if suffix == ".xlsx":
+        assert b'"0.0000"' in ZipFile(tmp_path / "b.xlsx").read("xl/styles.xml")
     digits = 1e-14 if suffix == ".xlsx" else 0.0
     np.testing.assert_allclose(table.to_numpy(dtype=float), np.column_stack(list(points.values())), rtol=digits)
 

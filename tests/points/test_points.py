@@ -43,6 +43,15 @@ def test_straight_lines_stay_within_the_chord(name, chord):
     assert found["cam_angle_deg"].size < 40 / chord**0.5
 
 
+def test_the_polar_radius_of_the_rollers_centre_is_that_of_the_textbook():
+    scene = find_scene("two-pauses").replace(**{"follower.offset": 4.0})
+    found, design = cam_points(scene, cutter_radius=5.0), evaluate(scene)
+    prime = design["prime_radius_mm"]
+    expected = np.hypot(4.0, np.sqrt(prime**2 - 16.0) + found["displacement_mm"])
+    np.testing.assert_allclose(found["pitch_radius_mm"], expected, rtol=1e-13)
+    assert found["cutter_radius_mm"][0] == pytest.approx(prime - scene.follower.roller_radius + 5.0, rel=1e-13)
+
+
 def test_a_velocity_that_jumps_does_not_halve_for_ever():
     assert cam_points(find_scene("uniform-knife-offset"), chord=0.1)["cam_angle_deg"].size < 2000
 
