@@ -58,6 +58,8 @@ DYNAMICS: dict[str, Any] = {
     "lash": 0.2,
     "lash_variation": 0.1,
 }
+SWUNG = {"spring_rate": 15, "preload": 6}
+"""In N·m: about 75 N on the arm."""
 MATERIALS: dict[str, Any] = {
     "cam": "steel",
     "follower": "steel",
@@ -92,12 +94,13 @@ def examples(scene: Scene) -> dict[str, dict[str, Any]]:
     others = {
         key for each in MECHANISMS.values() if each.motion != mechanism.motion for key in each.motion.dynamics
     }
+    swung = SWUNG if mechanism.motion.angular else {}
     seen = {"face_reach": 80} if tip == FLAT else {"pressure_angle": 45}
     bore = {} if scene.cam.shaft_diameter is None else {"bore": scene.cam.shaft_diameter}
     sizes = {} if scene.profile else {body.size: {"start": size / 2, "stop": 3 * size, "step": 1}}
     return {
         "cam": {"rotation": "ccw", "rpm": 300},
-        "follower.dynamics": {key: value for key, value in DYNAMICS.items() if key not in others},
+        "follower.dynamics": {key: value for key, value in (DYNAMICS | swung).items() if key not in others},
         "limits": {**seen, "curvature_radius": 1, "torque_rms_N_m": 50},
         "search": {**sizes, **({"law": ["cycloidal", "poly345"]} if laws else {}), "minimise": f"{body.size}_mm"},
         "synthesis": {"minimise": "acceleration"},

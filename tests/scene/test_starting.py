@@ -37,6 +37,14 @@ def test_what_is_switched_off_is_allowed(name):
     assert {"pressure_angle", "face_reach"} & on.limits.given.keys()
 
 
+@pytest.mark.parametrize("words", PAIRINGS)
+def test_the_spring_of_a_mechanism_presses_with_a_usual_force(words):
+    """On the trace point of an arm, as on a follower in a guide: from 50 to 200 N at the lowest position."""
+    on = camopt.Scene.from_dict(tomllib.loads(switched_on(TEXTS[words].splitlines())))
+    lever = (on.follower.arm_length or on.follower.centre_distance) / 1e3 if on.mechanism.motion.angular else 1.0
+    assert 50.0 <= on.follower.dynamics.preload / lever <= 200.0
+
+
 @pytest.mark.parametrize("name", TEXTS)
 def test_comments_are_what_the_code_says(name):
     said = {said_of(model, key)[0] for model in TABLES.values() for key in model.model_fields}
