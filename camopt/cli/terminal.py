@@ -78,8 +78,9 @@ def _printed(table: Table) -> RichTable:
     made = RichTable(show_header=table.is_headed, pad_edge=False, **frame)
     for place, head in enumerate(table.heads):
         texts = [row[place].text for row in table.rows]
-        longest = max((len(word) for text in texts for word in text.split(" ")), default=0)
         listed = any(", " in text for text in texts)
+        whole = (part for text in (head.text, *texts) for part in (text.split() if listed else text.split("\n")))
+        longest = max(map(len, whole), default=0)
         kind = OF_KIND.get(head.kind) or {"min_width": longest, "no_wrap": not listed}
         made.add_column(head.text, vertical="bottom" if table.is_headed else "top", **kind)
     for row in table.rows:

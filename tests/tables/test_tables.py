@@ -85,6 +85,17 @@ def test_sentences_are_no_longer_than_a_line(capsys):
     assert max(map(len, capsys.readouterr().out.splitlines()[:-1])) <= 100
 
 
+def test_no_cell_of_a_table_is_cut_on_a_narrow_screen(capsys, monkeypatch):
+    """A table of words too wide for the screen comes row by row."""
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "56")
+    rows = [{"bound": "limits.pressure_angle", "price": "−0.8901 mm per deg", "then held by": "limits.hub_wall"}]
+    show(table_of("What each bound costs", rows, rows[0]))
+    text = capsys.readouterr().out
+    assert all(word in text for pair in rows[0].items() for word in pair)
+    assert "…" not in text
+
+
 def test_larger_cams_that_fail_are_told_in_a_sentence(capsys):
     scene = find_scene("oscillating-roller").replace(limits={"pressure_angle": 35, "pressure_angle_return": 40})
     best = optimise(scene).best
