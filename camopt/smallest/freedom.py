@@ -36,7 +36,8 @@ class End(NamedTuple):
 class Freedom:
     """The free variables of the cam that a problem's design is.
 
-    Its size first, other sizes (mm), other numbers that it brings (in the units of the scene), angles (deg).
+    Its size first, other sizes (mm), other numbers that it brings (in the units of the scene), those of its train,
+    angles (deg).
     """
 
     problem: Problem
@@ -57,18 +58,23 @@ class Freedom:
         own, varied = self.problem.variables[0], self.problem.choices.variables
         free = [v for v in varied.values() if v.is_free and v.field != "size"]
         designs = [v for v in free if v.is_size or v.key in self.problem.setup.free]
-        return (varied.get("size", own), *designs, *self.turns.variables)
+        return (varied.get("size", own), *designs, *self.of_train, *self.turns.variables)
+
+    @property
+    def of_train(self) -> tuple[Variable, ...]:
+        """The numbers of its train in ranges."""
+        return tuple(each for each in self.problem.choices.trains if each.in_range)
 
     @property
     def of_designs(self) -> tuple[Variable, ...]:
-        """Those that are no angles."""
-        return self.variables[: len(self.variables) - len(self.turns.freed)]
+        """Those that are no angles and no numbers of its train."""
+        return self.variables[: len(self.variables) - len(self.turns.freed) - len(self.of_train)]
 
     @cached_property
     def at(self) -> FloatArray:
         """The variables of the cam."""
         values = [float(self.problem.design.values[each.field][0]) for each in self.of_designs]
-        return np.array([*values, *self.angles])
+        return np.array([*values, *(self.problem.setup.given[each.key] for each in self.of_train), *self.angles])
 
     @cached_property
     def scales(self) -> FloatArray:
@@ -78,7 +84,7 @@ class Freedom:
     @cached_property
     def directions(self) -> FloatArray:
         """Along which the variables may change, scaled, (variables, directions): angles keep their sum."""
-        steps, sizes = np.diag(self.scales), len(self.of_designs)
+        steps, sizes = np.diag(self.scales), len(self.variables) - len(self.turns.freed)
         if not self.turns.freed:
             return steps
         longest = sizes + int(np.argmax(self.at[sizes:]))
@@ -89,7 +95,7 @@ class Freedom:
     def ends(self) -> Iterator[End]:
         """The ends of the ranges that ``[search]`` gives to the variables."""
         for number, each in enumerate(self.variables):
-            if each.is_free:
+            if each.in_range:
                 yield End(f"{each.searched}.start", each.ends[0], each.unit, number, -1.0)
                 yield End(f"{each.searched}.stop", each.ends[1], each.unit, number, 1.0)
             elif each.is_searched:  # of the cam's own sizes a list, which stands for all between them
@@ -103,10 +109,15 @@ class Freedom:
         least = np.array([each.least for each in self.variables])
         values = np.maximum(self.at, least + 4.0 * DELTA * self.scales) + steps @ self.directions.T
         found = np.empty((len(limits), len(values)))
-        angles = values[:, len(self.of_designs) :]
-        for freed in dict.fromkeys(map(tuple, angles)):
-            some = np.flatnonzero((angles == freed).all(axis=1))
+        moving, trains = values[:, len(self.of_designs) :], [each.key for each in self.of_train]
+        for moved in dict.fromkeys(map(tuple, moving)):
+            some = np.flatnonzero((moving == moved).all(axis=1))
+            numbers, freed = dict(zip(trains, moved, strict=False)), moved[len(trains) :]
             problem = self.turns.problem_of(np.array(freed)) if freed else self.problem
+            problem = problem.with_numbers(numbers) if numbers else problem
+            if problem.setup.mechanism.is_apart:
+                found[:, some] = np.inf
+                continue
             varied = {each.field: values[some, number] for number, each in enumerate(self.of_designs)}
             designs = problem.design.take(np.zeros(some.size, dtype=int)).with_values(varied)
             found[:, some] = worst_excesses(problem, limits, designs)

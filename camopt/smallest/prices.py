@@ -18,7 +18,6 @@ from camopt.problem.settings import freed_of, laws_of
 from camopt.smallest.freedom import Freedom
 from camopt.smallest.multipliers import NO_RATES, ActiveBound, Rates, bounds_met, rates
 from camopt.smallest.optimise import SECONDS, Optimum, answers_of, end_of, least_of
-from camopt.smallest.smallest_train import free_of_train
 from camopt.smallest.turns import SegmentAngles
 from camopt.tables.columns import joined_laws
 from camopt.verdicts.judging import excesses
@@ -139,8 +138,6 @@ def prices_of_smallest(optimum: Optimum, seconds: float = SECONDS) -> dict[str, 
     """The prices of the smallest cam of each law, what would hold it next sought in so many seconds."""
     end = end_of(seconds)
     cams = dict(_cams(optimum))
-    if free_of_train(resolve(optimum.scene)):
-        return {law: [] for law in optimum.by_law}
     found = {law: _prices_at(cams[law]) for law in optimum.by_law}
     left = sum(len(each) for each in found.values())
     for law, each in found.items():

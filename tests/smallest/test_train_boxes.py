@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.depth import times
 
-from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise
+from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise, prices
 from camopt.mechanisms import Designs
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.settings import freed_of
@@ -139,6 +139,25 @@ def test_no_linkage_of_a_dense_scan_has_a_smaller_cam(name):
     sizes = [alone(fixed, dict(zip(keys, map(float, each), strict=True))) for each in (*grid, *near)]
     assert min(sizes) >= size - best["gap_mm"]
     assert min(sizes) == pytest.approx(size, rel=1e-4)
+
+
+PRICED = {
+    "limits.transmission_angle_min_deg": QUESTIONS["transmission angle"],
+    "search.train.1.crank.stop": SLIDE.replace(search=of_train(of_1_crank=(150.0, 170.0))),
+}
+
+
+@pytest.mark.parametrize("key", PRICED)
+def test_a_bound_costs_what_the_smallest_cam_with_its_linkage_changes_by(key):
+    """By multipliers, and by the smallest cam at another bound, whose linkage is another too."""
+    found = optimise(PRICED[key])
+    (each,) = prices(found, seconds=1e-3).values()
+    assert key in {price.key for price in each}
+    for price in each:
+        step = 1e-3 * price.bound
+        other = optimise(PRICED[key].replace(**{price.key: price.bound + step})).best
+        change = (other["base_radius_mm"] - found.best["base_radius_mm"]) / step
+        assert price.price == pytest.approx(change, rel=0.02)
 
 
 @pytest.mark.long
