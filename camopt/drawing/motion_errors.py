@@ -32,7 +32,7 @@ def draw(what: "MotionErrors", path: Target = None) -> "Figure":
             _tornado(panels[order, 1], order, error)
         panels[-1, 0].set_xlabel("cam angle, deg")
         handles, labels = panels[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower left", ncols=2)
+        figure.legend(handles, labels, loc="outside lower left", ncols=3)
     return figure
 
 
@@ -49,7 +49,7 @@ def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") ->
         ):
             axes.fill_between(angles, unit * ends.lower, unit * ends.upper, color=colour, lw=0, label=label)
         if error.at_deg is not None:
-            axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":")
+            axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":", label="where the worst case is largest")
     if np.isinf(error.worst):
         where = f"between jumps; infinite at {error.at_deg:.6g} deg" if bounded else "no bound"
         axes.text(0.5, 0.5, where, transform=axes.transAxes, ha="center", va="center", color=MUTED)
@@ -72,6 +72,7 @@ def _tornado(axes: Any, order: int, error: "MotionError") -> None:
         for place, value in enumerate(values):
             axes.text(value, place, f" {value:.3g}", va="center", ha="left")
         axes.set_xlim(0.0, 1.25 * float(values.max() or 1.0))
+        axes.locator_params(axis="x", nbins=4)
     else:
         axes.set_xlim(0.0, 1.0)
         axes.set_xticks([])

@@ -1,5 +1,6 @@
 """The output of ``camopt laws``."""
 
+from dataclasses import replace
 from typing import Any
 
 from camopt.cli.terminal import print_json, show
@@ -8,6 +9,8 @@ from camopt.motion.aliases import ALIASES
 from camopt.motion.law import pair_of
 from camopt.problem.rows import finite
 from camopt.tables.layout import table_of
+
+SCALED = "By the cam angle, a stroke of lift h over an angle β (rad) has these peaks times h/β, h/β² and h/β³."
 
 
 def show_laws(as_json: bool) -> None:
@@ -30,7 +33,7 @@ def show_laws(as_json: bool) -> None:
         return print_json([finite(record) for record in records])
     names = ["law", "title", "pair", *PEAKS, "jumps"]
     title = "Motion laws between dwells (stroke 1, angle 1); they join rest R, constant velocity G, reversal U"
-    show(table_of(title, records, names))
+    show(replace(table_of(title, records, names), note=SCALED))
     jumping = [{**each, **{peak: each[f"{peak}_inside"] for peak in PEAKS}} for each in records if each["jumps"]]
     show(table_of("Inside the stroke, of those with a jump beside a dwell", jumping, names[:-1]))
     other = [{"law": name, "other names": ", ".join(aliases)} for name, aliases in ALIASES.items()]
