@@ -14,7 +14,7 @@ from camopt.problem.space import Space
 
 MERGED = ("size", "roller_radius")  # sizes that a pitch curve has in one
 MOST_CURVES = 2**19  # kept of one motion: some 100 bytes each
-MOST_SUMS = 2**22  # of a radius of the roller and one of the cam, which are sorted: some 50 bytes each
+MOST_SUMS = 2**20  # of a radius of the roller and one of the cam, which are sorted: some 130 bytes each
 WORTH = 1.5  # designs a pitch curve, from which on they are worth keeping
 AT_ONCE = 2**15  # pitch curves searched together, or somewhat fewer
 BLOCKS_KEPT = 16  # of which the curves of the designs are kept from one motion to the next
