@@ -120,8 +120,8 @@ def curve_numbers(space: Space) -> CurveNumbers | None:
     merged = [values.size for field, values in space.axes.items() if field in MERGED]
     if not space.axes or (sum(count > 1 for count in merged) < 2 and not _ignores_roller(space)):
         return None
-    sums, others = prod(merged), space.designs_each // prod(merged)
-    least = space.axes["size"].size if "size" in space.axes else 1  # sums
+    others, least = space.designs_each // prod(merged), space.axes["size"].size if "size" in space.axes else 1
+    sums = least if _ignores_roller(space) else prod(merged)
     if sums > MOST_SUMS or least * others > MOST_CURVES:
         return None
     numbers = CurveNumbers(space)
