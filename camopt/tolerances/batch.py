@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import Case
 from camopt.mechanisms import FIELDS, Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
@@ -32,8 +31,8 @@ from camopt.scene.tolerances import Zone
 from camopt.shown import HasHtml
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tolerances.limited import limited, worst_of
 from camopt.unit_systems import shown
-from camopt.verdicts.running import run_effects
 
 CAMS = 2**16
 """Unless told."""
@@ -220,18 +219,12 @@ def _quantile(kind: str, zone: Zone, share: FloatArray) -> FloatArray:
 
 
 def evaluated(problem: Problem, limits: list[Limit], designs: Designs) -> tuple[FloatArray, FloatArray]:
-    """The excesses over limits and their quantities, each (limits, designs); infinite of what is not assembled."""
-    needs = frozenset(name for limit in limits for name in limit.needs)
-    excess, values = np.empty((2, len(limits), len(designs)))
-    for first in range(0, len(designs), AT_ONCE):
-        some = slice(first, first + AT_ONCE)
-        cams = designs.take(some)
-        columns = run_effects(Case(problem.setup, problem.programme, cams), needs).columns
-        exists = problem.setup.mechanism.exists(cams, problem.programme)
-        for row, limit in enumerate(limits):
-            shown_values = np.array([np.broadcast_to(columns[name], len(cams)) for name in limit.shown])
-            values[row, some] = shown_values[0] if len(shown_values) == 1 else np.abs(shown_values).max(axis=0)
-            excess[row, some] = np.where(exists, limit.excess(columns, cams), np.inf)
+    """As ``limited``, some designs at a time."""
+    parts = [
+        limited(problem, limits, designs.take(slice(first, first + AT_ONCE)))
+        for first in range(0, len(designs), AT_ONCE)
+    ]
+    excess, values = (np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
     return excess, values
 
 
@@ -251,8 +244,7 @@ def _spreads(
     """How the quantity of each limit is spread."""
     cams = values.shape[1]
     for limit, over, each in zip(limits, excess, values, strict=True):
-        outward = QUANTITIES[limit.shown[0]].side * each
-        worst = int(np.argmax(np.where(np.isnan(outward) | np.isposinf(over), np.inf, outward)))
+        worst = worst_of(limit, over, each)
         held = share_of(int(np.count_nonzero(over <= 0.0)), cams)
         low, median, high = (float(value) for value in np.quantile(each, [TAIL, 0.5, 1.0 - TAIL]))
         own = {f"follower.{key}": float(size[worst]) for key, size in sizes.items()}

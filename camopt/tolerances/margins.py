@@ -12,12 +12,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
-
-from camopt.effects import Case
 from camopt.mechanisms import FIELDS, Designs
+from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.limit import Limit, QuantityLimit
 from camopt.problem.problem import Problem, exactly
@@ -27,10 +25,10 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import Zone
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tolerances.limited import limited, worst_of
 from camopt.unit_systems import shown
 from camopt.verdicts.claim_boxes import Ends
 from camopt.verdicts.limit_boxes import limit_over_box
-from camopt.verdicts.running import run_effects
 from camopt.verdicts.words import BROKEN, HELD
 
 GAPS = (1e-9, 1e-6, 1e-3)
@@ -106,8 +104,7 @@ class Box:
         keys = {FIELDS[key]: f"follower.{key}" for key in size_zones(self.scene, self.problem.design)}
         for limit in self.problem.limits:
             excess, values = self._found(limit, self.tried)
-            outward = QUANTITIES[limit.shown[0]].side * values if limit.shown else excess
-            place = int(np.argmax(np.where(np.isnan(outward) | np.isposinf(excess), np.inf, outward)))
+            place = worst_of(limit, excess, values)
             verdict = self._verdict(limit, float(excess.max()))
             witness, worst, gap = self._proved(limit, self.tried.take([place]), float(values[place]))
             name = limit.shown[0] if limit.shown else ""
@@ -115,15 +112,10 @@ class Box:
             nominal = float(values[0])
             yield Margin(limit.name, name, limit.relation, limit.bound, nominal, worst, gap, verdict, sizes)
 
-    def _found(self, limit: Limit, designs: Designs) -> tuple[Any, Any]:
-        """The excess of designs over a limit, and its quantity; of a limit without one the excess."""
-        columns = run_effects(Case(self.problem.setup, self.problem.programme, designs), limit.needs).columns
-        exists = self.problem.setup.mechanism.exists(designs, self.problem.programme)
-        excess = np.where(exists, limit.excess(columns, designs), np.inf)
-        if not limit.shown:
-            return excess, excess
-        values = np.array([np.broadcast_to(columns[name], len(designs)) for name in limit.shown])
-        return excess, values[0] if len(values) == 1 else np.abs(values).max(axis=0)
+    def _found(self, limit: Limit, designs: Designs) -> tuple[FloatArray, FloatArray]:
+        """The excess of designs over a limit, and its quantity."""
+        excess, values = limited(self.problem, [limit], designs)
+        return excess[0], values[0]
 
     def _verdict(self, limit: Limit, excess: float) -> str:
         """Whether all cams hold a limit, of which the worst at a corner has an excess."""
