@@ -11,7 +11,17 @@ from camopt.mechanisms import (
 from camopt.mechanisms.design import FIELDS, SIZE_FIELDS, Designs, Mechanism, concatenate
 from camopt.mechanisms.follower import FLAT, TIPS
 
-__all__ = ["FIELDS", "MECHANISMS", "SIZE_FIELDS", "Designs", "Mechanism", "concatenate", "mechanism_for"]
+__all__ = [
+    "DRIVEN",
+    "FIELDS",
+    "MECHANISMS",
+    "SIZE_FIELDS",
+    "Designs",
+    "Mechanism",
+    "concatenate",
+    "mechanism_for",
+    "mechanisms_for",
+]
 
 MECHANISMS: dict[tuple[str, str, bool], Mechanism] = {
     (mechanism.body.form, mechanism.motion.name, FLAT in mechanism.tips): mechanism
@@ -24,13 +34,24 @@ MECHANISMS: dict[tuple[str, str, bool], Mechanism] = {
         cylindrical_oscillating.MECHANISM,
     )
 }
-"""By form of the cam, motion of the follower, and whether its face is flat."""
+"""By form of the cam, motion of the follower, and whether its face is flat: each with its usual drive."""
+DRIVEN: tuple[Mechanism, ...] = ()
+"""Those with another drive than the usual one."""
 
 
-def mechanism_for(form: str, motion: str, contact: str) -> Mechanism:
-    """The mechanism of a scene's ``cam.form``, ``follower.motion`` and ``follower.contact``.
+def mechanisms_for(form: str, motion: str, contact: str) -> list[Mechanism]:
+    """The mechanisms of a form of cam, a motion and a contact of its follower, that with its usual drive first.
 
-    Where none has the contact, the first of that form and motion.
+    Where none has the contact, those of that form and motion.
     """
-    known = [m for m in MECHANISMS.values() if (m.body.form, m.motion.name) == (form, motion)]
-    return next((m for m in known if TIPS.get(contact) in m.tips), known[0])
+    known = [m for m in (*MECHANISMS.values(), *DRIVEN) if (m.body.form, m.motion.name) == (form, motion)]
+    return [m for m in known if TIPS.get(contact) in m.tips] or known
+
+
+def mechanism_for(form: str, motion: str, contact: str, drive: str | None = None) -> Mechanism:
+    """The mechanism of a scene's ``cam.form``, ``follower.motion``, ``follower.contact`` and ``drive.kind``.
+
+    Where none has that drive, or none is named, the one with the usual drive.
+    """
+    known = mechanisms_for(form, motion, contact)
+    return next((m for m in known if m.drive.name == drive), known[0])

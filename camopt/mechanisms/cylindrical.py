@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.body import CYLINDER, GROOVE
+from camopt.mechanisms.body import CYLINDER
 from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, without_roller
+from camopt.mechanisms.drive import GROOVED
 from camopt.mechanisms.follower import ROUND, TRANSLATING
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
@@ -60,7 +61,7 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
 
 MECHANISM = Mechanism(
     body=CYLINDER,
-    flanks=GROOVE,
+    drive=GROOVED,
     motion=TRANSLATING,
     tips=ROUND,
     sizes=("roller_radius",),

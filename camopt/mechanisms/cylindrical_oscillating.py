@@ -20,8 +20,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.body import CYLINDER, GROOVE
+from camopt.mechanisms.body import CYLINDER
 from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, Shift, without_roller
+from camopt.mechanisms.drive import GROOVED
 from camopt.mechanisms.follower import OSCILLATING, ROUND
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
@@ -122,7 +123,7 @@ def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
 
 MECHANISM = Mechanism(
     body=CYLINDER,
-    flanks=GROOVE,
+    drive=GROOVED,
     motion=OSCILLATING,
     tips=ROUND,
     sizes=("roller_radius", "arm_length"),

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.mechanisms.body import Body, Flank
+from camopt.mechanisms.drive import Drive
 from camopt.mechanisms.follower import FollowerMotion, Tip
 from camopt.motion.contact import ProfileContact as OnProfile
 from camopt.motion.programme import Programme
@@ -169,7 +170,8 @@ class Mechanism:
     """
 
     body: Body
-    flanks: tuple[Flank, ...]
+    drive: Drive
+    """What keeps its follower on the cam."""
     motion: FollowerMotion
     tips: tuple[Tip, ...]
     """What may touch the cam."""
@@ -216,6 +218,11 @@ class Mechanism:
     def keys(self, tip: Tip) -> tuple[str, ...]:
         """The keys of a scene that give its sizes, as ``cam.base_radius``, that of the body first."""
         return (f"cam.{self.body.size}", *(f"follower.{key}" for key in self.follower_keys(tip)))
+
+    @property
+    def flanks(self) -> tuple[Flank, ...]:
+        """The sides of the cam that touch its follower."""
+        return self.drive.flanks
 
     @property
     def flat_faced(self) -> bool:

@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.body import DISC, OUTER
+from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, Shift, drawn_by_point
+from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import OSCILLATING, ROUND
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.contact import OscillatingPoint
@@ -171,7 +172,7 @@ def _on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingPoint:
 
 MECHANISM = Mechanism(
     body=DISC,
-    flanks=OUTER,
+    drive=SPRUNG,
     motion=OSCILLATING,
     tips=ROUND,
     sizes=("centre_distance", "arm_length", "roller_radius"),

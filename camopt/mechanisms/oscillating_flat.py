@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.body import DISC, OUTER
+from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, Shift
+from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import FLAT, OSCILLATING
 from camopt.motion.contact import OscillatingFace
 from camopt.motion.programme import Programme
@@ -169,7 +170,7 @@ def _on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingFace:
 
 MECHANISM = Mechanism(
     body=DISC,
-    flanks=OUTER,
+    drive=SPRUNG,
     motion=OSCILLATING,
     tips=(FLAT,),
     sizes=("centre_distance", "face_offset"),

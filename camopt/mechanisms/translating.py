@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.body import DISC, OUTER
+from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, drawn_by_point
+from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import ROUND, TRANSLATING
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.contact import TranslatingPoint
@@ -108,7 +109,7 @@ def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
 
 MECHANISM = Mechanism(
     body=DISC,
-    flanks=OUTER,
+    drive=SPRUNG,
     motion=TRANSLATING,
     tips=ROUND,
     sizes=("roller_radius", "offset"),

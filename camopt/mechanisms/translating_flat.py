@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms.body import DISC, OUTER
+from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import ContactPoint, Designs, Mechanism
+from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import FLAT, TRANSLATING
 from camopt.motion.contact import TranslatingFace
 from camopt.motion.programme import Programme
@@ -33,7 +34,7 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
 
 MECHANISM = Mechanism(
     body=DISC,
-    flanks=OUTER,
+    drive=SPRUNG,
     motion=TRANSLATING,
     tips=(FLAT,),
     sizes=("offset",),

@@ -4,11 +4,11 @@ They work on the plain mapping, whatever is wrong elsewhere in it: a check whose
 numbers says nothing (that mistake is reported on its own). Each fault is (key, value, what is wrong).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
-from camopt.mechanisms import FIELDS, Mechanism
+from camopt.mechanisms import FIELDS, Mechanism, mechanisms_for
 from camopt.mechanisms.body import BODIES
 from camopt.mechanisms.follower import FLAT, MOTIONS, Tip
 from camopt.scene.law_forms import NEAR_END, Fault
@@ -19,7 +19,7 @@ from camopt.scene.part import check_part, run_of_groove
 from camopt.scene.profile import check_profile, highest_on_profile
 from camopt.scene.sizes import SIGNED_SIZES, mechanism_in, sizes_in
 from camopt.scene.spring import spring_faults
-from camopt.scene.tables import Cam, Follower
+from camopt.scene.tables import Cam, Drive, Follower
 from camopt.scene.tolerances import check_tolerances
 from camopt.scene.train import Lifts, check_train, lifts_through
 from camopt.scene.turn import LEAST_MOVE, POSITIONED, check_law, check_turn, highest_of
@@ -51,6 +51,7 @@ def faults_of(data: Mapping[str, Any]) -> Iterator[Fault]:
         asked, lift = _lifts(data)
         yield from _dynamics(data, lift, mechanism, tip)
         yield from _lash(data, asked)
+        yield from _drive(data, mechanism, tip)
         yield from _keys(data, mechanism, tip)
         if lift is not None or not profiled:  # that a follower cannot be on its profile is told already
             yield from _fit(data, lift, mechanism, tip)
@@ -153,12 +154,32 @@ def _named(mechanism: Mechanism, tip: Tip) -> str:
     return f"{mechanism.body.form} cam with {mechanism.motion.words} {tip.name} follower"
 
 
+def _one_of(names: Iterable[str]) -> str:
+    """Words to choose from."""
+    *others, last = map(repr, names)
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def _drive(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+    """A drive is one that there is on such a cam, and has no keys of other drives."""
+    kind, own = at(data, "drive.kind"), mechanism.drive
+    if kind is not None and kind != own.name and tip in mechanism.tips:
+        known = mechanisms_for(mechanism.body.form, mechanism.motion.name, tip.name)
+        drives = _one_of(each.drive.name for each in known)
+        yield "drive.kind", kind, f"must be {drives} on a {_named(mechanism, tip)}"
+        return
+    for key in (name for name in Drive.model_fields if name not in ("kind", *own.keys)):
+        for place in _both(f"drive.{key}"):
+            if at(data, place) is not None:
+                yield place, at(data, place), f"{own.words} has none"
+
+
 def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """A mechanism has all its sizes, and no sizes of other mechanisms."""
     what, body, own = _named(mechanism, tip), mechanism.body, mechanism.follower_keys(tip)
     if tip not in mechanism.tips:
-        *names, last = (repr(each.name) for each in mechanism.tips)
-        yield "follower.contact", tip.name, f"must be {', '.join(names)} or {last} on a {body.form} cam"
+        tips = _one_of(each.name for each in mechanism.tips)
+        yield "follower.contact", tip.name, f"must be {tips} on a {body.form} cam"
         return
     others = [key for other in BODIES.values() if other != body for key in other.cam]
     absent = [f"cam.{key}" for key in others]

@@ -35,6 +35,7 @@ from camopt.scene.tables import (
     MOST_SEGMENTS,
     Accuracy,
     Cam,
+    Drive,
     Dynamics,
     Follower,
     Limits,
@@ -69,6 +70,8 @@ class Scene(HasHtml, Drawn, SceneTable):
         Form, sense of rotation, speed and size.
     follower : Follower
         How it moves, what touches the cam, its sizes, and what presses it on the cam.
+    drive : Drive
+        What keeps the follower on the cam: a spring, or the cam itself.
     motion : tuple of Segment
         Rises, dwells, returns and moves, one turn in all.
     train : tuple of TrainStage
@@ -116,6 +119,8 @@ class Scene(HasHtml, Drawn, SceneTable):
     """The cam."""
     follower: Follower
     """The follower."""
+    drive: Drive = Drive()
+    """What keeps the follower on the cam."""
     motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
     """The turn, segment by segment."""
     train: Annotated[tuple[TrainStage, ...], Field(max_length=MOST_STAGES)] = ()
@@ -176,7 +181,7 @@ class Scene(HasHtml, Drawn, SceneTable):
     @property
     def mechanism(self) -> Mechanism:
         """The pairing of its cam and follower."""
-        return mechanism_for(self.cam.form, self.follower.motion, self.follower.contact)
+        return mechanism_for(self.cam.form, self.follower.motion, self.follower.contact, self.drive.kind)
 
     @property
     def tool_turns(self) -> bool:

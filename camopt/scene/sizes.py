@@ -5,6 +5,7 @@ from typing import Any
 
 from camopt.mechanisms import Mechanism, mechanism_for
 from camopt.mechanisms.body import BODIES
+from camopt.mechanisms.drive import DRIVES
 from camopt.mechanisms.follower import MOTIONS, TIPS, Tip
 from camopt.scene.mapping import at, length, number_of
 
@@ -18,9 +19,12 @@ FORM_WORDS: tuple[dict[str, Any], ...] = (BODIES, MOTIONS, TIPS)
 def mechanism_in(data: Mapping[str, Any], form: str | None = None) -> tuple[Mechanism, Tip] | None:
     """The mechanism and the tip of its follower, of a form of cam or the scene's own; None if a word is wrong."""
     named = form or at(data, "cam.form"), at(data, "follower.motion"), at(data, "follower.contact")
+    drive = at(data, "drive.kind")
     if not all(isinstance(word, str) and word in known for word, known in zip(named, FORM_WORDS, strict=True)):
         return None
-    return mechanism_for(*named), TIPS[named[2]]
+    if drive is not None and not (isinstance(drive, str) and drive in DRIVES):
+        return None
+    return mechanism_for(*named, drive), TIPS[named[2]]
 
 
 def sizes_in(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> dict[str, float]:

@@ -101,6 +101,7 @@ def examples(scene: Scene) -> dict[str, dict[str, Any]]:
     return {
         "cam": {"rotation": "ccw", "rpm": 300},
         "follower.dynamics": {key: value for key, value in (DYNAMICS | swung).items() if key not in others},
+        "drive": {"kind": mechanism.drive.name},
         "limits": {**seen, "curvature_radius": 1, "torque_rms_N_m": 50},
         "search": {**sizes, **({"law": ["cycloidal", "poly345"]} if laws else {}), "minimise": f"{body.size}_mm"},
         "synthesis": {"minimise": "acceleration"},
@@ -160,6 +161,7 @@ def _tables(data: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
     yield "cam", data["cam"]
     yield "follower", data["follower"]
     yield "follower.dynamics", data["follower"].get("dynamics", {})
+    yield "drive", data.get("drive", {})
     for kind in ("train", "motion", "profile"):
         for row in data.get(kind, []):
             yield kind, row

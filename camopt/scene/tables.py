@@ -18,6 +18,7 @@ from pydantic import (
 from pydantic_core import core_schema
 
 from camopt.mechanisms.body import CamForm
+from camopt.mechanisms.drive import DriveName
 from camopt.mechanisms.follower import MotionName, TipName
 from camopt.mistakes import BadInput, nearest
 from camopt.motion import LAWS
@@ -248,6 +249,18 @@ class Follower(SceneTable):
     """Offset of a translating follower's axis, positive to the right; mm."""
     dynamics: Dynamics | None = None
     """What moves with the follower, and what presses it on the cam."""
+
+
+class Drive(SceneTable):
+    """What keeps the follower on the cam.
+
+    On an open cam a spring, or what else presses the follower on it (``[follower.dynamics]``). A positive drive has
+    flanks that push the follower outward, and others that pull it back.
+    """
+
+    kind: DriveName | None = None
+    """A spring, or a groove with two walls: one pushes the roller outward, the other pulls it back; if not given,
+    ``spring`` on a disc cam and ``groove`` on a cylindrical one."""
 
 
 def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:

@@ -9,10 +9,12 @@ import pytest
 from support.cams import CONTACTS, cam_with
 
 import camopt.mechanisms
-from camopt.mechanisms import FIELDS, MECHANISMS, SIZE_FIELDS, mechanism_for
+from camopt.mechanisms import FIELDS, MECHANISMS, SIZE_FIELDS, mechanism_for, mechanisms_for
 from camopt.mechanisms.body import BODIES, CamForm
+from camopt.mechanisms.drive import DRIVES, DriveName
 from camopt.mechanisms.follower import MOTIONS, TIPS, MotionName, TipName
 from camopt.mechanisms.geometry import cam_curves
+from camopt.mistakes import BadInput
 from camopt.numerics.curves import curve
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
@@ -66,15 +68,38 @@ def test_the_keys_of_a_mechanism_are_those_of_scenes(mechanism):
     assert {*mechanism.motion.dynamics} < {*Dynamics.model_fields}
 
 
+@pytest.mark.parametrize("drive", DRIVES)
+def test_a_drive_is_on_some_cam_and_refused_where_there_is_none(drive):
+    """A kind is written back, and gives the mechanism that has it; where none has it, other kinds are told."""
+    refused = 0
+    for contact in CONTACTS:
+        given = cam_with(contact, drive={"kind": drive})
+        usual = Scene.from_dict(cam_with(contact)).mechanism
+        form, motion, touching = given["cam"]["form"], given["follower"]["motion"], given["follower"]["contact"]
+        known = {each.drive.name: each for each in mechanisms_for(form, motion, touching)}
+        assert mechanism_for(form, motion, touching) is known[usual.drive.name] is usual
+        if drive in known:
+            scene = Scene.from_dict(given)
+            assert scene.mechanism is known[drive]
+            assert scene.to_dict()["drive"] == {"kind": drive}
+        else:
+            refused += 1
+            with pytest.raises(BadInput, match=f"drive.kind = '{drive}': must be '{usual.drive.name}'"):
+                Scene.from_dict(given)
+    assert 0 < refused < len(CONTACTS)
+
+
 def test_each_mechanism_has_a_place_of_its_own():
     modules = [import_module(f"camopt.mechanisms.{each.name}") for each in iter_modules(camopt.mechanisms.__path__)]
     assert len(MECHANISMS) == sum(hasattr(module, "MECHANISM") for module in modules)
 
 
 def test_the_words_of_scenes_are_those_of_the_registries():
-    assert (get_args(CamForm), get_args(MotionName), get_args(TipName)) == (
-        tuple(BODIES),
-        tuple(MOTIONS),
-        tuple(TIPS),
-    )
+    words = {CamForm: BODIES, MotionName: MOTIONS, TipName: TIPS, DriveName: DRIVES}
+    for names, registry in words.items():
+        assert (
+            get_args(names)
+            == tuple(registry)
+            == tuple(each.form if names is CamForm else each.name for each in registry.values())
+        )
     assert {(form, motion) for form, motion, _ in MECHANISMS} == {(b, m) for b in BODIES for m in MOTIONS}
