@@ -12,14 +12,15 @@ Names are imported when they are first used, so that ``import camopt`` takes no 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from camopt.shown import HasHtml
-from camopt.version import VERSION as __version__  # noqa: N811
+from camopt.quantities.shown import HasHtml
+from camopt.storage.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
     from camopt.comparing.compare import Comparison, compare
     from camopt.drawing.animation import Animation, animate
     from camopt.drawing.plot import plot
     from camopt.engines import cluster
+    from camopt.exporting.cam_points import cam_points
     from camopt.exporting.export import export
     from camopt.exporting.exported import Export
     from camopt.front.designs import evaluate_designs
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
     from camopt.measured.profile import MeasuredProfile
     from camopt.mistakes import BadInput, CamoptError, Stopped, UnknownName, Unmet, Unsolved
     from camopt.motion import LAWS
-    from camopt.points.points import cam_points
     from camopt.quantities import QUANTITIES
+    from camopt.quantities.unit_systems import shown_in
     from camopt.reporting.report import report
     from camopt.scene.scene import Scene, find_scene
     from camopt.scene.sources import shipped_scenes
@@ -52,7 +53,6 @@ if TYPE_CHECKING:
     from camopt.tolerances.batch import Batch, Share, Spread, sample_cams
     from camopt.tolerances.margins import Margin
     from camopt.tolerances.tolerance import DwellError, MotionError, MotionErrors, tolerance
-    from camopt.unit_systems import shown_in
     from camopt.verdicts.certify import certify
     from camopt.verdicts.evaluation import Evaluation, evaluate
 
@@ -89,7 +89,7 @@ _HOMES = {
     "Unmet": "mistakes",
     "Unsolved": "mistakes",
     "animate": "drawing.animation",
-    "cam_points": "points.points",
+    "cam_points": "exporting.cam_points",
     "certify": "verdicts.certify",
     "check": "storage.checking",
     "cluster": "engines",
@@ -113,7 +113,7 @@ _HOMES = {
     "sensitivities": "studies.sensitivities",
     "scene_of": "tables.designs",
     "shipped_scenes": "scene.sources",
-    "shown_in": "unit_systems",
+    "shown_in": "quantities.unit_systems",
     "sweep": "front.sweep",
     "sweep_part": "front.parts",
     "synthesise": "synthesis.synthesise",

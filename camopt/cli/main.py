@@ -6,7 +6,7 @@ from importlib import import_module
 import click
 
 from camopt.cli.exits import run_command
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 COMMANDS = (
     *("new", "scenes", "keys", "schema", "laws", "evaluate", "effects", "timing", "harmonics", "tolerance"),

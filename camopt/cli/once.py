@@ -21,11 +21,11 @@ import click
 from camopt.cli.exits import NOT_REACHED, say
 from camopt.cli.options import Command
 from camopt.mistakes import BadInput
+from camopt.quantities.unit_systems import MM, system_shown
 from camopt.scene.sources import sources
 from camopt.storage.publishing import already_done, answered, answered_in_words, published
 from camopt.storage.unit import Unit
-from camopt.unit_systems import MM, system_shown
-from camopt.version import version_of_rows
+from camopt.storage.version import version_of_rows
 
 NO_MATTER = {"as_json", "quiet", "again", "workers", "scheduler"}
 """Options that ask for no other result."""

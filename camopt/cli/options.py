@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from camopt.unit_systems import SYSTEMS, shown_in
+from camopt.quantities.unit_systems import SYSTEMS, shown_in
 
 DEFAULT_SCENE = "roller-1000rpm"
 PICTURES = (".png", ".svg", ".pdf")

@@ -19,8 +19,8 @@ from camopt.comparing.fronts import Fronts, compared_fronts
 from camopt.comparing.settings import Difference, differing
 from camopt.comparing.sides import Side, side_of
 from camopt.mistakes import BadInput, Mistake
+from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn
 from camopt.storage.sealed import no_table
 from camopt.tables.designs import DESIGNS, PARETO
 
@@ -120,7 +120,7 @@ class Comparison(Drawn):
     {'search.base_radius': ([110.0, 120.0, 130.0], [120.0, 130.0, 140.0])}
     """
 
-    picture = "compared"
+    picture = "comparing.picture"
     a: str
     b: str
     settings: dict[str, dict[str, Difference]]

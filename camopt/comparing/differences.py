@@ -13,7 +13,7 @@ from camopt.comparing.design_table import DesignTable
 from camopt.comparing.designs import Matching, as_text
 from camopt.storage.files import check_writable, checked_suffix, path_of, whole_file
 from camopt.storage.sealed import write_table
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 PARQUET, CSV = ".parquet", ".csv"
 ORIGIN = pa.schema({"change": pa.string(), "table": pa.string(), "row": pa.int64()})

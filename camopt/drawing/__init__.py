@@ -1,1 +1,1 @@
-"""Drawing: the parts of pictures. ``camopt.drawing.figures`` puts them together."""
+"""Drawing: the cam with its diagrams, and parts of pictures, which the rooms of other results put together."""

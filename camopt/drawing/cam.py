@@ -33,7 +33,7 @@ from camopt.drawing.style import (
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves
 from camopt.motion.table import DWELL
-from camopt.unit_systems import computed, shown, shown_unit
+from camopt.quantities.unit_systems import computed, shown, shown_unit
 
 FROM_START = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
 ASIDE = (5.0, 8.0, 12.0, 16.0, 22.0, 30.0)  # points: of ω from its arrow

@@ -14,9 +14,9 @@ from camopt.drawing.picture import Picture, four_digits, told
 from camopt.drawing.shown_panels import shown_panels
 from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE_SIZE
 from camopt.problem.problem import resolve_design
+from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
 from camopt.tables.designs import Design
-from camopt.unit_systems import shown
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.judging import excesses, violations
 

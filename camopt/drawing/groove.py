@@ -20,7 +20,7 @@ from camopt.drawing.picture import (
 from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH_COLOUR, PROFILE, SMALL, TEXT
 from camopt.mechanisms.design import ComplexArray
 from camopt.problem.linkage import pivot_of
-from camopt.unit_systems import computed, shown, shown_unit
+from camopt.quantities.unit_systems import computed, shown, shown_unit
 
 ANGLE_OFFSETS = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above the sheet
 

@@ -5,8 +5,8 @@ from html import escape
 
 from camopt.drawing.small import small_cam
 from camopt.mistakes import BadInput
+from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
-from camopt.shown import HasHtml
 from camopt.tables.html import html_table
 
 

@@ -16,7 +16,7 @@ from camopt.mechanisms.design import BoolArray
 from camopt.motion.table import ALL_STROKES, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
-from camopt.unit_systems import shown, shown_unit
+from camopt.quantities.unit_systems import shown, shown_unit
 
 NEGLIGIBLE = 1e-6  # jumps below this share of the range are none, samples this near the peak are the peak
 CLIP = 4.0  # times the usual pitch curvature: where the diagram of curvature is cut off

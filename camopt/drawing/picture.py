@@ -14,8 +14,8 @@ from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.problem.problem import Problem
 from camopt.quantities import GEOMETRY, QUANTITIES
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
-from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.running import run_effects
 
 STROKE_NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}

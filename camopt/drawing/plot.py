@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from camopt.drawing.canvas import Target
 from camopt.mistakes import BadInput, Mistake
-from camopt.shown import Drawn
+from camopt.quantities.shown import Drawn
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,5 +67,5 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> 
     if kind is None or not issubclass(kind, Drawn) or not (kind is type(what) or kind.together):
         why = "a scene, a design, or a result that has a picture; several together if response_spectrum gave them"
         raise BadInput([Mistake("camopt", "what", type(what).__name__, why)])
-    figure: Figure = import_module(f"camopt.drawing.{kind.picture}").draw(what, path, **options)
+    figure: Figure = import_module(f"camopt.{kind.picture}").draw(what, path, **options)
     return figure

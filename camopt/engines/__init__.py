@@ -1,4 +1,4 @@
-"""Engines work on many independent items: in threads or processes of this machine, or on a Dask cluster.
+"""Engines work on many items: in threads or processes of this machine, or on a Dask cluster; and their progress.
 
 An engine gives work a few items that follow each other, on whatever of its workers is free, and yields what comes
 of them in the order of the items, never far ahead of the reader. Results do not depend on the engine.

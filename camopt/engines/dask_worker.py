@@ -16,7 +16,7 @@ from distributed import Reschedule, WorkerPlugin, get_worker
 
 from camopt.kernels.version import version_of_kernels
 from camopt.mistakes import BadInput, Mistake
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 
 def installed() -> dict[str, str]:

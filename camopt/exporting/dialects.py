@@ -7,7 +7,7 @@ Sources: ISO 6983-1 and DIN 66025 (iso); the programming manuals of Fanuc (serie
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from camopt.unit_systems import INCH, MM
+from camopt.quantities.unit_systems import INCH, MM
 
 
 @dataclass(frozen=True)

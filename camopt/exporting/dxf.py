@@ -17,9 +17,9 @@ from camopt.exporting.exported import Export, told
 from camopt.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of
 from camopt.exporting.layout import layout_of
 from camopt.exporting.workpiece import Workpiece
+from camopt.quantities.unit_systems import MM, shown, system_shown
 from camopt.storage.files import whole_file
-from camopt.unit_systems import MM, shown, system_shown
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 LINE_TYPES = {
     VISIBLE: ("CONTINUOUS", 50),

@@ -11,9 +11,9 @@ import numpy as np
 from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
+from camopt.quantities.unit_systems import computed, shown_unit
 from camopt.storage.files import write_text
-from camopt.unit_systems import computed, shown_unit
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 FEWEST, POINT_LIMIT = 2, 1_000_000
 

@@ -17,17 +17,17 @@ from camopt.contour.curve import CamCurve, curves_of
 from camopt.contour.deviation import deviation_bound
 from camopt.contour.follow import CHORD, Followed, follow
 from camopt.contour.path import ArcPath
+from camopt.exporting.cam_points import check_cutter
 from camopt.exporting.dialects import BY_ENDING, DIALECTS
 from camopt.exporting.exported import Export, told
 from camopt.exporting.program import Program
 from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
-from camopt.points.points import check_cutter
+from camopt.quantities.unit_systems import MM, computed, shown, shown_unit, system_shown
 from camopt.scene.part import Part
 from camopt.storage.files import write_text
-from camopt.unit_systems import MM, computed, shown, shown_unit, system_shown
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 DIGIT_SHARE, LEAST_CHORD = 3.0, 5.0  # last digits: what of the chord is left to them, and the least chord
 ALLOWED_DECIMALS = range(3, 7)

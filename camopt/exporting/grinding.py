@@ -12,15 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from camopt.contour.curve import CamCurve, SmoothPart, curves_of
+from camopt.exporting.cam_points import check_cutter
 from camopt.exporting.exported import Export
+from camopt.exporting.spacing import in_steps
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import BISECTIONS, FloatArray
-from camopt.points.points import check_cutter
-from camopt.points.spacing import in_steps
+from camopt.quantities.unit_systems import INCH, MM, shown, shown_unit, system_shown
 from camopt.storage.files import write_text
-from camopt.unit_systems import INCH, MM, shown, shown_unit, system_shown
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 DECIMALS = {MM: 6, INCH: 7}
 """Of lengths in each system."""

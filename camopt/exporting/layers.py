@@ -10,8 +10,8 @@ from camopt.contour.curve import CamCurve, curves_of, cylinder_ends
 from camopt.contour.follow import Followed, check_kind, follow
 from camopt.contour.hole import bore_with_keyway
 from camopt.contour.path import ArcPath, CubicPath
+from camopt.exporting.cam_points import check_cutter
 from camopt.exporting.workpiece import Workpiece
-from camopt.points.points import check_cutter
 from camopt.problem.problem import Problem
 
 MARK_OVERRUN = 0.06  # of the size: how far centre marks run on

@@ -8,10 +8,10 @@ from camopt.contour.curve import curves_of
 from camopt.contour.deviation import deviation_bound
 from camopt.contour.fit import lines_through
 from camopt.contour.follow import AIM, CHORD, check_kind
+from camopt.exporting.cam_points import cam_points, write_columns
 from camopt.exporting.exported import CurveInFile, Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
-from camopt.points.points import cam_points, write_columns
 
 
 def write(

@@ -6,7 +6,7 @@ import numpy as np
 
 from camopt.contour.path import ArcPath
 from camopt.exporting.dialects import Dialect
-from camopt.unit_systems import shown, system_shown
+from camopt.quantities.unit_systems import shown, system_shown
 
 
 @dataclass

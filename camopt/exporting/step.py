@@ -20,7 +20,7 @@ from camopt.exporting.exported import Export
 from camopt.exporting.solid import solid_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 CURVES_TWICE = "write.surfacecurve.mode"  # edges in the parameters of their surfaces as well: as many bytes again
 EPOCH = "1970-01-01T00:00:00"

@@ -19,7 +19,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 from camopt.storage.files import whole_file
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 TITLE, HEADER = 80, 84  # bytes of the title, and before the first triangle
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -10,7 +10,7 @@ from camopt.exporting.exported import Export, told
 from camopt.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 VIEW_MARGIN = 5.0  # mm
 PATTERNS = {CHAIN_LINE: "8 1.5 1 1.5", DASHED: "3 1.5"}

@@ -6,13 +6,13 @@ from collections import Counter
 import numpy as np
 import pyarrow as pa
 
+from camopt.engines.progress import Progress, report_progress
 from camopt.front.oddities import table_oddities
 from camopt.front.plan import column_names
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows
 from camopt.problem.settings import problems_of
 from camopt.problem.space import Space
-from camopt.progress import Progress, report_progress
 from camopt.storage.publishing import revised
 from camopt.storage.sealed import no_table, read_table, write_table
 from camopt.tables.table import arrow_schema, scene_in

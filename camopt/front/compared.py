@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from camopt.engines.progress import Progress
 from camopt.front.blocks import BLOCK
 from camopt.front.pareto import best_of_laws, thinned
 from camopt.front.plan import SweepPlan, column_names
@@ -16,7 +17,6 @@ from camopt.mechanisms import Designs
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, concatenate_rows, scattered
 from camopt.problem.space import EDGE_OF_SPACE, Space
-from camopt.progress import Progress
 from camopt.quantities import in_order
 from camopt.scene.scene import Scene
 from camopt.tables.columns import joined_laws

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from camopt.effects import Case
+from camopt.engines.progress import Progress, report_progress
 from camopt.front.box_bounds import BoxBounds, is_hopeless
 from camopt.front.grid_boxes import Grid, GridBoxes, chained_boxes
 from camopt.front.pareto import Archive, non_dominated, row_costs
@@ -27,7 +28,6 @@ from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.dominance import Both, Dominators, Known
 from camopt.problem.rows import Rows, scattered
 from camopt.problem.space import Space
-from camopt.progress import Progress, report_progress
 from camopt.quantities import in_order
 from camopt.verdicts.judging import Effort
 from camopt.verdicts.running import run_effects

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from camopt.engines import Engine
+from camopt.engines.progress import Progress
 from camopt.engines.threads import Threads
 from camopt.front.blocks import Batch
 from camopt.front.estimate import foresee
@@ -28,9 +29,8 @@ from camopt.front.result import Sweep
 from camopt.front.streaming import Seen, gathered
 from camopt.front.sweep import Beside, Keeps, Write, result_of, swept_already
 from camopt.mistakes import BadInput, Mistake
-from camopt.progress import Progress
+from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
-from camopt.shown import HasHtml
 from camopt.storage.files import regular_file
 from camopt.storage.manifest import settled_paths
 from camopt.storage.publishing import published

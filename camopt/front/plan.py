@@ -22,7 +22,7 @@ from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES, in_order, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.storage.manifest import question_in
-from camopt.version import version_of_rows
+from camopt.storage.version import version_of_rows
 
 FRONT_ONLY = "front-only"
 SWEEP_PARTS = 100_000

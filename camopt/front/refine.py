@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from camopt.effects import EFFECTS
+from camopt.engines.progress import Progress, report_progress
 from camopt.front.pareto import non_dominated, thinned
 from camopt.front.pattern_search import PatternSearch, by_search, polished
 from camopt.mechanisms import Designs, concatenate
@@ -23,7 +24,6 @@ from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, concatenate_rows
 from camopt.problem.space import Space, boxes_of
-from camopt.progress import Progress, report_progress
 from camopt.quantities import QUANTITIES
 from camopt.smallest.optimise import SECONDS
 from camopt.smallest.smallest import smallest

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from camopt.front.pareto import Front
 from camopt.problem.problem import resolve
+from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
-from camopt.shown import HasHtml
 from camopt.tables.columns import bounds_shown, columns_of, laws_shown, with_law
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import Design

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.engines.progress import Progress, report_progress
 from camopt.front.blocks import Batch
 from camopt.front.pareto import Archive, best_of_laws
 from camopt.problem.rows import Rows, concatenate_rows
 from camopt.problem.space import Space
-from camopt.progress import Progress, report_progress
 from camopt.verdicts.judging import Effort
 
 BEST_TOGETHER = 64  # batches whose best designs are compared together

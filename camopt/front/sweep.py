@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from camopt.engines import Engine
+from camopt.engines.progress import Progress
 from camopt.engines.threads import Threads
 from camopt.front.compared import best_of_each_law, compared_rows, half_width_of, nearest_miss_of_space
 from camopt.front.estimate import foresee
@@ -28,7 +29,6 @@ from camopt.front.summary import from_summary, summary_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
-from camopt.progress import Progress
 from camopt.scene.scene import Scene
 from camopt.storage.files import write_text
 from camopt.storage.publishing import published

@@ -20,11 +20,11 @@ from camopt.motion.table import ALL_STROKES as EVERY_STROKE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve
 from camopt.quantities import DERIVATIVES, QUANTITIES, displacement_unit, motion_quantity
+from camopt.quantities.shown import Drawn, HasHtml
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn, HasHtml
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import VALUE, Cell, Table
-from camopt.unit_systems import shown, shown_unit
 
 JERK_ORDER = 3  # its order
 NAMED = 6  # rows at most
@@ -82,7 +82,7 @@ class Fit(HasHtml, Drawn):
     (True, 'mm')
     """
 
-    picture = "fit"
+    picture = "measured.picture"
     scene: Scene
     points: MeasuredPoints
     outliers: MeasuredPoints

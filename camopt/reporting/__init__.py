@@ -1,1 +1,1 @@
-"""A result as one page that needs no network: what is in it, and the file."""
+"""Pages: a result as one that needs no network; a scene's with sliders, served on this machine alone."""

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from camopt.exporting.export import export
 from camopt.mistakes import BadInput
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.reporting.page import data_url
 from camopt.scene.scene import Scene
-from camopt.unit_systems import shown, shown_unit
 
 MEDIA_TYPES = {".toml": "application/toml", ".csv": "text/csv", ".dxf": "image/vnd.dxf"}
 

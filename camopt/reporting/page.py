@@ -13,9 +13,9 @@ from hashlib import sha256
 from importlib.resources import files
 from typing import Any
 
+from camopt.storage.version import VERSION
 from camopt.tables.html import html_table
 from camopt.tables.layout import Table
-from camopt.version import VERSION
 
 TURNING = ("geometry", "drawing", "cam", "diagrams", "player", "theme", "printing")
 PROGRAMS = {

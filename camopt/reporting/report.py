@@ -12,6 +12,7 @@ from camopt.front.result import Sweep
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve_design
+from camopt.quantities.unit_systems import system_shown
 from camopt.reporting.cams import ShownCam, cams_page
 from camopt.reporting.results import ResultRows, of_frame, results_page
 from camopt.scene.scene import Scene, find_scene
@@ -32,7 +33,6 @@ from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.told import bound_in_words
 from camopt.tables.columns import joined_laws
 from camopt.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, scene_of
-from camopt.unit_systems import system_shown
 from camopt.verdicts.evaluation import Evaluation
 
 MOST_CAMS = 4  # side by side

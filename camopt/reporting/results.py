@@ -16,6 +16,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
 from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES
+from camopt.quantities.unit_systems import computed, shown, shown_unit
 from camopt.reporting.cam import motion_pieces, page_number, stroke_kind, train_frames
 from camopt.reporting.cams import Chapter
 from camopt.reporting.page import deflated, rendered
@@ -25,7 +26,6 @@ from camopt.tables.cells import heading, shown_name, unit_of_column
 from camopt.tables.columns import axes_of
 from camopt.tables.designs import DESIGNS, PARETO, scene_of_row
 from camopt.tables.layout import NUMERIC, Cell, Table
-from camopt.unit_systems import computed, shown, shown_unit
 
 if TYPE_CHECKING:
     import pandas as pd

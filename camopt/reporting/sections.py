@@ -7,6 +7,7 @@ from typing import Any
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.places import tables_of
 from camopt.scene.scene import Scene
 from camopt.scene.units import as_shown
@@ -14,7 +15,6 @@ from camopt.studies.called import what_runs
 from camopt.tables.cells import number, quantity, shown_name
 from camopt.tables.columns import bounds_shown, is_nothing
 from camopt.tables.layout import ABOUT, NUMERIC, WORDS, Cell, Table
-from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.certify import CONDITIONS, certify_problem
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.exact_section import is_integrated

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 
 from camopt.numerics.neighbours import share_of_noise
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.checks import groove_run
 from camopt.scene.law_forms import NEAR_END, NOISY_POINTS, unsaid_reversal
 from camopt.scene.scene import Scene
 from camopt.scene.segments import after_each
-from camopt.unit_systems import shown, shown_unit
 
 LENGTH_RANGE = (0.1, 1e4, "mm")
 USUAL_RANGES = {

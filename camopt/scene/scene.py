@@ -17,6 +17,7 @@ from camopt.mechanisms import Mechanism, mechanism_for
 from camopt.mechanisms.follower import TIPS, Tip
 from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.quantities import number_quantities
+from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.drawn_profile import read_drawing
@@ -52,7 +53,6 @@ from camopt.scene.tables import (
 from camopt.scene.text import is_typed, parsed, plain
 from camopt.scene.tolerances import Tolerances
 from camopt.scene.train import MOST_STAGES, TrainStage, tool_turns
-from camopt.shown import Drawn, HasHtml
 from camopt.storage.files import read_bytes
 from camopt.storage.manifest import settled_path
 
@@ -112,7 +112,7 @@ class Scene(HasHtml, Drawn, SceneTable):
     True
     """
 
-    picture: ClassVar[str] = "figures"
+    picture: ClassVar[str] = "drawing.figures"
     name: Annotated[str, BeforeValidator(one_line)] = "scene"
     """Title of results and pictures."""
     cam: Cam

@@ -8,7 +8,7 @@ from camopt.scene.choices import NumberChoice, NumberRange, numbers_of
 from camopt.scene.places import said_of, tables_of
 from camopt.scene.scene import Scene
 from camopt.scene.tables import SceneTable
-from camopt.version import SITE
+from camopt.storage.version import SITE
 
 DIALECT = "http://json-schema.org/draft-07/schema#"
 """What every linter reads; nothing here needs a later one."""

@@ -10,13 +10,13 @@ from functools import cache
 from typing import Any
 
 from camopt.mistakes import Mistake
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.places import LISTS, TOP, is_angle, said_of, unit_for
 from camopt.scene.sizes import mechanism_in
 from camopt.scene.spring import is_straight
 from camopt.scene.tables import SceneTable
 from camopt.scene.text import TYPED
 from camopt.scene.train import stages_in, tool_turns
-from camopt.unit_systems import shown, shown_unit
 
 ANGLE = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
 PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")

@@ -13,7 +13,7 @@ import numpy as np
 
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
-from camopt.unit_systems import SYSTEMS, shown, system_shown
+from camopt.quantities.unit_systems import SYSTEMS, shown, system_shown
 
 if TYPE_CHECKING:
     from shapely import LineString, Polygon

@@ -10,11 +10,11 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.limit import Limit
 from camopt.quantities import QUANTITIES
+from camopt.quantities.unit_systems import shown, shown_unit, system_shown
 from camopt.sheet.cam import TrueCam, steady_of
 from camopt.sheet.hole import keyway_depth_said
 from camopt.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal, said, wrapped
 from camopt.tables.cells import with_unit
-from camopt.unit_systems import shown, shown_unit, system_shown
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
 
 FLANK_RADIUS = 100.0  # of the cam's size: the radius of a hollow that is a straight flank to any cutter

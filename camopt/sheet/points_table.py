@@ -14,9 +14,9 @@ import numpy as np
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import cam_curves
 from camopt.numerics import FloatArray
+from camopt.quantities.unit_systems import shown, shown_unit, system_shown
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.marks import FINER, MEDIUM, THICK, Mark, Marks, Words, line, rectangle, width_of
-from camopt.unit_systems import shown, shown_unit, system_shown
 
 ROW_HEIGHT = 4.0  # mm
 PADDING = 1.2  # mm: of a number on either side

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.quantities.unit_systems import shown
 from camopt.scene.part import Part
 from camopt.sheet.dimensions import CELL, arrow
 from camopt.sheet.marks import (
@@ -25,7 +26,6 @@ from camopt.sheet.marks import (
     said,
     width_of,
 )
-from camopt.unit_systems import shown
 
 MOTION = 5.0, np.radians(13.0)  # mm; half of the angle at the tip of an arrow that is no dimension's
 PAD = 1.5  # mm: beside the text in it

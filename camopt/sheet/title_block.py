@@ -6,7 +6,7 @@ from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.marks import BORDER, LARGE, MEDIUM, SMALL, THIN, Marks, Words, fitted_words, rectangle
 from camopt.sheet.words import LANGUAGES
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 BLOCK_WIDTH, BLOCK_HEIGHT, ROW = 180.0, 36.0, 9.0  # mm
 FIELD_PAD = 0.9  # mm: from the edges of a field

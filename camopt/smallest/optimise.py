@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.engines.progress import Progress, report_progress
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.mistakes import BadInput, Mistake
@@ -17,10 +18,9 @@ from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.settings import freed_of, given_profile, laws_of
 from camopt.problem.space import boxes_of, choices
 from camopt.problem.variables import not_varied
-from camopt.progress import Progress, report_progress
 from camopt.quantities import in_order
+from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
-from camopt.shown import HasHtml
 from camopt.smallest.closed_form import negligible
 from camopt.smallest.multipliers import BINDS
 from camopt.smallest.reasons import Reason, in_one_sentence, listed, reason

@@ -16,10 +16,10 @@ from camopt.mistakes import listed_words
 from camopt.numerics.clock import now
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
+from camopt.quantities.unit_systems import shown
 from camopt.smallest.first_look import FEW_VALUES, coarse_grid, first_look
 from camopt.smallest.smallest import smallest
 from camopt.tables.cells import number, with_unit
-from camopt.unit_systems import shown
 
 DIGITS = 6  # of a size that a reason tells
 MOST_BOXES = 3  # whose choices of sizes a reason lists

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 
 from camopt.mistakes import BadInput, Mistake
 from camopt.storage.files import WORK_FOLDER, read_bytes, regular_file
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 PathLike = TypeVar("PathLike", bound=str | os.PathLike[str])
 Outcome = TypeVar("Outcome")

@@ -23,8 +23,8 @@ from camopt.numerics import FloatArray
 from camopt.numerics.panels import TABLE_DEGREE
 from camopt.problem.problem import resolve
 from camopt.quantities import displacement_unit
+from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn, HasHtml
 from camopt.tables.cells import with_unit
 from camopt.tables.layout import Table, table_of
 
@@ -71,7 +71,7 @@ class Harmonics(Drawn, HasHtml):
     acceleration: FloatArray
     acceleration_unit: str
 
-    picture = "harmonics"
+    picture = "studies.harmonics_picture"
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each harmonic."""

@@ -29,8 +29,8 @@ from camopt.numerics.oscillator import Wave, damped, from_rest
 from camopt.numerics.wave_extremes import largest, largest_magnitude
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows, concatenate_rows
-from camopt.shown import Drawn
-from camopt.version import VERSION
+from camopt.quantities.shown import Drawn
+from camopt.storage.version import VERSION
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -74,7 +74,7 @@ class Spectrum(Drawn, dict[str, Any]):
     [1.0, 2.5]
     """
 
-    picture = "spectrum"
+    picture = "studies.spectrum_picture"
     together = True
 
 

@@ -20,9 +20,9 @@ from camopt.numerics.panels import derivatives
 from camopt.numerics.piecewise import sign_changes
 from camopt.problem.problem import resolve
 from camopt.quantities import displacement_unit
+from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
-from camopt.shown import HasHtml
 from camopt.tables.layout import Table, table_of
 
 DEFAULT_SHARE = 0.5  # of the largest lift, where a scene gives no lash

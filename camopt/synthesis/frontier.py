@@ -18,11 +18,11 @@ import numpy as np
 from camopt.effects import lacking, offered
 from camopt.engines import Engine
 from camopt.engines.processes import processes
+from camopt.engines.progress import Progress, report_progress
 from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
 from camopt.problem.limits import limited_quantity
 from camopt.problem.problem import resolve
-from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
 from camopt.scene.tables import OBJECTIVE_TERMS
 from camopt.synthesis import residual

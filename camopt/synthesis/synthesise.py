@@ -12,12 +12,12 @@ from math import inf, sqrt
 
 import numpy as np
 
+from camopt.engines.progress import Progress, report_progress
 from camopt.mistakes import Unmet, Unsolved
 from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
 from camopt.smallest.prices import Price, prices
 from camopt.synthesis import residual

@@ -10,9 +10,9 @@ from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
 from camopt.motion.segments import MOVE, GivenSegment
 from camopt.motion.spline import SplineLaw
 from camopt.problem.problem import resolve
+from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene import tables
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn, HasHtml
 from camopt.tables.columns import with_law
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import Design
@@ -48,7 +48,7 @@ class Synthesis(HasHtml, Drawn):
     (True, ['free-rise', 'free-return'])
     """
 
-    picture = "synthesis"
+    picture = "synthesis.picture"
     asked: Scene
     scene: Scene
     design: Design

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
+from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn, HasHtml
 from camopt.synthesis.cams import OWN_MOVES
 from camopt.synthesis.units import unit_of
 from camopt.tables.columns import joined_laws, sizes_shown
@@ -43,7 +43,7 @@ class Frontier(HasHtml, Drawn):
     (('size', 'acceleration'), (), True)
     """
 
-    picture = "frontier"
+    picture = "synthesis.frontier_picture"
     scene: Scene
     axes: tuple[str, ...]
     rows: list[Design]

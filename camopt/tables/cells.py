@@ -6,7 +6,7 @@ from math import inf
 from typing import Any
 
 from camopt.quantities import QUANTITIES
-from camopt.unit_systems import shown, shown_unit
+from camopt.quantities.unit_systems import shown, shown_unit
 
 LONGEST_TIME = 1000 * 365.25 * 86400.0  # seconds: a longer time is no answer
 

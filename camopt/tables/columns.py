@@ -5,7 +5,7 @@ from typing import Any
 
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES, in_order
-from camopt.unit_systems import shown
+from camopt.quantities.unit_systems import shown
 
 TableRow = Mapping[str, Any]
 WHOLE_TURN, STROKE_ANGLES = (

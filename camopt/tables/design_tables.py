@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from camopt.problem.problem import Problem
+from camopt.quantities.unit_systems import shown_unit
 from camopt.tables.cells import quantity, shown_name, unit_of_column
 from camopt.tables.columns import TableRow, bounds_shown, columns_of
 from camopt.tables.layout import ABOUT, VALUE, Cell, Table, table_of
-from camopt.unit_systems import shown_unit
 
 
 def designs_table(

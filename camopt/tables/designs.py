@@ -13,9 +13,9 @@ from camopt.motion import LAWS
 from camopt.problem.problem import resolve
 from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES, Flag, Word
+from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.scene import Scene
 from camopt.scene.written import write_scene
-from camopt.shown import Drawn, HasHtml
 from camopt.tables.columns import columns_of, joined_laws, with_law
 from camopt.tables.design_tables import design_table
 from camopt.tables.layout import Table
@@ -43,7 +43,7 @@ class Design(HasHtml, Drawn, dict[str, Any]):
     True
     """
 
-    picture = "figures"
+    picture = "drawing.figures"
 
     def __init__(self, quantities: Mapping[str, Any] | Iterable[tuple[str, Any]], searched: Scene) -> None:
         super().__init__(quantities)

@@ -17,7 +17,7 @@ from camopt.scene.scene import Scene
 from camopt.storage.files import whole_file
 from camopt.storage.seal import ROWS_IN_GROUP, sealed
 from camopt.storage.sealed import SCENE_KEY, TYPES, no_table, read_table, table_facts
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 if TYPE_CHECKING:
     import pandas as pd

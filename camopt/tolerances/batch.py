@@ -26,13 +26,13 @@ from camopt.problem.problem import Problem, resolve_design
 from camopt.problem.sample import sobol
 from camopt.problem.zones import size_zones
 from camopt.quantities import QUANTITIES
+from camopt.quantities.shown import HasHtml
+from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import Zone
-from camopt.shown import HasHtml
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
 from camopt.tolerances.limited import limited, worst_of
-from camopt.unit_systems import shown
 
 CAMS = 2**16
 """Unless told."""

@@ -21,12 +21,12 @@ from camopt.problem.limit import Limit, QuantityLimit
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.zones import all_moved, corners, size_zones
 from camopt.quantities import QUANTITIES
+from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import Zone
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
 from camopt.tolerances.limited import limited, worst_of
-from camopt.unit_systems import shown
 from camopt.verdicts.claim_boxes import Ends
 from camopt.verdicts.limit_boxes import limit_over_box
 from camopt.verdicts.words import BROKEN, HELD

@@ -24,8 +24,8 @@ from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
+from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn, HasHtml
 from camopt.tables.cells import number
 from camopt.tables.layout import Table, table_of
 from camopt.tolerances.contributions import Contribution
@@ -102,7 +102,7 @@ class MotionErrors(HasHtml, Drawn):
     0.01777
     """
 
-    picture: ClassVar[str] = "motion_errors"
+    picture: ClassVar[str] = "tolerances.picture"
     scene: Scene
     errors: tuple[MotionError, ...]
     dwells: tuple[DwellError, ...]

@@ -14,13 +14,13 @@ from camopt.mistakes import UnknownName, nearest
 from camopt.motion.table import ALL_STROKES
 from camopt.problem.problem import Problem, exactly, resolve, resolve_design
 from camopt.quantities import QUANTITIES, Flag, Word, in_order
+from camopt.quantities.shown import Drawn, HasHtml
+from camopt.quantities.unit_systems import MM, shown_in
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn, HasHtml
 from camopt.tables.cells import with_unit
 from camopt.tables.columns import is_nothing
 from camopt.tables.design_tables import design_table
 from camopt.tables.layout import Table
-from camopt.unit_systems import MM, shown_in
 from camopt.verdicts.judging import evaluate_rows
 from camopt.verdicts.running import run_effects
 from camopt.verdicts.warned import warnings_of
@@ -49,7 +49,7 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
     (True, 50.0)
     """
 
-    picture = "figures"
+    picture = "drawing.figures"
     scene: Scene
     quantities: dict[str, float | bool | str]
     unbounded: dict[str, str] = field(default_factory=dict)

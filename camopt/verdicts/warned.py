@@ -20,8 +20,8 @@ from camopt.motion.stroke import Stroke
 from camopt.numerics.piecewise import sign_changes
 from camopt.problem.problem import Problem
 from camopt.quantities import displacement_unit
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.tables.cells import with_unit
-from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.running import run_effects
 
 MEAN_ANGLES = {"pressure_angle_max_rise_deg", "pressure_angle_max_return_deg"}  # at the mean radius

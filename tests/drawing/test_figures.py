@@ -13,9 +13,9 @@ from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
+from camopt.exporting.cam_points import cam_points, write_points
 from camopt.mistakes import BadInput
 from camopt.motion.table import RISE
-from camopt.points.points import cam_points, write_points
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes

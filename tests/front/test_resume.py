@@ -615,7 +615,7 @@ def test_it_is_done_again_if_one_asks_so_or_asks_something_else(done, monkeypatc
         assert not done(scene)
         assert done(scene)
     assert not done(keep="all")
-    monkeypatch.setattr("camopt.version.VERSION", "99")
+    monkeypatch.setattr("camopt.storage.version.VERSION", "99")
     assert not done(keep="all")
     assert done(keep="all")
 

@@ -11,7 +11,6 @@ from support.pictures import faults_of
 from camopt import BadInput, Frontier, Scene, certify, evaluate, find_scene, frontier, load, plot, synthesise
 from camopt.cli.commands.frontier_report import show_frontier
 from camopt.cli.main import main
-from camopt.drawing.frontier import AXIS_NAMES
 from camopt.mistakes import Unmet
 from camopt.scene.tables import OBJECTIVE_TERMS
 from camopt.smallest.optimise import optimise
@@ -23,6 +22,7 @@ from camopt.synthesis.conic import ConicProgramme
 from camopt.synthesis.files import write_frontier
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.frontier import _checked, _ends
+from camopt.synthesis.frontier_picture import AXIS_NAMES
 from camopt.synthesis.units import unit_of
 
 COARSE = {

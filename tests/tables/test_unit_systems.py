@@ -33,16 +33,16 @@ from camopt.cli.main import main
 from camopt.contour.curve import curves_of
 from camopt.drawing.picture import Picture
 from camopt.drawing.shown_panels import shown_panels
+from camopt.exporting.cam_points import COLUMN_NOTES, FORM
 from camopt.exporting.dialects import DIALECTS
-from camopt.points.points import COLUMN_NOTES, FORM
 from camopt.problem.problem import resolve_design
 from camopt.quantities import OF_STAGE, QUANTITIES
+from camopt.quantities.unit_systems import CUSTOMARY, FACTOR, computed, shown, shown_unit, system_shown
 from camopt.sheet.marks import Words
 from camopt.sheet.sheet import sheet_of
 from camopt.synthesis.compare import known_laws_of
 from camopt.synthesis.files import write_comparison
 from camopt.tables.cells import shown_name, suffix_of
-from camopt.unit_systems import CUSTOMARY, FACTOR, computed, shown, shown_unit, system_shown
 
 PINT = UnitRegistry()
 UNITS = sorted(

@@ -21,79 +21,60 @@ PACKAGE = Path(camopt.__file__).parent
 ROOMS = {
     "mistakes": "",
     "kernels": "mistakes",
-    "version": "kernels",
-    "progress": "mistakes",
-    "storage": "mistakes version",
-    "quantities": "",
-    "unit_systems": "mistakes",
-    "shown": "",
-    "engines": "mistakes version kernels",
+    "quantities": "mistakes",
+    "storage": "mistakes kernels",
+    "engines": "mistakes kernels storage",
     "numerics": "kernels",
     "trains": "numerics",
     "motion": "mistakes numerics trains",
     "mechanisms": "kernels numerics motion",
     "effects": "quantities numerics trains motion mechanisms",
-    "scene": "mistakes unit_systems version storage quantities shown numerics trains motion mechanisms",
+    "scene": "mistakes quantities storage numerics trains motion mechanisms",
     "problem": "mistakes quantities numerics trains motion mechanisms effects scene",
-    "tables": "mistakes unit_systems version storage quantities shown numerics motion scene problem",
-    "verdicts": (
-        "mistakes unit_systems quantities shown numerics trains motion mechanisms effects scene problem tables"
-    ),
-    "tolerances": (
-        "mistakes unit_systems quantities shown numerics motion mechanisms effects scene problem tables verdicts"
-    ),
+    "tables": "mistakes quantities storage numerics motion scene problem",
+    "verdicts": "mistakes quantities numerics trains motion mechanisms effects scene problem tables",
     "smallest": (
-        "mistakes unit_systems progress quantities shown numerics trains motion mechanisms effects scene problem "
-        "tables verdicts"
+        "mistakes quantities engines numerics trains motion mechanisms effects scene problem tables verdicts"
     ),
+    "drawing": (
+        "mistakes quantities storage numerics trains motion mechanisms effects scene problem tables verdicts"
+    ),
+    "tolerances": "mistakes quantities numerics motion mechanisms effects scene problem tables verdicts drawing",
     "front": (
-        "mistakes version progress storage quantities shown engines numerics motion mechanisms effects scene "
-        "problem tables verdicts smallest"
+        "mistakes quantities storage engines numerics motion mechanisms effects scene problem tables verdicts "
+        "smallest"
     ),
     "synthesis": (
-        "mistakes unit_systems version progress storage quantities shown engines numerics motion mechanisms "
-        "effects scene problem tables verdicts smallest"
+        "mistakes quantities storage engines numerics motion mechanisms effects scene problem tables verdicts "
+        "smallest drawing"
     ),
     "measured": (
-        "mistakes unit_systems storage quantities shown numerics motion mechanisms effects scene problem tables "
-        "verdicts synthesis"
+        "mistakes quantities storage numerics motion mechanisms effects scene problem tables verdicts drawing "
+        "synthesis"
     ),
     "contour": "mistakes numerics motion mechanisms scene problem verdicts",
     "comparing": (
-        "mistakes version storage quantities shown numerics mechanisms scene problem tables verdicts front "
-        "synthesis"
-    ),
-    "drawing": (
-        "mistakes unit_systems storage quantities shown numerics trains motion mechanisms effects scene problem "
-        "tables verdicts tolerances synthesis measured comparing"
+        "mistakes quantities storage numerics mechanisms scene problem tables verdicts drawing front synthesis"
     ),
     "sheet": (
-        "mistakes unit_systems version quantities numerics motion mechanisms effects scene problem tables verdicts "
-        "contour drawing"
-    ),
-    "points": (
-        "mistakes unit_systems version storage quantities numerics mechanisms effects scene problem tables "
-        "verdicts contour drawing"
+        "mistakes quantities storage numerics motion mechanisms effects scene problem tables verdicts drawing "
+        "contour"
     ),
     "exporting": (
-        "mistakes unit_systems version storage numerics trains motion mechanisms effects scene problem tables "
-        "verdicts contour sheet points"
+        "mistakes quantities storage numerics trains motion mechanisms effects scene problem tables verdicts "
+        "drawing contour sheet"
     ),
     "studies": (
-        "mistakes version progress storage quantities shown engines numerics motion mechanisms effects scene "
-        "problem tables verdicts smallest drawing"
+        "mistakes quantities storage engines numerics motion mechanisms effects scene problem tables verdicts "
+        "smallest drawing"
     ),
     "reporting": (
-        "mistakes unit_systems version storage quantities numerics mechanisms motion scene problem tables verdicts "
-        "smallest front synthesis drawing exporting studies"
-    ),
-    "serving": (
-        "mistakes unit_systems quantities kernels numerics scene problem tables verdicts smallest drawing reporting"
+        "mistakes kernels quantities storage numerics motion mechanisms scene problem tables verdicts smallest "
+        "drawing front synthesis exporting studies"
     ),
     "cli": (
-        "mistakes unit_systems version storage quantities kernels engines numerics motion mechanisms scene "
-        "problem tables tolerances verdicts smallest front synthesis measured comparing drawing points exporting "
-        "studies reporting serving"
+        "mistakes kernels quantities storage engines numerics motion mechanisms scene problem tables verdicts "
+        "smallest drawing tolerances front synthesis measured comparing exporting studies reporting"
     ),
 }
 """Folders and modules of the package in the order of the data, each with the rooms that it may import, and does.
@@ -134,16 +115,16 @@ LATE = {
     ("verdicts.judging", "verdicts.narrowing"): "balls are for what rounding leaves open",
     ("tables.designs", "tables.table"): "it imports pyarrow",
     ("storage.ownership", "storage.damage"): "it imports pyarrow",
-    ("points.points", "storage.sealed"): "it imports pyarrow",
+    ("exporting.cam_points", "storage.sealed"): "it imports pyarrow",
     ("scene.complaints", "scene.schema"): "it has the tables of a scene, and these complain by it",
     ("scene.scene", "scene.places"): "it reads the docstrings of keys, for which most scenes have no use",
     ("scene.scene", "scene.units"): "it reads the docstrings of keys, for which most scenes have no use",
-    ("points.points", "tables.workbook"): "it imports XlsxWriter",
+    ("exporting.cam_points", "tables.workbook"): "it imports XlsxWriter",
     ("studies.spectrum", "storage.sealed"): "it imports pyarrow",
     ("studies.spectrum", "tables.table"): "it imports pyarrow",
     ("reporting.report", "tables.table"): "it imports pyarrow",
     ("storage.checking", "storage.damage"): "it imports pyarrow",
-    ("version", "kernels.version"): "it imports importlib.metadata",
+    ("storage.version", "kernels.version"): "it imports importlib.metadata",
     ("front.compared", "front.refine"): "it imports the searches of optimise",
     ("front.plan", "front.box_bounds"): "boxes of designs are for a front alone",
     ("front.sweep", "front.front_search"): "boxes of designs are for a front alone",

@@ -8,7 +8,7 @@ import yaml
 from support.pages import ROOT
 
 import camopt
-from camopt.version import VERSION
+from camopt.storage.version import VERSION
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 FORMS = [*(ROOT / ".github").rglob("*.yml"), *(ROOT / ".ci").rglob("*.yaml"), ROOT / "CITATION.cff"]

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 from camopt.cli.terminal import print_json, show
 from camopt.comparing.settings import shown_settings
+from camopt.quantities.unit_systems import shown
 from camopt.tables.cells import number, shown_name, unit_of_column
 from camopt.tables.columns import LAW_COLUMNS, laws_shown, with_law
 from camopt.tables.layout import table_of
-from camopt.unit_systems import shown
 
 if TYPE_CHECKING:
     from camopt.comparing.cams import Values

@@ -8,9 +8,9 @@ from rich.tree import Tree
 from camopt.cli.commands.evaluate_report import as_read
 from camopt.cli.terminal import print_json, show
 from camopt.problem.rows import Rows, finite
+from camopt.quantities.unit_systems import shown_unit
 from camopt.scene.read import numbers_read
 from camopt.tables.layout import table_of
-from camopt.unit_systems import shown_unit
 
 if TYPE_CHECKING:
     from camopt.studies.cost_report import CostReport

@@ -69,7 +69,7 @@ def evaluate(
 
         plot(scene, picture)
     if points:
-        from camopt.points.points import write_points
+        from camopt.exporting.cam_points import write_points
 
         write_points(scene, points, **spacing)
     show_evaluation(result, as_json)

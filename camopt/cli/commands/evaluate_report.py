@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 
 from camopt.cli.terminal import print_json, room_across, show
 from camopt.quantities import displacement_unit
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.read import numbers_read
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import table_of
-from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.words import ARM_UNCHECKED
 
 if TYPE_CHECKING:

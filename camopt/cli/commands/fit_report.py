@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from camopt.cli.terminal import print_json, show
 from camopt.problem.rows import finite
 from camopt.quantities import QUANTITIES
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import table_of
-from camopt.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
     from camopt.measured.fitted import Fit

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from camopt.cli.commands.synthesise_report import show_limits_of_motion
 from camopt.cli.terminal import print_json, show
 from camopt.problem.rows import finite
+from camopt.quantities.unit_systems import shown
 from camopt.tables.cells import number, with_unit
-from camopt.unit_systems import shown
 
 if TYPE_CHECKING:
     from camopt.synthesis.traded import Frontier

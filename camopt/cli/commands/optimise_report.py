@@ -8,9 +8,9 @@ from camopt.cli.commands.sweep_report import show_miss
 from camopt.cli.terminal import print_json, show
 from camopt.problem.problem import resolve
 from camopt.problem.rows import finite
+from camopt.quantities.unit_systems import computed, shown, shown_unit
 from camopt.tables.cells import with_unit
 from camopt.tables.layout import table_of
-from camopt.unit_systems import computed, shown, shown_unit
 
 if TYPE_CHECKING:
     from camopt.smallest.optimise import Optimum

@@ -29,7 +29,7 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
     from threading import Thread
 
     from camopt.cli import interrupts, terminal
-    from camopt.serving.server import serving
+    from camopt.reporting.server import serving
 
     place = Path(scene.file).parent if Path(scene.file).is_file() else Path()
     server = serving(scene, folder or place, port, say)

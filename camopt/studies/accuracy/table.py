@@ -14,18 +14,18 @@ import pyarrow as pa
 
 from camopt.drawing.plot import plot
 from camopt.engines import Engine
+from camopt.engines.progress import Progress, report_progress
 from camopt.engines.threads import Threads
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import problems_of
-from camopt.progress import Progress, report_progress
+from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
-from camopt.shown import Drawn
 from camopt.storage.sealed import write_table
+from camopt.storage.version import VERSION
 from camopt.studies.accuracy.methods import METHODS
 from camopt.studies.accuracy.reference import EQUAL_DIGITS
 from camopt.studies.accuracy.subjects import REFERENCED, Subject, subjects_of
-from camopt.version import VERSION
 
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
 TIMED_RUNS = 3
@@ -36,7 +36,7 @@ TimedResult = TypeVar("TimedResult")
 class Costs(Drawn, list[dict[str, Any]]):
     """What accuracy costs: the rows of ``measure``."""
 
-    picture = "accuracy"
+    picture = "studies.accuracy.picture"
 
 
 def measure(scene: Scene, progress: Progress | None = None, engine: Engine | None = None) -> Costs:

@@ -8,8 +8,8 @@ from itertools import groupby
 from pathlib import Path
 
 from camopt.effects import EFFECTS
+from camopt.exporting.cam_points import COLUMN_NOTES, FORM
 from camopt.mechanisms import MECHANISMS
-from camopt.points.points import COLUMN_NOTES, FORM
 from camopt.quantities import AT_LEAST, DISCIPLINES, GEOMETRY, QUANTITIES, Quantity
 from camopt.scene.schema import TABLES
 

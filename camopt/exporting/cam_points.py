@@ -10,19 +10,19 @@ from camopt.contour.curve import CamCurve, curves_of
 from camopt.drawing.picture import Picture
 from camopt.effects import Case
 from camopt.effects.motion import scale
+from camopt.exporting.loads import LOAD_COLUMNS, load_column, loads_at
+from camopt.exporting.spacing import checked_angles, in_steps, within_chord
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
-from camopt.points.loads import LOAD_COLUMNS, load_column, loads_at
-from camopt.points.spacing import checked_angles, in_steps, within_chord
 from camopt.problem.problem import Problem, resolve_design
 from camopt.quantities import AT_FOLLOWER, DERIVATIVES, displacement_unit, motion_quantity
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
 from camopt.storage.files import checked_suffix, whole_file
+from camopt.storage.version import VERSION
 from camopt.tables.cells import name_in_shown_unit
-from camopt.unit_systems import shown, shown_unit
 from camopt.verdicts.running import run_effects
-from camopt.version import VERSION
 
 if TYPE_CHECKING:
     import pyarrow as pa

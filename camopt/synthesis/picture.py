@@ -16,12 +16,12 @@ from camopt.effects.motion import scale
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, displacement_unit, motion_quantity
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
 from camopt.synthesis.cams import OWN_MOVES
 from camopt.synthesis.compare import KnownLaws, known_laws_of
 from camopt.synthesis.synthesised import Synthesis
 from camopt.tables.columns import joined_laws
-from camopt.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -23,11 +23,11 @@ from support.browser import running_browser, watched_page
 
 import camopt
 from camopt.kernels import compile
+from camopt.reporting import search
+from camopt.reporting.controls import controls_of, scene_of_settings
 from camopt.reporting.sections import signed
-from camopt.serving import search
-from camopt.serving.controls import controls_of, scene_of_settings
-from camopt.serving.server import MOST_BYTES, MOST_STRANGERS, serving
-from camopt.serving.session import Session, answer_to
+from camopt.reporting.server import MOST_BYTES, MOST_STRANGERS, serving
+from camopt.reporting.session import Session, answer_to
 
 MOVES = {
     "two-pauses": {"cam.base_radius": 41.0},
@@ -431,7 +431,7 @@ def test_strangers_make_room_for_each_other_and_leave_the_page_alone(server):
 ORPHAN = """
 import sys, time
 from multiprocessing import get_context
-from camopt.serving.search import end_with_parent
+from camopt.reporting.search import end_with_parent
 
 def search():
     end_with_parent()

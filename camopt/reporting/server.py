@@ -23,8 +23,8 @@ from typing import Any, ClassVar
 from camopt.kernels.plainly import without_compiler
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import resolve_design
+from camopt.reporting.session import ASKED, Session, answer_to
 from camopt.scene.scene import Scene
-from camopt.serving.session import ASKED, Session, answer_to
 from camopt.smallest.sized import sized
 
 HOST = "127.0.0.1"

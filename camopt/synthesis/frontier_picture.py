@@ -11,10 +11,10 @@ from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.style import ALARM, COLOURS, INK, LIMIT, MUTED, PAGE_TITLE, TEXT, dress
 from camopt.motion.table import RISE
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.synthesis.traded import Frontier
 from camopt.synthesis.units import unit_of
 from camopt.tables.columns import joined_laws
-from camopt.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

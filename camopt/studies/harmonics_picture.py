@@ -7,7 +7,7 @@ import numpy as np
 from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.style import PAGE_TITLE, dress, pen_of
 from camopt.quantities import displacement_unit
-from camopt.unit_systems import shown, shown_unit
+from camopt.quantities.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

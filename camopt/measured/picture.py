@@ -6,16 +6,16 @@ import numpy as np
 
 from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.diagrams import in_powers
-from camopt.drawing.measured_profile import draw_profile
 from camopt.drawing.picture import Picture, four_digits, told
 from camopt.drawing.style import ALARM, COLOURS, DOT, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE_SIZE, dress
 from camopt.effects.motion import scale
 from camopt.measured.fitted import Fit
+from camopt.measured.profile_picture import draw_profile
 from camopt.measured.reading import angle_from
 from camopt.motion.table import RISE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
-from camopt.unit_systems import shown, shown_unit
+from camopt.quantities.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

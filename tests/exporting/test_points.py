@@ -6,7 +6,7 @@ import pytest
 import camopt
 from camopt import BadInput, cam_points, evaluate, find_scene
 from camopt.cli.main import main
-from camopt.points.loads import load_column
+from camopt.exporting.loads import load_column
 
 LOADED = {
     "cam.rpm": 300,

@@ -8,9 +8,9 @@ from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.style import MUTED, PAGE_TITLE, SERIES, dress
 from camopt.effects.motion import scale
 from camopt.problem.problem import resolve_design
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.tolerances.response import ORDERS
 from camopt.tolerances.turn import NAMES, TurnErrors, band_ends, worst, worst_ends
-from camopt.unit_systems import shown, shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,8 +11,8 @@ from camopt.drawing.style import MUTED, PAGE_TITLE, SERIES, dress
 from camopt.mechanisms.design import BoolArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
+from camopt.quantities.unit_systems import shown
 from camopt.tables.cells import heading
-from camopt.unit_systems import shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -20,7 +20,9 @@ from camopt.problem.rows import Rows
 from camopt.quantities import in_order
 from camopt.reporting.cam import cam_of
 from camopt.reporting.cams import Chapter, ShownCam, cams_page, chapters_of, words_of
+from camopt.reporting.controls import FOLDED, Control, controls_of, scene_of_settings, values_of
 from camopt.reporting.page import rendered
+from camopt.reporting.search import Background
 from camopt.reporting.sections import (
     UNPROVED,
     is_held,
@@ -31,8 +33,6 @@ from camopt.reporting.sections import (
 )
 from camopt.scene.scene import Scene
 from camopt.scene.written import write_scene
-from camopt.serving.controls import FOLDED, Control, controls_of, scene_of_settings, values_of
-from camopt.serving.search import Background
 from camopt.tables.layout import Cell, Table
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
 from camopt.verdicts.judging import evaluate_rows

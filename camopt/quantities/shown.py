@@ -9,7 +9,7 @@ class Drawn:
 
     __slots__ = ()
     picture: ClassVar[str]
-    """The module of ``drawing`` whose ``draw`` makes the picture, imported when something is drawn."""
+    """The module of the package whose ``draw`` makes the picture, imported when something is drawn."""
     together: ClassVar[bool] = False
     """Whether it takes a list of them."""
 

@@ -10,10 +10,10 @@ from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES
+from camopt.quantities.unit_systems import computed, shown, shown_unit
 from camopt.scene.choices import StepRange
 from camopt.scene.read import numbers_read
 from camopt.scene.scene import Scene
-from camopt.unit_systems import computed, shown, shown_unit
 
 Settings = Mapping[str, Any]
 """Numbers and names of laws, by the keys of controls."""

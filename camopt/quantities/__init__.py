@@ -1,4 +1,4 @@
-"""The list of quantities: everything camopt can report, with name, symbol, unit, origin and one sentence.
+"""The list of quantities: all that camopt can report, each with its symbol, unit and sentence; how they are shown.
 
 Table columns, JSON keys, documentation and checks of names all come from here. The unit is the suffix.
 """

@@ -1,1 +1,0 @@
-"""The cam as points for machines and other programs."""
