@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import CYLINDER
-from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, without_roller
+from camopt.mechanisms.design import Designs, Mechanism, without_roller
 from camopt.mechanisms.drive import GROOVED
 from camopt.mechanisms.follower import ROUND, TRANSLATING
+from camopt.mechanisms.rest import ContactPoint, Off, Rest
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -59,6 +60,12 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return ContactPoint(angle * design.size, y, -y1, y * 0.0 + design.size)
 
 
+def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+    """On the developed surface the follower has one line on which it moves."""
+    across, up = off.shift(_contact(design, lift, y * 0.0, y, y1))
+    return Rest(up, across / design.size)
+
+
 MECHANISM = Mechanism(
     body=CYLINDER,
     drive=GROOVED,
@@ -73,5 +80,6 @@ MECHANISM = Mechanism(
     assembly="the mean radius has to be above 0",
     contact=_contact,
     shifts=lambda design, lift, y, y1: {"displacement": (0.0, 1.0)},
+    rest=_rest,
     pitch=without_roller,
 )

@@ -21,9 +21,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import CYLINDER
-from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, Shift, without_roller
+from camopt.mechanisms.design import Designs, Mechanism, Misfit, without_roller
 from camopt.mechanisms.drive import GROOVED
 from camopt.mechanisms.follower import OSCILLATING, ROUND
+from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -114,6 +115,16 @@ def _shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
     return {"displacement": (sine * (sense * l), cosine * l), "arm_length": (-(cosine * sense), sine)}
 
 
+def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+    """The arm turns until its end is as high as the point, and the surface moves until both meet."""
+    psi, l, longer, sense = y - lift / 2, design.arm_length, off.of("arm_length"), design.sense  # noqa: E741
+    across, up = off.shift(_contact(design, lift, y * 0.0, y, y1))
+    cosine, sine = np.cos(psi), np.sin(psi)
+    moved = angle_by_sine(sine, cosine, (up - sine * longer) / (longer + l))
+    fall = np.sin(psi + moved * 0.5) * np.sin(moved * 0.5) * 2.0
+    return Rest(moved, (((cosine - fall) * longer - fall * l) * sense + across) / design.size)
+
+
 def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
     lift = sizes["lift"]
     if lift < 180.0:
@@ -135,6 +146,7 @@ MECHANISM = Mechanism(
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     contact=_contact,
     shifts=_shifts,
+    rest=_rest,
     pitch=without_roller,
     misfit=_misfit,
 )

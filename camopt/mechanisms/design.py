@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from camopt.mechanisms.body import Body, Flank
 from camopt.mechanisms.drive import Drive
 from camopt.mechanisms.follower import FollowerMotion, Tip
+from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift
 from camopt.motion.contact import ProfileContact as OnProfile
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -137,23 +138,6 @@ Misfit = tuple[str, Any, str]
 """A key of a scene, its value if that is at fault, and what is wrong."""
 
 
-class ContactPoint(NamedTuple):
-    """The trace point (flat faces: contact point) in the ground frame, and the cam's outward normal.
-
-    x and y in mm; of the normal the direction (across, up), of any length. Each an array, a ``Taylor`` series of
-    arrays or of Intervals, as the cam angle and the motion that it was made from.
-    """
-
-    x: Any
-    y: Any
-    across: Any
-    up: Any
-
-
-Shift = tuple[Any, Any]
-"""How far a point of the follower moves (x, y) per mm or rad of a cause; numbers, or as ContactPoint."""
-
-
 class Travel(NamedTuple):
     """The trace point in the ground frame, as complex x + iy, and the cam's outward normal there."""
 
@@ -190,6 +174,8 @@ class Mechanism:
     """From a design, the lift, y and y' to how the trace point (of a flat face: where it touches) moves: by its
     ``displacement``, and by each size that moves it while the displacement stays, by field of ``Designs``. Along a
     flat face it may move in any way."""
+    rest: Callable[[Designs, float, Any, Any, Off], Rest]
+    """From a design, the lift, y, y' and what is off to where the follower rests on the point it would touch."""
     sliding: Callable[[Designs, Programme], Any] | None = None
     """Curve of the speed at which the trace point or the flat face slides over a disc cam, mm/rad."""
     curvature: Callable[[Designs, Programme], Any] | None = None

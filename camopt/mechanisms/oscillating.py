@@ -17,9 +17,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import DISC
-from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, Shift, drawn_by_point
+from camopt.mechanisms.design import Designs, Mechanism, Misfit, drawn_by_point
 from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import OSCILLATING, ROUND
+from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine, turned_by
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.contact import OscillatingPoint
 from camopt.motion.programme import Programme
@@ -154,6 +155,20 @@ def _shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
     }
 
 
+def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+    """The law of cosines of the triangle with its sides off: cos ψ falls by g."""
+    at, angle = _contact(design, lift, 0.0, y, y1), y + first_angle(design)
+    c, l, dc, dl = design.centre_distance, design.arm_length, off.of("centre_distance"), off.of("arm_length")  # noqa: E741
+    across, up = off.shift(at)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    square = across * (at.x * 2.0 + across) + up * (at.y * 2.0 + up) - dc * (2.0 * c + dc) - dl * (2.0 * l + dl)
+    fall = (square + (c * dl + l * dc + dc * dl) * 2.0 * cosine) / ((c + dc) * (l + dl) * 2.0)
+    moved = -angle_by_sine(cosine, sine, -fall)
+    rise = np.cos(angle + moved * 0.5) * np.sin(moved * 0.5) * 2.0
+    tip = dc - (cosine - fall) * dl + fall * l, (sine + rise) * dl + rise * l
+    return Rest(moved, turned_by(design.sense, at, (across, up), tip))
+
+
 def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
     arm, centre, prime = sizes["arm_length"], sizes["centre_distance"], sizes["size"] + sizes["roller_radius"]
     lift = sizes["lift"]
@@ -187,6 +202,7 @@ MECHANISM = Mechanism(
     assembly="prime radius, arm and centre distance have to form a triangle throughout the lift",
     contact=_contact,
     shifts=_shifts,
+    rest=_rest,
     pitch=drawn_by_point,
     misfit=_misfit,
     on_profile=_on_profile,

@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import DISC
-from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, Shift
+from camopt.mechanisms.design import Designs, Mechanism, Misfit
 from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import FLAT, OSCILLATING
+from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine
 from camopt.motion.contact import OscillatingFace
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -153,6 +154,14 @@ def _shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
     return {"displacement": (t * sine, t * cosine), "centre_distance": (1.0, 0.0), "face_offset": (sine, cosine)}
 
 
+def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+    """The distance of the face from the axis, f + c·sin ψ, is larger by δn; the cam turns back with the face."""
+    at = _contact(design, lift, 0.0, y, y1)
+    more = off.along(at) - off.of("face_offset") - at.across * off.of("centre_distance")
+    moved = angle_by_sine(at.across, at.up, more / (design.centre_distance + off.of("centre_distance")))
+    return Rest(moved, -(moved * design.sense))
+
+
 def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
     base, face, centre, lift = (sizes[name] for name in ("size", "face_offset", "centre_distance", "lift"))
     if not abs(base - face) < centre:
@@ -184,6 +193,7 @@ MECHANISM = Mechanism(
     assembly="the face has to touch the base circle, and to swing by less than the cam turns",
     contact=_contact,
     shifts=_shifts,
+    rest=_rest,
     misfit=_misfit,
     on_profile=_on_profile,
 )

@@ -17,9 +17,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import DISC
-from camopt.mechanisms.design import ContactPoint, Designs, Mechanism, Misfit, drawn_by_point
+from camopt.mechanisms.design import Designs, Mechanism, Misfit, drawn_by_point
 from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import ROUND, TRANSLATING
+from camopt.mechanisms.rest import ContactPoint, Off, Rest, turned_by
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.contact import TranslatingPoint
 from camopt.motion.programme import Programme
@@ -100,6 +101,15 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return ContactPoint(s * 0.0 + design.offset, s, (design.lead - y1) * design.sense, s)
 
 
+def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+    """The point of the cam is turned to the follower's line, x = e + δe, where it has the height of a root."""
+    at, wide = _contact(design, lift, 0.0, y, y1), off.of("offset")
+    across, up = off.shift(at)
+    more = (across - wide) * (at.x * 2.0 + across + wide) + up * (at.y * 2.0 + up)
+    moved = more / (np.sqrt(np.square(at.y) + more) + at.y)
+    return Rest(moved, turned_by(design.sense, at, (across, up), (wide, moved)))
+
+
 def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
     prime, offset = sizes["size"] + sizes["roller_radius"], sizes["offset"]
     if abs(offset) < prime:
@@ -124,6 +134,7 @@ MECHANISM = Mechanism(
     assembly="the offset has to be smaller than the prime radius",
     contact=_contact,
     shifts=lambda design, lift, y, y1: {"displacement": (0.0, 1.0), "offset": (1.0, 0.0)},
+    rest=_rest,
     pitch=drawn_by_point,
     misfit=_misfit,
     on_profile=lambda sizes, sense: TranslatingPoint(sizes["roller_radius"], sense * sizes["offset"]),

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from camopt.mechanisms.body import DISC
-from camopt.mechanisms.design import ContactPoint, Designs, Mechanism
+from camopt.mechanisms.design import Designs, Mechanism
 from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import FLAT, TRANSLATING
+from camopt.mechanisms.rest import ContactPoint, Off, Rest
 from camopt.motion.contact import TranslatingFace
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -32,6 +33,14 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return ContactPoint(y1 * design.sense, y + design.size, y * 0.0, y * 0.0 + 1.0)
 
 
+def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
+    """The tilted face is at the distance R_b + y + δn from the axis, and meets the stem where that stands."""
+    at, half = _contact(design, lift, 0.0, y, y1), np.sin(off.tilt * 0.5)
+    stem, sine, cosine = design.offset + off.of("offset"), np.sin(off.tilt), np.cos(off.tilt)
+    moved = (off.along(at) + stem * sine + np.square(half) * 2.0 * at.y) / cosine
+    return Rest(moved, off.tilt * design.sense + y1 * 0.0)
+
+
 MECHANISM = Mechanism(
     body=DISC,
     drive=SPRUNG,
@@ -48,5 +57,6 @@ MECHANISM = Mechanism(
     assembly="the base radius has to be above 0",
     contact=_contact,
     shifts=lambda design, lift, y, y1: {"displacement": (0.0, 1.0), "offset": (1.0, 0.0)},
+    rest=_rest,
     on_profile=lambda sizes, sense: TranslatingFace(),
 )

@@ -144,5 +144,6 @@ TAYLOR_RULES: dict[np.ufunc, Callable[..., Taylor]] = {
     np.sqrt: Taylor.root,
     np.sin: lambda a: direction(a).sine,
     np.cos: lambda a: direction(a).cosine,
+    np.arcsin: lambda a: angle_of((1.0 - a * a).root(), a),
 }
 """What numpy's functions are of a series, where one is among their arguments."""

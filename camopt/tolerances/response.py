@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
-from camopt.mechanisms.design import ContactPoint, Shift
+from camopt.mechanisms.rest import ContactPoint, Shift
 from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor
