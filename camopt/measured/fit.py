@@ -25,6 +25,7 @@ from camopt.mechanisms.body import BODIES, DISC
 from camopt.mechanisms.follower import OSCILLATING, TRANSLATING
 from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
 from camopt.problem.problem import Problem, resolve, resolve_design
+from camopt.scene.mapping import FOLLOWER, given_at_follower
 from camopt.scene.scene import Scene
 from camopt.scene.train import stages_in, tool_turns
 
@@ -74,7 +75,8 @@ def fit(
         ``MeasuredProfile`` of either: the lift is then that of the scene's follower on this profile.
     scene : Scene or Mapping
         The cam and the follower that the motion is for, and its limits, whose motion is replaced. Or a mapping of
-        the tables ``cam`` and ``follower``, without a motion. A profile gives the base radius, too.
+        the tables ``cam`` and ``follower``, without a motion. A profile gives the base radius, too. With a train
+        lifts are the tool's, or the follower's if ``motion_at`` says so; a profile gives the follower's.
     band : float, optional
         How far the motion may be from a point, mm (deg when oscillating). It is a band of the lift of a profile,
         too: along the profile's normal it is cos β times as wide. If not given, both this and the root mean
@@ -134,7 +136,7 @@ def fit(
     tables.setdefault("name", printable(Path(measured.file).stem))
     file = scene.file if isinstance(scene, Scene) else "scene"
     if profile and tables.get("train"):
-        raise BadInput([Mistake(file, "train", None, "a measured profile moves its follower alone", bare=True)])
+        tables["motion_at"] = FOLLOWER
     seen = _touched(profile, measured, tables, file, keep_outliers) if profile else None
     measured = seen.positions if seen else measured
     least = _least(measured)
@@ -199,7 +201,8 @@ def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredPr
     """The unit of the lifts, or of a profile: that of the motion of follower or tool, or one that fits to it."""
     follower = tables.get("follower")
     swings = isinstance(follower, Mapping) and follower.get("motion") == OSCILLATING.name
-    angular = tool_turns(stages_in(tables), swings) and not profile
+    stages = [] if given_at_follower(tables) else stages_in(tables)
+    angular = tool_turns(stages, swings) and not profile
     known = ("deg",) if angular else tuple(MM_PER_UNIT)
     if given is not None and given not in known:
         of = "a profile" if profile else f"{(OSCILLATING if angular else TRANSLATING).words} follower"
@@ -303,7 +306,7 @@ def _written(
             return None
         parts = fitted_segments(motion)
         scene = scene_with(parts)
-        found = prove_band(resolve(scene).programme.tool, points, parts.start, parts.zero, room.band)
+        found = prove_band(resolve(scene).given, points, parts.start, parts.zero, room.band)
         if found.held:
             return Fit(scene, points, points.only([]), parts.start, parts.zero, room.band, found, free.square)
     return None

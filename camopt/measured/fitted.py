@@ -19,7 +19,7 @@ from camopt.motion.programme import peak, root_mean_square
 from camopt.motion.table import ALL_STROKES as EVERY_STROKE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve
-from camopt.quantities import DERIVATIVES, QUANTITIES, displacement_unit, motion_quantity
+from camopt.quantities import AT_FOLLOWER, DERIVATIVES, QUANTITIES, displacement_unit, motion_quantity
 from camopt.quantities.shown import Drawn, HasHtml
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
@@ -106,17 +106,27 @@ class Fit(HasHtml, Drawn):
     @property
     def unit(self) -> str:
         """The unit of the lifts."""
-        return displacement_unit(angular=self._problem.setup.tool_turns)
+        return displacement_unit(angular=self._problem.given_turns)
+
+    @property
+    def at_follower(self) -> bool:
+        """Whether, behind a train, the points are of the follower's motion and not of the tool's."""
+        return self._problem.programme.given_at_follower
 
     def quantity(self, derivative: str) -> str:
         """The quantity that a largest velocity, acceleration or jerk is."""
-        setup = self._problem.setup
-        return motion_quantity(derivative, "", angular=setup.tool_turns, timed=setup.omega is not None)
+        timed = self._problem.setup.omega is not None
+        part = AT_FOLLOWER if self.at_follower else ""
+        return motion_quantity(derivative, part, angular=self._problem.given_turns, timed=timed)
+
+    def scale(self, order: int) -> Any:
+        """From a derivative of the motion to the unit of its quantity."""
+        return scale(self._problem.setup, order, at_follower=self.at_follower)
 
     @property
     def _per(self) -> float:
         """From the unit of the lifts to that of a programme."""
-        return radians(1.0) if self._problem.setup.tool_turns else 1.0
+        return radians(1.0) if self._problem.given_turns else 1.0
 
     def table(self) -> Table:
         """The deviations of the motion from the points, and its peaks."""
@@ -159,22 +169,19 @@ class Fit(HasHtml, Drawn):
     def left_out(self) -> tuple[LeftOut, ...]:
         """The points that are left out, by row."""
         angles = np.radians(angle_from(self.start, self.outliers.angles))
-        off = self._problem.programme.tool.at(angles)[0] / self._per + self.zero - self.outliers.lifts
+        off = self._problem.given.at(angles)[0] / self._per + self.zero - self.outliers.lifts
         rows = zip(self.outliers.rows, self.outliers.angles, self.outliers.lifts, off, strict=True)
         return tuple(sorted(LeftOut(int(row), float(a), float(y), float(d)) for row, a, y, d in rows))
 
     @property
     def jerk_rms(self) -> float:
         """The root mean square of the jerk over the turn, in the unit of the scene's jerks."""
-        setup, programme = self._problem.setup, self._problem.programme.tool
-        return float(root_mean_square(programme, JERK_ORDER) * scale(setup, JERK_ORDER))
+        return float(root_mean_square(self._problem.given, JERK_ORDER) * self.scale(JERK_ORDER))
 
     @property
     def least_jerk_rms(self) -> float:
         """The least root mean square of the jerk of any motion as near to the points, without dwells and turns."""
-        return float(
-            sqrt(self.least_square / radians(FULL_TURN)) * self._per * scale(self._problem.setup, JERK_ORDER)
-        )
+        return float(sqrt(self.least_square / radians(FULL_TURN)) * self._per * self.scale(JERK_ORDER))
 
     @property
     def price(self) -> float:
@@ -185,8 +192,8 @@ class Fit(HasHtml, Drawn):
     def after(self) -> dict[str, float]:
         """The largest velocity, acceleration and jerk of the motion."""
         orders = {name: order for order, name in enumerate(DERIVATIVES, start=1)}
-        setup, programme = self._problem.setup, self._problem.programme.tool
-        return {name: peak(programme, order, EVERY_STROKE) * scale(setup, order) for name, order in orders.items()}
+        programme = self._problem.given
+        return {name: peak(programme, order, EVERY_STROKE) * self.scale(order) for name, order in orders.items()}
 
     @property
     def before(self) -> dict[str, float]:
@@ -205,7 +212,7 @@ class Fit(HasHtml, Drawn):
             rows = (np.roll(rows, -1) - rows) / (around[order : order + count] - theta)
             factor *= order
             middle = np.mean([around[k : k + count] for k in range(order + 1)], axis=0)
-            found[name] = np.degrees(middle) % FULL_TURN, rows * factor * scale(self._problem.setup, order)
+            found[name] = np.degrees(middle) % FULL_TURN, rows * factor * self.scale(order)
         return found
 
     @property

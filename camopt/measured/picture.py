@@ -8,7 +8,6 @@ from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.diagrams import in_powers
 from camopt.drawing.picture import Picture, four_digits, told
 from camopt.drawing.style import ALARM, COLOURS, DOT, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE_SIZE, dress
-from camopt.effects.motion import scale
 from camopt.measured.fitted import Fit
 from camopt.measured.profile_picture import draw_profile
 from camopt.measured.reading import angle_from
@@ -53,13 +52,14 @@ def draw(result: Fit, path: Target = None) -> "Figure":
 def _turn(picture: Picture, order: int) -> tuple[Any, Any]:
     """Cam angles (deg) and a derivative over the turn, with gaps between pieces."""
     angles = np.concatenate([np.append(np.degrees(each), np.nan) for each in picture.pieces])
-    return angles, np.concatenate([np.append(rows[order], np.nan) for rows in picture.tool_motion])
+    given = picture.problem.given
+    return angles, np.concatenate([np.append(given.at(each)[order], np.nan) for each in picture.pieces])
 
 
 def _lift(axes: Any, result: Fit, picture: Picture) -> None:
     angles, values = _turn(picture, 0)
     one = shown(1.0, result.unit)
-    values = values * one * (np.degrees(1.0) if picture.problem.setup.tool_turns else 1.0)
+    values = values * one * (np.degrees(1.0) if picture.problem.given_turns else 1.0)
     axes.plot(angles, values, color=FIT_COLOUR, lw=1.4, label="motion")
     axes.fill_between(
         angles, values - one * result.band, values + one * result.band, color=FIT_COLOUR, alpha=0.15, lw=0
@@ -98,7 +98,7 @@ def _deviations(axes: Any, result: Fit) -> None:
 
 def _acceleration(axes: Any, result: Fit, picture: Picture) -> None:
     angles, values = _turn(picture, 2)
-    values = values * scale(picture.problem.setup, 2)
+    values = values * result.scale(2)
     at, before = result.differences["acceleration"]
     order = np.argsort(at)
     unit = QUANTITIES[result.quantity("acceleration")].unit

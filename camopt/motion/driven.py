@@ -98,19 +98,22 @@ def driven(tool: Programme, train: Train, zero: float, load: ExternalLoad | Trai
     return replace(turn, load=replace(load, zero=base - turn.strokes[0].low))
 
 
-def driving(follower: Programme, train: Train, load: ExternalLoad | TrainLoad | None = None) -> Programme:
-    """The turn of a follower whose motion is known, with the tool that it drives; it starts at the train's start.
+def driving(
+    follower: Programme, train: Train, zero: float, load: ExternalLoad | TrainLoad | None = None
+) -> Programme:
+    """The turn of a follower whose motion is known, with the tool that it drives.
+
+    ``zero`` is where the follower is lowest, from the start position of the train, mm (rad).
 
     Raises
     ------
     StageFault
         If the follower goes beyond a dead point.
     """
-    zero = -follower.strokes[0].low
     moved = driven(replace(follower, load=None), train.driven_back, zero)
     if isinstance(load, TrainLoad):
         load = replace(load, zero=zero)
-    return replace(follower, load=load, asked=replace(moved, asked=None))
+    return replace(follower, load=load, asked=replace(moved, asked=None), given_at_follower=True)
 
 
 def travel(turn: Programme) -> tuple[float, float]:
@@ -126,7 +129,7 @@ def tool_position(turn: Programme, angles: FloatArray) -> FloatArray:
 
 def _zero(turn: Programme) -> float:
     """Where the tool of a follower is lowest."""
-    if turn.radii:
+    if turn.given_at_follower:
         return next(s.law.start - s.low for s in turn.tool.strokes if isinstance(s.law, DrivenLaw))
     return next(stroke.law.zero for stroke in turn.strokes if isinstance(stroke.law, DrivenLaw))
 

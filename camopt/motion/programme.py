@@ -79,11 +79,20 @@ class Programme:
     below 0 where hollow, infinite for a line."""
     asked: "Programme | None" = None
     """The motion of the tool that the follower drives through a train, if there is one; without loads."""
+    given_at_follower: bool = False
+    """Whether that of the follower is the one that is given, and the tool's follows from it."""
 
     @property
     def tool(self) -> "Programme":
         """The motion that is asked: that of the tool, or without a train of the follower itself."""
         return self.asked or self
+
+    @property
+    def given(self) -> "Programme":
+        """The motion that is given: that of the tool, or of the follower itself, without what a train brings."""
+        if self.asked is None:
+            return self
+        return replace(self, asked=None, load=None) if self.given_at_follower else self.asked
 
     @classmethod
     def from_segments(

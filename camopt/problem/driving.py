@@ -16,29 +16,29 @@ from camopt.trains.train import StageFault, Train
 
 def through_train(
     asked: Programme,
-    train: Train | None,
     segments: Sequence[GivenSegment],
+    scene: Scene,
+    train: Train | None,
     load: ExternalLoad | TrainLoad | None,
-    file: str,
 ) -> Programme:
-    """The turn of the follower, under a load; without a train it is what is asked.
+    """The turn of the follower of a scene, under a load; without a train it is what is asked.
 
-    On a given profile the follower's turn is known, and comes with that of the tool.
+    On a given profile, and where the motion is given at the follower, its turn is known, and comes with that of the
+    tool.
 
     Raises
     ------
     BadInput
-        If the tool, or a follower on a profile, goes beyond a dead point of the train.
+        If the tool, or a follower whose motion is given, goes beyond a dead point of the train.
     """
     if train is None:
         return asked
-    if asked.radii:
-        return driving(asked, train, load)
     zero = (start_position(segments) - asked.start) * asked.unit
+    drive = driving if scene.given_at_follower else driven
     try:
-        return driven(replace(asked, load=None), train, zero, load)
+        return drive(replace(asked, load=None), train, zero, load)
     except StageFault as fault:
-        raise BadInput([Mistake(file, f"train.{fault.number}", None, str(fault), bare=True)]) from None
+        raise BadInput([Mistake(scene.file, f"train.{fault.number}", None, str(fault), bare=True)]) from None
 
 
 def unmoved(scene: Scene) -> str:

@@ -155,8 +155,13 @@ class Problem:
 
     @property
     def given(self) -> Programme:
-        """The motion that the scene gives: what is asked, or that of the follower on a given profile."""
-        return replace(self.programme, asked=None) if self.profile else self.programme.tool
+        """The motion that the scene gives: of the tool, or of the follower."""
+        return self.programme.given
+
+    @property
+    def given_turns(self) -> bool:
+        """Whether that motion is an angle."""
+        return self.setup.angular if self.programme.given_at_follower else self.setup.tool_turns
 
     def driving(self, asked: Programme) -> Programme:
         """The turn of the follower that moves as asked, or drives a tool so, under the scene's load.
@@ -245,7 +250,7 @@ class SceneValues:
         """The turn of the follower that moves as asked, or drives a tool so, under the scene's load."""
         _, load = constant_and_changing(*load_and_unit(self._scene))
         brought = train_load(self._scene.train, setup.train, load)
-        return through_train(asked, setup.train, segments, brought, self._scene.file)
+        return through_train(asked, segments, self._scene, setup.train, brought)
 
     def trains(self, numbers: Mapping[str, Any], *, angular: bool) -> Train:
         """The trains with other numbers, from a follower whose motion is an angle or not."""
@@ -277,7 +282,7 @@ def resolve(scene: Scene) -> Problem:
     if scene.profile:
         motion = programme_of(scene.profile, scene.cam, scene.follower, load)
     else:
-        motion = Programme.from_segments(turn, angular=setup.tool_turns, laws=laws, load=load)
+        motion = Programme.from_segments(turn, angular=scene.given_turns, laws=laws, load=load)
     return Problem(
         file=scene.file,
         setup=setup,

@@ -172,7 +172,8 @@ def _tables_of(scene: Scene) -> dict[str, Any]:
 def motion_sheet(scene: Scene) -> Table:
     """The segments of the motion, or the arcs and lines of the profile."""
     data = _tables_of(scene)
-    unit, whose = "deg" if scene.tool_turns else shown_unit("mm"), "Motion of the tool" if scene.train else "Motion"
+    unit, of = "deg" if scene.given_turns else shown_unit("mm"), "follower" if scene.given_at_follower else "tool"
+    whose = f"Motion of the {of}" if scene.train else "Motion"
     title = f"{whose}, segment by segment (angles in deg, lifts in {unit})"
     if "motion" not in data:
         title = f"Profile, arc by arc (lengths in {unit})"

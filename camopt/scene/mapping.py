@@ -5,6 +5,9 @@ from math import isfinite, nan
 from numbers import Real
 from typing import Any
 
+FOLLOWER = "follower"
+"""Whose motion a scene may give in place of that of its tool."""
+
 
 def at(data: Mapping[str, Any], key: str) -> Any:
     value: Any = data
@@ -46,3 +49,8 @@ def tables_in(value: Any) -> list[Mapping[str, Any]]:
 def segments(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """The segments of a scene."""
     return tables_in(data.get("motion"))
+
+
+def given_at_follower(data: Mapping[str, Any]) -> bool:
+    """Whether the motion that a scene gives is its follower's, whatever the follower moves."""
+    return bool(data.get("profile")) or data.get("motion_at") == FOLLOWER

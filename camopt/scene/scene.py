@@ -8,7 +8,7 @@ import os
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import tomli_w
 from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
@@ -24,7 +24,7 @@ from camopt.scene.drawn_profile import read_drawing
 from camopt.scene.fits import read_bore, read_keyway
 from camopt.scene.former import FORMER_KEYS, read_former
 from camopt.scene.load import read_load
-from camopt.scene.mapping import without
+from camopt.scene.mapping import given_at_follower, without
 from camopt.scene.own_laws import own_law_tables, read_files, with_named_laws
 from camopt.scene.part import Part, resolved
 from camopt.scene.profile import read_profile
@@ -74,6 +74,8 @@ class Scene(HasHtml, Drawn, SceneTable):
         What keeps the follower on the cam: a spring, or the cam itself.
     motion : tuple of Segment
         Rises, dwells, returns and moves, one turn in all.
+    motion_at : str, default "tool"
+        With a train, whether that is the motion of the "tool" or of the "follower".
     train : tuple of TrainStage
         What is between the follower and the tool, whose motion is asked then.
     profile : tuple of ProfileElement
@@ -123,6 +125,8 @@ class Scene(HasHtml, Drawn, SceneTable):
     """What keeps the follower on the cam."""
     motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
     """The turn, segment by segment."""
+    motion_at: Literal["tool", "follower"] = "tool"
+    """Whose motion that is where there is a train: the tool's, or the follower's, which then moves the tool."""
     train: Annotated[tuple[TrainStage, ...], Field(max_length=MOST_STAGES)] = ()
     """The train between the follower and the tool, whose motion it then is, stage by stage."""
     profile: Annotated[
@@ -185,8 +189,18 @@ class Scene(HasHtml, Drawn, SceneTable):
 
     @property
     def tool_turns(self) -> bool:
-        """Whether the motion is an angle: that of the tool, or without a train of the follower."""
+        """Whether the motion of the tool is an angle; without a train, that of the follower."""
         return self.turns_after(len(self.train))
+
+    @property
+    def given_at_follower(self) -> bool:
+        """Whether the motion that it gives is the follower's, which moves the tool."""
+        return given_at_follower(dict(self))
+
+    @property
+    def given_turns(self) -> bool:
+        """Whether the motion that it gives is an angle."""
+        return self.turns_after(0 if self.given_at_follower else len(self.train))
 
     def turns_after(self, count: int) -> bool:
         """Whether what the first stages of the train move is an angle; of none the follower."""

@@ -186,7 +186,8 @@ def _table(place: str, own: Mapping[str, Any], more: Mapping[str, Any], scene: S
         if key in own or key in more:
             line = f"{key} = {_inline(own[key])}" if key in own else f"#{key} = {_inline(more[key])}"
             sentence, unit = said_of(TABLES[known], key)
-            turns = scene.mechanism.motion.angular, scene.tool_turns, scene.straight_spring
+            moved = scene.given_turns if place.startswith("motion") else scene.tool_turns
+            turns = scene.mechanism.motion.angular, moved, scene.straight_spring
             unit = unit_for(unit, is_angle(f"{place}.{key}", *turns))
             yield (
                 f"{line:<26}  # {unit}: {sentence}" if unit not in ("", "no unit") else f"{line:<26}  # {sentence}"

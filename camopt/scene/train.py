@@ -20,7 +20,7 @@ from camopt.motion.segments import start_position
 from camopt.motion.train_load import TrainLoad
 from camopt.scene.law_forms import Fault
 from camopt.scene.load import constant_and_changing
-from camopt.scene.mapping import at, tables_in
+from camopt.scene.mapping import at, given_at_follower, tables_in
 from camopt.scene.profile import programme_in
 from camopt.scene.tables import (
     Anywhere,
@@ -47,7 +47,8 @@ Angle = Annotated[SceneNumber, Field(ge=-360, le=360)]
 class TrainStage(SceneTable):
     """One stage of the train between the follower and the tool, in order from the follower.
 
-    With a train, ``[[motion]]`` is that of the tool, and so are velocity, acceleration, jerk, lift change, lash and
+    With a train, ``[[motion]]`` is that of the tool (or with ``motion_at = "follower"`` of the follower, and the
+    tool's is what follows), and so are velocity, acceleration, jerk, lift change, lash and
     vibration, and limits on them; pressure angle, curvature and ``[follower.dynamics]`` are those of the follower.
     Each stage takes a length or an angle from what is before it, and moves the next. Its angles are those of the
     start position, in which the tool is at 0: where the turn starts, or at the position 0 of a motion that gives
@@ -285,8 +286,13 @@ class GivenTurn(NamedTuple):
         return low, high
 
 
+def _from_given(data: Mapping[str, Any], train: Train) -> Train:
+    """The train as one whose tool moves as a scene gives it: turned round where that is the follower."""
+    return train.driven_back if given_at_follower(data) else train
+
+
 def _turn_given(data: Mapping[str, Any], train: Train) -> GivenTurn | None:
-    """The motion in the plain mapping of a scene; None where it is not known."""
+    """The motion in the plain mapping of a scene, of the tool of a train; None where it is not known."""
     if data.get("profile") is not None:
         try:
             on_profile = programme_in(data)
@@ -305,10 +311,9 @@ def _turn_given(data: Mapping[str, Any], train: Train) -> GivenTurn | None:
 
 
 def _beyond(data: Mapping[str, Any], train: Train) -> Iterator[Fault]:
-    """Where the tool, or the follower on a given profile, does not stay between the dead points of the train."""
-    turn, who = _turn_given(data, train), "tool"
-    if data.get("profile") is not None:
-        train, who = train.driven_back, "follower"
+    """Where the tool, or a follower whose motion is given, does not stay between the dead points of the train."""
+    who, train = "follower" if given_at_follower(data) else "tool", _from_given(data, train)
+    turn = _turn_given(data, train)
     unit, word = (radians(1.0), "deg") if train.angular else (1.0, "mm")
     for side, end in zip((-1.0, 1.0), train.reach, strict=True) if turn else ():
         assert turn is not None
@@ -338,10 +343,8 @@ class Lifts(NamedTuple):
 
 def lifts_through(data: Mapping[str, Any], given: float | None) -> Lifts:
     """The lifts of tool and follower of a scene with a train, from that of the motion that it gives."""
-    profiled, other = data.get("profile") is not None, None
-    train = None if any(check_train(data)) else _train_in(data)
-    if train is not None and (turn := _turn_given(data, train)):
-        out = train.driven_back if profiled else train
+    other, train = None, None if any(check_train(data)) else _train_in(data)
+    if train is not None and (turn := _turn_given(data, out := _from_given(data, train))):
         low, high = turn.through(out)
         other = (high - low) * (degrees(1.0) if out.links[0].turns[0] else 1.0)
-    return Lifts(other, given) if profiled else Lifts(given, other)
+    return Lifts(other, given) if given_at_follower(data) else Lifts(given, other)

@@ -11,6 +11,7 @@ from typing import Any
 
 from camopt.mistakes import Mistake
 from camopt.quantities.unit_systems import shown, shown_unit
+from camopt.scene.mapping import given_at_follower
 from camopt.scene.places import LISTS, TOP, is_angle, said_of, unit_for
 from camopt.scene.sizes import mechanism_in
 from camopt.scene.spring import is_straight
@@ -81,6 +82,8 @@ class _Reader:
     def is_angle(self, where: str) -> bool:
         """Whether what a key is about turns: of a stage of a train, what that moves."""
         stage = re.match(r"(?:search\.)?train\.(\d+)\.", where)
+        if where.startswith("motion.") and given_at_follower(self.scene):
+            return self.angular
         turns = tool_turns(self.stages[: int(stage[1])] if stage else self.stages, self.angular)
         return turns if stage else is_angle(where, self.angular, turns, is_straight(self.scene))
 

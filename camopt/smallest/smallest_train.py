@@ -15,9 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.effects.peak import Derivative
 from camopt.mechanisms.design import SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
+from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.problem.sample import SAMPLERS
 from camopt.problem.settings import Setting
@@ -62,6 +64,12 @@ class Descent(NamedTuple):
 ROUGH, FINE = Descent(0.1, 15, 1e-3, 1e-3, small), Descent(0.02, 50, 1e-7, 1e-9, smallest)
 
 
+def _enters_tool(limit: Limit) -> bool:
+    """Whether a limit is about the motion of the tool."""
+    curves = [claim.curve for claim in limit.claims]
+    return any(isinstance(each, Derivative) and not each.at_follower for each in curves)
+
+
 @dataclass
 class TrainSearch:
     """A search among trains, by the shares that their numbers take of their ranges."""
@@ -82,7 +90,7 @@ class TrainSearch:
             self.size(shares, small, spread)
         for start in self._best(DESCENTS):
             self.descend(start, ROUGH, rough)
-        found = TrainBoxes(self.problem, self.bounds, self._least, boxes).run()
+        found = self._of_any_train(boxes)
         if found.answer.proved:
             return found
         self.cut |= now() > boxes
@@ -90,6 +98,19 @@ class TrainSearch:
             self.descend(start, FINE, self.until)
         best = min(found, self._least, key=lambda each: each.answer.size)
         return best._replace(answer=replace(best.answer, floor=found.answer.floor), cut=self.cut)
+
+    def _of_any_train(self, until: float) -> BestTrain:
+        """The best train, with a size that no cam of any train undercuts.
+
+        Where the follower's motion is given, the limits that the tool does not enter hold for all trains.
+        """
+        if not self.problem.programme.given_at_follower:
+            return TrainBoxes(self.problem, self.bounds, self._least, until).run()
+        best, floor, train = self._least, 0.0, self.problem.setup.train
+        if train is None or not train.carried:
+            alone = tuple(each for each in self.problem.limits if each.claims and not _enters_tool(each))
+            floor = smallest(replace(self.problem, limits=alone), self.bounds, until=until).floor
+        return best._replace(answer=replace(best.answer, floor=floor))
 
     @property
     def _least(self) -> BestTrain:

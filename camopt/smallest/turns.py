@@ -108,7 +108,7 @@ class SegmentAngles:
         """The turn with these angles of its freed segments."""
         angles = self.angles(freed)
         segments = [s._replace(angle=angle) for s, angle in zip(self.segments, angles, strict=True)]
-        angular, laws, load = self.problem.setup.tool_turns, self.problem.laws, self.problem.programme.load
+        angular, laws, load = self.problem.given_turns, self.problem.laws, self.problem.programme.load
         asked = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
         return self.problem.with_programme(self.problem.driving(asked)).with_laws(*self.laws)
 

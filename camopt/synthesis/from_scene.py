@@ -16,6 +16,7 @@ from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import given_profile
 from camopt.problem.variables import not_varied
+from camopt.scene.mapping import FOLLOWER
 from camopt.scene.scene import Scene
 from camopt.scene.tables import SynthesisSettings
 from camopt.smallest.closed_form import least_size
@@ -53,6 +54,9 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
     _check_train(problem, objective)
     if given := given_profile(problem, "the motion"):
         raise BadInput(given)
+    if problem.programme.given_at_follower:
+        why = "free laws behind a train are the tool's: leave it out"
+        raise BadInput([Mistake(problem.file, "motion_at", FOLLOWER, why, bare=True)])
     choices = problem.choices
     if freed := not_varied(problem.file, [*choices.angles, *choices.numbers], "free laws take"):
         raise BadInput(freed)

@@ -201,7 +201,7 @@ def certify(scene: Scene) -> dict[str, str]:
 
 def certify_problem(problem: Problem) -> dict[str, str]:
     """As ``certify``, for a scene already resolved."""
-    asked = conditions_verdict(problem.programme.tool, exact_motion(problem.programme).tool)
+    asked = conditions_verdict(problem.given, exact_motion(problem.programme).given)
     verdicts = certify_design(problem, problem.design)
     if problem.zones and ASSEMBLY not in verdicts:
         verdicts |= {

@@ -52,11 +52,17 @@ class ExactMotion:
     """Of the turn, where that may be inside a stroke."""
     asked: "ExactMotion | None" = None
     """The motion of the tool that the follower drives through a train, if there is one."""
+    given_at_follower: bool = False
 
     @property
     def tool(self) -> "ExactMotion":
         """The motion that is asked, as of a Programme."""
         return self.asked or self
+
+    @property
+    def given(self) -> "ExactMotion":
+        """The motion that is given, as of a Programme."""
+        return self if self.given_at_follower else self.tool
 
     @property
     def lift(self) -> Ball:
@@ -70,14 +76,15 @@ def exact_motion(programme: Programme) -> ExactMotion:
     """The turn of a programme, the numbers that it was made from taken as exact."""
     if programme.asked is None:
         return _given_motion(programme, None if programme.load is None else LoadsInBalls(programme.load))
-    if programme.radii:
-        follower = _given_motion(programme, _loads_on_profile(programme))
-        return replace(follower, asked=replace(_driven(programme.asked, follower), asked=None))
+    if programme.given_at_follower:
+        follower = _given_motion(programme, _loads_of_train(programme))
+        tool = replace(_driven(programme.asked, follower), asked=None)
+        return replace(follower, asked=tool, given_at_follower=True)
     return _driven(programme, exact_motion(programme.asked))
 
 
-def _loads_on_profile(programme: Programme) -> LoadsInBalls | None:
-    """What comes through a train to a follower on a given profile, which starts where the train does."""
+def _loads_of_train(programme: Programme) -> LoadsInBalls | None:
+    """What comes through a train to a follower whose own motion is given."""
     load = programme.load
     if not isinstance(load, TrainLoad):
         return None if load is None else LoadsInBalls(load)

@@ -101,13 +101,13 @@ class FarthestPoint(NamedTuple):
 
 def _beyond_what_was_asked(problem: Problem) -> Iterator[str]:
     """Warnings on moves beyond every position asked, unless a given velocity causes that."""
-    programme = problem.programme.tool
+    programme = problem.given
     for side in (side for side in SIDE_NAMES if _exceeds(programme, side)):
         extreme, asked = farthest(programme, side), _farthest_asked(programme, side)
         if _has_to_go_on(programme, extreme.stroke):
             continue
         start = start_position(problem.segments) - programme.strokes[0].low / programme.unit
-        unit = displacement_unit(angular=problem.setup.tool_turns)
+        unit = displacement_unit(angular=problem.given_turns)
         at, most = (with_unit(start + position / programme.unit, unit) for position in (extreme.position, asked))
         reached = f"the motion goes to {at} at {degrees(extreme.angle):.4g}°"
         stop = _stopped_by(programme, side)

@@ -29,6 +29,9 @@ def show_fit(result: "Fit", as_json: bool) -> None:
         f"From the straight lines between points it is nowhere further than {with_unit(away.between, unit)}.",
         f"The turn starts at the measured angle {result.start:g} deg; {lowest}.",
     )
+    if result.scene.train:
+        whose, other = ("follower", "tool") if result.at_follower else ("tool", "follower")
+        show(f"The lift is that of the {whose}; the train of the scene gives the motion of the {other}.")
     if result.profile is not None:
         _show_profile(result)
     segments = [{"law": "", **segment.model_dump(exclude_none=True)} for segment in result.scene.motion]
