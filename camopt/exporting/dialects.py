@@ -1,7 +1,7 @@
 """What controllers of machines take: the words of a program, as templates, a record for each dialect.
 
 Sources: ISO 6983-1 and DIN 66025 (iso); the programming manuals of Fanuc (series 0i, milling), Siemens (Sinumerik
-840D) and Heidenhain (TNC, conversational).
+840D) and Heidenhain (TNC, conversational; M116 for feeds of rotary axes).
 """
 
 from collections.abc import Mapping
@@ -42,6 +42,12 @@ class Dialect:
     """Of numbers: "+" where they all have one."""
     decimals: int = 4
     """Of coordinates in mm; in inch one more."""
+    by_time: bool = True
+    """Whether feeds of moves that turn the part are moves by the minute, else lengths at its surface."""
+    turning: tuple[str, ...] = ("G93",)
+    """What holds for such moves, after ``modes``."""
+    straight: tuple[str, ...] = ("G94",)
+    """And what holds again after them."""
     numbered: bool = False
     """Whether lines have numbers, from 0."""
 
@@ -79,6 +85,9 @@ DIALECTS = {
         tool=("TOOL CALL {tool} Z S{speed}",),
         spindle="M3",
         sign="+",
+        by_time=False,
+        turning=("M116",),
+        straight=("M117",),
         numbered=True,
     ),
 }

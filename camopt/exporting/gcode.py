@@ -5,36 +5,39 @@ another: in the middle of the longest dwell, where a mark does least harm. Climb
 clockwise has the part on its right. The words of each control are in ``dialects``.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from math import ceil, isfinite
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from camopt.contour.curve import CamCurve, curves_of
 from camopt.contour.deviation import deviation_bound
-from camopt.contour.follow import CHORD, Followed, follow
+from camopt.contour.follow import Followed, follow
 from camopt.contour.path import ArcPath
 from camopt.exporting.cam_points import check_cutter
 from camopt.exporting.dialects import BY_ENDING, DIALECTS
 from camopt.exporting.exported import Export, told
+from camopt.exporting.groove_program import write_groove
+from camopt.exporting.machining import (
+    CLEARANCE,
+    LARGEST_RADIUS,
+    Milling,
+    usual_chord,
+    usual_decimals,
+    with_shown_unit,
+)
 from camopt.exporting.program import Program
 from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
-from camopt.quantities.unit_systems import MM, computed, shown, shown_unit, system_shown
 from camopt.scene.part import Part
 from camopt.storage.files import write_text
 from camopt.storage.version import VERSION
 
-DIGIT_SHARE, LEAST_CHORD = 3.0, 5.0  # last digits: what of the chord is left to them, and the least chord
-ALLOWED_DECIMALS = range(3, 7)
-MILLINGS = ("climb", "conventional")
-CLEARANCE, OVERRUN, ASIDE = 5.0, 1.0, 2.0  # mm above and below the plate, and between cutter and blank
-LARGEST_RADIUS = 10_000.0  # mm
-MOST_STEPS = 1000  # of the depth
+DIGIT_SHARE = 3.0  # last digits: what of the chord is left to them
+OVERRUN, ASIDE = 1.0, 2.0  # mm below the plate, and between cutter and blank
 ARC_POINTS = 32  # points of an arc where it is looked at
 
 
@@ -56,6 +59,7 @@ def write(
     depth_step: float | None = None,
     blank_diameter: float | None = None,
     largest_radius: float = LARGEST_RADIUS,
+    rotary: str | None = None,
 ) -> Export:
     """Write a program that cuts the profile; the path in it, digits and all, is proved to be within the chord.
 
@@ -67,67 +71,48 @@ def write(
     ``decimals`` are those of its coordinates; arcs of more than ``largest_radius`` (mm) are lines. ``tool`` is a
     number, ``spindle`` its speed (rev/min). The chord is 0.001 mm by default, or five of the last decimal. Where
     results are shown in inch, so is the program.
+
+    The groove of a cylinder is cut while the cam turns about an axis of the machine, ``rotary``: "A" or "C"
+    (``groove_program``). The radius of its cutter is that of the roller; a smaller one roughs.
     """
-    depth = _through(work.part) if depth is None else depth
     control = BY_ENDING[path.suffix.lower()] if control is None else control
-    if decimals is None:
-        finer = int(system_shown() != MM)  # an inch is longer
-        decimals = DIALECTS[control].decimals + finer if control in DIALECTS else ALLOWED_DECIMALS[0]
-    digit = float(computed(10.0**-decimals, "mm"))
-    least = LEAST_CHORD * digit if decimals in ALLOWED_DECIMALS else CHORD
-    chord = max(CHORD, least) if chord is None else chord
-    inside = ("work", "path", "least", "digit", "finer", "inside")
-    _check(work, path, least, {name: value for name, value in locals().items() if name not in inside})
-    assert cutter_radius is not None
-    assert feed is not None
-    check_cutter(work.problem, cutter_radius)
-    cuts = _cuts(work, cutter_radius, roughing, chord, digit, largest_radius)
-    outside = _outside(cuts, cutter_radius, blank_diameter)
-    program = Program(DIALECTS[control], decimals)
-    _begin(program, work, cuts, f"cutter radius {_told(cutter_radius, 'g')}, {direction} milling")
-    _start(program, tool, spindle, coolant)
-    if depth is not None:
+    decimals = usual_decimals(control) if decimals is None else decimals
+    chord = usual_chord(decimals) if chord is None else chord
+    asked = Milling(**{name: value for name, value in locals().items() if name not in ("work", "path")})
+    written = write_groove if work.problem.setup.mechanism.body.developed else _write_profile
+    return written(work, path, asked)
+
+
+def _write_profile(work: Workpiece, path: Path, asked: Milling) -> Export:
+    """Write a program that cuts the profile of a disc cam."""
+    asked = asked if asked.depth is not None else replace(asked, depth=_through(work.part))
+    _check(work, asked)
+    assert asked.cutter_radius is not None
+    assert asked.feed is not None
+    check_cutter(work.problem, asked.cutter_radius)
+    cuts = _cuts(work, asked)
+    outside = _outside(cuts, asked.cutter_radius, asked.blank_diameter)
+    program = Program(DIALECTS[asked.control], asked.decimals)
+    _begin(
+        program, work, cuts, f"cutter radius {with_shown_unit(asked.cutter_radius, 'g')}, {asked.direction} milling"
+    )
+    program.start(asked.tool, asked.spindle, asked.coolant)
+    if asked.depth is not None:
         program.up(CLEARANCE)
-    feeds = {"roughing": roughing_feed or feed}
-    levels = _levels(depth, depth_step)
+    feeds, levels = {"roughing": asked.roughing_feed or asked.feed}, asked.levels
     for name, each in cuts.items():
         assert isinstance(each.path, ArcPath)
-        wanted = (direction == "climb") == (work.problem.design.sense > 0)  # the path of a ccw cam runs clockwise
-        way = _Way(each.path if wanted else each.path.backwards, cutter_radius, outside, feeds.get(name, feed))
+        wanted = (asked.direction == "climb") == (work.problem.design.sense > 0)  # round a ccw cam it is clockwise
+        followed = each.path if wanted else each.path.backwards
+        way = _Way(followed, asked.cutter_radius, outside, feeds.get(name, asked.feed))
         _check_free(way, each)
         for level in levels:
             way.cut(program, level)
         levels = levels[-1:]
-    _stop(program, spindle, coolant)
+    program.stop(asked.spindle, asked.coolant)
     write_text(path, program.text())
-    return Export(path, told(cuts), notes=tuple(_left_out(depth, spindle)))
-
-
-def _left_out(depth: float | None, spindle: float | None) -> Iterator[str]:
-    """What a machine needs, and the program does not say."""
-    if depth is None:
-        yield "neither a depth nor part.thickness is given: the program has no Z"
-    if spindle is None:
-        yield "no speed of the spindle is given, with the number of the tool: the program does not start it"
-
-
-def _start(program: Program, tool: int | None, spindle: float | None, coolant: bool) -> None:
-    """Take the cutter, and switch on what turns and flows."""
-    if tool is not None:
-        program.say(*program.words.tool, tool=tool, speed=f"{spindle or 0:g}")
-    if spindle is not None:
-        program.say(program.words.spindle, speed=f"{spindle:g}")
-    if coolant:
-        program.say(program.words.coolant)
-
-
-def _stop(program: Program, spindle: float | None, coolant: bool) -> None:
-    """Switch off what was switched on, and end."""
-    if coolant:
-        program.say(program.words.dry)
-    if spindle is not None:
-        program.say(program.words.still)
-    program.say(*program.words.end)
+    flat = ("neither a depth nor part.thickness is given: the program has no Z",) if asked.depth is None else ()
+    return Export(path, told(cuts), notes=(*flat, *asked.left_out))
 
 
 def _through(part: Part) -> float | None:
@@ -135,81 +120,33 @@ def _through(part: Part) -> float | None:
     return part.thickness if part.thickness is None or part.stands_on_hub else part.thickness + OVERRUN
 
 
-def _levels(depth: float | None, step: float | None) -> list[float | None]:
-    """The depths of the cuts, in even steps."""
-    if depth is None:
-        return [None]
-    count = ceil(depth / step * (1.0 - 1e-12)) if step else 1
-    return [depth * (k + 1) / count for k in range(count)]
-
-
 # ----------------------------------------------------------------------------------------------------- settings
 
 
-def _check(work: Workpiece, path: Path, least: float, given: Mapping[str, Any]) -> None:
+def _check(work: Workpiece, asked: Milling) -> None:
     """BadInput for settings that are missing or out of range."""
-    mistakes = [*_missing(work, path, given), *_out_of_range(given)]
-    part, depth = work.part, given["depth"]
-    if depth is not None and part.thickness is not None and part.stands_on_hub and depth > part.thickness:
-        mistakes.append(
-            Mistake("camopt", "depth", depth, f"at most part.thickness ({part.thickness:g} mm): a hub is below")
-        )
-    if not given["chord"] >= least:
-        why = f"at least {least:g} mm: a program has {given['decimals']} decimals"
-        mistakes.append(Mistake("camopt", "chord", given["chord"], why))
+    mistakes, part = list(asked.mistakes), work.part
+    if asked.rotary is not None:
+        why = "has no meaning for a disc cam: it is cut in a plane"
+        mistakes.append(Mistake("camopt", "rotary", asked.rotary, why, bare=True))
+    if asked.depth is not None and part.thickness is not None and part.stands_on_hub:
+        why = f"at most part.thickness ({part.thickness:g} mm): a hub is below"
+        mistakes += [Mistake("camopt", "depth", asked.depth, why)] if asked.depth > part.thickness else []
     if mistakes:
         raise BadInput(mistakes)
-
-
-def _missing(work: Workpiece, path: Path, given: Mapping[str, Any]) -> Iterator[Mistake]:
-    """What there is no program without, and settings that mean nothing without another."""
-    if work.problem.setup.mechanism.body.developed:
-        why = "programs are for disc cams; a groove is cut from its .dxf or .step, or from a .csv of its points"
-        yield Mistake("camopt", "file", str(path), why, bare=True)
-    for name in ("cutter_radius", "feed"):
-        if given[name] is None:
-            yield Mistake("camopt", name, None, "missing: a program needs it", bare=True)
-    for name, other in (("spindle", "tool"), ("roughing_feed", "roughing"), ("depth_step", "depth")):
-        if given[name] is not None and not given[other]:
-            why = f"needs {other} as well, which is not given"
-            yield Mistake("camopt", name, given[name], why, bare=True)
-
-
-ABOVE_ZERO = ("feed", "roughing_feed", "depth", "depth_step", "spindle", "blank_diameter", "largest_radius")
-ALLOWED = {"direction": MILLINGS, "control": tuple(DIALECTS), "decimals": ALLOWED_DECIMALS}
-
-
-def _out_of_range(given: Mapping[str, Any]) -> Iterator[Mistake]:
-    for name in ABOVE_ZERO:
-        value = given[name]
-        if value is not None and not (isfinite(value) and value > 0.0):
-            yield Mistake("camopt", name, value, "above 0")
-    for name, known in ALLOWED.items():
-        if given[name] not in known:
-            yield Mistake("camopt", name, given[name], f"one of {', '.join(map(str, known))}")
-    if not 0.0 <= given["roughing"] <= 1e3:
-        yield Mistake("camopt", "roughing", given["roughing"], "from 0 to 1000 mm")
-    if given["tool"] is not None and not 1 <= given["tool"] <= 99_999:
-        yield Mistake("camopt", "tool", given["tool"], "from 1 to 99999")
-    step, depth = given["depth_step"], given["depth"]
-    if step and depth and step < depth / MOST_STEPS:
-        yield Mistake(
-            "camopt", "depth_step", step, f"at least {depth / MOST_STEPS:g} mm: {MOST_STEPS} steps at most"
-        )
 
 
 # --------------------------------------------------------------------------------------------------------- path
 
 
-def _cuts(
-    work: Workpiece, cutter_radius: float, roughing: float, chord: float, digit: float, largest: float
-) -> dict[str, Followed]:
+def _cuts(work: Workpiece, asked: Milling) -> dict[str, Followed]:
     """The paths of the cutter's centre by name, the last one on the profile."""
-    curve = curves_of(work.problem, cutter_radius)["cutter"]
-    distances = {"roughing": curve.distance + roughing} if roughing else {}
+    curve = curves_of(work.problem, asked.cutter_radius)["cutter"]
+    distances = {"roughing": curve.distance + asked.roughing} if asked.roughing else {}
     distances |= {"cutter": curve.distance}
     return {
-        name: _rounded(replace(curve, distance=each), chord, digit, largest) for name, each in distances.items()
+        name: _rounded(replace(curve, distance=each), asked.chord, asked.last_digit, asked.largest_radius)
+        for name, each in distances.items()
     }
 
 
@@ -320,12 +257,9 @@ def _begin(program: Program, work: Workpiece, cuts: Mapping[str, Followed], how:
     program.comment(work.part.name or "cam")
     program.comment(f"camopt {VERSION}; {how}")
     for name, each in cuts.items():
-        program.comment(f"{name}: {len(each.path)} {each.path.what}, within {_told(each.deviation, '.6f')}")
+        program.comment(
+            f"{name}: {len(each.path)} {each.path.what}, within {with_shown_unit(each.deviation, '.6f')}"
+        )
     below = ", the hub below it" if work.part.stands_on_hub else ""
     program.comment(f"zero: centre of the cam, top face of the plate{below}; X and Y as in the cam's drawing")
     program.say(*program.words.modes)
-
-
-def _told(length: float, form: str) -> str:
-    """A length, mm, as the program tells it."""
-    return f"{shown(length, 'mm'):{form}} {shown_unit('mm')}"

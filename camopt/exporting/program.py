@@ -26,6 +26,23 @@ class Program:
         for each in templates:
             self.lines += each.format(units=self.words.units[system_shown()], **values).split("\n")
 
+    def start(self, tool: int | None, spindle: float | None, coolant: bool) -> None:
+        """Take the cutter, and switch on what turns and flows."""
+        if tool is not None:
+            self.say(*self.words.tool, tool=tool, speed=f"{spindle or 0:g}")
+        if spindle is not None:
+            self.say(self.words.spindle, speed=f"{spindle:g}")
+        if coolant:
+            self.say(self.words.coolant)
+
+    def stop(self, spindle: float | None, coolant: bool) -> None:
+        """Switch off what was switched on, and end."""
+        if coolant:
+            self.say(self.words.dry)
+        if spindle is not None:
+            self.say(self.words.still)
+        self.say(*self.words.end)
+
     def comment(self, text: str) -> None:
         """Add a comment that any control takes."""
         plain = text.encode("ascii", "replace").decode().replace("(", "[").replace(")", "]")

@@ -9,13 +9,15 @@ import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 from support.cams import CONTACTS, cam_with
-from support.controls import CONTROLS, run_heidenhain, run_iso, run_siemens
+from support.controls import CONTROLS, run_heidenhain, run_iso, run_siemens, run_turning
 from support.curves import furthest, true_points
 
 import camopt
 from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene
-from camopt.contour.curve import curves_of
+from camopt.contour.curve import curves_of, cylinder_ends
 from camopt.exporting.dialects import DIALECTS
+from camopt.exporting.groove import WALL_SIDES, carved
+from camopt.exporting.workpiece import Workpiece
 from camopt.problem.problem import resolve_design
 
 CAMS = [
@@ -126,10 +128,94 @@ def test_a_program_that_cannot_be_is_said(tmp_path, settings, message):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_groove_has_no_program(tmp_path):
-    """The message names the file that was asked for."""
-    with pytest.raises(BadInput, match=r"cam\.mpf'?: programs are for disc cams; a groove is cut from its \.dxf"):
-        export(find_scene("feeder-with-stop"), tmp_path / "cam.mpf", **NC)
+GROOVES = {
+    "translating": lambda: find_scene("feeder-with-stop"),
+    "oscillating": lambda: Scene.from_dict(
+        {
+            "cam": {"form": "cylindrical", "mean_radius": 60, "rotation": "cw"},
+            "follower": {"motion": "oscillating", "contact": "roller", "roller_radius": 8, "arm_length": 90},
+            "motion": [
+                {"segment": "rise", "angle": 130, "lift": 25, "law": "cycloidal"},
+                {"segment": "dwell", "angle": 40},
+                {"segment": "return", "angle": 130, "lift": 25, "law": "poly345"},
+                {"segment": "dwell", "angle": 60},
+            ],
+            "part": {"thickness": 80, "groove_depth": 12, "bore": 30},
+        }
+    ),
+}
+TURNED = {"A": ("X", "Z", -1.0), "C": ("Z", "X", 1.0)}
+"""Along the cam, from it, and the sign of Y where the cutter moves round the cam as the angle grows."""
+
+
+@pytest.mark.one_in(4)
+@pytest.mark.parametrize("control", DIALECTS)
+@pytest.mark.parametrize("rotary", TURNED)
+@pytest.mark.parametrize("name", GROOVES)
+def test_a_program_of_four_axes_cuts_the_walls_of_a_groove(tmp_path, control, rotary, name):
+    """The axis of the cutter in the frame of the part, as it turns, beside walls that the roller touches."""
+    scene, (along, radial, lateral) = GROOVES[name](), TURNED[rotary]
+    roller, depth = scene.follower.roller_radius, scene.part.groove_depth
+    settings = {"cutter_radius": roller, "feed": 250.0, "depth_step": 0.6 * depth, "tool": 3, "spindle": 900.0}
+    found = export(scene, tmp_path / "cam.nc", control=control, rotary=rotary, **settings)
+    outer = scene.cam.mean_radius + depth / 2
+    text = (tmp_path / "cam.nc").read_text()
+    machine = run_turning(text, control, along, radial, rotary, clear=outer)
+    states, levels = np.array(machine.states), [outer - depth / 2, outer - depth]
+    assert np.unique(states[:, 2]) == pytest.approx(sorted(levels))
+    turns = [states[states[:, 2] == level] for level in levels]
+    for turn in turns:
+        assert abs(turn[-1, 3] - turn[0, 3]) == pytest.approx(360.0)
+    assert turns[0][::-1, [0, 1, 3]] == pytest.approx(turns[1][:, [0, 1, 3]])
+    along_cam, across_cam, _, degrees = turns[0][np.argsort(turns[0][:, 3])].T
+    even = np.linspace(degrees[0], degrees[-1], 7201)  # all axes of a move are even in each other
+    high, beside = (np.interp(even, degrees, each) for each in (along_cam, across_cam))
+    ways = np.pi / 2 + np.radians(even)  # of the cutter, round the cam
+    groove = carved(Workpiece(scene, resolve_design(scene)))
+    low = cylinder_ends(resolve_design(scene), scene.part.thickness)[0]
+    allowed = found.curves["cutter"].deviation_mm
+    assert allowed <= (0.005 if control == "fanuc" else 0.001)
+    for radius in groove.radii[[0, -1]]:
+        for side in WALL_SIDES:
+            for span in groove.curve.spans:
+                angles = np.linspace(span.start, span.end, 9)[1:-1]
+                x, y, z = groove.points(groove.wall(span, angles, np.array([radius]), side))[:, 0].T
+                away = np.arctan2(y, x)[:, None] - ways
+                gaps = np.hypot(radius * np.sin(away) - lateral * beside, z[:, None] - low - high)
+                gaps[np.cos(away) < 0.0] = np.inf  # behind the cam
+                assert gaps.min(axis=1) == pytest.approx(roller, abs=allowed + 1e-5)
+    if control == "heidenhain":
+        assert {*machine.feeds} == {250.0}
+    else:
+        around = lateral * turns[0][:, 1] + outer * np.radians(turns[0][:, 3])
+        length = np.hypot(np.diff(turns[0][:, 0]), np.diff(around)).sum()
+        assert machine.minutes == pytest.approx((2 * length + 5.0 + depth) / 250.0, rel=1e-4)
+
+
+def test_a_cutter_that_is_smaller_than_the_roller_roughs(tmp_path):
+    found = export(GROOVES["oscillating"](), tmp_path / "cam.nc", cutter_radius=7.0, feed=100.0)
+    assert "the cutter is smaller than the roller: it roughs, and leaves 1 mm on each wall" in found.notes
+
+
+@pytest.mark.parametrize(("edits", "settings", "message"), [
+    ({}, {"roughing": 0.2}, "roughing = 0.2: has no meaning for a groove"),
+    ({}, {"direction": "conventional"}, "direction = 'conventional': has no meaning for a groove"),
+    ({}, {"depth": 17.0}, r"depth = 17.0: must be at most part.groove_depth \(16 mm\)"),
+    ({}, {"cutter_radius": 9.5}, "cutter_radius = 9.5: must be above 0 and at most 9 mm"),
+    ({}, {"rotary": "B"}, "rotary = 'B': must be one of A, C"),
+    ({"part.groove_depth": None}, {}, "part.groove_depth: missing: the cutter goes as deep"),
+    ({"cam.mean_radius": 9000}, {"chord": 0.0055, "decimals": 3}, "chord = 0.0055: must be above 0.079 mm"),
+])  # fmt: skip
+def test_a_groove_whose_program_cannot_be_is_said(tmp_path, edits, settings, message):
+    scene = find_scene("feeder-with-stop").replace(**edits)
+    with pytest.raises(BadInput, match=message):
+        export(scene, tmp_path / "cam.mpf", **{"cutter_radius": 9.0, "feed": 300.0, **settings})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_disc_is_not_turned_under_its_cutter(tmp_path):
+    with pytest.raises(BadInput, match="rotary = 'A': has no meaning for a disc cam"):
+        export(find_scene("valve-rod-radial"), tmp_path / "cam.nc", rotary="A", **NC)
 
 
 @pytest.mark.parametrize(

@@ -195,3 +195,53 @@ def run_heidenhain(program, decimals=4):
 
 
 CONTROLS = {"iso": run_iso, "fanuc": run_fanuc, "siemens": run_siemens, "heidenhain": run_heidenhain}
+
+
+@dataclass
+class Turning:
+    """A machine with an axis that turns the part: where the cutter was, and the minutes that it took.
+
+    ``states`` has along, lateral, radial (mm) and rotary (deg) at the ends of moves in the steel.
+    """
+
+    states: list = field(default_factory=list)
+    minutes: float = 0.0
+    feeds: list = field(default_factory=list)
+
+
+TURNING_MODES = {
+    "iso": ("G21 G17 G90 G94 G40", "G93", "G94", "M30"),
+    "fanuc": ("G21 G17 G90 G94 G40 G49 G80 G54", "G93", "G94", "M30"),
+    "siemens": ("G71 G17 G90 G94 G40 G54", "G93", "G94", "M30"),
+    "heidenhain": ("", "M116", "M117", "M30"),
+}
+
+
+def run_turning(program, control, along="X", radial="Z", rotary="A", clear=0.0):
+    """A control of four axes that runs the program of a groove: fast moves keep above ``clear``, mm."""
+    lines = [line.partition(" ")[2] if control == "heidenhain" else line for line in program.splitlines()]
+    modes, by_time, back, end = TURNING_MODES[control]
+    at = dict.fromkeys((along, "Y", radial, rotary))
+    machine, set_up, rate = Turning(), not modes, None
+    for line in lines:
+        assert line != back or by_time in lines[: lines.index(back)]
+        if line in (modes, by_time, back, end) or not (found := re.match(r"(G0|G1|L) (?=[XYZAC])", line)):
+            set_up |= line == modes
+            continue
+        assert set_up, "modes are not set"
+        to = {
+            letter: float(number) for letter, number in re.findall(r"([XYZACF])([+-]?[\d.]+)", line[found.end() :])
+        }
+        rate = to.pop("F", rate if control == "heidenhain" else None)
+        fast = found[1] == "G0" or "FMAX" in line
+        assert to.keys() <= at.keys(), line
+        assert fast or rate, "no feed"
+        assert not fast or max(at[radial] or clear, to.get(radial, clear)) >= clear, "fast in the steel"
+        assert fast or radial not in to or len(to) == 1
+        at |= to
+        if not fast:
+            machine.states.append([at[along], at["Y"] or 0.0, at[radial], at[rotary]])
+            machine.feeds.append(rate)
+            machine.minutes += 1.0 / rate
+    assert lines.index(back) < lines.index(end)
+    return machine

@@ -29,6 +29,7 @@ from camopt.exporting.endings import ENDINGS
 @click.option("--direction", help="climb (the default) or conventional milling.")
 @click.option("--control", help="Whose words a program has: iso, fanuc, siemens or heidenhain; by the ending.")
 @click.option("--decimals", type=int, help="Decimals of its coordinates; those of the control by default.")
+@click.option("--rotary", help="Axis about which a grooved cylinder turns: A (the default) or C.")
 @click.option("--tool", type=int, help="Number of the cutter, for a tool call.")
 @click.option("--spindle", type=float, help="Speed of the cutter, rev/min.")
 @click.option("--coolant", is_flag=True, default=None, help="Switch the coolant on.")

@@ -1,0 +1,257 @@
+"""Programs for the groove of a cylinder: a cutter in the place of the roller, while the cam turns below it.
+
+At each cam angle the axis of the roller is square to that of the cam: at a height along it, and beside it by
+what an arm has swung away from the line of contact. A cutter of the roller's radius that takes these places cuts
+the walls that the roller touches, at every depth. A smaller one cannot: shifted along the normal of the developed
+curve it would cut walls that are true at the mean radius alone. So it roughs.
+
+The axis of the cam is along X of the machine, which turns it about A, and the cutter along Z; or along Z, C and X.
+From one place to the next all axes move evenly. Over a step h of the cam angle the cutter is off its place by
+
+    h²/8·max √(x''² + z''²)
+
+at most, where x and z are its place beside and along the axis of the cam, by the cam angle. Feeds are those of the
+cutter over the surface of the cam: as moves by the minute (G93), or as the control reckons them (M116).
+
+Source: Smid, CNC Programming Handbook, ch. 22 (inverse time); for the linear interpolation error: de Boor, A
+Practical Guide to Splines, ch. 3.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.contour.curve import CamCurve, SmoothPart, curve_of, cylinder_ends
+from camopt.exporting.cam_points import check_cutter
+from camopt.exporting.dialects import DIALECTS, Dialect
+from camopt.exporting.exported import CurveInFile, Export
+from camopt.exporting.machining import CLEARANCE, LARGEST_RADIUS, MILLINGS, ROTARY_AXES, Milling, with_shown_unit
+from camopt.exporting.program import Program
+from camopt.exporting.workpiece import Workpiece
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
+from camopt.numerics.interval import as_interval
+from camopt.storage.files import write_text
+from camopt.storage.version import VERSION
+
+MOST_PLACES = 1_000_000
+
+
+class Axes(NamedTuple):
+    """The axes of a machine: along the axis of the cam, from it to the cutter, and about it."""
+
+    along: str
+    radial: str
+    rotary: str
+    lateral: float
+    """The sign of Y where the angle about the axis of the cam grows, where the cutter is."""
+
+
+AXES = dict(zip(ROTARY_AXES, (Axes("X", "Z", "A", -1.0), Axes("Z", "X", "C", 1.0)), strict=True))
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the cutter is in the frame of the machine, lengths in mm, and how the cam is turned, deg."""
+
+    along: FloatArray
+    beside: FloatArray
+    turned: FloatArray
+    deviation: float
+    """How far the cutter is from the roller's true place at most, from one to the next, mm."""
+
+    @property
+    def backwards(self) -> "Places":
+        return Places(self.along[::-1], self.beside[::-1], self.turned[::-1], self.deviation)
+
+    def __len__(self) -> int:
+        return self.along.size
+
+
+class _Turning(Program):
+    """A program whose cam turns: moves go to places, at feeds over a surface of a radius (mm)."""
+
+    def __init__(self, words: Dialect, decimals: int, axes: Axes, outer: float, *, on_arm: bool) -> None:
+        super().__init__(words, decimals)
+        self._axes, self._outer, self._on_arm = axes, outer, on_arm
+
+    def over(self, places: Places) -> None:
+        """Go above the first place as fast as the machine can."""
+        self.say(self.words.rapid.replace("X{x} Y{y}", self._place_of(places, 0)))
+
+    def radially(self, radius: float, feed: float | None = None, distance: float = 0.0) -> None:
+        """Move the cutter to a distance from the axis, fast or at a feed."""
+        words = self.words.up if feed is None else self.words.down
+        moved = words.replace("Z{z}", f"{self._axes.radial}{self.number(radius)}")
+        self.say(moved + ("" if feed is None else self._rate(feed, distance)))
+
+    def through(self, places: Places, feed: float) -> None:
+        """Move from the first place, where the machine stands, to the last."""
+        around = np.diff(np.radians(places.turned) * self._outer + self._axes.lateral * places.beside)
+        lengths = np.hypot(np.diff(places.along), around)
+        before = self._place_of(places, 0)
+        for k, length in enumerate(lengths.tolist(), start=1):
+            if (place := self._place_of(places, k)) != before:
+                self.say(self.words.line.replace("X{x} Y{y}", place) + self._rate(feed, length))
+            before = place
+
+    def _place_of(self, places: Places, k: int) -> str:
+        beside = f" Y{self.number(places.beside[k])}" if self._on_arm else ""
+        turned = f"{np.round(places.turned[k], self.decimals) + 0.0:{self.words.sign}.{self.decimals}f}"
+        return f"{self._axes.along}{self.number(places.along[k])}{beside} {self._axes.rotary}{turned}"
+
+    def _rate(self, feed: float, length: float) -> str:
+        if not self.words.by_time:
+            return self._fed(feed)
+        rate = np.format_float_positional(feed / length, 5, unique=False, fractional=False, trim="-")
+        return self.words.feed.format(feed=rate)
+
+
+def write_groove(work: Workpiece, path: Path, asked: Milling) -> Export:
+    """Write a program that cuts the groove of a cylinder, in steps of its depth, one turn of the cam each.
+
+    The cutter goes down in the middle of the longest dwell, and every second turn is backwards. Of the settings of
+    programs it has none of those of a profile: both walls are cut at once.
+    """
+    asked = asked if asked.depth is not None else replace(asked, depth=work.part.groove_depth)
+    _check(work, asked)
+    assert asked.cutter_radius is not None
+    assert asked.feed is not None
+    axes = AXES[asked.rotary or ROTARY_AXES[0]]
+    mean, groove = float(work.problem.design.size[0]), work.part.groove_depth
+    assert groove
+    outer = mean + groove / 2
+    places = _places(work, axes, asked, outer)
+    program = _Turning(
+        DIALECTS[asked.control], asked.decimals, axes, outer, on_arm=bool(np.any(places.beside != 0.0))
+    )
+    _begin(program, work, asked, places, axes)
+    program.start(asked.tool, asked.spindle, asked.coolant)
+    program.radially(outer + CLEARANCE)
+    program.over(places)
+    above = -CLEARANCE
+    for level in asked.levels:
+        assert level is not None
+        program.radially(outer - level, asked.feed, level - above)
+        program.through(places, asked.feed)
+        places, above = places.backwards, level
+    program.radially(outer + CLEARANCE)
+    program.say(*program.words.straight)
+    program.stop(asked.spindle, asked.coolant)
+    write_text(path, program.text())
+    curves = {"cutter": CurveInFile(len(places) - 1, "lines", places.deviation)}
+    return Export(path, curves, notes=(*_narrower(work, asked.cutter_radius), *asked.left_out))
+
+
+PLANE_ONLY = {
+    "roughing": 0.0,
+    "roughing_feed": None,
+    "direction": MILLINGS[0],
+    "blank_diameter": None,
+    "largest_radius": LARGEST_RADIUS,
+}
+"""Settings that a groove has not, and what they are where they are not given."""
+
+
+def _check(work: Workpiece, asked: Milling) -> None:
+    """BadInput for settings that are missing, out of range or without a meaning here."""
+    mistakes, depth = list(asked.mistakes), work.part.groove_depth
+    for name, usual in PLANE_ONLY.items():
+        if getattr(asked, name) != usual:
+            why = "has no meaning for a groove: a cutter of its width cuts both walls in one turn"
+            mistakes.append(Mistake("camopt", name, getattr(asked, name), why, bare=True))
+    if depth is None:
+        why = "missing: the cutter goes as deep, from a surface half of it outside of the mean radius"
+        mistakes.append(Mistake(work.scene.file, "part.groove_depth", None, why, bare=True))
+    elif asked.depth is not None and asked.depth > depth:
+        mistakes.append(Mistake("camopt", "depth", asked.depth, f"at most part.groove_depth ({depth:g} mm)"))
+    if mistakes:
+        raise BadInput(mistakes)
+    check_cutter(work.problem, asked.cutter_radius)
+
+
+def _places(work: Workpiece, axes: Axes, asked: Milling, outer: float) -> Places:
+    """Places over one turn of the cam, so near to each other that the cutter keeps within the chord."""
+    curve, digit = curve_of(work.problem, 0.0), asked.last_digit
+    digits = np.hypot(digit, digit) / 2 + outer * np.radians(10.0**-asked.decimals) / 2
+    if asked.chord <= digits:
+        why = f"above {digits:.2g} mm: so much is in the digits of the program"
+        raise BadInput([Mistake("camopt", "chord", asked.chord, why)])
+    angles, deviation = _steps(curve, asked.chord - digits)
+    design, (y, y1, *_) = curve.design, curve.programme.at(angles % (2 * np.pi))
+    found = curve.mechanism.contact(design, curve.programme.lift, angles, y, y1)
+    beside = (found.x - design.size * angles) * (-design.sense * axes.lateral)
+    low = cylinder_ends(work.problem, work.part.thickness)[0] if work.part.thickness else 0.0
+    return Places(found.y - low, beside + 0.0 * angles, -design.sense * np.degrees(angles), deviation + digits)
+
+
+def _steps(curve: CamCurve, wanted: float) -> tuple[FloatArray, float]:
+    """Cam angles (rad) over one turn, and how far lines between their places are off the true ones at most, mm."""
+    edges, furthest = [np.zeros(1)], 0.0
+    for span in curve.spans:
+        ends, off = _cut(curve, span, wanted)
+        edges.append(ends)
+        furthest = max(furthest, float(off.max()))
+    angles = np.concatenate(edges)
+    if angles.size > MOST_PLACES:
+        raise BadInput([Mistake("camopt", "chord", wanted, f"larger: a program has {MOST_PLACES:,} lines at most")])
+    start = _middle_of_dwell(curve)
+    before, after = angles[1:][angles[1:] <= start], angles[:-1][angles[:-1] > start]
+    whole = np.concatenate([[start], after, before + 2 * np.pi, [start + 2 * np.pi]])
+    return whole - (2 * np.pi if start > np.pi else 0.0), furthest
+
+
+def _cut(curve: CamCurve, span: SmoothPart, wanted: float) -> tuple[FloatArray, FloatArray]:
+    """A span in parts on which a line is near enough: where they end, and how far it is off."""
+    lows, highs = np.array([span.start]), np.array([span.end])
+    while True:
+        off = _off_line(curve, span, lows, highs)
+        wide = np.flatnonzero(off > wanted)
+        if not wide.size or lows.size > MOST_PLACES:
+            order = np.argsort(lows)
+            return highs[order], off[order]
+        middles = (lows[wide] + highs[wide]) / 2
+        lows, highs = np.append(lows, middles), np.append(highs, highs[wide])
+        highs[wide] = middles
+
+
+def _off_line(curve: CamCurve, span: SmoothPart, lows: FloatArray, highs: FloatArray) -> FloatArray:
+    """How far the place of the roller is off a line over some stretches of a span at most, mm."""
+    across, along = (
+        as_interval(series.terms[2]).largest_magnitude for series in curve.expansion(span, lows, highs).over
+    )
+    return np.asarray(np.hypot(across, along) * (highs - lows) ** 2 / 4)
+
+
+def _middle_of_dwell(curve: CamCurve) -> float:
+    """The cam angle in the middle of the longest dwell, rad; 0 without one."""
+    dwells = [span for span in curve.spans if span.piece is None]
+    if not dwells:
+        return 0.0
+    longest = max(dwells, key=lambda span: span.end - span.start)
+    return (longest.start + longest.end) / 2
+
+
+def _begin(program: Program, work: Workpiece, asked: Milling, places: Places, axes: Axes) -> None:
+    """The head of the program, with what it is of."""
+    zero = "lower end of the cylinder" if work.part.thickness else "middle of the roller at the start of the motion"
+    assert asked.cutter_radius is not None
+    radius, off = map(with_shown_unit, (asked.cutter_radius, places.deviation))
+    program.say(*program.words.start)
+    program.comment(work.part.name or "cam")
+    program.comment(f"camopt {VERSION}; groove, cutter radius {radius}")
+    program.comment(f"cutter: {len(places) - 1} lines, within {off}")
+    program.comment(f"{axes.along} zero: {zero}; Y and {axes.radial} zero: axis of the cam")
+    program.comment(f"{axes.rotary} in deg: where the cutter is on the cam, right-handed about {axes.along};")
+    program.comment(f"{axes.rotary} zero: cam angle 0 below the cutter")
+    program.say(*program.words.modes, *program.words.turning)
+
+
+def _narrower(work: Workpiece, cutter_radius: float) -> Iterator[str]:
+    """A note on a cutter that is not as wide as the groove."""
+    left = float(work.problem.design.roller_radius[0]) - cutter_radius
+    if left > 0.0:
+        yield f"the cutter is smaller than the roller: it roughs, and leaves {with_shown_unit(left)} on each wall"
