@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from camopt.tolerances.batch import Batch, Share, Spread, sample_cams
     from camopt.tolerances.margins import Margin
     from camopt.tolerances.tolerance import DwellError, MotionError, MotionErrors, tolerance
+    from camopt.tolerances.worst_case import WorstCase
     from camopt.verdicts.certify import certify
     from camopt.verdicts.evaluation import Evaluation, evaluate
 
@@ -86,6 +87,7 @@ _HOMES = {
     "Synthesis": "synthesis.synthesised",
     "Timing": "studies.timing",
     "UnknownName": "mistakes",
+    "WorstCase": "tolerances.worst_case",
     "Unmet": "mistakes",
     "Unsolved": "mistakes",
     "animate": "drawing.animation",
@@ -162,6 +164,7 @@ __all__ = [
     "UnknownName",
     "Unmet",
     "Unsolved",
+    "WorstCase",
     "__version__",
     "animate",
     "cam_points",

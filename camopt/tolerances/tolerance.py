@@ -32,6 +32,7 @@ from camopt.tolerances.contributions import Contribution
 from camopt.tolerances.margins import Box, Margin, margins_table
 from camopt.tolerances.response import ORDERS
 from camopt.tolerances.turn import NAMES, TurnErrors, band, worst
+from camopt.tolerances.worst_case import WorstCase, WorstSearch
 
 DWELL_NODES = 33
 """Cam angles at which a dwell is looked at."""
@@ -79,14 +80,16 @@ class DwellError(NamedTuple):
 
 @dataclass(frozen=True)
 class MotionErrors(HasHtml, Drawn):
-    """How far the motion may be from the one that was asked, by the tolerances of a scene, to first order.
+    """How far the motion may be from the one that was asked, by the tolerances of a scene.
 
     Attributes
     ----------
     scene : Scene
         The cam, with its ``[tolerances]``.
     errors : tuple of MotionError
-        Of displacement, velocity and acceleration of the tool.
+        Of displacement, velocity and acceleration of the tool, to first order.
+    worst_case : WorstCase
+        Of the displacement of the tool by exact contact: what no cam exceeds, proved, and a cam that nearly has it.
     dwells : tuple of DwellError
         In the order of the turn.
     reason : str
@@ -105,6 +108,7 @@ class MotionErrors(HasHtml, Drawn):
     picture: ClassVar[str] = "tolerances.picture"
     scene: Scene
     errors: tuple[MotionError, ...]
+    worst_case: WorstCase
     dwells: tuple[DwellError, ...]
     reason: str
     margins: tuple[Margin, ...] = ()
@@ -122,6 +126,8 @@ class MotionErrors(HasHtml, Drawn):
             self._row("independent errors, 99.73 %", "three_sigma"),
             self._row("at cam angle, deg", "three_sigma_at_deg"),
         ]
+        rows.append({"": "no cam exceeds, proved", NAMES[0]: self.worst_case.bound})
+        rows.append({"": "worst cam, by exact contact", NAMES[0]: abs(self.worst_case.error)})
         if self.dwells:
             rows.append({"": "change in a dwell", NAMES[0]: max(each.change for each in self.dwells)})
         units = {each.name: each.unit for each in self.errors}
@@ -154,7 +160,7 @@ class MotionErrors(HasHtml, Drawn):
 
 
 def tolerance(scene: Scene) -> MotionErrors:
-    """Find how far the motion of a real cam may be from the one asked, by its ``[tolerances]``, to first order.
+    """Find how far the motion of a real cam may be from the one asked, by its ``[tolerances]``.
 
     The profile is cut for the sizes of the scene, with errors along its normal; the follower is put together with
     errors of its own sizes. Errors are those of the tool: with a train they are what comes through it.
@@ -168,8 +174,9 @@ def tolerance(scene: Scene) -> MotionErrors:
     -------
     MotionErrors
         Worst cases, bands of independent errors, what each tolerance contributes, and changes in dwells. They leave
-        out terms of second order, below 0.05 µm for errors of 10 µm. An error is infinite where the motion that it
-        changes jumps, or where it is the slope of a profile whose waves are not limited.
+        out terms of second order, below 0.05 µm for errors of 10 µm; ``worst_case`` leaves out nothing, and bounds
+        the displacement of all cams within the tolerances. An error is infinite where the motion that it changes
+        jumps, or where it is the slope of a profile whose waves are not limited.
 
     Raises
     ------
@@ -187,8 +194,8 @@ def tolerance(scene: Scene) -> MotionErrors:
         why = "names none: give one, such as profile = 0.02 or follower.roller_radius = 'h6'"
         raise BadInput([Mistake(turn.problem.file, "tolerances", None, why, bare=True)])
     errors = tuple(_error(turn, order) for order in range(ORDERS))
-    margins = Box.of(scene, turn.problem).margins
-    return MotionErrors(scene, errors, tuple(_dwells(turn)), " ".join(_reasons(turn)), margins)
+    margins, worst_case = Box.of(scene, turn.problem).margins, WorstSearch(scene, turn).run()
+    return MotionErrors(scene, errors, worst_case, tuple(_dwells(turn)), " ".join(_reasons(turn)), margins)
 
 
 def _error(turn: TurnErrors, order: int) -> MotionError:
@@ -243,6 +250,9 @@ def _dwells(turn: TurnErrors) -> Iterator[DwellError]:
 
 def _reasons(turn: TurnErrors) -> Iterator[str]:
     """Why errors are infinite, a sentence each."""
+    if turn.problem.programme.corners:
+        corner = turn.problem.programme.corners[0].at
+        yield f"No bound is proved: the velocity of the motion jumps at {degrees(corner):.6g} deg."
     if turn.impulses:
         first = min(turn.impulses.values())
         what = NAMES[first.order]

@@ -65,6 +65,20 @@ def band(found: list[Contribution], order: int) -> FloatArray:
     return band_ends(found, order).magnitude
 
 
+def highest(nodes: FloatArray, value: Callable[[FloatArray], FloatArray]) -> float:
+    """The cam angle of the largest of a value over the turn, from those at nodes (``TurnErrors.nodes``), rad."""
+    values = value(nodes)
+    tops = np.flatnonzero(values >= values.max() - NEAR * abs(values.max()))
+    tops = tops[(values[tops] >= values[tops - 1]) & (values[tops] >= values[(tops + 1) % values.size])]
+    low, high = nodes[np.maximum(tops - 1, 0)], nodes[np.minimum(tops + 1, nodes.size - 1)]
+    for _ in range(ZOOMS):
+        inside = low + (high - low) * np.linspace(0.0, 1.0, FINER)[:, None]
+        found = value(inside.ravel()).reshape(inside.shape)
+        k, column = found.argmax(axis=0), np.arange(tops.size)
+        low, high = inside[np.maximum(k - 1, 0), column], inside[np.minimum(k + 1, FINER - 1), column]
+    return float(inside[k, column][found.max(axis=0).argmax()])
+
+
 class Impulse(NamedTuple):
     """An impulse of what a tolerance contributes: infinite from an order on, at a cam angle, rad."""
 
@@ -85,16 +99,7 @@ class TurnErrors:
 
     def highest(self, total: Total, order: int) -> float:
         """The cam angle of the largest total of an order that is bounded, rad."""
-        values, nodes = total(self.sampled, order), self.nodes
-        tops = np.flatnonzero(values >= (1.0 - NEAR) * values.max())
-        tops = tops[(values[tops] >= values[tops - 1]) & (values[tops] >= values[(tops + 1) % values.size])]
-        low, high = nodes[np.maximum(tops - 1, 0)], nodes[np.minimum(tops + 1, nodes.size - 1)]
-        for _ in range(ZOOMS):
-            inside = low + (high - low) * np.linspace(0.0, 1.0, FINER)[:, None]
-            found = total(self.at(inside.ravel()), order).reshape(inside.shape)
-            k, column = found.argmax(axis=0), np.arange(tops.size)
-            low, high = inside[np.maximum(k - 1, 0), column], inside[np.minimum(k + 1, FINER - 1), column]
-        return float(inside[k, column][found.max(axis=0).argmax()])
+        return highest(self.nodes, lambda angles: total(self.at(angles), order))
 
     def unbounded(self, order: int) -> dict[str, float | None]:
         """The keys of tolerances whose contribution to an order has no bound, each with the cam angle, rad.

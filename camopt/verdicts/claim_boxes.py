@@ -195,10 +195,13 @@ class Search:
         angle, *sizes = variables(sides, [middle[0] * half, *middle[1:]])
         designs = self.design.take(np.zeros(parts.size, dtype=int))
         designs = designs.with_values(dict(zip(self.names, sizes, strict=True)))
-        state = state_over(programme.table, parts.panel, middle[0], angle)
-        value, _ = curve(self.claim.curve(designs, programme), ..., state)
+        value, _ = curve(self.claim.curve(designs, programme), ..., self.state(parts, middle[0], angle))
         whole = value.divided() if isinstance(value, Quotient) else value
         return as_sloped(excess_of(self.claim, parts.side, as_quotient(whole), designs), angle)
+
+    def state(self, parts: Parts, u: FloatArray, angle: Sloped) -> Any:
+        """The state of the follower over parts, whose middles are at ``u``."""
+        return state_over(self.problem.programme.table, parts.panel, u, angle)
 
     def _point(self, parts: Parts, number: int) -> Designs:
         """The design in the middle of a part."""

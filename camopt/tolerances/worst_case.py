@@ -1,0 +1,326 @@
+"""The largest error of the displacement of the tool, of all cams within the tolerances: a bound and a witness.
+
+The exact error of a cam (``tolerances.touching``) is a formula of its errors and of the point that is touched. Run
+on ranges with slopes, it decides by bisection of errors and turn whether any cam at any point is beyond a bound
+(``verdicts.claim_boxes``). The bound is a little more than what the worst cam that was found has. Where a cam is
+worse than that one, it takes its place.
+
+Where y(θ) is off the motion at φ by the small angle a = θ − φ, that is y'·a + y''·a²/2 with y'' within the third
+derivative times |a| of that at φ, and J·(a − d)²/2 for each jump J of y'' which is passed after d.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6 and 11.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import degrees, inf, pi
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.effects.motion import scale
+from camopt.mechanisms import Designs
+from camopt.motion.driven import tool_position
+from camopt.motion.programme import LEAST_JUMP, Programme
+from camopt.motion.table import ALL_STROKES
+from camopt.numerics import GIVEN, LARGEST_MAGNITUDE, FloatArray
+from camopt.numerics.clock import now
+from camopt.numerics.curves import formula
+from camopt.numerics.interval import Interval, as_interval
+from camopt.numerics.sloped import Placed, Sloped, at_point, by_chain, range_of, widened
+from camopt.numerics.taylor import Taylor
+from camopt.problem.claims import Claim, Plain
+from camopt.problem.problem import Problem
+from camopt.scene.scene import Scene
+from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends, off_by
+from camopt.tolerances.turn import TurnErrors, highest
+from camopt.verdicts.claim_boxes import Answer, Parts, Search
+from camopt.verdicts.words import BROKEN, HELD
+
+GAPS = (1e-5, 1e-4, 1e-3, 1e-2)
+"""Relative, of the largest error found: by no more than this a cam is worse, the first that is proved."""
+WORSE = 8
+"""How often a worse cam than the worst so far is taken for it."""
+SECONDS = 20.0
+SAME_PLACE = 1e-9
+"""Cam angles this near to each other are the same, rad."""
+SUMMED = 16.0 * GIVEN
+"""What rounding takes off a sum of a few products, relative to their magnitudes."""
+
+
+class WorstCase(NamedTuple):
+    """The largest error of the displacement of the tool of any cam within the tolerances.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(tolerances={"follower.offset": 0.02})
+    >>> worst = camopt.tolerance(scene).worst_case
+    >>> round(worst.bound, 5), round(worst.error, 5), worst.errors
+    (0.01778, -0.01778, {'follower.offset': 0.02})
+    """
+
+    bound: float
+    """No cam within the tolerances has a larger error, proved; infinite if that is not known. mm (deg)."""
+    error: float
+    """That of a cam which has these ``errors``, by exact contact; below 0 where the tool is too low. mm (deg)."""
+    at_deg: float
+    """The cam angle at which it has it."""
+    errors: dict[str, float]
+    """Of that cam, by key of ``[tolerances]``, mm and deg; ``bore_eccentricity_way`` is the direction in which the
+    axis of the profile is off that of the bore, in the frame of the cam that does not turn, at the cam angle 0."""
+
+    @property
+    def gap(self) -> float:
+        """By how much some cam may be worse than that one."""
+        return self.bound - abs(self.error)
+
+
+class Jumped(NamedTuple):
+    """A jump of y'' as seen from parts of the turn."""
+
+    size: float
+    ahead: Interval
+    """How far it is ahead, rad."""
+    behind: Interval
+
+    def seen(self, a: Interval) -> tuple[Interval, Interval]:
+        """What it adds to y and to y' at an angle a further on."""
+        over, back = _beyond(a, self.ahead), _beyond(-a, self.behind)
+        return (over * over - back * back) * (0.5 * self.size), (over + back) * self.size
+
+
+def _beyond(a: Interval, distance: Interval) -> Interval:
+    return Interval(np.maximum(a.low - distance.high, 0.0), np.maximum(a.high - distance.low, 0.0))
+
+
+class Place(NamedTuple):
+    """The state of the follower over parts of the turn, and at their middles, with the jumps of y''."""
+
+    y: Sloped
+    y1: Sloped
+    y2: Sloped
+    jumps: list[Jumped]
+    of_middle: list[Jumped]
+
+
+class ToolError(NamedTuple):
+    """The exact error of the tool where a cam with errors touches, mm (rad); on ranges with slopes alone."""
+
+    problem: Problem
+    design: Designs
+    errors: Mapping[str, Any]
+
+
+@formula(ToolError)
+def tool_error(f, i, at):  # type: ignore[no-untyped-def]
+    setup = f.problem.setup
+    rest = setup.mechanism.rest(f.design, f.problem.programme.lift, at.y, at.y1, off_by(f.errors))
+    moved, turned = (_plain(each, at.y) for each in rest)
+    turned = turned - f.errors.get("phase", 0.0)
+    change = _change(f.problem.programme, at, turned)
+    if setup.train is None:
+        return moved - change, 0.0
+    return _through(setup.train, follower_start(f.problem), at.y, moved, change), 0.0
+
+
+def _plain(x: Any, like: Sloped) -> Any:
+    """A number over boxes as what has no kept quotient."""
+    return x.divided() if hasattr(x, "divided") else x + like * 0.0
+
+
+def _change(programme: Programme, at: Place, turned: Sloped) -> Sloped:
+    """y(φ + a) − y(φ), where a changes with the errors and with φ."""
+    table, place = programme.table, replace(at.y, slopes=_along(at.y))
+    jerk = float((table.most[:, 3] + table.error[:, 3]).max())
+    unseen = LEAST_JUMP * float(table.most[:, 2].max()) + 2.0 * float(table.error[:, 2].max())
+
+    def ahead(a: Interval, y1: Interval, y2: Interval, jumps: list[Jumped]) -> tuple[Interval, Interval]:
+        """By how much y and y' differ at an angle a further on."""
+        stray = a.largest_magnitude * jerk + unseen
+        bent = a * Interval(y2.low - stray, y2.high + stray)
+        rise, seen = a * y1 + a * bent * 0.5, [jump.seen(a) for jump in jumps]
+        room = SUMMED * ((a * y1).largest_magnitude + (a * bent).largest_magnitude)
+        return sum((each for each, _ in seen), Interval(rise.low - room, rise.high + room)), sum(
+            (each for _, each in seen), bent
+        )
+
+    a, y1, y2 = (range_of(each) for each in (turned, at.y1, at.y2))
+    value, further = ahead(a, y1, y2, at.jumps)
+    point, _ = ahead(at_point(turned), at_point(at.y1), at_point(at.y2), at.of_middle)
+    return by_chain(value, point, [(turned, y1 + further), (place, further)])
+
+
+def _along(like: Sloped) -> Interval:
+    """The slopes of the cam angle itself, which is the first of the variables."""
+    one = np.zeros(like.slopes.low.shape)
+    one[0] = 1.0
+    return Interval(one, one)
+
+
+def _through(train: Any, start: float, y: Sloped, moved: Sloped, change: Sloped) -> Sloped:
+    """f(y + moved) − f(y + change), by Taylor's theorem to the second order."""
+    error, stands = moved - change, y + change
+    if (ratio := train.constant_ratio) is not None:
+        return by_chain(error.value * ratio, error.at * ratio, [(error, as_interval(ratio))])
+
+    def ahead(off: Interval, first: Interval, last: Interval) -> tuple[Interval, Interval, Interval]:
+        """By how much f differs, with its slopes there and in between."""
+        way = Interval(np.minimum(first.low, last.low), np.maximum(first.high, last.high))
+        rate, bend = _derivative(train, start + first, 1), _derivative(train, start + way, 2)
+        return widened(off * rate + off * off * bend * 0.5, SUMMED), rate, bend
+
+    value, rate, bend = ahead(error.value, stands.value, (y + moved).value)
+    point, *_ = ahead(error.at, stands.at, (y + moved).at)
+    turned = error.value * bend
+    return by_chain(value, point, [(error, rate + turned), (stands, turned)])
+
+
+def _derivative(train: Any, place: Interval, order: int) -> Interval:
+    """f' or f'' of a train, where its follower is."""
+    terms = [place, as_interval(1.0 + place.low * 0.0), place * 0.0][: order + 1]
+    return range_of(train.tool(Taylor([_still(each) for each in terms])).derivative(order))
+
+
+def _still(x: Interval) -> Placed:
+    """Ranges without slopes, for the formulas of links."""
+    none = as_interval(np.zeros((1, x.size)))
+    return Placed.of(Sloped(x, x, none, none), [])
+
+
+def follower_start(problem: Problem) -> float:
+    """The displacement of the follower from the start position of its train, where that of the turn is 0."""
+    programme, first, train = problem.programme, np.zeros(1), problem.setup.train
+    assert train is not None
+    return float((train.follower_at(tool_position(programme, first)) - programme.at(first)[0])[0])
+
+
+class Proof(Search):
+    """The search for a cam that exceeds a bound, which knows where y'' jumps."""
+
+    def state(self, parts: Parts, u: FloatArray, angle: Sloped) -> Place:
+        y, y1, y2, *_ = super().state(parts, u, angle)
+        return Place(y, y1, y2, self._jumps(parts, parts.low[0], parts.high[0]), self._jumps(parts, u, u))
+
+    def _jumps(self, parts: Parts, low: FloatArray, high: FloatArray) -> list[Jumped]:
+        """The jumps of y'' as seen from shares of panels, from their lower to their upper ends."""
+        programme = self.problem.programme
+        half, middle = (each[parts.panel] for each in (programme.table.half_width, programme.table.centre))
+        turn, found = programme.strokes[-1].end, list[Jumped]()
+        for jump in programme.jumps:
+            after, before = (_away(side * (jump.at - middle) - half, turn) for side in (1.0, -1.0))
+            ahead = Interval(after + (1.0 - high) * half, after + (1.0 - low) * half)
+            behind = Interval(before + (1.0 + low) * half, before + (1.0 + high) * half)
+            found.append(Jumped(jump.size, ahead, behind))
+        return found
+
+
+def _away(angle: FloatArray, turn: float) -> FloatArray:
+    """An angle from 0 to a turn, where rounding may take 0 below it."""
+    return np.maximum(np.mod(angle + SAME_PLACE, turn) - SAME_PLACE, 0.0)
+
+
+@dataclass(frozen=True)
+class WorstSearch:
+    """The search for the worst of the cams within the tolerances of a scene."""
+
+    scene: Scene
+    turn: TurnErrors
+
+    @cached_property
+    def problem(self) -> Problem:
+        return self.turn.problem
+
+    @cached_property
+    def ends(self) -> dict[str, tuple[float, float]]:
+        return error_ends(self.scene, self.problem)
+
+    def run(self) -> WorstCase:
+        """The worst cam that is found, and what no cam exceeds."""
+        unit = scale(self.problem.setup, 0)
+        errors = self.first()
+        angle, found = self.highest(errors)
+        bound, until, gaps = inf, now() + SECONDS, iter(GAPS)
+        gap = next(gaps)
+        for _ in range(WORSE if not self.problem.programme.corners else 0):
+            bound = abs(found) * (1.0 + gap)
+            answer = self.proof(bound, until)
+            if answer.verdict == HELD:
+                break
+            bound = inf
+            if answer.verdict == BROKEN and answer.witness is not None:
+                other = {key: float(answer.witness.numbers[key][0]) for key in self.ends}
+                there, error = self.highest(other)
+                if abs(error) > abs(found):
+                    errors, angle, found = other, there, error
+                    continue
+            if (larger := next(gaps, None)) is None:
+                break
+            gap = larger
+        contact = contact_of(self.problem, errors, np.array([angle]))
+        at = float(np.mod(contact.angle[0], self.problem.programme.strokes[-1].end))
+        return WorstCase(unit * bound, unit * found, degrees(at), self.said(errors, angle))
+
+    def proof(self, bound: float, until: float) -> Answer:
+        """Whether no cam within the tolerances exceeds a bound."""
+
+        def error(designs: Designs, programme: Programme) -> ToolError:
+            return ToolError(self.problem, designs, {key: designs.numbers[key] for key in self.ends})
+
+        claim = Claim(error, ALL_STROKES, LARGEST_MAGNITUDE, Plain(bound))
+        parts = Parts.first(self.problem, claim, self.ends)
+        return Proof(self.problem, claim, self.problem.design, tuple(self.ends), until).run(parts)
+
+    def first(self) -> dict[str, float]:
+        """Errors at their ends that are the worst, or nearly so, at the worst cam angle."""
+        found = []
+        for side in (1.0, -1.0):
+
+            def outward(angles: FloatArray, side: float = side) -> FloatArray:
+                return side * self.error(self.corner(angles, side), angles)
+
+            angle = np.array([highest(self.turn.nodes, outward)])
+            here = {key: float(each[0]) for key, each in self.corner(angle, side).items()}
+            found.append((float(outward(angle)[0]), here))
+        return max(found, key=lambda each: each[0])[1]
+
+    def corner(self, angles: FloatArray, side: float) -> dict[str, FloatArray]:
+        """For each cam angle the ends of errors that move the tool furthest to a side."""
+        found = dict[str, FloatArray]()
+        for key, ends in self.ends.items():
+            if key == BORE_WAY:
+                continue
+            tried = [dict.fromkeys([key], np.full(angles.size, end)) for end in ends]
+            if BORE_WAY in self.ends and key == BORE:
+                tried = [{BORE: np.full(angles.size, ends[1]), BORE_WAY: each} for each in self.ways(angles)]
+            first, second = (side * self.error(each, angles) for each in tried)
+            found |= {name: np.where(first > second, tried[0][name], tried[1][name]) for name in tried[0]}
+        return found
+
+    def ways(self, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The two directions along the normal of the cam."""
+        programme = self.problem.programme
+        y, y1, *_ = programme.at(angles)
+        at = self.problem.setup.mechanism.contact(self.problem.design, programme.lift, angles, y, y1)
+        return np.arctan2(at.up, at.across), np.arctan2(-at.up, -at.across)
+
+    def error(self, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
+        return contact_of(self.problem, errors, angles).error
+
+    def highest(self, errors: Mapping[str, float]) -> tuple[float, float]:
+        """Where on its profile a cam has its largest error, and this."""
+        angle = highest(self.turn.nodes, lambda angles: np.abs(self.error(errors, angles)))
+        return angle, float(self.error(errors, np.array([angle]))[0])
+
+    def said(self, errors: Mapping[str, float], angle: float) -> dict[str, float]:
+        """Errors in mm and deg, with the direction of the bore as the cam has it."""
+        sense, found = self.problem.design.sense, dict(errors)
+        if BORE in errors and BORE_WAY not in errors:
+            there = contact_of(self.problem, errors, np.array([angle])).angle[0] + errors.get("phase", 0.0)
+            found |= {BORE: abs(errors[BORE]), BORE_WAY: -sense * there + (pi if errors[BORE] < 0.0 else 0.0)}
+        elif BORE in errors:
+            found[BORE_WAY] = errors[BORE_WAY] - sense * angle
+        angles = {key: degrees(found[key]) for key in found if key in ("phase", "face_tilt", BORE_WAY)}
+        if BORE in errors:
+            angles[BORE_WAY] %= 360.0
+        return found | angles
