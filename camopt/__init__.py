@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from camopt.synthesis.traded import Frontier
     from camopt.tables.designs import Design, scene_of
     from camopt.tables.table import load
-    from camopt.tolerances.batch import Batch, Share, Spread, sample_cams
+    from camopt.tolerances.batch import Batch, ErrorSpread, Share, Spread, sample_cams
     from camopt.tolerances.margins import Margin
     from camopt.tolerances.tolerance import DwellError, MotionError, MotionErrors, tolerance
     from camopt.tolerances.worst_case import WorstCase
@@ -122,6 +122,7 @@ _HOMES = {
     "timing": "studies.timing",
     "tolerance": "tolerances.tolerance",
     "Batch": "tolerances.batch",
+    "ErrorSpread": "tolerances.batch",
     "Share": "tolerances.batch",
     "Spread": "tolerances.batch",
     "sample_cams": "tolerances.batch",
@@ -137,6 +138,7 @@ __all__ = [
     "Comparison",
     "Design",
     "DwellError",
+    "ErrorSpread",
     "Evaluation",
     "Export",
     "FileCheck",

@@ -1,38 +1,43 @@
-"""A batch of cams: how many of those that are made hold the limits, by the distributions of their sizes.
+"""A batch of cams: how far the motions of those that are made are off, and how many hold the limits.
 
-Each cam has sizes of its own, drawn as ``[tolerances]`` says by scrambled Sobol points, and every quantity is that
-of the cam itself, not of a linear model. The share that holds the limits has the interval of Clopper and Pearson,
-which is that of independent draws: Sobol points are more even than these.
+Each cam has errors of its own, drawn as ``[tolerances]`` says (``tolerances.draw``), and every number is that of
+the cam itself, not of a linear model. The errors of its motion are those of the nominal profile, cut and put
+together so (``tolerances.recontact``); the quantities of limits are those of a cam that was designed so. The share
+that holds the limits has the interval of Clopper and Pearson, which is that of independent draws: Sobol
+points are more even than these.
 
 How much of the variance of a quantity q a size x explains, is S = Var(E[q | x]) / Var(q), from the means of q over
 classes of x. To first order it is c²σ²/Σ c²σ², with the slope c = ∂q/∂x and the standard deviation σ.
 
 Sources: C. J. Clopper, E. S. Pearson, The use of confidence or fiducial limits, Biometrika 26 (1934); E. Plischke,
-E. Borgonovo, C. L. Smith, Global sensitivity measures from given data, Eur. J. Oper. Res. 226 (2013); A. B. Owen,
-Scrambling Sobol' and Niederreiter-Xing points, J. Complexity 14 (1998).
+E. Borgonovo, C. L. Smith, Global sensitivity measures from given data, Eur. J. Oper. Res. 226 (2013).
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.effects.motion import scale, unit_of
 from camopt.mechanisms import FIELDS, Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, resolve_design
-from camopt.problem.sample import sobol
-from camopt.problem.zones import size_zones
 from camopt.quantities import QUANTITIES
 from camopt.quantities.shown import HasHtml
 from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import Zone
 from camopt.tables.cells import number, with_unit
-from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tables.layout import NUMERIC, Cell, Table, table_of
+from camopt.tolerances.draw import Drawn, drawn, parts_of
+from camopt.tolerances.largest import LargestErrors
 from camopt.tolerances.limited import limited, worst_of
+from camopt.tolerances.recontact import RealCams
+from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
 
 CAMS = 2**16
 """Unless told."""
@@ -43,6 +48,9 @@ CLASSES = 64
 CONFIDENCE = 0.95
 TAIL = 0.00135
 """Of a normal distribution beyond three standard deviations, on one side."""
+SHARES = (0.5, 0.95, 0.9973)
+"""Of the cams, whose largest errors are told."""
+DWELL_CHANGE = "change in a dwell"
 
 
 class Share(NamedTuple):
@@ -88,9 +96,43 @@ class Spread(NamedTuple):
     """The share of the variance that each size explains, by key; 0 if the quantity is the same for all."""
 
 
+class ErrorSpread(NamedTuple):
+    """How the largest error of the motion is spread over the cams of a batch.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("bucket-valve").replace(**{"tolerances.follower.offset": 0.02})
+    >>> displacement = camopt.sample_cams(scene, cams=1024).errors[0]
+    >>> displacement.name, round(displacement.worst, 9)
+    ('displacement', 0.0)
+    """
+
+    name: str
+    """displacement, velocity, acceleration, or the change in a dwell."""
+    unit: str
+    median: float
+    """Half of the cams have no larger |error| at any cam angle."""
+    of_95: float
+    """The same of 95 % of the cams."""
+    of_99_73: float
+    """And of 99.73 %."""
+    worst: float
+    """Of all cams of the batch."""
+    at_deg: float | None
+    """The cam angle at which that cam has it."""
+    parts: dict[str, float]
+    """The errors of that cam, by key of ``[tolerances]``, mm or deg."""
+    variances: dict[str, float]
+    """The share of the variance that each tolerance explains at the cam angle where the band of independent errors
+    is the widest, by key; empty where that has no bound, and of dwells."""
+    missed: float | None
+    """By how much the largest error of a cam is larger than what was found: the most of some cams that were looked
+    at closely; None of dwells."""
+
+
 @dataclass(frozen=True)
 class Batch(HasHtml):
-    """A batch of cams whose sizes are spread as the tolerances of a scene say.
+    """A batch of cams whose errors are spread as the tolerances of a scene say.
 
     Attributes
     ----------
@@ -100,8 +142,10 @@ class Batch(HasHtml):
         How many, and which draw.
     held : Share
         The yield: the share of the cams that hold all limits.
+    errors : tuple of ErrorSpread
+        Of the motion: displacement, velocity, acceleration, and the change in a dwell if there is one.
     spreads : tuple of Spread
-        Of each limit that a size decides.
+        Of each limit that a size decides; none without tolerances of sizes.
 
     Examples
     --------
@@ -115,10 +159,39 @@ class Batch(HasHtml):
     cams: int
     seed: int
     held: Share
+    errors: tuple[ErrorSpread, ...]
     spreads: tuple[Spread, ...]
 
     def table(self) -> Table:
+        """How far the motions of the cams are off."""
+        rows = [
+            self._row("half of the cams", lambda each: each.median),
+            self._row("95 % of the cams", lambda each: each.of_95),
+            self._row("99.73 % of the cams", lambda each: each.of_99_73),
+            self._row("worst cam", lambda each: each.worst),
+            self._row("at cam angle, deg", lambda each: each.at_deg),
+            *(self._row(f"variance by {key}, %", partial(_variance, key=key)) for key in self._spread_by),
+            self._row("not found, at most", lambda each: each.missed),
+        ]
+        units = {each.name: each.unit for each in self.errors}
+        title = f"{self.scene.name}: largest errors of the motions of {self.cams:,} cams"
+        note = "Variances are those where the band of independent errors is the widest."
+        return replace(table_of(title, rows, ["", *units], units=units), note=note)
+
+    def _row(self, head: str, value: Callable[[ErrorSpread], float | None]) -> dict[str, Any]:
+        """A row of the table; nothing where there is no value."""
+        values = {each.name: value(each) for each in self.errors}
+        return {"": head, **{name: "" if each is None else each for name, each in values.items()}}
+
+    @property
+    def _spread_by(self) -> list[str]:
+        """The keys of tolerances that explain a part of the variance."""
+        return [*dict.fromkeys(key for each in self.errors for key in each.variances)]
+
+    def limits_table(self) -> Table | None:
         """The share of cams that holds each limit, and how its quantity is spread."""
+        if not self.spreads:
+            return None
         heads = ["limit", "held by", "0.135 %", "median", "99.865 %", "worst", "by"]
         rows = [["all", _percent(self.held), *([""] * 5)]]
         for each in self.spreads:
@@ -142,15 +215,16 @@ class Batch(HasHtml):
 
 
 def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0) -> Batch:
-    """Draw cams whose sizes are spread as the tolerances of a scene say, and see which hold the limits.
+    """Draw cams whose errors are spread as the tolerances of a scene say: their motions, and which hold the limits.
 
-    Each cam has the motion that is asked, with sizes of its own: see ``margins`` of ``tolerance`` for what all of
-    them hold. The profile's self-crossing is not looked at.
+    The motion is that of the nominal profile with all errors of a cam, where its follower comes to rest on it. For
+    limits, each cam has the motion that is asked, with sizes of its own: see ``margins`` of ``tolerance`` for what
+    all of them hold. The profile's self-crossing is not looked at.
 
     Parameters
     ----------
     scene : Scene
-        A scene with sizes of its own, limits and ``[tolerances]`` of sizes of the follower.
+        A scene with sizes of its own and ``[tolerances]``; its limits count if sizes of the follower have some.
     cams : int, default 65,536
         How many, at most 16,777,216; Sobol points are the most even for a power of 2.
     seed : int, default 0
@@ -159,12 +233,12 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0) -> Batch:
     Returns
     -------
     Batch
-        The yield with its interval, and how the quantity of each limit is spread.
+        How far motions are off, the yield with its interval, and how the quantity of each limit is spread.
 
     Raises
     ------
     BadInput
-        If the scene lacks a size, or has no tolerances of sizes, or for a number of cams that is none.
+        If the scene lacks a size, or has no tolerances, or for a number of cams that is none.
 
     References
     ----------
@@ -180,42 +254,83 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0) -> Batch:
     if not isinstance(cams, int) or not 1 <= cams <= MOST_CAMS:
         raise BadInput([Mistake("camopt", "cams", cams, f"a whole number from 1 to {MOST_CAMS:,}")])
     problem = resolve_design(scene)
-    zones = size_zones(scene, problem.design)
-    if not zones:
-        why = "names no size of the follower: give one, such as follower.offset = 0.02"
-        raise BadInput([Mistake(problem.file, "tolerances", None, why, bare=True)])
-    sizes = drawn(scene, problem.design, zones, cams, seed)
-    limits = [limit for limit in problem.without_last.limits if limit.shown and not limit.is_of_motion]
-    every = problem.design.take(np.zeros(cams, dtype=int)).with_values(
-        {FIELDS[key]: values for key, values in sizes.items()}
+    off = drawn(scene, problem.design, cams, seed)
+    if not off:
+        raise no_tolerances(problem.file)
+    sizes = {FIELDS[key]: float(problem.design.sizes[FIELDS[key]][0]) + by for key, by in sizes_of(off)}
+    spreads: tuple[Spread, ...] = ()
+    held = np.ones(cams, dtype=bool)
+    if sizes:
+        limits = [limit for limit in problem.without_last.limits if limit.shown and not limit.is_of_motion]
+        every = problem.design.take(np.zeros(cams, dtype=int)).with_values(sizes)
+        excess, values = evaluated(problem, limits, every)
+        held = np.all(excess <= 0.0, axis=0)
+        spreads = tuple(_spreads(limits, excess, values, {key: sizes[FIELDS[key]] for key, _ in sizes_of(off)}))
+    errors = tuple(_errors(TurnErrors(scene, problem), off))
+    return Batch(scene, cams, seed, share_of(int(np.count_nonzero(held)), cams), errors, spreads)
+
+
+def _variance(spread: ErrorSpread, key: str) -> float | None:
+    """The share of the variance that a tolerance explains, in %."""
+    return 100.0 * spread.variances[key] if spread.variances else None
+
+
+def sizes_of(off: Drawn) -> Iterator[tuple[str, FloatArray]]:
+    """The errors of sizes of the follower, by key in ``[follower]``."""
+    for key, by in off.items():
+        table, _, name = key.partition(".")
+        if table == "follower":
+            yield name, by
+
+
+def _errors(turn: TurnErrors, off: Drawn) -> Iterator[ErrorSpread]:
+    """How the errors of the motion are spread."""
+    setup, parts = turn.problem.setup, parts_of(off)
+    found = LargestErrors(RealCams(turn.problem, turn.scene.tolerances.waves or 0), tuple(off))
+    for order, name in enumerate(NAMES):
+        unit, largest = scale(setup, order), found.of_motion(off, order)
+        known = not turn.unbounded(order)
+        signed = found.at(off, turn.highest(band, order), order) if known else None
+        yield _error(
+            name,
+            unit_of(setup, order),
+            unit * largest.error,
+            found.angle(off, largest, _worst(largest.error)),
+            parts,
+            {} if signed is None else {key: _explained_by(signed, each) for key, each in off.items()},
+            unit * found.missed(off, order),
+        )
+    if found.has_dwells:
+        yield _error(DWELL_CHANGE, unit_of(setup, 0), scale(setup, 0) * found.of_dwells(off), None, parts, {}, None)
+
+
+def _error(
+    name: str,
+    unit: str,
+    values: FloatArray,
+    at_deg: float | None,
+    parts: Drawn,
+    variances: dict[str, float],
+    missed: float | None,
+) -> ErrorSpread:
+    """How one of them is."""
+    known = np.where(np.isnan(values), inf, values)
+    median, most, nearly_all = (float(each) for each in np.quantile(known, SHARES, method="higher"))
+    worst = _worst(values)
+    own = {key: float(each[worst]) for key, each in parts.items()}
+    return ErrorSpread(name, unit, median, most, nearly_all, float(known[worst]), at_deg, own, variances, missed)
+
+
+def _worst(errors: FloatArray) -> int:
+    """Which cam is the worst; one whose follower finds no place before others."""
+    return int(np.where(np.isnan(errors), inf, errors).argmax())
+
+
+def _explained_by(values: FloatArray, errors: FloatArray) -> float:
+    """The share of the variance that an error explains, with all of its parts."""
+    return sum(
+        explained(values, part) for part in ((errors.real, errors.imag) if np.iscomplexobj(errors) else (errors,))
     )
-    excess, values = evaluated(problem, limits, every)
-    held = np.all(excess <= 0.0, axis=0)
-    spreads = tuple(_spreads(limits, excess, values, sizes))
-    return Batch(scene, cams, seed, share_of(int(np.count_nonzero(held)), cams), spreads)
-
-
-def drawn(scene: Scene, design: Designs, zones: dict[str, Zone], cams: int, seed: int) -> dict[str, FloatArray]:
-    """The sizes of cams, by key in ``[follower]``."""
-    points = sobol(len(zones), cams, seed)
-    found = {}
-    for (key, zone), share in zip(zones.items(), points.T, strict=True):
-        kind = getattr(scene.tolerances.follower, key).distribution
-        found[key] = float(design.sizes[FIELDS[key]][0]) + _quantile(kind, zone, share)
-    return found
-
-
-def _quantile(kind: str, zone: Zone, share: FloatArray) -> FloatArray:
-    """Where a share of the parts is below, of a distribution over a zone."""
-    if kind == "uniform":
-        return np.asarray(zone.lower + share * (zone.upper - zone.lower))
-    if kind == "triangular":
-        half = (zone.upper - zone.lower) / 2.0
-        nearest = np.sqrt(2.0 * np.minimum(share, 1.0 - share))
-        return np.asarray(zone.middle + np.sign(share - 0.5) * half * (1.0 - nearest))
-    from scipy.special import ndtri
-
-    return np.asarray(zone.middle + zone.deviation * ndtri(np.clip(share, 2.0**-60, 1.0 - 2.0**-53)))
 
 
 def evaluated(problem: Problem, limits: list[Limit], designs: Designs) -> tuple[FloatArray, FloatArray]:

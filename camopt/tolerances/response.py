@@ -49,8 +49,12 @@ class Responses:
 
         A roller in a groove is held from both sides: there it is the middle of the groove that is off.
         """
-        normal = self._contact
-        return self._answer((normal.across * normal.across + normal.up * normal.up).root())
+        return self._answer(self._length)
+
+    def to_waves(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """To a profile that stands out as a cosine, and as a sine, of so many waves in a turn."""
+        turned = self._series(count * self.angles, np.full(self.angles.size, float(count)))
+        return self._off(np.cos(turned)), self._off(np.sin(turned))
 
     @cached_property
     def to_bore(self) -> tuple[FloatArray, FloatArray]:
@@ -78,6 +82,10 @@ class Responses:
     def _to_shift(self, shift: Shift) -> FloatArray:
         """To a shift of the trace point while the displacement stays."""
         return self._answer(-self._along(shift))
+
+    def _off(self, standing: Series) -> FloatArray:
+        """To a profile that stands out along its normal by a series."""
+        return self._answer(self._length * standing)
 
     def _answer(self, off: Series) -> FloatArray:
         """To a normal of N that is off by a series, in units of |N|."""
@@ -107,6 +115,12 @@ class Responses:
         problem = self.problem
         angle = self._series(self.angles, np.ones_like(self.angles))
         return problem.setup.mechanism.contact(problem.design, problem.programme.lift, angle, *self._motion)
+
+    @cached_property
+    def _length(self) -> Series:
+        """|N|."""
+        normal = self._contact
+        return (normal.across * normal.across + normal.up * normal.up).root()
 
     @cached_property
     def _shifts(self) -> dict[str, Shift]:

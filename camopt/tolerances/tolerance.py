@@ -20,7 +20,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from camopt.effects.motion import scale, unit_of
-from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
+from camopt.mistakes import UnknownName, nearest
 from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
@@ -31,7 +31,7 @@ from camopt.tables.layout import Table, table_of
 from camopt.tolerances.contributions import Contribution
 from camopt.tolerances.margins import Box, Margin, margins_table
 from camopt.tolerances.response import ORDERS
-from camopt.tolerances.turn import NAMES, TurnErrors, band, worst
+from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances, worst
 from camopt.tolerances.worst_case import WorstCase, WorstSearch
 
 DWELL_NODES = 33
@@ -191,8 +191,7 @@ def tolerance(scene: Scene) -> MotionErrors:
     """
     turn = TurnErrors(scene, resolve_design(scene))
     if not turn.sampled:
-        why = "names none: give one, such as profile = 0.02 or follower.roller_radius = 'h6'"
-        raise BadInput([Mistake(turn.problem.file, "tolerances", None, why, bare=True)])
+        raise no_tolerances(turn.problem.file)
     errors = tuple(_error(turn, order) for order in range(ORDERS))
     margins, worst_case = Box.of(scene, turn.problem).margins, WorstSearch(scene, turn).run()
     return MotionErrors(scene, errors, worst_case, tuple(_dwells(turn)), " ".join(_reasons(turn)), margins)

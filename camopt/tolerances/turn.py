@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import JUMP_SIDE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
@@ -29,6 +30,12 @@ ZOOMS, FINER = 5, 33
 SAME = 1e-9
 """Two sides of a jump that differ by less, relative to the largest of the turn, are the same."""
 Total = Callable[[list[Contribution], int], FloatArray]
+
+
+def no_tolerances(file: str) -> BadInput:
+    """The message on a scene without any."""
+    why = "names none: give one, such as profile = 0.02 or follower.roller_radius = 'h6'"
+    return BadInput([Mistake(file, "tolerances", None, why, bare=True)])
 
 
 class Ends(NamedTuple):

@@ -11,8 +11,8 @@ from mpmath import mp
 from tests.support import naive
 
 Errors = dict[str, Any]
-"""In mm and rad: sizes of the follower by key, ``profile``, ``phase``, ``face_tilt``, and ``bore`` as a complex
-number in the cam's own frame."""
+"""In mm and rad: sizes of the follower by key, ``profile`` (with ``waves`` a + ib, as a·cos nφ + b·sin nφ),
+``phase``, ``face_tilt``, and ``bore`` as a complex number in the cam's own frame."""
 
 
 def displacement(scene: dict[str, Any], errors: Errors, theta: Any) -> Any:
@@ -31,6 +31,11 @@ def _size(scene: dict[str, Any], errors: Errors, key: str) -> Any:
     return mp.mpf(scene["follower"].get(key, 0)) + errors.get(key, 0)
 
 
+def _standing(errors: Errors, phi: Any) -> Any:
+    """How far the profile stands out along its normal."""
+    return (mp.conj(errors.get("profile", 0)) * mp.expj(errors.get("waves", 0) * phi)).real
+
+
 def _found(equations: Any, theta: Any, y: Any) -> Any:
     """The second of two unknowns, by Newton's method with differences."""
     at, step = mp.matrix([theta, y]), mp.mpf(10) ** (-mp.dps // 2)
@@ -47,7 +52,7 @@ def _found(equations: Any, theta: Any, y: Any) -> Any:
 
 def _point(scene: dict[str, Any], errors: Errors, theta: Any) -> Any:
     """A roller, edge or spherical face: its centre is as far from the profile as its radius."""
-    off = sum(errors.get(key, 0) for key in ("roller_radius", "face_radius", "profile"))
+    radius_off = sum(errors.get(key, 0) for key in ("roller_radius", "face_radius"))
     developed, sigma = scene["cam"]["form"] == "cylindrical", naive.spin(scene)
     curve = naive.developed_curve if developed else naive.pitch_curve
     bore = errors.get("bore", mp.mpc(0)) * mp.expj(-sigma * theta)
@@ -67,6 +72,7 @@ def _point(scene: dict[str, Any], errors: Errors, theta: Any) -> Any:
 
     def equations(phi: Any, y: Any) -> tuple[Any, Any]:
         p, p1, *_ = curve(scene, mp, phi, _jet(scene, phi))
+        off = radius_off + _standing(errors, phi)
         normal = p1 * mp.mpc(0, 1 if developed else -sigma) / abs(p1)
         if developed:
             radius = mp.mpf(scene["cam"]["mean_radius"])
@@ -99,7 +105,7 @@ def _face(scene: dict[str, Any], errors: Errors, theta: Any) -> Any:
             place = mp.mpc(_size(scene, errors, "offset"), base + y)
             reached = (place * mp.expj(-across)).real
             support = base + seen
-        standing = (bore * mp.expj(-across)).real + errors.get("profile", 0)
+        standing = (bore * mp.expj(-across)).real + _standing(errors, phi)
         return sigma * (phi - theta) + seen_across - across, support + standing - reached
 
     return _found(equations, theta, _jet(scene, theta)[0])

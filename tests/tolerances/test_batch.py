@@ -10,8 +10,8 @@ from scipy import stats
 import camopt
 from camopt.mistakes import BadInput
 from camopt.problem.problem import resolve_design
-from camopt.problem.zones import size_zones
-from camopt.tolerances.batch import drawn, share_of
+from camopt.tolerances.batch import share_of
+from camopt.tolerances.draw import drawn, parts_of
 from tests.tolerances.test_margins import scene_of
 
 FACE = camopt.find_scene("bucket-valve")
@@ -76,15 +76,27 @@ def test_drawn_sizes_have_the_distribution_that_is_asked():
         "offset": {"plus": 0.3, "minus": 0.1, "distribution": "triangular"},
         "roller_radius": {"plus": 0.0, "minus": 0.2, "cpk": 1.33},
     }
-    scene = scene_of("offset-roller").replace(tolerances={"follower": given})
+    more = {
+        "profile": 0.03,
+        "waves": 5,
+        "bore_eccentricity": 0.012,
+        "phase": {"plus": 0.2, "distribution": "uniform"},
+    }
+    scene = scene_of("offset-roller").replace(tolerances={"follower": given, **more})
     design = resolve_design(scene).design
-    sizes = drawn(scene, design, size_zones(scene, design), 2**14, 3)
-    triangle = stats.triang(0.5, loc=11 - 0.1, scale=0.4)
-    normal = stats.norm(14 - 0.1, 0.1 / 3.99)
-    for values, known in ((sizes["offset"], triangle), (sizes["roller_radius"], normal)):
-        assert stats.kstest(values, known.cdf).statistic < 1e-3
-    again = drawn(scene, design, size_zones(scene, design), 2**14, 3)
-    assert all(np.array_equal(sizes[key], again[key]) for key in sizes)
+    errors = parts_of(drawn(scene, design, 2**14, 3))
+    known = {
+        "follower.offset": stats.triang(0.5, loc=-0.1, scale=0.4),
+        "follower.roller_radius": stats.norm(-0.1, 0.1 / 3.99),
+        **{f"profile.{part}": stats.norm(0.0, 0.01) for part in ("cosine", "sine")},
+        **{f"bore_eccentricity.{part}": stats.norm(0.0, 0.004) for part in ("x", "y")},
+        "phase": stats.uniform(0.0, 0.2),
+    }
+    assert errors.keys() == known.keys()
+    for key, values in errors.items():
+        assert stats.kstest(values, known[key].cdf).statistic < 1e-3
+    again = parts_of(drawn(scene, design, 2**14, 3))
+    assert all(np.array_equal(errors[key], again[key]) for key in errors)
 
 
 def test_the_interval_of_a_share_is_that_of_a_binomial_test():
@@ -100,11 +112,12 @@ def test_the_command_draws_cams(command, tmp_path):
     found = json.loads(command("tolerance", file, "--cams", "500", "--seed", "2", "--json")[1])["batch"]
     batch = camopt.sample_cams(scene_of("offset-roller"), cams=500, seed=2)
     assert (found["cams"], found["seed"], found["held"]["share"]) == (500, 2, batch.held.share)
+    assert [each["worst"] for each in found["errors"]] == [each.worst for each in batch.errors]
     assert command("tolerance", file, "--seed", "2")[0] == 2
 
 
 def test_what_cannot_be_drawn_is_said():
-    with pytest.raises(BadInput, match="names no size of the follower"):
-        camopt.sample_cams(FACE.replace(tolerances={"profile": 0.01}))
+    with pytest.raises(BadInput, match="tolerances: names none: give one, such as profile"):
+        camopt.sample_cams(FACE)
     with pytest.raises(BadInput, match="a whole number from 1 to"):
         camopt.sample_cams(scene_of("flat"), cams=0)

@@ -30,7 +30,11 @@ WORST = "worst-{}.toml"
 @click.option(
     "--out", type=OutputPlace(), help="Folder to write the worst cam of each limit to, as a scene (TOML)."
 )
-@click.option("--cams", type=click.IntRange(1, 2**24), help="Draw so many cams and show the yield of each limit.")
+@click.option(
+    "--cams",
+    type=click.IntRange(1, 2**24),
+    help="Draw so many cams and show how far their motions are off, and the yield of each limit.",
+)
 @click.option("--seed", type=click.IntRange(0), help="Which of all such draws; 0 unless given.")
 def tolerance(
     scene: Any,
@@ -45,9 +49,10 @@ def tolerance(
 
     The table shows the worst case of displacement, velocity and acceleration, what each tolerance contributes to
     it, and what 99.73 % of the cams hold if errors are independent; and the displacement that no cam exceeds,
-    proved, with that of a cam that nearly has it. A second one shows what tolerances of sizes
-    leave of each limit: the worst cam within them, and whether every cam holds it, proved. With --cams a third one
-    shows how many cams hold each limit, by the distributions of their sizes, and what their spread comes of.
+    proved, with that of a cam that nearly has it. A second one shows what tolerances of sizes leave of each limit:
+    the worst cam within them, and whether every cam holds it, proved. With --cams others show, by the distributions
+    of the tolerances, how far the motions of so many cams are off, each found without a linear model, how many of
+    them hold each limit, and what their spread comes of.
     """
     from camopt.cli import terminal
     from camopt.problem.rows import finite
@@ -72,7 +77,15 @@ def tolerance(
         about: dict[str, Any] = {"worst_case": worst, "dwells": dwells, "reason": result.reason, "margins": margins}
         if batch:
             rows = [finite(each) for each in batch.records()]
-            about["batch"] = {"cams": batch.cams, "seed": batch.seed, "held": batch.held._asdict(), "limits": rows}
+            spread = [finite(each._asdict()) for each in batch.errors]
+            held = batch.held._asdict()
+            about["batch"] = {
+                "cams": batch.cams,
+                "seed": batch.seed,
+                "held": held,
+                "errors": spread,
+                "limits": rows,
+            }
         terminal.print_json({"scene": scene.name, "errors": errors, **about})
     else:
         terminal.show(result.table())
@@ -80,6 +93,8 @@ def tolerance(
             terminal.show(limits)
         if batch:
             terminal.show(batch.table())
+            if (limits := batch.limits_table()) is not None:
+                terminal.show(limits)
     written = [*([picture] if picture else []), *(_worst_cams(result, out) if out else [])]
     if not quiet:
         terminal.say_written(written)
