@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
 from camopt.mechanisms.geometry import distances
+from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES
@@ -70,6 +71,8 @@ class CamCurve:
     programme: Programme
     distance: float
     spans: tuple[SmoothPart, ...]
+    mirror: float = 1.0
+    """−1 where all this is of the mirror image in the x axis, as that of a second disc (``mechanisms.pairs``)."""
 
     @property
     def closed(self) -> bool:
@@ -79,7 +82,7 @@ class CamCurve:
     @property
     def sense(self) -> float:
         """How the cam's frame turns: +1 against the sense of a ccw cam, 0 for a developed one."""
-        return 0.0 if self.mechanism.body.developed else self.design.sense
+        return 0.0 if self.mechanism.body.developed else self.mirror * self.design.sense
 
     def placed(self, angle: Any, y: Any, y1: Any) -> tuple[Any, Any]:
         """x and y, mm, from the cam angle (rad), y and y': arrays, or series."""
@@ -90,6 +93,7 @@ class CamCurve:
             x, height = x + found.across / length * self.distance, height + found.up / length * self.distance
         if not self.sense:
             return x, height
+        height = height * self.mirror
         cosine, sine = np.cos(angle), np.sin(angle) * self.sense
         return x * cosine + height * sine, height * cosine - x * sine
 
@@ -135,7 +139,7 @@ class CamCurve:
         """Unit normals outwards, at cam angles (rad) of a span."""
         y, y1, *_ = span.stroke.motion(angles)
         found = self.mechanism.contact(self.design, self.programme.lift, angles, y, y1)
-        normal = found.across + 1j * found.up + np.zeros(angles.shape)
+        normal = found.across + 1j * self.mirror * found.up + np.zeros(angles.shape)
         turned: ComplexArray = normal / np.abs(normal) * np.exp(-1j * self.sense * angles)
         return turned
 
@@ -163,10 +167,34 @@ class CamCurve:
 def curves_of(problem: Problem, cutter_radius: float | None = None) -> dict[str, CamCurve]:
     """The curves of a problem's own design by name: ``pitch``, ``profile`` and, of a cutter, ``cutter``.
 
-    Those of a groove are two of each, ``profile_left`` and ``profile_right``; a flat face has no pitch curve.
+    Those of a groove are two of each, ``profile_left`` and ``profile_right``; a flat face has no pitch curve. Those
+    of a second disc are ``second_pitch``, ``second_profile`` and ``second_cutter``.
     """
     found, curve = distances(problem.setup.mechanism, problem.design, cutter_radius), curve_of(problem, 0.0)
-    return {name: replace(curve, distance=distance) for name, distance in found.items()}
+    curves = {name: replace(curve, distance=distance) for name, distance in found.items()}
+    if (second := second_disc(problem)) is None:
+        return curves
+    others = {name: replace(each, mirror=-1.0) for name, each in curves_of(second, cutter_radius).items()}
+    return curves | {f"second_{name}": each for name, each in others.items()}
+
+
+def second_disc(problem: Problem) -> Problem | None:
+    """The second disc of a pair as an ordinary cam of the reversed motion, seen in the mirror; None without one.
+
+    Raises
+    ------
+    BadInput
+        If a train drives the pair: its motion reversed is not known in balls.
+    """
+    if not problem.setup.mechanism.second_keys:
+        return None
+    if problem.setup.train is not None:
+        why = "the second disc of a pair that drives a train is not written yet: leave out [[train]]"
+        raise BadInput([Mistake(problem.file, "train", None, why, bare=True)])
+    (contact,) = problem.setup.mechanism.further
+    ordinary = replace(contact.mechanism, way=1.0)
+    setup, programme = replace(problem.setup, mechanism=ordinary), problem.programme.reversed
+    return replace(problem, setup=setup, programme=programme, design=contact.seen(problem.design))
 
 
 def curve_of(problem: Problem, distance: float) -> CamCurve:

@@ -17,6 +17,7 @@ from camopt.drawing.picture import (
     in_figures,
     round_length,
 )
+from camopt.drawing.second import draw_second_contact, draw_second_disc, outline_of
 from camopt.drawing.style import (
     COLOURS,
     FAINT,
@@ -42,12 +43,15 @@ UNSEEN = 1e-4  # of the cam: an offset smaller than that is none to the eye
 
 def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     """A disc cam at cam angle 0 with its follower; the labels to settle."""
+    whole, picture = picture, picture.contacts[0]
     pitch = np.concatenate([c.pitch for c in picture.curves])
     size = float(np.abs(pitch).max())
     draw_body(axes, picture)
+    draw_second_disc(axes, whole)
     labels = [*draw_strokes(axes, picture), _draw_sense(axes, picture)]
     spans = draw_follower(Parts(axes, axes, axes), picture, size)
-    parts = [pitch, *_draw_circles(axes, picture, pitch, size), *spans]
+    second = [*draw_second_contact(axes, whole), outline_of(whole)]
+    parts = [pitch, *_draw_circles(axes, picture, pitch, size), *spans, *second]
     frame(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
     return labels
 

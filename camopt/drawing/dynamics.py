@@ -42,8 +42,10 @@ def _force(picture: Picture) -> list[Panel]:
 
 def _below_zero(picture: Picture) -> str:
     """The note on a contact force below 0."""
-    pulls = picture.problem.setup.mechanism.pulls
-    return "below 0, the other flank bears" if pulls else "contact is lost below 0"
+    mechanism = picture.problem.setup.mechanism
+    if mechanism.further:
+        return "below 0, the second contact bears"
+    return "below 0, the other flank bears" if mechanism.pulls else "contact is lost below 0"
 
 
 def _torque(picture: Picture) -> list[Panel]:

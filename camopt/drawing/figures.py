@@ -143,6 +143,10 @@ def sizes_in_words(picture: Picture) -> str:
         "arm_length_mm": "arm",
         "centre_distance_mm": "pivot at",
         "face_offset_mm": "face offset",
+        "second_base_radius_mm": "second disc: base radius",
+        "second_roller_radius_mm": "roller radius",
+        "second_offset_mm": "offset",
+        "second_arm_length_mm": "arm",
     }
     sizes = [f"{words} {told(values[key])}" for key, words in names.items() if values.get(key)]
     laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]

@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from camopt.drawing.limit_lines import limit_lines
-from camopt.drawing.panels import Panel, PieceValues, known, marked
+from camopt.drawing.panels import Panel, PieceValues, known, marked, of_contacts
 from camopt.drawing.picture import Picture
 from camopt.effects import hertz, surface, thrust
 from camopt.effects.loads import normal_curve, ways
@@ -18,6 +18,10 @@ from camopt.quantities import QUANTITIES
 
 def load_panels(picture: Picture, *, every: bool = False) -> list[Panel]:
     """The diagrams of thrust, stress and surface that were computed and are finite: all, or the usual."""
+    return of_contacts(picture, partial(_load_panels, every=every))
+
+
+def _load_panels(picture: Picture, *, every: bool) -> list[Panel]:
     return [*_thrust(picture, every), *_stress(picture), *_sliding(picture), *_wear(picture), *_film(picture)]
 
 

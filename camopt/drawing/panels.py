@@ -93,6 +93,33 @@ class Panel:
 
 def panels(picture: Picture) -> list[Panel]:
     """The six diagrams of a design: displacement and its derivatives, pressure angle, curvature."""
+    return of_contacts(picture, _panels)
+
+
+def of_contacts(picture: Picture, made: Callable[[Picture], list[Panel]]) -> list[Panel]:
+    """Diagrams of the first contact of a follower, with what they are of a second one as thin lines."""
+    first, *further = (made(each) for each in picture.contacts)
+    for others in further:
+        first = [with_second(panel, other) for panel, other in zip(first, others, strict=True)]
+    return first
+
+
+def with_second(panel: Panel, other: Panel) -> Panel:
+    """A diagram with the values of a second contact, where they differ."""
+    if all(np.array_equal(one, two) for one, two in zip(panel.values, other.values, strict=True)):
+        return panel
+    every = np.concatenate([*panel.values, *other.values])
+    span = (
+        panel.span and (min(panel.span[0], other.span[0]), max(panel.span[1], other.span[1]))
+        if other.span
+        else None
+    )
+    usual = (float(np.nanmin(every)), float(np.nanmax(every))) if np.isfinite(every).any() else None
+    note = "  ·  ".join(filter(None, ("thin: second contact", panel.note)))
+    return replace(panel, other=other.values, span=span or usual, note=note)
+
+
+def _panels(picture: Picture) -> list[Panel]:
     motion = [_derivative(picture, name, order) for order, name in enumerate(DERIVATIVES, start=1)]
     return [_displacement(picture), *motion, _pressure(picture), _curvature(picture)]
 

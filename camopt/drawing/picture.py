@@ -1,12 +1,13 @@
 """The contents of a picture: the problem sampled piece by piece, and its exact values."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 
 from camopt.effects import Case, offered
+from camopt.effects.contacts import contacts_of
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves
 from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
@@ -106,6 +107,27 @@ class Picture:
                 cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
                 for angles in self.pieces
             ]
+
+    @cached_property
+    def contacts(self) -> "list[Picture]":
+        """A picture of each contact of the follower, as that of an ordinary cam; of one contact itself."""
+        if not self.problem.setup.mechanism.further:
+            return [self]
+        setup, design = self.problem.setup, self.problem.design
+        return [
+            replace(
+                self,
+                problem=replace(
+                    self.problem, setup=replace(setup, mechanism=each.mechanism), design=each.seen(design)
+                ),
+            )
+            for each in contacts_of(setup)
+        ]
+
+    @cached_property
+    def reach(self) -> float:
+        """The largest radius of all pitch curves, mm."""
+        return float(max(np.abs(piece.pitch).max() for each in self.contacts for piece in each.curves))
 
     def curve_values(self, record: Any) -> list[FloatArray]:
         """One of the mechanism's curves on each piece."""

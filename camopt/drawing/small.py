@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing.picture import Picture, told
-from camopt.drawing.style import COLOURS, FILL, INK, MUTED
+from camopt.drawing.second import outline_of
+from camopt.drawing.style import COLOURS, FILL, INK, MUTED, SECOND_COLOUR
 from camopt.mechanisms.design import ComplexArray
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
@@ -25,7 +26,8 @@ def small_cam(scene: Scene) -> str:
     sides = [curves.profile for curves in picture.curves]
     size = float(picture.problem.design.size[0])
     circle = np.zeros(0, dtype=complex) if body.developed else size * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 61))
-    every = np.concatenate([circle, *(side for piece in sides for side in piece)])
+    second = outline_of(picture)
+    every = np.concatenate([circle, second, *(side for piece in sides for side in piece)])
     if not np.isfinite(every).all():
         return ""
     corner = complex(every.real.min(), every.imag.max())
@@ -40,6 +42,7 @@ def small_cam(scene: Scene) -> str:
         drawn = [path(np.concatenate([s[0] for s in sides]), fill=FILL), path(circle, stroke=MUTED)]
     for kind, piece in zip(picture.kinds, sides, strict=True):
         drawn += [path(side, stroke=COLOURS[kind], stroke_width=2) for side in piece]
+    drawn += [path(second, stroke=SECOND_COLOUR, stroke_width=1.5)] if second.size else []
     cross = 0.06 * size * np.array([-1, 1], dtype=complex)
     drawn += [] if body.developed else [path(cross, stroke=INK), path(1j * cross, stroke=INK)]
     return _page(drawn, scale * extent, f"{body.size_name} {told(size)}", scene.name)

@@ -18,6 +18,7 @@ from camopt.drawing.labels import settle
 from camopt.drawing.linkage import draw_member, draw_standing, linkage, reach_of
 from camopt.drawing.panels import Panel, panels
 from camopt.drawing.picture import Picture, area, draw_circle, draw_line
+from camopt.drawing.second import draw_second_contact, draw_second_disc
 from camopt.drawing.style import FAINT, FILL, INK, MUTED, SMALL, TEXT, TITLE_SIZE
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
@@ -58,13 +59,15 @@ def _folded(words: str) -> str:
 
 
 def _disc(figure: Any, picture: Picture) -> list[MovingBody]:
-    problem, size = picture.problem, float(max(np.abs(c.pitch).max() for c in picture.curves))
+    problem, size = picture.problem, picture.reach
     ground, cam, follower, contact = (figure.add_axes(CAM_AREA) for _ in range(4))
-    draw_body(cam, picture)
+    draw_body(cam, picture.contacts[0])
+    draw_second_disc(cam, picture)
     draw_circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
     draw_centre(cam, picture, size)
     draw_strokes(cam, picture)  # their angles, which would stand on their heads, are left out
-    spans = draw_follower(Parts(follower, ground, contact), picture, size)
+    spans = draw_follower(Parts(follower, ground, contact), picture.contacts[0], size)
+    spans += draw_second_contact(follower, picture)
     body = _with_the_follower(follower, picture)
     links, reach = _links(ground, picture, spans, size)
     moved = [*(body.moved(span).ravel() for span in spans), *reach]

@@ -9,7 +9,7 @@ from typing import Any
 from camopt.motion.table import DWELL, RETURN, RISE
 
 INK, MUTED, FAINT, FILL, BODY, ALARM = "#22303c", "#5f6b76", "#c3cad1", "#eef2f5", "#dbe1e7", "#b3261e"
-PITCH_COLOUR, REFERENCE_COLOUR = "#3f7d58", "#8a6fae"
+PITCH_COLOUR, REFERENCE_COLOUR, SECOND_COLOUR = "#3f7d58", "#8a6fae", "#b58a1b"
 COLOURS = {RISE: "#2a6ca3", RETURN: "#c0632a", DWELL: "#45525e"}
 SHADES = {RISE: "#e9f1f8", RETURN: "#faefe6", DWELL: "white"}
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#22303c", "#8c8c8c")

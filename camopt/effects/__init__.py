@@ -1,12 +1,15 @@
 """Effects compute quantities; a plan runs only the effects that are needed."""
 
 from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
 
 from camopt.effects import (
     crossing,
     curvature,
     face,
     force,
+    frame,
     hertz,
     joints,
     lash,
@@ -26,7 +29,8 @@ from camopt.effects import (
     vibration,
     wall,
 )
-from camopt.effects.case import Case, Effect, Setup, SolidGiven
+from camopt.effects.case import Bounded, Case, Effect, Setup, SolidGiven
+from camopt.effects.contacts import of_each_contact, on_each_contact, on_one_disc
 from camopt.effects.given import Bodies, GivenDynamics, GivenNumbers
 from camopt.quantities import QUANTITIES, in_order
 
@@ -44,10 +48,11 @@ __all__ = [
     "offered",
 ]
 
-EFFECTS: dict[str, Effect] = {
+_OWN = {
     effect.name: effect
     for effect in (
         sizes.EFFECT,
+        frame.EFFECT,
         wall.EFFECT,
         motion.EFFECT,
         lift_change.EFFECT,
@@ -71,6 +76,33 @@ EFFECTS: dict[str, Effect] = {
         crossing.EFFECT,
     )
 }
+"""Every effect as it is written, for a follower that one cam touches."""
+
+
+def _found(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    """Columns of a case of one contact, with all that they need."""
+    columns: dict[str, Any] = {}
+    outward: dict[str, Any] = {}
+    kept: dict[str, Any] = {}
+    for name, needed in effects_needed(wanted, case.setup).items():
+        for run in (_OWN[name].of_pitch, _OWN[name].run):
+            found = run(replace(case, found=columns, outward=outward), frozenset(needed))
+            kept |= {key: value for key, value in found.items() if key in needed}
+            plain = {key: value for key, value in found.items() if isinstance(value, Bounded)}
+            columns |= found | {key: value.value for key, value in plain.items()}
+            outward |= {key: value.outward for key, value in plain.items()}
+    return {key: value for key, value in kept.items() if key in wanted}
+
+
+def _for_all_drives(effect: Effect) -> Effect:
+    """An effect for followers with any drive."""
+    if effect.of_contact:
+        return on_each_contact(effect, _found)
+    return on_one_disc(effect) if effect.of_disc else effect
+
+
+_PAIR = of_each_contact(_OWN, _found)
+EFFECTS: dict[str, Effect] = {e.name: _for_all_drives(e) for e in (*_OWN.values(), _PAIR)}
 """Every effect by name, cheapest first: the order in which they run."""
 
 

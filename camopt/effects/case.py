@@ -207,5 +207,9 @@ class Effect:
     """What a bound on one of its quantities implies of the cam, whatever else it is."""
     is_of_sizes: bool = False
     """Whether it is arithmetic on sizes, which runs on ranges of them (Intervals) too."""
+    of_contact: bool = False
+    """Whether it is about one contact of the follower with a cam, so that of several the worst counts."""
+    of_disc: bool = False
+    """Whether it is about the one disc that there is: two have none of its quantities."""
     last: bool = False
     """Whether it costs so much that a limit on its quantities is checked only for designs that meet all others."""

@@ -95,10 +95,11 @@ def _perhaps(case: Case, index: IntArray) -> IntArray:
     """The designs, of some without undercut, whose normal does not point away from the centre everywhere."""
     if not index.size:
         return index
-    parts, left = first_parts(case.programme), []
+    programme = case.setup.mechanism.prescribed(case.programme)
+    parts, left = first_parts(programme), []
     for some in np.array_split(index, 1 + index.size // DESIGNS_AT_ONCE):
         column = case.designs.take((some, None))
-        left.append(some[~np.all(_forwards(cover(case.setup, column, case.programme, parts)), axis=-1)])
+        left.append(some[~np.all(_forwards(cover(case.setup, column, programme, parts)), axis=-1)])
     return np.concatenate(left)
 
 
@@ -109,6 +110,7 @@ def find_crossing(setup: Setup, design: Designs, programme: Programme) -> Crossi
 
 def find_crossings(setup: Setup, designs: Designs, programme: Programme) -> list[Crossing]:
     """Of each of some disc cams that are not undercut, with a trace point, whether its profile crosses itself."""
+    programme = setup.mechanism.prescribed(programme)
     found = [Crossing(None if radius > 0.0 else False) for radius in designs.roller_radius]
     rounded = np.flatnonzero(designs.roller_radius > 0.0)
     for some in np.array_split(rounded, 1 + rounded.size // PAIRED) if rounded.size else ():
@@ -225,4 +227,4 @@ def cross(a: ComplexArray, b: ComplexArray) -> FloatArray:
     return np.asarray((a.conj() * b).imag)
 
 
-EFFECT = Effect("crossing", offers, run, reads=reads, last=True)
+EFFECT = Effect("crossing", offers, run, reads=reads, last=True, of_contact=True)

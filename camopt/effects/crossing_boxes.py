@@ -162,11 +162,11 @@ def overlap_in(
     sides = {name: (as_interval(sizes[name]), inside.sizes[name]) for name in free}
     with np.errstate(all="ignore"):
         by_size = _variables(sides)
-        start = start_height(setup, replace(inside, **by_size))
+        start = start_height(setup, inside.with_values(by_size))
         sides[SIZE_AXIS] = widened(as_interval(start_height(setup, box)), HEIGHT_ERROR), start_height(setup, inside)
         by_start = _variables(sides)
         by_start[SIZE_AXIS] = replace(by_start[SIZE_AXIS], at=start.at)
-        designs = replace(inside, **{**by_start, SIZE_AXIS: inside.size})
+        designs = inside.with_values({**by_start, SIZE_AXIS: inside.size})
         over = overlap(setup, designs, by_start[SIZE_AXIS], pairs, motion, other)
         partials = [Interval(*ends) for ends in zip(over.slopes.low, over.slopes.high, strict=True)]
         operands = [start if name == SIZE_AXIS else by_size[name] for name in by_size]

@@ -30,21 +30,22 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     mechanism = setup.mechanism
+    pointed, notched = (is_pointed, is_notched) if mechanism.way > 0.0 else (is_notched, is_pointed)
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
         radius = Peak(
-            ((mechanism.profile_radius, ALL_STROKES),), LEAST, jumps=is_pointed, unit=size_of, open_at_zero=True
+            ((mechanism.profile_radius, ALL_STROKES),), LEAST, jumps=pointed, unit=size_of, open_at_zero=True
         )
         return {CONVEX: radius}
     curves = ((mechanism.curvature, ALL_STROKES),)
     both = mechanism.two_sided  # either flank may be the sharper one
-    goal, pointed = (LARGEST_MAGNITUDE, has_corner) if both else (LARGEST, is_pointed)
-    most, least = (is_pointed, is_notched) if mechanism.body.convex > 0.0 else (is_notched, is_pointed)
+    most, least = (pointed, notched) if mechanism.body.convex > 0.0 else (notched, pointed)
+    goal, sharp = (LARGEST_MAGNITUDE, has_corner) if both else (LARGEST, pointed)
     found = {
         "pitch_curvature_max_per_mm": Peak(curves, LARGEST, jumps=most),
         "pitch_curvature_min_per_mm": Peak(curves, LEAST, jumps=least),
-        CONVEX: Peak(curves, goal, ConvexRadius(), pointed, extremes=PITCH_PAIR, open_at_zero=True),
-        CUTTER: Peak(curves, LEAST, Cutter(), is_notched, extremes=PITCH_PAIR),
+        CONVEX: Peak(curves, goal, ConvexRadius(), sharp, extremes=PITCH_PAIR, open_at_zero=True),
+        CUTTER: Peak(curves, LEAST, Cutter(), notched, extremes=PITCH_PAIR),
     }
     return {name: found[name] for name in found if name != CUTTER or not both}
 
@@ -127,4 +128,4 @@ def _inwards(radius: FloatArray, curvature: FloatArray) -> FloatArray:
     return np.where(np.isfinite(radius), np.minimum(_inverse(np.maximum(curvature, 0.0)), finite) - finite, 0.0)
 
 
-EFFECT = Effect("curvature", offers, run, reads=reads, of_pitch=of_pitch, peaks=peaks)
+EFFECT = Effect("curvature", offers, run, reads=reads, of_pitch=of_pitch, peaks=peaks, of_contact=True)

@@ -45,4 +45,4 @@ def implies(setup: Setup, name: str, bound: float) -> Implied:
     return Implied(reach=sqrt(bound**2 - width**2) / 2.0)
 
 
-EFFECT = Effect("face", offers, run, reads=reads, implies=implies)
+EFFECT = Effect("face", offers, run, reads=reads, implies=implies, of_contact=True)

@@ -261,10 +261,13 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 
 def force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """F, N; F/l of an oscillating follower with a trace point, the moment (N·mm) of an oscillating flat face."""
+    """F, N; F/l of an oscillating follower with a trace point, the moment (N·mm) of an oscillating flat face.
+
+    At a contact whose own motion is that of the follower reversed, −F.
+    """
     lever = designs.arm_length if setup.angular and setup.mechanism.curvature else np.ones(len(designs))
     own = setup.at(designs)
-    return force_of(own, own.omega, lever, programme)
+    return force_of(own, own.omega, setup.mechanism.way * lever, programme)
 
 
 def force_at_speed(setup: Setup, designs: Designs, programme: Programme, speed: Callable[[Setup], Any]) -> Any:

@@ -170,4 +170,6 @@ def _patch(
     return 2.0 * np.abs(force) / (np.pi * bodies.face_width * stress), np.full_like(force, 0.5 * bodies.face_width)
 
 
-EFFECT = Effect("hertz", offers, run, lacks, reads, is_of_motion=lambda setup: setup.is_knife, peaks=peaks)
+EFFECT = Effect(
+    "hertz", offers, run, lacks, reads, is_of_motion=lambda setup: setup.is_knife, peaks=peaks, of_contact=True
+)

@@ -72,4 +72,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {name: peak_column(case, peak) for name, peak in peaks(case.setup).items() if name in wanted}
 
 
-EFFECT = Effect("outline", offers, run, peaks=peaks)
+EFFECT = Effect("outline", offers, run, peaks=peaks, of_contact=True)

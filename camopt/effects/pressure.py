@@ -79,4 +79,4 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("pressure", offers, lacks=lacks, of_pitch=of_pitch, peaks=peaks)
+EFFECT = Effect("pressure", offers, lacks=lacks, of_pitch=of_pitch, peaks=peaks, of_contact=True)

@@ -29,4 +29,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return dict(zip(found, columns_of_ends(case, *found.values()), strict=True))
 
 
-EFFECT = Effect("reach", offers, run, peaks=peaks)
+EFFECT = Effect("reach", offers, run, peaks=peaks, of_contact=True)

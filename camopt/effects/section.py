@@ -177,4 +177,4 @@ def implies(setup: Setup, name: str, bound: float) -> Implied:
     return Implied(most_size=sqrt(bound / pi) * JUST_ABOVE) if name == AREA else Implied()
 
 
-EFFECT = Effect("section", offers, run, means=means, implies=implies)
+EFFECT = Effect("section", offers, run, means=means, implies=implies, of_disc=True)

@@ -7,6 +7,7 @@ the prime circle), so the clearance is base radius minus shaft radius, exactly.
 from typing import Any
 
 from camopt.effects.case import Case, Effect, Setup
+from camopt.effects.contacts import least_size_of
 from camopt.motion.table import RETURN, RISE
 
 
@@ -21,13 +22,15 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    designs = case.designs
+    designs, mechanism = case.designs, case.setup.mechanism
+    seconds = (each.seen(designs).sizes.items() for each in mechanism.further)
+    sizes = designs.sizes | {f"second_{name}": size for each in seconds for name, size in each}
     return {
         "law_rise": case.programme.law_names(RISE),
         "law_return": case.programme.law_names(RETURN),
-        **{name: designs.sizes[field] for field, name in case.setup.mechanism.size_quantities.items()},
+        **{name: sizes[field] for field, name in mechanism.size_quantities.items()},
         "prime_radius_mm": designs.prime_radius,
-        "shaft_clearance_mm": designs.size - (case.setup.shaft_radius or 0.0),
+        "shaft_clearance_mm": least_size_of(case.setup, designs) - (case.setup.shaft_radius or 0.0),
         **{name: case.each.given[key] for key, name in case.setup.varied.items()},
     }
 

@@ -133,4 +133,4 @@ BODY_FORMULAS = {
 }
 """By body."""
 
-EFFECT = Effect("solid", offers, run, lacks, reads, implies=implies)
+EFFECT = Effect("solid", offers, run, lacks, reads, implies=implies, of_disc=True)

@@ -319,4 +319,4 @@ def _film(case: Case, known: Mapping[str, Peak], carried: Any) -> dict[str, Any]
     return {name: as_column(case, known[name], thinnest) for name in (FILM, RATIO) if name in known}
 
 
-EFFECT = Effect("surface", offers, run, lacks, reads, peaks=peaks)
+EFFECT = Effect("surface", offers, run, lacks, reads, peaks=peaks, of_contact=True)

@@ -51,7 +51,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.flat_faced:
         return ("normal_force_max_N",)
     names = ("normal_force_max_N", "side_thrust_max_N")
-    return names if setup.angular else (*names, *NEEDS, *JAMMING)
+    return names if setup.angular or setup.mechanism.further else (*names, *NEEDS, *JAMMING)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -129,4 +129,4 @@ def levers(setup: Setup) -> tuple[str, ...]:
     return tuple(name for name in has if given.overhang is not None or name == "side_thrust_max_N")
 
 
-EFFECT = Effect("thrust", offers, lacks=lacks, of_pitch=of_pitch, peaks=peaks)
+EFFECT = Effect("thrust", offers, lacks=lacks, of_pitch=of_pitch, peaks=peaks, of_contact=True)

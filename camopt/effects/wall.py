@@ -41,4 +41,4 @@ def implies(setup: Setup, name: str, bound: float) -> Implied:
     return Implied(least_size=size_for_wall(setup, bound))
 
 
-EFFECT = Effect("wall", offers, run, lacks, implies=implies, is_of_sizes=True)
+EFFECT = Effect("wall", offers, run, lacks, implies=implies, is_of_sizes=True, of_contact=True)

@@ -10,7 +10,7 @@ from camopt.contour.curve import CamCurve, curves_of
 from camopt.drawing.picture import Picture
 from camopt.effects import Case
 from camopt.effects.motion import scale
-from camopt.exporting.loads import LOAD_COLUMNS, load_column, loads_at
+from camopt.exporting.loads import load_column, load_of, loads_at
 from camopt.exporting.spacing import checked_angles, in_steps, within_chord
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
@@ -40,6 +40,9 @@ COLUMN_NOTES = {
     "cutter": ("mm", "Path of the cutter's centre."),
     "cutter_left": ("mm", "Path of the cutter's centre that makes the left flank."),
     "cutter_right": ("mm", "Path of the cutter's centre that makes the right flank."),
+    "second_pitch": ("mm", "Pitch curve of the second disc of a pair."),
+    "second_profile": ("mm", "Profile of the second disc of a pair."),
+    "second_cutter": ("mm", "Path of the centre of the cutter that makes the second disc."),
 }
 
 FORM = {
@@ -134,7 +137,7 @@ def cam_points(
         if curves[name].closed:
             polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
             columns |= dict(zip((f"{name}_radius_mm", f"{name}_angle_deg"), polar, strict=True))
-    for name in (name for name in curves if name.startswith("profile")):
+    for name in (name for name in curves if name.removeprefix("second_").startswith("profile")):
         columns |= {f"{name}_{key}": v for key, v in _form(curves[name], radians).items()}
     return columns | loads_at(Picture(scene, problem), degrees)
 
@@ -281,8 +284,7 @@ def _deepest(problem: Problem) -> float:
 
 
 def _about(column: str) -> dict[str, str]:
-    if column in LOAD_COLUMNS:
-        quantity = LOAD_COLUMNS[column]
+    if (quantity := load_of(column)) is not None:
         return {"unit": quantity.unit, "symbol": "", "description": f"Along the turn: {quantity.sentence}"}
     if column in COLUMN_NOTES:
         unit, description = COLUMN_NOTES[column]

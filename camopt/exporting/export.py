@@ -67,6 +67,7 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
     place = path_of(path)
     check_writable(place)
     problem = resolve_design(scene)
+    check_discs(problem, suffix)
     if ENDINGS[suffix].of_cam:
         check_makable(problem)
     work = Workpiece(scene, problem)
@@ -120,6 +121,14 @@ def _unknown(suffix: str, write: Callable[..., Export], settings: Mapping[str, A
     taken = ", ".join(name.replace("_", " ") for name in known)
     why = f"has no meaning in a {suffix} file" + (f"; that takes: {taken}" if known else "")
     return [Mistake("camopt", name, settings[name], why, bare=True) for name in settings if name not in known]
+
+
+def check_discs(problem: Problem, suffix: str) -> None:
+    """BadInput for a kind of file that is of one disc, where a cam has two."""
+    if problem.setup.mechanism.second_keys and not ENDINGS[suffix].of_pair:
+        both = ", ".join(name for name, ending in ENDINGS.items() if ending.of_pair)
+        why = f"a {suffix} file is of one disc, and a conjugate pair has two; both are in {both}"
+        raise BadInput([Mistake(problem.file, "drive.kind", None, why, bare=True)])
 
 
 def check_makable(problem: Problem) -> None:

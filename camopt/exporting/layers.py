@@ -77,7 +77,8 @@ def _drawn(problem: Problem, cutter_radius: float | None) -> dict[str, CamCurve]
 
 
 def _line(curve: str) -> str:
-    return VISIBLE if curve.startswith("profile") else CHAIN_LINE if curve == "pitch" else DASHED
+    own = curve.removeprefix("second_")
+    return VISIBLE if own.startswith("profile") else CHAIN_LINE if own == "pitch" else DASHED
 
 
 def _corners(path: ArcPath | CubicPath) -> np.ndarray:

@@ -8,8 +8,9 @@ import numpy as np
 from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.loads import load_panels
 from camopt.drawing.picture import Picture
+from camopt.effects.contacts import PLACES
 from camopt.numerics import FloatArray
-from camopt.quantities import QUANTITIES
+from camopt.quantities import QUANTITIES, Quantity
 
 
 @dataclass(frozen=True)
@@ -44,17 +45,32 @@ class _Sampled(Picture):
 def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
     """Columns by name, as the quantity without its extreme: ``contact_force_N``, ``torque_N_m``, …
 
-    A load that is infinite somewhere has none.
+    A load that is infinite somewhere has none. Those of two contacts are ``first_…`` and ``second_…``.
     """
     sampled = _Sampled(picture.scene, picture.problem, degrees)
     columns = {}
     for panel in [*dynamics_panels(sampled), *load_panels(sampled, every=True)]:
-        values = np.empty(degrees.size)
-        for k, found in enumerate(panel.values):
-            here = sampled.piece == k
-            values[here] = found if here.any() else 0.0
-        columns[load_column(panel.quantity)] = values
+        name = load_column(panel.quantity)
+        if panel.other is None:
+            columns[name] = _at_angles(sampled, panel.values)
+        else:
+            both = zip(PLACES, (panel.values, panel.other), strict=True)
+            columns |= {f"{place}_{name}": _at_angles(sampled, values) for place, values in both}
     return columns
+
+
+def _at_angles(sampled: _Sampled, pieces: list[FloatArray]) -> FloatArray:
+    """Values piece by piece at the given cam angles, in their order."""
+    values = np.empty(sampled.degrees.size)
+    for k, found in enumerate(pieces):
+        here = sampled.piece == k
+        values[here] = found if here.any() else 0.0
+    return values
+
+
+def load_of(column: str) -> Quantity | None:
+    """The quantity behind a column of loads, at whichever contact; None if it is none."""
+    return LOAD_COLUMNS.get(column) or LOAD_COLUMNS.get(column.partition("_")[2])
 
 
 def load_column(quantity: str) -> str:

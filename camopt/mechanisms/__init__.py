@@ -5,16 +5,18 @@ from camopt.mechanisms import (
     cylindrical_oscillating,
     oscillating,
     oscillating_flat,
+    pairs,
     translating,
     translating_flat,
 )
-from camopt.mechanisms.design import FIELDS, SIZE_FIELDS, Designs, Mechanism, concatenate
+from camopt.mechanisms.design import FIELDS, SECOND_FIELDS, SIZE_FIELDS, Designs, Mechanism, concatenate
 from camopt.mechanisms.follower import FLAT, TIPS
 
 __all__ = [
     "DRIVEN",
     "FIELDS",
     "MECHANISMS",
+    "SECOND_FIELDS",
     "SIZE_FIELDS",
     "Designs",
     "Mechanism",
@@ -35,7 +37,7 @@ MECHANISMS: dict[tuple[str, str, bool], Mechanism] = {
     )
 }
 """By form of the cam, motion of the follower, and whether its face is flat: each with its usual drive."""
-DRIVEN: tuple[Mechanism, ...] = ()
+DRIVEN: tuple[Mechanism, ...] = pairs.MECHANISMS
 """Those with another drive than the usual one."""
 
 

@@ -33,6 +33,14 @@ FIELDS = {
     "base_radius": "size",
 }
 """The arrays of ``Designs`` by the keys of a scene that give them or vary them, the slowest of a sweep first."""
+SECOND_FIELDS = {
+    "drive.arm_length": "second_arm_length",
+    "drive.roller_radius": "second_roller_radius",
+    "drive.offset": "second_offset",
+    "drive.base_radius": "second_size",
+}
+"""Likewise the sizes of a second contact of the follower, which has those of the first where they are not given."""
+OF_SECOND = frozenset(SECOND_FIELDS.values())
 SizeBounds = dict[str, tuple[float, float]]
 """Closed intervals of the sizes of a design, by field of Designs; equal ends where a size is fixed."""
 
@@ -58,6 +66,8 @@ class Designs:
 
     In searches of turns the angles of strokes too, deg: formulas of curves do not read them.
     """
+    second: Mapping[str, FloatArray] = field(default_factory=dict)
+    """Those sizes of a second contact that are not as of the first, by field (``SECOND_FIELDS``), each (n,)."""
 
     def __len__(self) -> int:
         return int(self.size.size)
@@ -76,8 +86,14 @@ class Designs:
     def with_values(self, values: Mapping[str, Any]) -> "Designs":
         """The same designs with other sizes, by field, and other numbers, by key of the scene."""
         sizes = {name: value for name, value in values.items() if name in SIZE_FIELDS}
-        numbers = {name: value for name, value in values.items() if name not in SIZE_FIELDS}
-        return replace(self, **sizes, numbers={**self.numbers, **numbers})
+        others = {name: value for name, value in values.items() if name not in SIZE_FIELDS}
+        second = {name: others.pop(name) for name in OF_SECOND & others.keys()}
+        return replace(
+            self,
+            **sizes,
+            numbers={**self.numbers, **others},
+            second={**self.second, **second} if second else self.second,
+        )
 
     def without(self, names: Container[str]) -> "Designs":
         """The designs without some of the numbers that they bring."""
@@ -91,7 +107,7 @@ class Designs:
     @property
     def sizes(self) -> dict[str, FloatArray]:
         """The arrays of sizes by name."""
-        return {name: getattr(self, name) for name in SIZE_FIELDS}
+        return {**{name: getattr(self, name) for name in SIZE_FIELDS}, **self.second}
 
     @property
     def values(self) -> dict[str, FloatArray]:
@@ -145,6 +161,15 @@ class Travel(NamedTuple):
     normal: ComplexArray
 
 
+class Contact(NamedTuple):
+    """A further contact of the follower, seen as that of an ordinary cam (``mechanisms.pairs``)."""
+
+    mechanism: "Mechanism"
+    """With the curves of its own motion, over that of the follower."""
+    seen: Callable[[Designs], Designs]
+    """From designs to their sizes at this contact."""
+
+
 @dataclass(frozen=True)
 class Mechanism:
     """A pairing of cam and follower: the curves of its quantities, and its points.
@@ -196,6 +221,10 @@ class Mechanism:
     put together at its lowest or highest position; KeyError where it needs one that is not there."""
     on_profile: Callable[[Mapping[str, float], float], OnProfile] | None = None
     """From such sizes and the sense of rotation, the follower as it meets arcs and lines of a profile."""
+    way: float = 1.0
+    """−1 for a contact whose own motion is that of the follower reversed, and the force on it too."""
+    further: tuple[Contact, ...] = ()
+    """The contacts of the follower beside this one."""
 
     def follower_keys(self, tip: Tip) -> tuple[str, ...]:
         """The keys of ``[follower]`` that give the sizes of a follower with a tip."""
@@ -223,12 +252,24 @@ class Mechanism:
     @property
     def size_quantities(self) -> dict[str, str]:
         """The quantity that each of its sizes is in tables, by field of ``Designs``."""
-        return {"size": self.body.size_quantity, **{field: f"{field}_mm" for field in self.sizes}}
+        second = {SECOND_FIELDS[key]: f"second_{key.partition('.')[2]}_mm" for key in self.second_keys}
+        return {"size": self.body.size_quantity, **{field: f"{field}_mm" for field in self.sizes}, **second}
+
+    @property
+    def second_keys(self) -> tuple[str, ...]:
+        """The keys of a scene that give sizes of a second contact, where they are not those of the first."""
+        own = self.drive.keys if self.further else ()
+        return tuple(key for key in SECOND_FIELDS if key.partition(".")[2] in own)
 
     @property
     def pulls(self) -> bool:
         """Whether a flank bears a force that pulls the follower back towards the cam."""
         return any(flank.pressing < 0.0 for flank in self.flanks)
+
+    @property
+    def is_positive(self) -> bool:
+        """Whether the cam itself keeps the follower where it is, whatever the sign of the force."""
+        return self.pulls or bool(self.further)
 
     @property
     def two_sided(self) -> bool:
@@ -241,10 +282,14 @@ class Mechanism:
 
     def travel(self, design: Designs, programme: Programme, angles: FloatArray) -> Travel:
         """Trace point (flat faces: contact point) and unit normal of one design at cam angles (m,)."""
-        lift, (y, y1, *_) = programme.lift, programme.at(angles)
+        lift, (y, y1, *_) = programme.lift, self.prescribed(programme).at(angles)
         found = self.contact(design, lift, angles, y, y1)
         normal = found.across + 1j * found.up
         return Travel(found.x + 1j * found.y, normal / np.abs(normal))
+
+    def prescribed(self, programme: Programme) -> Programme:
+        """The motion that the cam gives at this contact, from that of the follower."""
+        return programme if self.way > 0.0 else programme.reversed
 
     def apart(self, why: str) -> "Mechanism":
         """The same of which no design can be assembled, for a reason."""

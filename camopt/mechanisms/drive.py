@@ -1,11 +1,11 @@
-"""What keeps a follower on its cam: a spring, or flanks of the cam that push it and pull it back."""
+"""What keeps a follower on its cam: a spring, flanks of the cam that push it and pull it back, or two contacts."""
 
 from dataclasses import dataclass
 from typing import Literal
 
 from camopt.mechanisms.body import GROOVE, OUTER, Flank
 
-DriveName = Literal["spring", "groove"]
+DriveName = Literal["spring", "groove", "conjugate", "breadth", "diameter"]
 """What keeps a follower on its cam, as ``drive.kind`` has it."""
 
 
@@ -20,8 +20,13 @@ class Drive:
     """The sides of the cam that touch the follower."""
     keys: tuple[str, ...] = ()
     """The keys of ``[drive]`` that it has, besides its kind."""
+    one_disc: bool = False
+    """Whether two contacts of the follower are on one disc, half a turn apart."""
 
 
 SPRUNG = Drive("spring", "a spring", flanks=OUTER)
 GROOVED = Drive("groove", "a groove", flanks=GROOVE)
-DRIVES: dict[str, Drive] = {drive.name: drive for drive in (SPRUNG, GROOVED)}
+CONJUGATE = Drive("conjugate", "a conjugate pair", flanks=OUTER, keys=("base_radius", "roller_radius"))
+BREADTH = Drive("breadth", "a yoke of constant breadth", flanks=OUTER, one_disc=True)
+DIAMETER = Drive("diameter", "a yoke of constant diameter", flanks=OUTER, one_disc=True)
+DRIVES: dict[str, Drive] = {drive.name: drive for drive in (SPRUNG, GROOVED, CONJUGATE, BREADTH, DIAMETER)}

@@ -113,6 +113,12 @@ class Programme:
         strokes = [replace(s, law=chosen.get(s.kind) or s.law) for s in self.strokes]
         return replace(self, strokes=with_moves(strokes)).on_base_circle()
 
+    @cached_property
+    def reversed(self) -> "Programme":
+        """The turn with the displacement lift − y, without loads and train: that of a second disc of a pair."""
+        strokes = tuple(each.reversed(self.lift) for each in self.strokes)
+        return Programme(strokes, start=(self.lift - self.strokes[0].low) / self.unit)
+
     def on_base_circle(self) -> "Programme":
         """The same turn with its displacements relative to the lowest one."""
         least, most = self.levels

@@ -1,7 +1,7 @@
 """A stroke: the motion of the follower in one segment of the turn."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite, pi
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from camopt.motion.conditions import DERIVATIVE_NAMES, Condition
 from camopt.motion.law import Law, derivatives_of
-from camopt.motion.table import ALL_STROKES, DWELL
+from camopt.motion.table import ALL_STROKES, DWELL, turned_kinds
 from camopt.numerics import FloatArray
 
 AT_END = 1e-9  # of a stroke: an angle as close as that to its end is there
@@ -74,6 +74,8 @@ class Stroke:
     """Of its segment in the scene."""
     named: bool = False
     """Whether the law of a move was given; if not, it follows from what is beside it (``joints``)."""
+    way: float = 1.0
+    """−1 in a turn that is reversed."""
 
     @property
     def end(self) -> float:
@@ -97,8 +99,15 @@ class Stroke:
     def size(self) -> float:
         """The factor of its law."""
         if self.is_move and self.given:
-            return self.given.unit
+            return self.way * self.given.unit
         return self.high - self.low
+
+    def reversed(self, lift: float) -> "Stroke":
+        """The same stroke with the displacement lift − y."""
+        kind, given = int(turned_kinds(self.kind)), self.given
+        turned = given and given._replace(change=-given.change)
+        low, high = lift - self.low, lift - self.high
+        return replace(self, kind=kind, low=low, high=high, given=turned, way=-self.way)
 
     def asked(self, start: float) -> Iterator[Condition]:
         """The conditions on a move, or on a stretch at constant velocity, in mm (rad) by rad.

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from camopt.mechanisms import FIELDS
+from camopt.mechanisms import FIELDS, SECOND_FIELDS
 from camopt.motion.segments import GivenSegment
 from camopt.problem.variables import Variable, angles_of
 from camopt.scene.search import Search
@@ -49,7 +49,7 @@ class Choices:
 def choices_of(search: Search, variables: Sequence[Variable], segments: Sequence[GivenSegment]) -> Choices:
     """The choices that ``[search]`` gives of the variables of a scene, and of the angles of its segments."""
     pairs: list[LawPair] = [(law, law) for law in search.law]
-    order = {name: place for place, name in enumerate((*FIELDS, *search.numbers))}
+    order = {name: place for place, name in enumerate((*FIELDS, *SECOND_FIELDS, *search.numbers))}
     varied = sorted((each for each in variables if each.is_searched), key=lambda each: order[each.name])
     return Choices(
         variables={each.field: each for each in (*varied, *angles_of(search, segments))},

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from camopt.effects import EFFECTS, Case, Setup
 from camopt.effects.case import nothing
+from camopt.effects.contacts import contacts_of, least_size_of
 from camopt.effects.crossing import find_crossing, round_bodies
 from camopt.effects.implied import Implied, LeastForce
 from camopt.effects.mean import Mean
@@ -164,6 +165,13 @@ class QuantityLimit(Limit):
     """The extreme or the mean of curves that they are, if they are one."""
     others: tuple[Claim, ...] = ()
     """What it says of other curves."""
+    further: tuple[Peak, ...] = ()
+    """The same extreme at further contacts of the follower."""
+
+    def about(self, change: Callable[[Peak], Peak]) -> "QuantityLimit":
+        """The same bound on other extremes of the same curves."""
+        assert isinstance(self.form, Peak)
+        return replace(self, form=change(self.form), further=tuple(map(change, self.further)))
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -196,14 +204,16 @@ class QuantityLimit(Limit):
 
     @cached_property
     def claims(self) -> tuple[Claim, ...]:
-        return claims_of(self.form, self.bound) if isinstance(self.form, Peak) else self.others
+        if not isinstance(self.form, Peak):
+            return self.others
+        return tuple(claim for peak in (self.form, *self.further) for claim in claims_of(peak, self.bound))
 
     @cached_property
     def mean(self) -> MeanClaim | None:
         return mean_claim_of(self.form, self.bound, self._side) if isinstance(self.form, Mean) else None
 
     def infinite_at(self, programme: Programme) -> bool:
-        return self.form is not None and self.form.jumps(programme)
+        return self.form is not None and any(each.jumps(programme) for each in (self.form, *self.further))
 
     @cached_property
     def implied(self) -> Implied:
@@ -276,6 +286,15 @@ class QuantityLimit(Limit):
         return np.asarray(-self._side / self._unit(designs) + np.zeros(len(designs)))
 
 
+def _crosses(setup: Setup, design: Designs, programme: Programme) -> bool | None:
+    """Whether any profile of one design crosses itself; None if that is not known."""
+    found = [
+        find_crossing(replace(setup, mechanism=each.mechanism), each.seen(design), programme).shown
+        for each in contacts_of(setup)
+    ]
+    return True if True in found else None if None in found else False
+
+
 @dataclass(frozen=True, eq=False)
 class SelfCrossing(Limit):
     """The profile does not cross itself: held or broken, without a measure between."""
@@ -300,7 +319,7 @@ class SelfCrossing(Limit):
 
     @property
     def decided(self) -> Decide:
-        return lambda setup, design, programme: find_crossing(setup, design, programme).shown
+        return _crosses
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,7 +340,7 @@ class WithinBase(Limit):
 
     def excess(self, columns: Columns, designs: Designs) -> FloatArray:
         radius = self.bound / 2.0
-        result: FloatArray = (radius - designs.size) / radius
+        result: FloatArray = (radius - least_size_of(self.setup, designs)) / radius
         return result
 
     def by_bound(self, columns: Columns, designs: Designs) -> FloatArray:

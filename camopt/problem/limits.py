@@ -7,6 +7,7 @@ from math import pi
 from typing import Any
 
 from camopt.effects import EFFECTS, Setup, force, outline, wall
+from camopt.effects.contacts import peaks_at
 from camopt.effects.curvature import CONVEX, CUTTER
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak
@@ -71,9 +72,14 @@ def limited_quantity(key: str, setup: Setup) -> str:
     return quantity
 
 
+def peaks_of(quantity: str, setup: Setup) -> tuple[Peak, ...]:
+    """The peak behind a quantity, at each contact of the follower; none if it is no extreme of curves."""
+    return tuple(peaks_at(EFFECTS[QUANTITIES[quantity].effect], setup, quantity))
+
+
 def peak_of(quantity: str, setup: Setup) -> Peak | None:
-    """The peak behind a quantity; None if it is no extreme of curves."""
-    return EFFECTS[QUANTITIES[quantity].effect].peaks(setup).get(quantity)
+    """The peak behind a quantity, at the first contact; None if it is no extreme of curves."""
+    return next(iter(peaks_of(quantity, setup)), None)
 
 
 def mean_of(quantity: str, setup: Setup) -> Mean | None:
@@ -83,9 +89,11 @@ def mean_of(quantity: str, setup: Setup) -> Mean | None:
 
 def bound_on(name: str, bound: float, setup: Setup, *quantities: str) -> QuantityLimit:
     """The limit by which a quantity, or the largest magnitude of several, is bounded."""
-    form = peak_of(quantities[0], setup) or mean_of(quantities[0], setup)
+    first, *further = peaks_of(quantities[0], setup) or (mean_of(quantities[0], setup),)
     others = tuple(_of_jump(quantities[0], bound, setup))
-    return QuantityLimit(name, bound, setup, quantities=quantities, form=form, others=others)
+    return QuantityLimit(
+        name, bound, setup, quantities=quantities, form=first, others=others, further=tuple(further)
+    )
 
 
 def _of_jump(quantity: str, bound: float, setup: Setup) -> Iterator[Claim]:
@@ -131,8 +139,9 @@ def _within_base(setup: Setup) -> Iterator[WithinBase]:
 def pressure_limits(setup: Setup, on_rise: float | None, on_return: float | None) -> Iterator[Limit]:
     """The limits on the pressure angle in deg: one of rises and dwells, one of returns alone."""
     rises, dwells, returns = (f"pressure_angle_max_{kind}_deg" for kind in ("rise", "dwell", "return"))
-    if on_rise is not None and (peak := peak_of(rises, setup)):
-        yield replace(bound_on("pressure_angle", on_rise, setup, rises, dwells), form=peak.over(RISE | DWELL))
+    if on_rise is not None and peak_of(rises, setup):
+        limit = bound_on("pressure_angle", on_rise, setup, rises, dwells)
+        yield limit.about(lambda peak: peak.over(RISE | DWELL))
     if on_return is not None:
         yield bound_on("pressure_angle_return", on_return, setup, returns)
 
@@ -140,8 +149,8 @@ def pressure_limits(setup: Setup, on_rise: float | None, on_return: float | None
 def _face_reach(bound: float, setup: Setup) -> Iterator[Limit]:
     """The reach along a flat face, to either side."""
     ends = ("face_reach_max_mm", "face_reach_min_mm")
-    if (peak := peak_of(ends[0], setup)) is not None:
-        yield replace(bound_on("face_reach", bound, setup, *ends), form=peak.either_way())
+    if peak_of(ends[0], setup) is not None:
+        yield bound_on("face_reach", bound, setup, *ends).about(Peak.either_way)
 
 
 def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:

@@ -10,7 +10,8 @@ import numpy as np
 
 from camopt.effects import Setup, lacking, offered
 from camopt.effects.peak import unweighted
-from camopt.mechanisms import SIZE_FIELDS, Designs
+from camopt.mechanisms import SECOND_FIELDS, SIZE_FIELDS, Designs
+from camopt.mechanisms.pairs import HALVES_HAVE_TO, SAME_HALVES, half_turns
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.motion.law import Law
@@ -268,11 +269,12 @@ def resolve(scene: Scene) -> Problem:
     variables = variables_of(scene)
     given = scene.numbers(each.key for each in variables)
     missing = [v for v in variables if given[v.key] is None and (v.is_size or v.is_searched)]
+    missing = [v for v in missing if v.key not in SECOND_FIELDS]  # it has those of the first
     setup = setup_of(scene.with_values({each.key: each.first for each in missing if not each.is_size}))
-    sizes = {v.field: np.array([nan if v in missing else given[v.key]]) for v in variables if v.is_size}
-    absent = {name: np.zeros(1) for name in SIZE_FIELDS if name not in sizes}
-    arrays: dict[str, Any] = {**sizes, **absent}
-    design = Designs(**arrays, sense=1.0 if scene.cam.rotation == "ccw" else -1.0)
+    sized = [v for v in variables if v.is_size and (v in missing or given[v.key] is not None)]
+    sizes = {v.field: np.array([nan if v in missing else given[v.key]]) for v in sized}
+    absent: dict[str, Any] = {name: np.zeros(1) for name in SIZE_FIELDS}
+    design = Designs(**absent, sense=1.0 if scene.cam.rotation == "ccw" else -1.0).with_values(sizes)
     mistakes = [*_not_offered(scene, setup), *_out_of_reach(scene, setup)]
     if mistakes:
         raise BadInput(mistakes)
@@ -283,11 +285,14 @@ def resolve(scene: Scene) -> Problem:
         motion = programme_of(scene.profile, scene.cam, scene.follower, load)
     else:
         motion = Programme.from_segments(turn, angular=scene.given_turns, laws=laws, load=load)
+    programme = values.driving(motion, setup, turn)
+    if mistakes := _halves(scene, programme):
+        raise BadInput(mistakes)
     return Problem(
         file=scene.file,
         setup=setup,
         laws=laws,
-        programme=values.driving(motion, setup, turn),
+        programme=programme,
         segments=tuple(turn),
         profile=tuple(inf if each.radius is None else each.radius for each in scene.profile),
         design=design,
@@ -302,6 +307,15 @@ def resolve(scene: Scene) -> Problem:
         zones=(zones := robust_zones(scene, design)),
         offs=tuple(corners(zones)),
     )
+
+
+def _halves(scene: Scene, motion: Programme) -> list[Mistake]:
+    """A mistake if a yoke cannot move as asked."""
+    if not scene.mechanism.drive.one_disc or (found := half_turns(motion)).off <= SAME_HALVES * motion.lift:
+        return []
+    how = "the second half of the turn is the first with rises and returns exchanged, with the same angles and laws"
+    off = f"it is off by {found.off:.4g} mm at {np.degrees(found.at):.5g} deg"
+    return [Mistake(scene.file, "motion", None, f"{HALVES_HAVE_TO}; {off}. {how}", bare=True)]
 
 
 def resolve_design(scene: Scene) -> Problem:

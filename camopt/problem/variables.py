@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from camopt.mechanisms import FIELDS
+from camopt.mechanisms import FIELDS, SECOND_FIELDS
 from camopt.mistakes import Mistake
 from camopt.motion.segments import GivenSegment
 from camopt.numerics import FloatArray
@@ -155,8 +155,15 @@ def variables_of(scene: Scene) -> tuple[Variable, ...]:
     sizes, numbers, columns = search.sizes, search.numbers, mechanism.size_quantities
     stages = _stage_quantities(scene)
     named = {key: key.partition(".")[2] for key in mechanism.keys(scene.tip)}
+    seconds = {key: SECOND_FIELDS[key] for key in mechanism.second_keys}
+    given = scene.numbers(seconds)
     return (
         *(Variable(k, "size", n, FIELDS[n], columns[FIELDS[n]], sizes.get(n)) for k, n in named.items()),
+        *(
+            Variable(key, "size", key, name, columns[name], sizes.get(key))
+            for key, name in seconds.items()
+            if given[key] is not None or key in sizes
+        ),
         *(
             Variable(key, "shared" if key in SHARED else "number", key, key, name, numbers.get(key))
             for key, name in scene.number_quantities.items()

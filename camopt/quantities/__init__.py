@@ -22,6 +22,7 @@ BOUNDED_BELOW = (
     *("contact_force_min_N", "contact_force_elastic_min_N", "jump_speed_rpm", "jump_speed_ratio", "torque_min_N_m"),
     *("jamming_margin", "entrainment_speed_min_m_s", "film_thickness_min_um", "film_ratio_min", "hub_wall_min_mm"),
     *("lift_area_mm_deg", "lift_area_deg_deg", "transmission_angle_min_deg"),
+    *("first_profile_radius_min_mm", "second_profile_radius_min_mm"),
     "pivot_clearance_min_mm",
 )
 """Quantities of which one wants at least so much; of all others at most."""
@@ -131,6 +132,28 @@ def _mean_quantities() -> list[Quantity]:
             f"Root mean square of the {derivative} over the turn.",
         )
         for derivative, angular, timed in product(RMS_ORDERS, (False, True), (True, False))
+    ]
+
+
+def _pair_quantities() -> list[Quantity]:
+    of_each = (
+        ("pressure_angle_max_deg", "β_max", "deg", "Largest |β| over the turn"),
+        ("profile_radius_min_mm", "ρ_min", "mm", "Least convex radius of curvature of the profile"),
+        ("outer_radius_mm", "", "mm", "Largest distance of the profile from the cam's axis"),
+        ("contact_stress_max_MPa", "p_0", "MPa", "Largest contact pressure (Hertz)"),
+    )
+    places = {"first": "at the first contact of a pair.", "second": "at the second contact of a pair."}
+    return [
+        Quantity(
+            "roller_distance_mm", "d", "mm", "frame", "Distance of the centres of two rollers that translate."
+        ),
+        Quantity("subtending_angle_deg", "η", "deg", "frame", "Angle between the arms of two rollers that swing."),
+        Quantity("breadth_mm", "", "mm", "frame", "Distance of the two faces of a yoke, the breadth of its disc."),
+        *(
+            Quantity(f"{place}_{name}", symbol, unit, "pair", f"{sentence} {words}")
+            for name, symbol, unit, sentence in of_each
+            for place, words in places.items()
+        ),
     ]
 
 
@@ -306,8 +329,13 @@ _ALL = [
     Quantity("arm_length_mm", "l", "mm", "sizes", "Distance from the pivot to the trace point."),
     Quantity("centre_distance_mm", "c", "mm", "sizes", "Distance from the pivot to the cam centre."),
     Quantity("face_offset_mm", "f", "mm", "sizes", "Distance of an oscillating flat face from its pivot."),
+    Quantity("second_arm_length_mm", "l_2", "mm", "sizes", "Arm of the second roller of a conjugate pair."),
+    Quantity("second_roller_radius_mm", "R_r2", "mm", "sizes", "Radius of the second roller of a conjugate pair."),
+    Quantity("second_offset_mm", "e_2", "mm", "sizes", "Offset of the second roller, positive to the right."),
+    Quantity("second_base_radius_mm", "R_b2", "mm", "sizes", "Least radius of the profile of the second disc."),
     Quantity("shaft_clearance_mm", "", "mm", "sizes", "Least gap between the profile and the shaft."),
     *[Quantity(name, symbol, unit, "sizes", sentence) for _, name, symbol, unit, sentence in _NUMBERS],
+    *_pair_quantities(),
     *_motion_quantities(),
     *_mean_quantities(),
     Quantity("lift_area_mm_deg", "", "mm·deg", "rms", "Area below the lift over the cam angle, as of a valve."),
@@ -590,7 +618,7 @@ BOUNDED = {name: quantity for name, quantity in QUANTITIES.items() if quantity.r
 """Those that ``[limits]`` takes by their names."""
 EVERYTHING = "all"
 """The word in a scene's outputs that asks for every quantity."""
-GEOMETRY = ("sizes", "motion", "pressure", "curvature", "reach", "crossing")
+GEOMETRY = ("sizes", "frame", "pair", "motion", "pressure", "curvature", "reach", "crossing")
 """The effects that run where a scene names no outputs: those that every sweep of a cam's shape has a use for."""
 DISCIPLINES = tuple(dict.fromkeys(q.effect for q in QUANTITIES.values() if q.effect not in ("limits", "proof")))
 """Every effect that computes quantities, by name."""

@@ -10,6 +10,7 @@ from camopt.drawing.cam import remaining
 from camopt.drawing.linkage import reach_of
 from camopt.drawing.panels import Panel
 from camopt.drawing.picture import STROKE_NAMES, Picture
+from camopt.drawing.second import second_contact
 from camopt.drawing.shown_panels import shown_panels
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
@@ -27,19 +28,32 @@ def cam_of(picture: Picture) -> dict[str, Any]:
     problem = picture.problem
     if not picture.exists:
         return {"exists": False}
-    shown = shown_panels(picture)
+    shown, first = shown_panels(picture), picture.contacts[0]
     return {
         "exists": True,
         **stroke_kind(picture.scene, problem),
         "sizes": {name: page_number(values[0]) for name, values in problem.design.sizes.items()},
         "motion": motion_pieces(picture),
         "strokes": _strokes(problem),
-        "pitch_point": picture.values["pressure_angle_max_at_deg"] if _has_trace(problem) else None,
-        "steepest": picture.values["pressure_angle_max_deg"],
+        "pitch_point": first.values["pressure_angle_max_at_deg"] if _has_trace(problem) else None,
+        "steepest": first.values["pressure_angle_max_deg"],
         "undercut": picture.undercut,
         "left": _left(picture),
         "panels": [_panel(panel) for panel in shown],
         "train": train_frames(picture),
+        "second": _second(picture),
+    }
+
+
+def _second(picture: Picture) -> dict[str, Any] | None:
+    """What a second contact adds to the picture: a disc, and parts of the follower as they are at y = 0."""
+    if (found := second_contact(picture, 0.0)) is None:
+        return None
+    outline = _points(found.outline) if found.outline.size else None
+    return {
+        "outline": outline,
+        "solid": [_points(each) for each in found.solid],
+        "lines": [_points(each) for each in found.lines],
     }
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
-from camopt.mechanisms import FIELDS, Mechanism, mechanisms_for
+from camopt.mechanisms import FIELDS, SECOND_FIELDS, Mechanism, mechanisms_for
 from camopt.mechanisms.body import BODIES
 from camopt.mechanisms.follower import FLAT, MOTIONS, Tip
 from camopt.scene.law_forms import NEAR_END, Fault
@@ -28,6 +28,8 @@ FOLLOWER_SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in F
 """The keys of sizes in ``[follower]``, and in ``[cam]``."""
 SEARCHED = (*FOLLOWER_SIZES, *CAM_SIZES)
 """Those in ``[search]``."""
+GUIDE_KEYS = ("guide_length", "overhang", "friction", "stem_diameter")
+"""The keys of a guide in ``[follower.dynamics]``."""
 
 
 def faults_of(data: Mapping[str, Any]) -> Iterator[Fault]:
@@ -172,6 +174,24 @@ def _drive(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[
         for place in _both(f"drive.{key}"):
             if at(data, place) is not None:
                 yield place, at(data, place), f"{own.words} has none"
+    if mechanism.further:
+        yield from _of_two_contacts(data, mechanism)
+
+
+def _of_two_contacts(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[Fault]:
+    """What there is not of a follower with two contacts."""
+    words = mechanism.drive.words
+    if data.get("profile") is not None:
+        yield "profile", None, f"{words} is given by the [[motion]] of its follower"
+    for name in GUIDE_KEYS:
+        for key in _both(f"follower.dynamics.{name}"):
+            if at(data, key) is not None:
+                why = f"the guide of {words} is not computed: which of both contacts it takes up is not known"
+                yield key, at(data, key), why
+    if data.get("tolerances"):
+        yield "tolerances", None, f"of {words} tolerances are not computed: leave them out"
+    if mechanism.drive.one_disc and at(data, "follower.offset") not in (None, 0.0):
+        yield "follower.offset", at(data, "follower.offset"), f"must be 0 with {words}"
 
 
 def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
@@ -243,6 +263,29 @@ def _fit(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism, tip:
     with suppress(KeyError):  # what is missing is told on its own, or left to a search
         if misfit := mechanism.misfit(sizes):
             yield misfit
+            return
+    yield from _fit_of_second(data, mechanism, sizes, shaft)
+
+
+def _fit_of_second(
+    data: Mapping[str, Any], mechanism: Mechanism, sizes: Mapping[str, float], shaft: float | None
+) -> Iterator[Fault]:
+    """Likewise of a second contact with sizes of its own."""
+    given = {key: number_of(at(data, key)) for key in mechanism.second_keys}
+    own = {key: size for key, size in given.items() if size is not None}
+    base = own.get("drive.base_radius")
+    if base and shaft and shaft / 2 > base:
+        yield (
+            "cam.shaft_diameter",
+            shaft,
+            f"must be at most twice the base radius of the second disc ({2 * base:g})",
+        )
+    seen = {SECOND_FIELDS[key].removeprefix("second_"): size for key, size in own.items()}
+    with suppress(KeyError):
+        if own and (misfit := mechanism.misfit({**sizes, **seen})):
+            key, value, why = misfit
+            place = key.replace("follower.", "drive.")
+            yield (place if place in own else key), value, f"of the second disc: {why}"
 
 
 def _trace_radius(data: Mapping[str, Any], tip: Tip) -> float | None:

@@ -6,10 +6,12 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
+from camopt.mechanisms import SECOND_FIELDS
 from camopt.scene.checks import SEARCHED
 from camopt.scene.choices import Choice, Chosen, NumberRange, StepRange, free_numbers, free_rows
 from camopt.scene.tables import (
     Cam,
+    Drive,
     Follower,
     LawName,
     Materials,
@@ -33,9 +35,9 @@ MOST_SAMPLES, MOST_SEED = 2**22, 2**32 - 1  # 32 MB a size
 class Search(SceneTable):
     """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values.
 
-    ``cam``, ``follower``, ``train`` and ``materials`` hold other numbers by the keys that they have in the scene,
-    each a NumberRange or a list: a sweep combines their values with all sizes and laws. Of ``train`` the number of
-    the stage comes first, as in ``train.1.coupler``.
+    ``cam``, ``follower``, ``drive``, ``train`` and ``materials`` hold other numbers by the keys that they have in
+    the scene, each a NumberRange or a list: a sweep combines their values with all sizes and laws. Of ``train`` the
+    number of the stage comes first, as in ``train.1.coupler``.
 
     With ``samples`` a sweep takes the same designs for each law: drawn evenly from the ranges and lists, always
     the same ones for a ``seed``. With ``thin``, for each row that is left out of the front one stays that costs
@@ -82,6 +84,8 @@ class Search(SceneTable):
         default_factory=dict
     )
     """Other numbers of ``[follower]`` and ``[follower.dynamics]``, likewise."""
+    drive: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Drive))] = Field(default_factory=dict)
+    """Sizes and other numbers of ``[drive]``, likewise."""
     materials: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Materials))] = Field(
         default_factory=dict
     )
@@ -119,12 +123,18 @@ class Search(SceneTable):
     @property
     def sizes(self) -> dict[str, Chosen]:
         """The choices for sizes, by key; those that are given."""
-        return {key: choice for key in SEARCHED if (choice := getattr(self, key)) is not None}
+        first = {key: choice for key in SEARCHED if (choice := getattr(self, key)) is not None}
+        return first | {key: each for key, each in self._tables.items() if key in SECOND_FIELDS}
 
     @property
     def numbers(self) -> dict[str, NumberRange | tuple[float, ...]]:
         """The choices for numbers that are no sizes, by key of the scene, as ``cam.rpm``."""
-        tables = {name: getattr(self, name) for name in ("cam", "follower", "materials", "train")}
+        return {key: each for key, each in self._tables.items() if key not in SECOND_FIELDS}
+
+    @property
+    def _tables(self) -> dict[str, Any]:
+        """The choices in tables, by key of the scene."""
+        tables = {name: getattr(self, name) for name in ("cam", "follower", "drive", "materials", "train")}
         return dict(sorted(_flat("", tables)))
 
 

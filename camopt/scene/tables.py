@@ -259,8 +259,17 @@ class Drive(SceneTable):
     """
 
     kind: DriveName | None = None
-    """A spring, or a groove with two walls: one pushes the roller outward, the other pulls it back; if not given,
-    ``spring`` on a disc cam and ``groove`` on a cylindrical one."""
+    """A spring; a groove with two walls, of which one pushes the roller outward and the other pulls it back; two
+    discs with a roller each (``conjugate``); or one disc in a yoke with two flat faces (``breadth``) or two rollers
+    (``diameter``). If not given, ``spring`` on a disc cam and ``groove`` on a cylindrical one."""
+    base_radius: Length | None = None
+    """Of the second disc of a conjugate pair; if not given, as of the first (``cam.base_radius``); mm."""
+    roller_radius: Length | None = None
+    """Of its roller; if not given, as of the first; mm."""
+    offset: Anywhere | None = None
+    """Of its roller that translates, positive to the right as that of the first; if not given, the same; mm."""
+    arm_length: Length | None = None
+    """From the pivot to its roller; if not given, as of the first; mm."""
 
 
 def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:

@@ -63,6 +63,9 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
     if problem.zones:
         why = "is for optimise, sweep and certify: free laws hold the limits of the nominal cam; leave it out"
         raise BadInput([Mistake(problem.file, "search.robust", True, why, bare=True)])
+    if problem.setup.mechanism.further:
+        why = "has two contacts, and free laws are found for one: leave [drive] out, then evaluate with it"
+        raise BadInput([Mistake(problem.file, "drive.kind", problem.setup.mechanism.drive.name, why, bare=True)])
     if not any(stroke.is_free for stroke in problem.programme.tool.strokes):
         why = "has nothing to choose: it needs a rise, a return or a move"
         raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])

@@ -135,7 +135,7 @@ def _given(stroke: Stroke) -> tuple[arb, arb, arb]:
         change = arb(stroke.high) - arb(stroke.low)
         return stroke.angle * 180 / arb.pi(), change, change
     change = arb(stroke.given.change) * _unit(stroke)
-    return arb(stroke.given.angle), change, _unit(stroke) if stroke.is_move else change
+    return arb(stroke.given.angle), change, _unit(stroke) * stroke.way if stroke.is_move else change
 
 
 def motion_at(stroke: ExactStroke, piece: Stretch | None, x: arb, line: LoadPart | None = None) -> list[Ball]:

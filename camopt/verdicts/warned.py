@@ -42,7 +42,7 @@ def _lost_contact(problem: Problem) -> Iterator[str]:
     """A warning if only a rigid train keeps contact, unless a limit on contact force says so already."""
     setup = problem.setup
     limited = any(ELASTIC in limit.needs for limit in problem.limits)
-    if setup.mechanism.pulls or limited or not {RIGID, ELASTIC}.issubset(offered(setup)):
+    if setup.mechanism.is_positive or limited or not {RIGID, ELASTIC}.issubset(offered(setup)):
         return
     rigid, elastic = _quantities(problem, RIGID, ELASTIC)
     if elastic <= 0.0 < rigid:

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
-from support.cams import CONTACTS, GUIDED, SWUNG, WORN, cam_with
+from support.cams import CONTACTS, FREE, GUIDED, SWUNG, WORN, cam_with, turn_of
 from support.depth import is_deep
 
 from camopt import Scene, evaluate
@@ -87,16 +87,26 @@ DRIVING = {
     "roller with a wedge": ("roller", WEDGE),
 }
 """Cams whose followers drive a tool, each with its contact and the one stage of its train."""
-CAMS = (*CONTACTS, *DRIVING)
+PAIRED = {
+    "pair": ("offset-roller", {"kind": "conjugate", "roller_radius": 11, "base_radius": 66, "offset": -7}),
+    "swinging pair": ("arm", {"kind": "conjugate", "roller_radius": 17, "arm_length": 100}),
+    "yoke": ("flat", {"kind": "breadth"}),
+}
+"""Cams with two contacts of a follower, without a guide, each with the contact and the drive."""
+WITH_MORE = (*DRIVING, *PAIRED)
+CAMS = (*CONTACTS, *WITH_MORE)
 
 
 def scene_of(cam, key=None, bound=None):
     """A cam in which every limit of its mechanism can be asked, and one of them is."""
     contact, *train = DRIVING.get(cam, (cam,))
-    dynamics = (SWUNG if CONTACTS[contact]["motion"] == "oscillating" else GUIDED) | ELASTIC
+    contact, drive = PAIRED.get(cam, (contact, {}))
+    dynamics = (SWUNG if CONTACTS[contact]["motion"] == "oscillating" else FREE if drive else GUIDED) | ELASTIC
     limits = {} if key is None else {**OTHERWISE.get(key, {}), key: bound}
     part = GROOVED if contact.startswith("groove") else PART
-    more = {"materials": WORN, "limits": limits, "part": part, "outputs": ["sizes"], "train": train}
+    more = {"materials": WORN, "limits": limits, "part": part, "outputs": ["sizes"], "train": train, "drive": drive}
+    if cam == "yoke":
+        more["motion"] = turn_of("poly345", 24, (110, 70, 110, 70))
     return Scene.from_dict(cam_with(contact, "poly345", dynamics, **more))
 
 
@@ -182,7 +192,7 @@ def in_balls(problem, key):
 def in_ranges(problem):
     """Of a box without width."""
     sizes = {name: Interval(value, value) for name, value in problem.design.sizes.items()}
-    box = replace(problem.design, **sizes)
+    box = problem.design.with_values(sizes)
     found = examined(problem, [*claims_on_size(problem), *means_on_size(problem)], box, ["size"])
     assert bool(found.empty[0]) != bool(found.level[0])
     return bool(found.empty[0])
@@ -304,8 +314,9 @@ def test_a_limit_is_decided_alike_on_either_side_of_its_bound(contact, key, side
         assert in_ranges(problem) == broken
     elif limit.claims and not limit.is_of_motion:
         assert in_ranges(problem) == broken
-        assert contact in DRIVING or in_planes(problem, key, monkeypatch) == broken  # free laws drive no tool
-    elif limit.implies is not None and contact not in DRIVING:
+        # free laws drive no tool, and no second contact
+        assert contact in WITH_MORE or in_planes(problem, key, monkeypatch) == broken
+    elif limit.implies is not None and contact not in WITH_MORE:
         assert in_planes(problem, key, monkeypatch) == broken
 
 

@@ -52,6 +52,8 @@ class CamView {
       this.path(this.body, [before[before.length - 1], each.profile[0]], "profile joint");
       this.path(this.body, each.profile, `profile ${each.kind}${undercut ? " thin" : ""}`);
     });
+    const { second } = this.cam;
+    if (second && second.outline) this.path(this.body, pairs(second.outline), "second", true);
     if (at !== null) this.markPitchPoint(at);
     const mark = 0.06 * this.size;
     this.path(this.body, [[-mark, 0], [mark, 0]], "centre-mark");
@@ -97,9 +99,18 @@ class CamView {
     const outer = 1.02 * Math.max(...every.map(([a, b]) => Math.hypot(a, b)));
     const reach = isFlat(cam) ? this.drawFace([x, y]) : this.drawTip([x, y]);
     const lines = this.pivot ? this.reach : this.reach + cam.motion.lift; // normal and direction, at the highest
-    const points = [[-outer, -outer], [outer, outer], [x, y + lines], ...reach];
+    const points = [[-outer, -outer], [outer, outer], [x, y + lines], ...reach, ...this.drawSecond()];
     const [xs, ys] = [points.map(([a]) => a), points.map(([, b]) => b)];
     return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+  }
+
+  /** What of the follower touches the cam at a second contact; the points that it spans. */
+  drawSecond() {
+    const { second } = this.cam;
+    if (!second) return [];
+    for (const each of second.lines) this.path(this.follower, pairs(each), "second-frame");
+    for (const each of second.solid) this.path(this.follower, pairs(each), "tip", true);
+    return [...second.lines, ...second.solid, ...(second.outline ? [second.outline] : [])].flatMap(pairs);
   }
 
   drawTip(trace) {

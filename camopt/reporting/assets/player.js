@@ -109,7 +109,7 @@ function showCams(player, stage, diagrams, cams, labels, words = [], room = []) 
 /** What the lines of the pictures mean: those that are drawn. */
 const MEANINGS = [
   [".profile.rise", "rise", "rise"], [".profile.return", "return", "return"], [".profile.dwell", "dwell", "dwell"], [".profile.move", "rise", "move"],
-  [".pitch-curve", "pitch", "pitch curve"], [".base-circle", "thin", "base circle"], [".prime-circle", "thin dashed", "prime circle"],
+  [".second", "fifth", "profile of the second disc"], [".pitch-curve", "pitch", "pitch curve"], [".base-circle", "thin", "base circle"], [".prime-circle", "thin dashed", "prime circle"],
   [".pitch-point", "mark", "ring: pitch point"], [".profile.thin", "thin", "thin profile: cut away"], [".normal", "normal", "common normal at the contact"],
   [".direction:not([d=''])", "direction", "direction of motion; the angle between these two is the pressure angle"],
 ];

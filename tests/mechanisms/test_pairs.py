@@ -1,0 +1,160 @@
+"""Pairs of discs and yokes, against both contacts of one rigid follower on the profiles as they are cut."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.depth import times
+from support.pairs import centres, nearest, pair, profiles, yoke
+
+import camopt
+from camopt.effects import Case
+from camopt.mechanisms.pairs import half_turns
+from camopt.mistakes import BadInput
+from camopt.numerics.curves import curve
+from camopt.problem.problem import resolve_design
+from camopt.scene.scene import Scene
+from camopt.verdicts.running import run_effects
+
+ANGLES = np.radians(np.arange(360.0) + 0.37)
+SOUND = ("undercut", "self_crossing")
+
+
+def random_problems(make, kind, count):
+    """Problems of random pairs that are neither undercut nor cross themselves."""
+    rng, found = np.random.default_rng(39), []
+    while len(found) < count:
+        problem = resolve_design(Scene.from_dict(make(rng, kind)))
+        if not problem.setup.mechanism.exists(problem.design, problem.programme)[0]:
+            continue
+        rows = run_effects(Case(problem.setup, problem.programme, problem.design), SOUND)
+        if not any(np.any(rows.column(name)) for name in SOUND):
+            found.append(problem)
+    return found
+
+
+def quantities(problem, *names):
+    rows = run_effects(Case(problem.setup, problem.programme, problem.design), names)
+    return [float(np.broadcast_to(rows.column(name), 1)[0]) for name in names]
+
+
+@pytest.mark.parametrize("motion", ["translating", "oscillating"])
+def test_both_rollers_of_a_rigid_follower_touch_both_discs_all_the_turn(motion):
+    """And what is told of each disc is what its profile and its roller have there."""
+    for problem in random_problems(pair, motion, times(6, 100)):
+        second = problem.setup.mechanism.further[0].seen(problem.design)
+        one, other = centres(problem, ANGLES)
+        assert np.ptp(np.abs(one - other)) < 1e-12 * np.abs(one - other).max()
+        for which, (place, design) in enumerate((("first", problem.design), ("second", second))):
+            points, distance = nearest(problem, which, ANGLES)
+            assert np.abs(distance - design.roller_radius[0]).max() < 1e-8
+            names = (
+                f"{place}_pressure_angle_max_deg",
+                f"{place}_profile_radius_min_mm",
+                f"{place}_outer_radius_mm",
+            )
+            angle, radius, outer = quantities(problem, *names)
+            normal = (centres(problem, ANGLES)[which] - points) / distance
+            # along the way of the roller: of one that swings, square to its arm
+            arm = centres(problem, ANGLES)[which] - design.centre_distance[0]
+            way = 1j * arm / np.abs(arm) if problem.setup.angular else 1j * np.ones_like(arm)
+            seen = np.degrees(np.arctan(np.abs((normal * way.conj()).imag / (normal * way.conj()).real))).max()
+            assert seen == pytest.approx(angle, rel=3e-3)
+            assert seen <= angle + 1e-6
+            drawn = profiles(problem, np.linspace(0.0, 2.0 * np.pi, 7201)[:-1])[which]
+            steps = np.diff(np.append(drawn, drawn[0]))
+            bent = np.abs(np.angle(np.roll(steps, -1) / steps)) / np.abs(steps)
+            assert np.abs(drawn).max() == pytest.approx(outer, rel=1e-5)
+            assert 1.0 / bent.max() == pytest.approx(radius, rel=2e-2)
+
+
+@pytest.mark.parametrize("motion", ["translating", "oscillating"])
+def test_the_distance_of_both_rollers_and_the_angle_between_their_arms_are_told(motion):
+    (problem,) = random_problems(pair, motion, 1)
+    one, other = (each[0] for each in centres(problem, ANGLES[:1]))
+    if motion == "translating":
+        assert quantities(problem, "roller_distance_mm") == pytest.approx([abs(one - other)], rel=1e-13)
+    else:
+        pivot = problem.design.centre_distance[0]
+        between = np.degrees(abs(np.angle((one - pivot) / (other - pivot))))
+        assert quantities(problem, "subtending_angle_deg") == pytest.approx([between], rel=1e-12)
+
+
+def test_the_breadth_of_a_disc_in_a_yoke_is_constant_and_its_length_is_that_of_barbier():
+    for problem in random_problems(yoke, "breadth", times(5, 60)):
+        (breadth,), lift = quantities(problem, "breadth_mm"), problem.programme.lift
+        assert breadth == pytest.approx(2 * problem.design.size[0] + lift, rel=1e-14)
+        drawn = profiles(problem, np.linspace(0.0, 2.0 * np.pi, 14401))[0]
+        for angle in ANGLES[::30]:
+            across = (drawn * np.exp(1j * angle)).imag
+            assert np.ptp(across) == pytest.approx(breadth, rel=1e-6)
+        assert quantities(problem, "profile_length_mm") == pytest.approx([np.pi * breadth], rel=1e-9)
+        mechanism = problem.setup.mechanism
+        radius = mechanism.profile_radius(problem.design, problem.programme)
+        rho = [np.asarray(_at(radius, problem, a)) for a in (ANGLES[:180], ANGLES[180:])]
+        assert np.abs(rho[0] + rho[1] - breadth).max() < 1e-10 * breadth
+
+
+def _at(made, problem, angles):
+    return curve(made, ..., problem.programme.state(angles))[0]
+
+
+@pytest.mark.parametrize("kind", ["breadth", "diameter"])
+def test_a_yoke_has_one_disc(kind):
+    """Seen from its second contact, half a turn later, it is the same."""
+    for problem in random_problems(yoke, kind, times(3, 40)):
+        one, other = profiles(problem, ANGLES)
+        assert np.abs(np.roll(one, 180) - other).max() < 1e-9
+
+
+@pytest.mark.parametrize("kind", ["conjugate", "diameter"])
+def test_a_second_disc_is_an_ordinary_cam_that_turns_the_other_way(kind):
+    """Its quantities are those of a scene of its own, of the reversed motion."""
+    make = {"conjugate": pair, "diameter": yoke}[kind]
+    (problem,) = random_problems(make, "translating" if kind == "conjugate" else kind, 1)
+    second, programme = problem.setup.mechanism.further[0].seen(problem.design), problem.programme
+    turned = [
+        ({"rise": "return", "return": "rise"}.get(each.segment, each.segment), each.angle, each.change, each.law)
+        for each in problem.segments
+    ]
+    first = [kind for kind, *_ in turned].index("rise")  # a turn starts where the follower is lowest
+    turned = turned[first:] + turned[:first]
+    alone = {
+        "cam": {
+            "form": "disc",
+            "base_radius": float(second.size[0]),
+            "rotation": "ccw" if second.sense > 0.0 else "cw",
+        },
+        "follower": {
+            "motion": "translating",
+            "contact": "roller",
+            "roller_radius": float(second.roller_radius[0]),
+            "offset": float(second.offset[0]),
+        },
+        "motion": [
+            {"segment": s, "angle": a, **({} if s == "dwell" else {"lift": programme.lift, "law": law})}
+            for s, a, _, law in turned
+        ],
+        "outputs": ["pressure", "curvature", "outline"],
+    }
+    ordinary = camopt.evaluate(Scene.from_dict(alone))
+    only = replace(problem.setup, mechanism=problem.setup.mechanism.further[0].mechanism)
+    rows = run_effects(
+        Case(only, programme, second), ("pressure_angle_max_deg", "profile_radius_min_mm", "outer_radius_mm")
+    )
+    for name in rows.columns:
+        assert float(rows.column(name)[0]) == pytest.approx(ordinary[name], rel=1e-8)
+
+
+def test_a_motion_that_no_yoke_can_make_is_refused_with_the_angle():
+    rng = np.random.default_rng(1)
+    scene = yoke(rng, "breadth")
+    scene["motion"] = [
+        {"segment": "rise", "angle": 120, "lift": 10, "law": "cycloidal"},
+        {"segment": "return", "angle": 240, "lift": 10, "law": "cycloidal"},
+    ]
+    with pytest.raises(
+        BadInput, match=r"motion: y\(θ\) \+ y\(θ \+ 180°\) has to be the lift .* at .* deg\. the second"
+    ):
+        resolve_design(Scene.from_dict(scene))
+    assert half_turns(resolve_design(Scene.from_dict(yoke(rng, "breadth"))).programme).off < 1e-12
