@@ -12,6 +12,7 @@ from camopt.effects.given import Bodies, GivenDynamics, GivenNumbers
 from camopt.effects.implied import Implied
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak, PerDesign, Scale
+from camopt.effects.train_peak import TrainPeak
 from camopt.mechanisms.design import Designs, Mechanism
 from camopt.mechanisms.follower import KNIFE, ROLLER, SPHERICAL, Tip
 from camopt.motion.programme import Programme
@@ -203,6 +204,8 @@ class Effect:
     """Its quantities that extremes of curves decide; of those that it offers, or more."""
     means: Callable[[Setup], Mapping[str, Mean]] = lambda setup: {}
     """And those that are means of curves over the turn."""
+    train_peaks: Callable[[Setup], Mapping[str, TrainPeak]] = lambda setup: {}
+    """And those that extremes of curves of a train decide."""
     implies: Callable[[Setup, str, float], Implied] = lambda setup, name, bound: Implied()
     """What a bound on one of its quantities implies of the cam, whatever else it is."""
     is_of_sizes: bool = False

@@ -11,6 +11,7 @@ Source: Norton, Design of Machinery, ch. 11 (dynamic force analysis).
 """
 
 from dataclasses import replace
+from functools import partial
 from math import degrees, inf
 from typing import Any, NamedTuple
 
@@ -19,10 +20,12 @@ import numpy as np
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.force import TrainForce
 from camopt.effects.settings import by_setting
+from camopt.effects.train_peak import TrainMotion, TrainPeak
+from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.motion.train_load import TrainLoad
-from camopt.numerics import LARGEST, LEAST, FloatArray
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import Linear
 from camopt.numerics.extremes import Precision, extremes
 from camopt.numerics.state import TrainForces
@@ -164,4 +167,18 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("joints", offers, run, lacks=lacks, is_of_motion=lambda setup: True)
+def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
+    found = dict[str, TrainPeak]()
+    for kind, name in LARGEST_OF.items():
+        sums = [parts for force in forces_of(setup) if force.kind == kind for parts in force.sums]
+        curves = tuple(partial(_of_links, setup=setup, parts=parts) for parts in sums)
+        found[name] = TrainPeak(curves, LARGEST_MAGNITUDE)
+    return found
+
+
+def _of_links(designs: Designs, motion: TrainMotion, setup: Setup, parts: tuple[Weighted, ...]) -> Any:
+    omega = setup.at(designs).omega
+    return motion.force(parts, 0.0 if omega is None else omega)
+
+
+EFFECT = Effect("joints", offers, run, lacks=lacks, is_of_motion=lambda setup: True, train_peaks=train_peaks)

@@ -9,12 +9,17 @@ the slide of a slider-crank, or, driven from the slide, with that abreast of the
 Source: Norton, Design of Machinery, ch. 3 and 4 (transmission angle).
 """
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.peak import InDegrees
+from camopt.effects.train_peak import TrainMotion, TrainPeak
+from camopt.mechanisms.design import Designs
 from camopt.motion.driven import travel
+from camopt.numerics import LEAST
 
 LEAST_ANGLE = "transmission_angle_min_deg"
 ROUNDED = 1e-12  # of the angle: what positions of joints lose
@@ -30,4 +35,14 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {LEAST_ANGLE: Bounded(least, -ROUNDED * least, least)}
 
 
-EFFECT = Effect("transmission", offers, run, is_of_motion=lambda setup: True)
+def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
+    links = () if setup.train is None else setup.train.links
+    curves = tuple(partial(_angle, link=k) for k, link in enumerate(links) if link.couplers[0])
+    return {LEAST_ANGLE: TrainPeak(curves, LEAST, InDegrees(1))}
+
+
+def _angle(designs: Designs, motion: TrainMotion, link: int) -> Any:
+    return motion.transmission(link)
+
+
+EFFECT = Effect("transmission", offers, run, is_of_motion=lambda setup: True, train_peaks=train_peaks)

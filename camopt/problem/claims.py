@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 from camopt.effects.mean import Mean
 from camopt.effects.peak import DOUBLES, BodyRadiusPlus, NumberKind, Peak, Scale, unweighted
+from camopt.effects.train_peak import TrainPeak
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 
@@ -51,8 +51,8 @@ class Claim(NamedTuple):
     of the pitch curve: the curve is κ, the goal LARGEST, the factor R_r, the bound 1.
     """
 
-    curve: Callable[[Designs, Programme], Any]
-    """A curve of the mechanism or of a load, for a design and a motion."""
+    curve: Callable[[Designs, Any], Any]
+    """A curve of the mechanism or of a load, for a design and a motion; or of a train, for what that does."""
     kinds: int
     """Kinds of stroke, or ways in which the follower moves (``motion.table``)."""
     goal: int
@@ -87,6 +87,11 @@ def claims_of(peak: Peak, bound: float) -> tuple[Claim, ...]:
     """The claims of a bound on the curves that decide its quantity."""
     at, weight = At(peak.scale, bound), peak.scale.weight(bound)
     return tuple(Claim(make, kinds, peak.goal, at, weight, peak.unit or unweighted) for make, kinds in peak.curves)
+
+
+def train_claims_of(peak: TrainPeak, bound: float) -> tuple[Claim, ...]:
+    """The claims of a bound on the curves of a train that decide its quantity."""
+    return tuple(Claim(curve, ALL_STROKES, peak.goal, At(peak.scale, bound)) for curve in peak.curves)
 
 
 class MeanClaim(NamedTuple):

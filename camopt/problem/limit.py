@@ -16,10 +16,11 @@ from camopt.effects.implied import Implied, LeastForce
 from camopt.effects.mean import Mean
 from camopt.effects.peak import DOUBLES, Bodies, OfBody, Peak
 from camopt.effects.peak_columns import extreme_of
+from camopt.effects.train_peak import TrainPeak
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
-from camopt.problem.claims import Claim, MeanClaim, claims_of, mean_claim_of
+from camopt.problem.claims import Claim, MeanClaim, claims_of, mean_claim_of, train_claims_of
 from camopt.problem.rows import Columns
 from camopt.quantities import AT_LEAST, AT_MOST, QUANTITIES, SIGNED
 
@@ -100,6 +101,11 @@ class Limit(ABC):
         """The mean of a curve that decides it, if there is one."""
         return None
 
+    @property
+    def of_train(self) -> tuple[Claim, ...]:
+        """The curves of a train that decide it, for searches among trains; none if they do not."""
+        return ()
+
     def infinite_at(self, programme: Programme) -> bool:
         """Whether jumps of a motion make its quantity infinite, so that no design meets it."""
         return False
@@ -161,8 +167,8 @@ class QuantityLimit(Limit):
     """A bound on a quantity, from the side that its list says; on several, of their largest magnitude."""
 
     quantities: tuple[str, ...] = ()
-    form: Peak | Mean | None = None
-    """The extreme or the mean of curves that they are, if they are one."""
+    form: Peak | Mean | TrainPeak | None = None
+    """The extreme or the mean of curves that they are, if they are one; or the extreme of those of a train."""
     others: tuple[Claim, ...] = ()
     """What it says of other curves."""
     further: tuple[Peak, ...] = ()
@@ -211,6 +217,10 @@ class QuantityLimit(Limit):
     @cached_property
     def mean(self) -> MeanClaim | None:
         return mean_claim_of(self.form, self.bound, self._side) if isinstance(self.form, Mean) else None
+
+    @cached_property
+    def of_train(self) -> tuple[Claim, ...]:
+        return train_claims_of(self.form, self.bound) if isinstance(self.form, TrainPeak) else ()
 
     def infinite_at(self, programme: Programme) -> bool:
         return self.form is not None and any(each.jumps(programme) for each in (self.form, *self.further))

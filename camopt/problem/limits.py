@@ -11,6 +11,7 @@ from camopt.effects.contacts import peaks_at
 from camopt.effects.curvature import CONVEX, CUTTER
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak
+from camopt.effects.train_peak import TrainPeak
 from camopt.motion.table import ALL_STROKES, DWELL, RISE
 from camopt.numerics import LEAST
 from camopt.problem.claims import Claim, Plain
@@ -82,18 +83,18 @@ def peak_of(quantity: str, setup: Setup) -> Peak | None:
     return next(iter(peaks_of(quantity, setup)), None)
 
 
-def mean_of(quantity: str, setup: Setup) -> Mean | None:
-    """The mean behind a quantity; None if it is no mean of a curve."""
-    return EFFECTS[QUANTITIES[quantity].effect].means(setup).get(quantity)
+def other_form_of(quantity: str, setup: Setup) -> Mean | TrainPeak | None:
+    """The mean behind a quantity, or the peak of a train; None if it is neither."""
+    effect = EFFECTS[QUANTITIES[quantity].effect]
+    return effect.means(setup).get(quantity) or effect.train_peaks(setup).get(quantity)
 
 
 def bound_on(name: str, bound: float, setup: Setup, *quantities: str) -> QuantityLimit:
     """The limit by which a quantity, or the largest magnitude of several, is bounded."""
-    first, *further = peaks_of(quantities[0], setup) or (mean_of(quantities[0], setup),)
+    peaks = peaks_of(quantities[0], setup)
+    form = peaks[0] if peaks else other_form_of(quantities[0], setup)
     others = tuple(_of_jump(quantities[0], bound, setup))
-    return QuantityLimit(
-        name, bound, setup, quantities=quantities, form=first, others=others, further=tuple(further)
-    )
+    return QuantityLimit(name, bound, setup, quantities=quantities, form=form, others=others, further=peaks[1:])
 
 
 def _of_jump(quantity: str, bound: float, setup: Setup) -> Iterator[Claim]:

@@ -8,6 +8,7 @@ motions of single trains.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from math import inf
 from typing import Any, NamedTuple
 
@@ -25,6 +26,8 @@ from camopt.numerics.sloped import Placed, Sloped, range_of, widened
 from camopt.numerics.state import Load, State, TrainForces
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
+from camopt.trains.carried import Brought
+from camopt.trains.joints import Weighted
 from camopt.trains.link import position_at
 from camopt.trains.train import Train
 
@@ -53,6 +56,46 @@ class ToolPlaces(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Links:
+    """What the links of some trains do at cam angles (``effects.train_peak.TrainMotion``)."""
+
+    train: Train
+    follower: Taylor
+    load: ExternalLoad | TrainLoad | None
+    angles: FloatArray
+    ways: Any
+    """Which way followers move: 1, −1, or 0 at rest."""
+
+    def transmission(self, link: int) -> Any:
+        """The acute angle of a link's coupler, rad."""
+        links, start = self.train.links[:link], self.follower.terms[0]
+        moved = reduce(lambda at, each: position_at(each.forward, at), links, start)
+        coupler = self.train.links[link].couplers[0]
+        assert coupler is not None
+        return _plain(coupler.angle(moved))
+
+    def force(self, parts: Sequence[Weighted], speed: Any) -> Any:
+        """A sum of forces of links at a speed, rad/s, N."""
+        assert isinstance(self.load, TrainLoad)
+        found = self._brought(replace(self.load, parts=tuple(parts)))
+        return _plain(found.still.terms[0] + found.carried.terms[0] * speed**2)
+
+    @property
+    def state(self) -> Any:
+        """What curves take of the loads over the turn, and of what comes through trains."""
+        if isinstance(self.load, ExternalLoad):
+            return Load(*self.load.at(self.angles))
+        if self.load is None:
+            return None
+        found = self._brought(self.load)
+        return TrainForces(_plain(found.still.terms[0]), 0.0, _plain(found.carried.terms[0]), 0.0)
+
+    def _brought(self, load: TrainLoad) -> Brought:
+        loads = {joint: Taylor([*each.at(self.angles), 0.0]) for joint, each in load.loads}
+        return replace(load, train=self.train).of(self.train, self.follower, self.ways, loads)
+
+
+@dataclass(frozen=True)
 class Driven:
     """The motion of the followers of some trains at cam angles; what curves ask of a motion.
 
@@ -67,6 +110,8 @@ class Driven:
     """How far the follower goes as the tool goes from its lowest to its highest position."""
     sense: Any
     """1 if the follower goes out with the tool, −1 if against it; 0 where trains of both kinds are in a box."""
+    links: Links
+    """Of all of them."""
 
     def part(self, some: slice) -> "Driven":
         """That of some of them."""
@@ -94,10 +139,10 @@ def driven_at(problem: Problem, designs: Designs, angles: FloatArray, motion: Se
     sense = _sense(other - one)
     lowest, highest = np.minimum(one, other), np.maximum(one, other)
     y, y1, *higher = follower.terms
-    load = _load(turn, train, Taylor(follower.terms[:TERMS]), angles, ways * sense)
+    links = Links(train, Taylor(follower.terms[:TERMS]), turn.load, angles, ways * sense)
     y2, y3, *_ = (*(each * by for each, by in zip(higher, FACTORIALS, strict=False)), 0.0)
-    state = State(_plain(y - lowest), _plain(y1), _plain(y2), _plain(y3), load)
-    return Driven(turn.tool, turn.load, state, _plain(highest - lowest), _plain(other - one), sense)
+    state = State(_plain(y - lowest), _plain(y1), _plain(y2), _plain(y3), links.state)
+    return Driven(turn.tool, turn.load, state, _plain(highest - lowest), _plain(other - one), sense, links)
 
 
 def at_places(problem: Problem, designs: Designs, places: ToolPlaces) -> Driven:
@@ -117,11 +162,13 @@ def over_boxes(
     return driven_at(problem, trains, places.angles[where], motion, way_of(places.kinds[where]))
 
 
-def least_transmission(problem: Problem, boxes: Designs, radicands: list[Sloped]) -> Any:
-    """The least transmission angle over the turn, rad, of all trains of boxes; adds radicands as ``over_boxes``."""
-    train = _trains(problem, _placed(problem, boxes, radicands))
-    ends = (np.full(len(boxes), end) for end in travel(problem.programme))
-    return _plain(train.least_transmission(*(widened(Interval(end, end)) for end in ends)))
+def over_ranges(problem: Problem, boxes: Designs, motion: Sequence[Interval], kinds: IntArray) -> Driven:
+    """That of all designs of boxes, each over a range of cam angles, where the tool has a range of motions.
+
+    Of loads that are the same all over the turn.
+    """
+    trains = _placed(problem, boxes, [])
+    return driven_at(problem, trains, np.empty(0), tuple(map(widened, motion)), way_of(kinds))
 
 
 def _placed(problem: Problem, boxes: Designs, radicands: list[Sloped]) -> Designs:
@@ -154,18 +201,6 @@ def _sense(moved: Any) -> Any:
         return np.sign(moved)
     ends = range_of(moved)
     return (ends.low > 0.0) * 1.0 - (ends.high < 0.0)
-
-
-def _load(turn: Programme, train: Train, follower: Taylor, angles: FloatArray, ways: Any) -> Any:
-    """What curves take of the loads over the turn, and of what comes through trains."""
-    if isinstance(turn.load, ExternalLoad):
-        return Load(*turn.load.at(angles))
-    if turn.load is None:
-        return None
-    brought = replace(turn.load, train=train)
-    loads = {joint: Taylor([*load.at(angles), 0.0]) for joint, load in brought.loads}
-    still, carried = brought.of(train, follower, ways, loads)
-    return TrainForces(_plain(still.terms[0]), 0.0, _plain(carried.terms[0]), 0.0)
 
 
 def _plain(number: Any) -> Any:

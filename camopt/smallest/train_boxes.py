@@ -1,9 +1,9 @@
 """The smallest cam over sizes and numbers of the train together, by bisection of boxes of both (``motion_boxes``).
 
 A box is dropped if a limit at some cam angle (``train_limits``) shows that it holds no feasible cam, or if none of
-its trains, or of its cams, can be put together. A limit on the transmission angle does the same: it is a formula of
-trains alone. Limits on means and on forces in joints drop no box; a cam has to hold them like all others to be the
-answer.
+its trains, or of its cams, can be put together. Limits on what trains alone do, the transmission angle and the
+forces in joints, and on means over the turn (``train_means``) do the same. Means under loads that change over the
+turn, and those of guides with friction, drop no box; a cam has to hold them like all others to be the answer.
 """
 
 from collections.abc import Collection

@@ -1,8 +1,8 @@
 """What limits say of boxes of sizes and trains: each holds at every cam angle, whatever the train."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import partial
 from math import pi
 from typing import Any, NamedTuple
 
@@ -10,19 +10,19 @@ import numpy as np
 
 from camopt.effects import Case
 from camopt.effects.peak import Derivative
-from camopt.effects.transmission import LEAST_ANGLE, ROUNDED
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST, FloatArray, IntArray
 from camopt.numerics.curves import curve
 from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, at_point
-from camopt.problem.claims import Claim
+from camopt.problem.claims import Claim, MeanClaim
 from camopt.problem.problem import Problem, strictest
-from camopt.smallest.driven_boxes import TERMS, Driven, ToolPlaces, at_places, least_transmission, over_boxes
+from camopt.smallest.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_boxes
 from camopt.smallest.enclosure import curve_of_designs, present_claims
 from camopt.smallest.excesses import HUGE_SLOPE, Excesses
 from camopt.smallest.motion_boxes import Said
+from camopt.smallest.train_means import mean_excesses, means_of_trains
 from camopt.verdicts.claim_boxes import excess_of
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
@@ -40,6 +40,15 @@ def claims_of_trains(problem: Problem) -> list[Claim]:
     return [each._replace(curve=_of_trains(each)) for each in claims]
 
 
+def _largest_of(look: Callable[[FloatArray], FloatArray]) -> float:
+    """The cam angle at which a function of cam angles is largest over the turn."""
+    middle, half = pi, pi
+    for _ in range(CLOSER):
+        angles = (middle + half * np.linspace(-1.0, 1.0, LOOKS)) % (2 * pi)
+        middle, half = angles[np.argmax(look(angles))], half * 2.0 / LOOKS
+    return float(middle)
+
+
 def _of_trains(claim: Claim) -> Any:
     """The curve of a claim."""
     return claim.curve if _order(claim) else curve_of_designs(claim.curve, claim.kinds)
@@ -53,13 +62,7 @@ def _order(claim: Claim) -> int:
 
 def _largest_at(turn: Programme, order: int, side: float, kinds: int) -> float:
     """The cam angle at which a derivative of a follower's motion, times a side, is largest over some strokes."""
-    middle, half = pi, pi
-    for _ in range(CLOSER):
-        angles = middle + half * np.linspace(-1.0, 1.0, LOOKS)
-        inside = angles % (2 * pi)
-        over = np.where(turn.kinds_at(inside) & kinds, side * turn.at(inside)[order], -np.inf)
-        middle, half = angles[np.argmax(over)], half * 2.0 / LOOKS
-    return float(middle % (2 * pi))
+    return _largest_of(lambda at: np.where(turn.kinds_at(at) & kinds, side * turn.at(at)[order], -np.inf))
 
 
 class Worst(NamedTuple):
@@ -78,6 +81,9 @@ class TrainLimits:
     problem: Problem
     """With designs that bring the numbers of the train which have ranges."""
     claims: list[Claim]
+    of_train: list[Claim]
+    """Those on curves of trains."""
+    means: list[MeanClaim]
     even: FloatArray
     added: list[float] = field(default_factory=list)
 
@@ -88,7 +94,8 @@ class TrainLimits:
         even = [
             each.start + each.angle * np.linspace(0.0, 1.0, STROKE_PLACES if each.law else 1) for each in strokes
         ]
-        return cls(problem, claims_of_trains(problem), np.concatenate(even))
+        of_train = [claim for limit in problem.limits for claim in limit.of_train]
+        return cls(problem, claims_of_trains(problem), of_train, means_of_trains(problem), np.concatenate(even))
 
     @property
     def places(self) -> ToolPlaces:
@@ -97,12 +104,6 @@ class TrainLimits:
         both = self.problem.programme.one_sided(angles, ALL_STROKES)
         terms = max([TERMS, *(_order(each) + 1 for each in self.claims)])
         return ToolPlaces.of(self.problem.programme, both.ravel(), terms)
-
-    @cached_property
-    def least_angle(self) -> float:
-        """The transmission angle that is asked for at least, rad; 0 if none is."""
-        asked = [each.bound for each in self.problem.limits if LEAST_ANGLE in each.needs]
-        return float(np.radians(max(asked, default=0.0)))
 
     def learn(self, design: Designs, problem: Problem) -> None:
         """Add the places at which one cam of a train exceeds limits the most."""
@@ -114,6 +115,20 @@ class TrainLimits:
                 extremes = Case(problem.setup, problem.programme, design).extremes(claim.curve, goals)
                 found = extremes.where.ravel().tolist()
             self.added += [each for each in found if each not in self.added]
+        for claim, side in self._sides_of_train:
+            self.added.append(_largest_of(partial(self._over_train, claim, side, design)))
+
+    @property
+    def _sides_of_train(self) -> list[tuple[Claim, float]]:
+        return [(claim, side) for claim in self.of_train for side in claim.sides]
+
+    def _over_train(self, claim: Claim, side: float, design: Designs, angles: FloatArray) -> FloatArray:
+        """The excess of one design over a claim on its train at cam angles."""
+        places = ToolPlaces.of(self.problem.programme, angles, TERMS)
+        with np.errstate(all="ignore"):
+            motion = at_places(self.problem, design, places)
+            over = _excess_of_train(claim, side, motion, design) + np.zeros((angles.size, 1))
+        return np.asarray(np.nan_to_num(over[:, 0], nan=-np.inf))
 
     def said(self, boxes: Designs, inside: Designs, like: Sloped) -> Said:
         """The excess where one design of each box exceeds a limit the most, for each limit that is near.
@@ -135,11 +150,15 @@ class TrainLimits:
         margins = self.problem.setup.mechanism.assembly_margins(boxes, motion)
         lacking = [_lack(each, 1) for each in margins if isinstance(each, Sloped)]
         lacking += [_lack(each, len(where)) for each in radicands]
-        if self.least_angle:
-            at_ends = list[Sloped]()
-            angle = as_sloped(least_transmission(self.problem, boxes, at_ends), like)
-            found.append(Excesses.of(1.0 - ROUNDED - angle / self.least_angle))
-            lacking += [_lack(each, 1) for each in at_ends]
+        for claim, side, place in self._worst_of_train(inside, places):
+            asked = list[Sloped]()
+            here = over_boxes(self.problem, boxes, places, place, asked)
+            excess = Excesses.of(as_sloped(_excess_of_train(claim, side, here, boxes), like))
+            found.append(_where_known(excess, here.sense != 0.0))
+            lacking += [_lack(each, 1) for each in asked]
+        for mean in self.means:
+            over, known = mean_excesses(self.problem, mean, boxes, inside, like)
+            found.append(_where_known(over, known))
         return Said(found, lacking, _to_know(motion, like))
 
     def _worst(self, inside: Designs, places: ToolPlaces) -> Iterator[Worst]:
@@ -152,6 +171,22 @@ class TrainLimits:
                 over = np.where(kinds & claim.kinds, np.nan_to_num(over, nan=-np.inf), -np.inf)
                 if np.max(over) > IDLE:
                     yield Worst(claim, side, np.argmax(over, axis=0))
+
+    def _worst_of_train(self, inside: Designs, places: ToolPlaces) -> Iterator[Worst]:
+        """The same of claims on trains."""
+        if not self.of_train:
+            return
+        motion = at_places(self.problem, inside, places)
+        for claim, side in self._sides_of_train:
+            over = _excess_of_train(claim, side, motion, inside) + np.zeros((places.angles.size, len(inside)))
+            over = np.nan_to_num(over, nan=-np.inf)
+            if np.max(over) > IDLE:
+                yield Worst(claim, side, np.argmax(over, axis=0))
+
+
+def _excess_of_train(claim: Claim, side: Any, motion: Driven, designs: Designs) -> Any:
+    """What is above 0 where the trains of designs exceed a claim on one side."""
+    return excess_of(claim, side, as_quotient(claim.curve(designs, motion.links)), designs)
 
 
 def _excess(claim: Claim, side: Any, motion: Driven, designs: Designs) -> Any:

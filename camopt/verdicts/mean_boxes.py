@@ -55,7 +55,8 @@ def _of_curve(
     value, _ = curve(make(designs, programme), ..., _ranges(programme, np.repeat(panels, count)))
     made = value.divided() if isinstance(value, Quotient) else as_sloped(value, like)
     power = np.square(made) if mean.power == 2 else made
-    return _weighted(weights, power.value, count), _weighted(weights, power.slopes, count)
+    shares = np.broadcast_to(weights[:, None], (panels.size, count))
+    return weighted(shares, power.value), weighted(shares, power.slopes)
 
 
 def _ranges(programme: Programme, panels: Any) -> State:
@@ -77,18 +78,23 @@ def _ranges(programme: Programme, panels: Any) -> State:
     return State(y, y1, y2, 0.0, Load(Interval(load.low[panels] - off, load.high[panels] + off), 0.0))
 
 
-def _weighted(weights: FloatArray, ranges: Interval, count: int) -> Interval:
-    """Sums (…, n) of ranges (…, m·n), each with its weight, and their rounding."""
-    rows = ranges.reshaped(*ranges.low.shape[:-1], weights.size, count)
-    low, high = (np.einsum("m,...mn->...n", weights, end) for end in (rows.low, rows.high))
-    room = ROUNDED * np.einsum("m,...mn->...n", weights, rows.largest_magnitude)
+def weighted(weights: FloatArray, ranges: Interval) -> Interval:
+    """Sums (…, n) of ranges (…, m·n), each with its weight (m, n), and their rounding."""
+    rows = ranges.reshaped(*ranges.low.shape[:-1], *weights.shape)
+    low, high = (np.einsum("mn,...mn->...n", weights, end) for end in (rows.low, rows.high))
+    room = ROUNDED * np.einsum("mn,...mn->...n", weights, rows.largest_magnitude)
     return Interval(low - room, high + room)
 
 
 def mean_excess(problem: Problem, claim: MeanClaim, box: Designs, inside: Designs, free: list[str]) -> Sloped:
     """The excess over a limit on a mean, relative to its terms: above 0 it does not hold."""
     designs, _ = sloped_boxes(box, inside, free, 1)
-    found, allowed = powers_over(problem, claim.mean, box, inside, free) * claim.factor(designs), claim.allowed()
+    return excess_of_mean(claim, powers_over(problem, claim.mean, box, inside, free), designs)
+
+
+def excess_of_mean(claim: MeanClaim, powers: Sloped, designs: Designs) -> Sloped:
+    """The excess of designs of boxes from the mean of their curve to the power p."""
+    found, allowed = powers * claim.factor(designs), claim.allowed()
     scale = at_point(found).least_magnitude + abs(allowed)
     excess: Sloped = (found - allowed) * claim.side / np.where(scale > 0.0, scale, 1.0)
     return excess
