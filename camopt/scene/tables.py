@@ -259,9 +259,9 @@ class Drive(SceneTable):
     """
 
     kind: DriveName | None = None
-    """A spring; a groove with two walls, of which one pushes the roller outward and the other pulls it back; two
-    discs with a roller each (``conjugate``); or one disc in a yoke with two flat faces (``breadth``) or two rollers
-    (``diameter``). If not given, ``spring`` on a disc cam and ``groove`` on a cylindrical one."""
+    """A spring, or a groove with two walls, of which one pushes the roller outward and the other pulls it back. Two
+    discs with a roller each (``conjugate``), or one disc in a yoke with two flat faces (``breadth``) or two rollers
+    (``diameter``). If it is not given, ``spring`` on a disc cam and ``groove`` on a cylindrical one."""
     base_radius: Length | None = None
     """Of the second disc of a conjugate pair; if not given, as of the first (``cam.base_radius``); mm."""
     roller_radius: Length | None = None
