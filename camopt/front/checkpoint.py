@@ -5,7 +5,8 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryFile
+from typing import IO, Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from camopt.front.plan import SweepKey, SweepPlan
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
 from camopt.storage.files import whole_file
-from camopt.storage.records import JOURNAL_MAGIC, record, records
+from camopt.storage.records import JOURNAL_MAGIC, record, records, write_record
 from camopt.verdicts.judging import Effort
 
 STATE_SECONDS = 10.0  # between states: a search that is shorter keeps none
@@ -48,7 +49,10 @@ class Checkpoint:
         """Keep the state if the last one is old. A disk that takes none does not end the search."""
         if now() - self._since >= STATE_SECONDS:
             with suppress(OSError), whole_file(self.path) as partial:
-                partial.write_bytes(JOURNAL_MAGIC + record(self.question.encoded()) + record(state_of(search)))
+                with partial.open("wb") as file, TemporaryFile(dir=self.path.parent) as state:
+                    file.write(JOURNAL_MAGIC + record(self.question.encoded()))
+                    write_state(state, search)
+                    write_record(file, state)
                 self.kept = kept_of(search)
             self._since = now()
 
@@ -66,8 +70,8 @@ def kept_of(search: FrontSearch) -> str:
     return f"{search.boxes + search.finished:,} boxes of designs are decided and kept"
 
 
-def state_of(search: FrontSearch) -> bytes:
-    """The state of a search between two steps, as arrays of NumPy."""
+def write_state(file: IO[bytes], search: FrontSearch) -> None:
+    """Write the state of a search between two steps, as arrays of NumPy."""
     rows = search.archive.front()
     arrays: dict[str, Any] = {f"row {name}": rows.column(name) for name in rows.columns}
     for name in BOX_LISTS:
@@ -75,9 +79,7 @@ def state_of(search: FrontSearch) -> bytes:
         arrays |= {f"{name} {i} {key}": value for i, part in enumerate(parts) for key, value in vars(part).items()}
     numbers = {name: getattr(search, name) for name in STATE_NUMBERS} | {"effort": search.effort}
     counts = {name: len(getattr(search, name)) for name in BOX_LISTS} | {"rows": rows.count}
-    file = io.BytesIO()
     np.savez(file, numbers=np.array(json.dumps([numbers, counts])), **arrays)
-    return file.getvalue()
 
 
 def set_state(search: FrontSearch, data: bytes) -> None:

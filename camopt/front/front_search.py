@@ -96,8 +96,8 @@ class FrontSearch:
                     after_step(self)
         finally:
             self.pool.shutdown(cancel_futures=True)
-        rows = self.archive.front()
-        rows = self.with_sizes(rows.take(np.unique(rows.column(DESIGN_NUMBER), return_index=True)[1]))
+        rows = self.archive.given_up()
+        rows = self.with_sizes(rows.drawn(np.unique(rows.column(DESIGN_NUMBER), return_index=True)[1]))
         return Seen(rows, rows, self.effort, self.reached, self.evaluated, boxes=self.boxes, decided=self.decided)
 
     def with_sizes(self, rows: Rows) -> Rows:

@@ -11,7 +11,7 @@ import numpy as np
 
 from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray
-from camopt.problem.rows import Columns, Objectives, Rows, concatenate_rows, finite
+from camopt.problem.rows import Columns, Objectives, Rows, finite, joined_rows
 
 LARGEST_COST = np.finfo(float).max
 REFERENCE_POINT = 1.1  # in normalised objectives: a tenth beyond the nadir, so that the ends of a front count
@@ -62,7 +62,10 @@ def undominated(costs: FloatArray) -> BoolArray:
 
 
 class Archive:
-    """The exact front of rows that come in blocks; it holds at most a few times as many rows as the front."""
+    """The exact front of rows that come in blocks; it holds at most a few times as many rows as the front.
+
+    They are sifted column by column, so that few columns are there twice at a time.
+    """
 
     def __init__(self, objectives: Objectives, least: int) -> None:
         """Rows are sifted once there are ``least`` new ones, and as many as there were before."""
@@ -72,15 +75,24 @@ class Archive:
 
     def add(self, rows: Rows) -> None:
         """Add the rows that follow."""
-        self._parts.append(rows)
+        self._parts.append(Rows({**rows.columns}, rows.count))
         self._new += rows.count
         if self._new > max(self._kept, self._least):
             self.front()
 
     def front(self) -> Rows:
         """The non-dominated ones of all rows so far, in the order in which they came."""
-        front = non_dominated(concatenate_rows(self._parts), self._objectives)
-        self._parts, self._kept, self._new = [front], front.count, 0
+        if self._new:
+            costs = np.concatenate([row_costs(part, self._objectives) for part in self._parts])
+            ends = np.cumsum([part.count for part in self._parts])[:-1]
+            left = np.split(undominated(costs), ends)
+            self._parts = [joined_rows([part.drawn(some) for part, some in zip(self._parts, left, strict=True)])]
+            self._kept, self._new = self._parts[0].count, 0
+        return Rows({**self._parts[0].columns}, self._kept)
+
+    def given_up(self) -> Rows:
+        """The front, which is held here no longer."""
+        front, self._parts = self.front(), []
         return front
 
 

@@ -35,6 +35,10 @@ class Seen(NamedTuple):
     decided: int = 0
     """Designs in boxes that were dropped."""
 
+    def without_rows(self) -> "Seen":
+        """The counts alone: rows of large fronts take much memory."""
+        return self._replace(front=Rows({}, 0), best=Rows({}, 0))
+
 
 def gathered(
     space: Space,

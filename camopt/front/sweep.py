@@ -185,7 +185,7 @@ def result_of(
         kept = stack.enter_context(keep(unit.journal)) if unit and keep else None
         tables = _tables(stack, unit, plan) if unit else {}
         seen = search(kept, tables["designs"].append if tables and plan.keep in TABLED else _nowhere)
-        compared = compared_rows(plan, seen, progress)
+        compared, seen = compared_rows(plan, seen, progress), seen.without_rows()
         rows, grid = compared.front, compared.grid
         front = front_of(rows, plan.problem.objectives, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))

@@ -46,6 +46,11 @@ class Rows:
 
         return Rows(taken(self.columns), count, taken(self.outward), taken({"": self.half_width})[""])
 
+    def drawn(self, index: NDArray[Any]) -> "Rows":
+        """As ``take``, of rows that are given up: each column goes as soon as what is taken of it is there."""
+        count, columns = int(np.count_nonzero(index)) if index.dtype == bool else index.size, self.columns
+        return Rows({n: v[index] if np.ndim(v := columns.pop(n)) else v for n in [*columns]}, count)
+
     def part(self, some: slice) -> "Rows":
         """Consecutive rows, which share their columns with these."""
         columns = {name: values[some] if np.ndim(values) else values for name, values in self.columns.items()}
@@ -79,6 +84,17 @@ def concatenate_rows(parts: Iterable[Rows]) -> Rows:
     parts = list(parts)
     columns = {name: _one_after_the_other(name, parts) for name in parts[0].columns}
     return Rows(columns, sum(part.count for part in parts))
+
+
+def joined_rows(parts: list[Rows]) -> Rows:
+    """As ``concatenate_rows``, of rows that are given up: each column of all goes as soon as it is joined."""
+    count = sum(part.count for part in parts)
+    columns = {}
+    for name in [*parts[0].columns]:
+        columns[name] = _one_after_the_other(name, parts)
+        for part in parts:
+            del part.columns[name]
+    return Rows(columns, count)
 
 
 def _one_after_the_other(name: str, parts: list[Rows]) -> Any:

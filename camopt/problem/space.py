@@ -85,7 +85,7 @@ class Space:
         """The designs of some rows of a sweep by problem: (problem, numbers of rows, their designs)."""
         fixed, count, varied = self.problem.design, rows.count, self.problem.variables
         brought = [each for each in varied if each.is_size or (each.is_searched and each.is_ranged)]
-        columns = {name: value + np.zeros(count) for name, value in fixed.sizes.items()}
+        columns = {name: np.broadcast_to(value, (count,)) for name, value in fixed.sizes.items()}
         designs = fixed.with_values(columns | {each.field: rows.column(each.quantity) for each in brought})
         shared = [each for each in self.problem.choices.numbers if not each.is_ranged]
         for motion in map(self.problem.with_programme, self._given.values()):
@@ -108,7 +108,10 @@ class Space:
 
 def _by_setting(columns: Mapping[str, FloatArray], count: int) -> Iterator[tuple[Setting, NDArray[np.intp]]]:
     """Each combination of values that some columns (count,) have, and the rows that have it."""
-    table = np.column_stack([*columns.values(), np.zeros(count)])
+    if not columns:
+        yield {}, np.arange(count)
+        return
+    table = np.column_stack([*columns.values()])
     settings, which, counts = np.unique(table, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(which.reshape(-1), kind="stable")
     for setting, index in zip(settings.tolist(), np.split(order, np.cumsum(counts)[:-1]), strict=False):

@@ -21,6 +21,20 @@ def record(payload: bytes) -> bytes:
     return HEAD.pack(len(payload), sha256(payload).digest()) + payload
 
 
+def write_record(file: BinaryIO, source: BinaryIO) -> None:
+    """Write a record with what a file holds, in bounded memory."""
+    head, digest = file.tell(), sha256()
+    file.write(HEAD.pack(0, digest.digest()))
+    source.seek(0)
+    while data := source.read(BYTES_AT_ONCE):
+        digest.update(data)
+        file.write(data)
+    end = file.tell()
+    file.seek(head)
+    file.write(HEAD.pack(end - head - HEAD.size, digest.digest()))
+    file.seek(end)
+
+
 def records(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
     """The records of the intact part of a journal, each with its end."""
     size = file.seek(0, os.SEEK_END)
