@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from camopt.synthesis.traded import Frontier
     from camopt.tables.designs import Design, scene_of
     from camopt.tables.table import load
+    from camopt.tolerances.allocation import Allocation, Allotted, allocate
     from camopt.tolerances.batch import Batch, ErrorSpread, Share, Spread, sample_cams
     from camopt.tolerances.margins import Margin
     from camopt.tolerances.tolerance import DwellError, MotionError, MotionErrors, tolerance
@@ -58,6 +59,8 @@ if TYPE_CHECKING:
     from camopt.verdicts.evaluation import Evaluation, evaluate
 
 _HOMES = {
+    "Allocation": "tolerances.allocation",
+    "Allotted": "tolerances.allocation",
     "Animation": "drawing.animation",
     "BadInput": "mistakes",
     "CamoptError": "mistakes",
@@ -90,6 +93,7 @@ _HOMES = {
     "WorstCase": "tolerances.worst_case",
     "Unmet": "mistakes",
     "Unsolved": "mistakes",
+    "allocate": "tolerances.allocation",
     "animate": "drawing.animation",
     "cam_points": "exporting.cam_points",
     "certify": "verdicts.certify",
@@ -131,6 +135,8 @@ _HOMES = {
 __all__ = [
     "LAWS",
     "QUANTITIES",
+    "Allocation",
+    "Allotted",
     "Animation",
     "BadInput",
     "Batch",
@@ -168,6 +174,7 @@ __all__ = [
     "Unsolved",
     "WorstCase",
     "__version__",
+    "allocate",
     "animate",
     "cam_points",
     "certify",

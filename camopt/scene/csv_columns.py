@@ -27,6 +27,16 @@ def read_columns(folder: Path | None, name: str, wanted: tuple[str, ...]) -> dic
         raise ValueError(f"must be a CSV file with columns {' and '.join(wanted)}: {reason}") from None
 
 
+def column_names(folder: Path, name: str) -> tuple[str, ...]:
+    """The names of the columns of a CSV file; a ValueError says why it cannot be read."""
+    try:
+        return tuple(each.strip() for each in next(csv.reader(text_of(read_bytes(folder / name)).splitlines()), []))
+    except OSError as trouble:
+        raise ValueError(f"must be a CSV file: {trouble.strerror}") from None
+    except BadInput as trouble:
+        raise ValueError(f"must be {trouble.mistakes[0].allowed}") from None
+
+
 def _columns(text: str, wanted: tuple[str, ...]) -> dict[str, list[float]]:
     rows = csv.reader(text.splitlines())
     names = [name.strip() for name in next(rows, [])]

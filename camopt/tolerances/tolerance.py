@@ -193,7 +193,7 @@ def tolerance(scene: Scene) -> MotionErrors:
     if not turn.sampled:
         raise no_tolerances(turn.problem.file)
     errors = tuple(_error(turn, order) for order in range(ORDERS))
-    margins, worst_case = Box.of(scene, turn.problem).margins, WorstSearch(scene, turn).run()
+    margins, worst_case = Box.of(scene, turn.problem).margins, WorstSearch.of(turn).run()
     return MotionErrors(scene, errors, worst_case, tuple(_dwells(turn)), " ".join(_reasons(turn)), margins)
 
 

@@ -13,7 +13,6 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import degrees, inf, pi
 from typing import Any, NamedTuple
 
@@ -32,7 +31,6 @@ from camopt.numerics.sloped import Placed, Sloped, at_point, by_chain, range_of,
 from camopt.numerics.taylor import Taylor
 from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
-from camopt.scene.scene import Scene
 from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends, off_by
 from camopt.tolerances.turn import TurnErrors, highest
 from camopt.verdicts.claim_boxes import Answer, Parts, Search
@@ -222,18 +220,20 @@ def _away(angle: FloatArray, turn: float) -> FloatArray:
 
 @dataclass(frozen=True)
 class WorstSearch:
-    """The search for the worst of the cams within the tolerances of a scene."""
+    """The search for the worst of the cams within tolerances."""
 
-    scene: Scene
     turn: TurnErrors
+    ends: Mapping[str, tuple[float, float]]
+    """Between which values each error is (``touching.error_ends``)."""
 
-    @cached_property
+    @classmethod
+    def of(cls, turn: TurnErrors) -> "WorstSearch":
+        """That of the tolerances of a scene."""
+        return cls(turn, error_ends(turn.scene, turn.problem))
+
+    @property
     def problem(self) -> Problem:
         return self.turn.problem
-
-    @cached_property
-    def ends(self) -> dict[str, tuple[float, float]]:
-        return error_ends(self.scene, self.problem)
 
     def run(self) -> WorstCase:
         """The worst cam that is found, and what no cam exceeds."""

@@ -18,6 +18,7 @@ from camopt.cli.options import (
 
 WORST = "worst-{}.toml"
 """The scene of the worst cam of a limit."""
+ALLOCATED = "allocated.toml"
 
 
 @click.command(cls=Command)
@@ -28,12 +29,20 @@ WORST = "worst-{}.toml"
     "--plot", "picture", type=OutputPlace(*PICTURES), help="Draw the errors over the turn: PNG, SVG, PDF."
 )
 @click.option(
-    "--out", type=OutputPlace(), help="Folder to write the worst cam of each limit to, as a scene (TOML)."
+    "--out",
+    type=OutputPlace(),
+    help="Folder for the worst cam of each limit, and the one with the grades of --allocate, as scenes (TOML).",
 )
 @click.option(
     "--cams",
     type=click.IntRange(1, 2**24),
     help="Draw so many cams and show how far their motions are off, and the yield of each limit.",
+)
+@click.option(
+    "--allocate", "within", type=float, help="Find the loosest grades within ± this error of the tool, mm (deg)."
+)
+@click.option(
+    "--costs", type=click.Path(path_type=Path), help="Costs of grades, CSV: grade, and cost or a column a key."
 )
 @click.option("--seed", type=click.IntRange(0), help="Which of all such draws; 0 unless given.")
 def tolerance(
@@ -44,6 +53,8 @@ def tolerance(
     out: Path | None,
     cams: int | None,
     seed: int | None,
+    within: float | None,
+    costs: Path | None,
 ) -> int:
     """Find how far the motion of a real cam may be off, by the tolerances of the scene.
 
@@ -52,19 +63,24 @@ def tolerance(
     proved, with that of a cam that nearly has it. A second one shows what tolerances of sizes leave of each limit:
     the worst cam within them, and whether every cam holds it, proved. With --cams others show, by the distributions
     of the tolerances, how far the motions of so many cams are off, each found without a linear model, how many of
-    them hold each limit, and what their spread comes of.
+    them hold each limit, and what their spread comes of. With --allocate one has the cheapest grades of
+    ISO 286 of which no cam moves the tool further off.
     """
     from camopt.cli import terminal
     from camopt.problem.rows import finite
+    from camopt.tolerances.allocation import allocate
     from camopt.tolerances.batch import sample_cams
     from camopt.tolerances.tolerance import tolerance as run
 
     if cams is None:
         refuse_without("--cams", {"seed": seed})
+    if within is None:
+        refuse_without("--allocate", {"costs": costs})
     if out:
         check_folder(scene, out, WORST.format("*"))
     result = run(scene)
     batch = None if cams is None else sample_cams(scene, cams, seed or 0)
+    allocation = None if within is None else allocate(scene, within, costs)
     if picture:
         from camopt.drawing.plot import plot
 
@@ -86,6 +102,15 @@ def tolerance(
                 "errors": spread,
                 "limits": rows,
             }
+        if allocation:
+            about["allocation"] = {
+                "within": allocation.within,
+                "tolerances": allocation.records(),
+                "others": allocation.others,
+                "cost": allocation.cost,
+                "least_cost": allocation.least_cost,
+                "worst_case": allocation.worst_case._asdict(),
+            }
         terminal.print_json({"scene": scene.name, "errors": errors, **about})
     else:
         terminal.show(result.table())
@@ -95,14 +120,16 @@ def tolerance(
             terminal.show(batch.table())
             if (limits := batch.limits_table()) is not None:
                 terminal.show(limits)
-    written = [*([picture] if picture else []), *(_worst_cams(result, out) if out else [])]
+        if allocation:
+            terminal.show(allocation.table())
+    written = [*([picture] if picture else []), *(_scenes(result, allocation, out) if out else [])]
     if not quiet:
         terminal.say_written(written)
     return 0
 
 
-def _worst_cams(result: Any, folder: Path) -> Iterator[Path]:
-    """Write the worst cam of each limit that a size moves; the files."""
+def _scenes(result: Any, allocation: Any, folder: Path) -> Iterator[Path]:
+    """Write the worst cam of each limit that a size moves, and the one with allocated tolerances; the files."""
     from camopt.scene.written import write_scene
     from camopt.storage.folder import made_folder
 
@@ -112,3 +139,6 @@ def _worst_cams(result: Any, folder: Path) -> Iterator[Path]:
                 path = folder / WORST.format(margin.limit)
                 write_scene(path, result.worst_cam(margin.limit))
                 yield path
+        if allocation:
+            write_scene(folder / ALLOCATED, allocation.scene)
+            yield folder / ALLOCATED

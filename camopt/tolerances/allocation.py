@@ -1,0 +1,346 @@
+"""Allocation: the loosest grades of tolerances that keep the tool within a distance of where it should be.
+
+Each tolerance of a length has a grade, and a grade has a cost (``tolerances.grades``). Sets of grades are tried
+from the cheapest on. One that a cam within it refutes, whose error by exact contact is larger, is passed over; the
+first of which no cam is, proved (``tolerances.worst_case``), is the cheapest of all. Where a set is neither refuted
+nor proved, the cost that none is below is that of the cheapest such set.
+
+Source: K. W. Chase, W. H. Greenwood, B. G. Loosli, L. F. Hauglund, Least cost tolerance allocation for mechanical
+assemblies with automated process selection, Manufacturing Review 3, 1990 (search of discrete costs).
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from heapq import heappop, heappush
+from itertools import pairwise
+from math import fsum, inf
+from typing import Any, NamedTuple
+
+from camopt.effects.motion import scale, unit_of
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics.clock import now
+from camopt.problem.problem import Problem, resolve_design
+from camopt.quantities.shown import HasHtml
+from camopt.scene.scene import Scene
+from camopt.tables.cells import number, with_unit
+from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tolerances.contributions import Contribution, contributions
+from camopt.tolerances.grades import Prices, class_of, costs_for, graded_keys, with_grades
+from camopt.tolerances.touching import error_ends
+from camopt.tolerances.turn import TurnErrors, worst_ends
+from camopt.tolerances.worst_case import WorstCase, WorstSearch
+from camopt.verdicts.words import BROKEN, HELD
+
+SECONDS = 60.0
+"""For all proofs, unless told."""
+PROOF_SECONDS = 20.0
+Grades = Mapping[str, int]
+"""By key of ``[tolerances]``."""
+
+
+class Allotted(NamedTuple):
+    """A tolerance with the grade that it is given.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("valve-rod-offset").replace(tolerances={"follower": {"offset": "js7"}})
+    >>> camopt.allocate(scene, 0.02).tolerances[0].grade
+    8
+    """
+
+    key: str
+    """Of ``[tolerances]``."""
+    grade: int
+    named: str
+    """As h7, or IT7 of the profile, of the diameter of the base circle."""
+    lower: float
+    """Of its zone, mm."""
+    upper: float
+    cost: float
+    share: float
+    """What it contributes to the worst case of first order, mm (deg)."""
+
+
+@dataclass(frozen=True)
+class Allocation(HasHtml):
+    """The loosest grades of tolerances that keep the tool within a distance of where it should be.
+
+    Attributes
+    ----------
+    scene : Scene
+        With these tolerances.
+    within : float
+        The distance, mm (deg).
+    unit : str
+        mm or deg.
+    tolerances : tuple of Allotted
+        Those of lengths, and of the profile.
+    others : float
+        What all other tolerances contribute to the worst case of first order, mm (deg).
+    cost : float
+        The sum of the costs.
+    least_cost : float
+        No grades that keep the distance cost less, proved.
+    worst_case : WorstCase
+        Of all cams within these tolerances.
+    tried : int
+        How many sets of grades were looked at.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("valve-rod-offset")
+    >>> scene = scene.replace(tolerances={"follower": {"offset": "js7", "roller_radius": "h6"}})
+    >>> found = camopt.allocate(scene, 0.05)
+    >>> [each.named for each in found.tolerances], found.worst_case.bound < 0.05
+    (['h8', 'js8'], True)
+    """
+
+    scene: Scene
+    within: float
+    unit: str
+    tolerances: tuple[Allotted, ...]
+    others: float
+    cost: float
+    least_cost: float
+    worst_case: WorstCase
+    tried: int
+
+    def table(self) -> Table:
+        """The tolerances with their grades, zones, costs and shares."""
+        heads = ["tolerance", "grade", "from", "to", "cost", "share"]
+        rows = [
+            [
+                each.key,
+                each.named,
+                *(with_unit(end, "mm") for end in (each.lower, each.upper)),
+                number(each.cost),
+                with_unit(each.share, self.unit),
+            ]
+            for each in self.tolerances
+        ]
+        bound = with_unit(self.worst_case.bound, self.unit)
+        if self.others:
+            rows.append(["others", "", "", "", "", with_unit(self.others, self.unit)])
+        rows.append(["all", "", "", "", number(self.cost), bound])
+        kinds = [Cell(head, NUMERIC if head in heads[2:] else "") for head in heads]
+        less = "nothing costs less" if self.least_cost >= self.cost else f"not less than {number(self.least_cost)}"
+        note = f"Proved: no cam is off by more than the last share, and of grades that keep {self._within} {less}."
+        return Table.of(f"{self.scene.name}: the loosest grades within {self._within}", kinds, rows, note)
+
+    @property
+    def _within(self) -> str:
+        return f"±{with_unit(self.within, self.unit)}"
+
+    def records(self) -> list[dict[str, Any]]:
+        """A mapping for each tolerance."""
+        return [each._asdict() for each in self.tolerances]
+
+    @property
+    def shown_cam(self) -> Scene:
+        """The cam with these tolerances."""
+        return self.scene
+
+
+def allocate(scene: Scene, within: float, costs: Any = None, seconds: float = SECONDS) -> Allocation:
+    """Find the cheapest grades of tolerances of which no cam moves the tool further off than a distance.
+
+    Sizes of the follower that have a tolerance get another grade of ISO 286, with their letter (js in place of a
+    number), and so does the profile: ± half of the grade's width at the diameter of the base circle. Other
+    tolerances, as of phase and bore, stay as they are.
+
+    Parameters
+    ----------
+    scene : Scene
+        A scene with sizes of its own, and ``[tolerances]`` of what may be graded.
+    within : float
+        How far the tool may be off at any cam angle, mm (deg).
+    costs : mapping or path, optional
+        What each grade costs, for all keys or by key: of the grades that are offered. Or a CSV file with a column
+        ``grade``, and ``cost`` or one for each key. Unless given, the relative costs of reciprocal widths, IT5 to
+        IT12.
+    seconds : float, default 60
+        For the search.
+
+    Returns
+    -------
+    Allocation
+        The grades, what they cost, the cost that none is below, and the worst of the cams.
+
+    Raises
+    ------
+    BadInput
+        If nothing of the scene has a grade, for costs that are none, or if no grades keep the distance.
+
+    References
+    ----------
+    K. W. Chase, W. H. Greenwood, Design issues in mechanical tolerance analysis, Manufacturing Review 1, 1988.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("valve-rod-offset").replace(tolerances={"profile": 0.01, "phase": 0.02})
+    >>> camopt.allocate(scene, 0.04).tolerances[0].named
+    'IT6'
+    """
+    if not (isinstance(within, int | float) and within > 0.0):
+        raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
+    problem = resolve_design(scene)
+    keys = graded_keys(scene, problem)
+    if not keys:
+        why = "names nothing that has a grade: give one, such as follower.offset = 'js7' or profile = 0.02"
+        raise BadInput([Mistake(problem.file, "tolerances", None, why, bare=True)])
+    if problem.programme.corners:
+        why = "has a motion whose velocity jumps: no bound of its errors is proved"
+        raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])
+    return _Choice(scene, problem, float(within), costs_for(costs, keys), now() + seconds).run()
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """The search for grades."""
+
+    scene: Scene
+    problem: Problem
+    within: float
+    prices: Prices
+    until: float
+
+    def run(self) -> Allocation:
+        """The cheapest grades that are proved."""
+        finest = {key: min(each) for key, each in self.zones.items()}
+        if self.nested and self.refuted(finest):
+            raise self.impossible(finest)
+        least, tried = inf, 0
+        for cost, grades in self.cheapest_first():
+            tried += 1
+            if self.refuted(grades):
+                continue
+            verdict = self.search(grades).proof(self.within / self.unit, now() + PROOF_SECONDS).verdict
+            if verdict == HELD:
+                return self.allocation(grades, min(least, cost), tried)
+            if verdict != BROKEN:
+                least = min(least, cost)
+            if now() > self.until:
+                break
+        raise self.impossible(finest)
+
+    def impossible(self, finest: Grades) -> BadInput:
+        """Why there are no grades."""
+        bound = with_unit(self.search(finest).run().bound, unit_of(self.problem.setup, 0))
+        why = f"no grades that are offered keep it: with the finest of all a cam may be {bound} off"
+        if now() > self.until:
+            why = "no grades were proved in the time: allow more, or offer fewer grades"
+        return BadInput([Mistake(self.problem.file, "within", self.within, why, bare=True)])
+
+    def cheapest_first(self) -> Iterator[tuple[float, Grades]]:
+        """All sets of grades with their costs, from the cheapest on."""
+        offered = {key: sorted(each, reverse=True) for key, each in self.zones.items()}
+        keys = [*offered]
+
+        def costing(places: tuple[int, ...]) -> tuple[float, tuple[int, ...]]:
+            named = zip(keys, places, strict=True)
+            return fsum(self.prices[key][offered[key][place]] for key, place in named), places
+
+        heap, last = [costing((0,) * len(keys))], len(keys)
+        while heap:
+            cost, places = heappop(heap)
+            yield cost, {key: offered[key][place] for key, place in zip(keys, places, strict=True)}
+            finer = max((k for k in range(last) if places[k]), default=0)  # from each set but once
+            for k in range(finer, last):
+                if places[k] + 1 < len(offered[keys[k]]):
+                    heappush(heap, costing((*places[:k], places[k] + 1, *places[k + 1 :])))
+
+    def refuted(self, grades: Grades) -> bool:
+        """Whether a cam is further off at the angle that is the worst to first order."""
+        found = [*self.fixed, *(self.contributed[key][grade] for key, grade in grades.items())]
+        ends = worst_ends(found, 0)
+        if not self.unit * float(ends.magnitude.max()) > self.within:
+            return False
+        angle = self.turn.nodes[[int(ends.magnitude.argmax())]]
+        search = self.search(grades)
+        errors = (search.error(search.corner(angle, side), angle)[0] for side in (1.0, -1.0))
+        return bool(self.unit * max(map(abs, errors)) > self.within)
+
+    def search(self, grades: Grades) -> WorstSearch:
+        """The search for the worst of the cams within grades."""
+        zones = {key: self.zones[key][grade] for key, grade in grades.items()}
+        return WorstSearch(self.turn, error_ends(self.scene, self.problem) | zones)
+
+    def allocation(self, grades: Grades, least: float, tried: int) -> Allocation:
+        """What is told of grades that keep the distance."""
+        found = {key: self.contributed[key][grade] for key, grade in grades.items()}
+        ends = worst_ends([*self.fixed, *found.values()], 0)
+        place, upwards = int(ends.magnitude.argmax()), ends.upper.max() >= -ends.lower.min()
+
+        def share(each: Contribution) -> float:
+            return self.unit * float((each.upper if upwards else -each.lower)[0, place])
+
+        allotted = [
+            Allotted(
+                key,
+                grade,
+                class_of(self.scene, key, grade),
+                *self.zones[key][grade],
+                self.prices[key][grade],
+                share(found[key]),
+            )
+            for key, grade in grades.items()
+        ]
+        unit, scene = unit_of(self.problem.setup, 0), with_grades(self.scene, self.problem, grades)
+        cost, worst = fsum(each.cost for each in allotted), self.search(grades).run()
+        return Allocation(
+            scene, self.within, unit, tuple(allotted), fsum(map(share, self.fixed)), cost, least, worst, tried
+        )
+
+    @cached_property
+    def unit(self) -> float:
+        return float(scale(self.problem.setup, 0))
+
+    @cached_property
+    def turn(self) -> TurnErrors:
+        return TurnErrors(self.scene, self.problem)
+
+    @cached_property
+    def graded(self) -> dict[str, dict[int, Scene]]:
+        """The scene with each grade of each tolerance that the standard has, by key."""
+        found = dict[str, dict[int, Scene]]()
+        for key, costs in self.prices.items():
+            found[key] = {}
+            for grade in costs:
+                with suppress(ValueError):
+                    found[key][grade] = with_grades(self.scene, self.problem, {key: grade})
+            if not found[key]:
+                why = "the standard has none of the grades at this size"
+                raise BadInput([Mistake(self.problem.file, f"tolerances.{key}", None, why, bare=True)])
+        return found
+
+    @cached_property
+    def zones(self) -> dict[str, dict[int, tuple[float, float]]]:
+        """The zone of each tolerance by key and grade, mm."""
+        return {
+            key: {grade: error_ends(scene, self.problem)[key] for grade, scene in scenes.items()}
+            for key, scenes in self.graded.items()
+        }
+
+    @cached_property
+    def nested(self) -> bool:
+        """Whether the zones of coarser grades hold those of finer ones."""
+        ordered = [[each[grade] for grade in sorted(each)] for each in self.zones.values()]
+        return all(wide[0] <= low and high <= wide[1] for each in ordered for (low, high), wide in pairwise(each))
+
+    @cached_property
+    def contributed(self) -> dict[str, dict[int, Contribution]]:
+        """What each tolerance contributes by key and grade."""
+        return {
+            key: {grade: self._contributions(scene)[key] for grade, scene in scenes.items()}
+            for key, scenes in self.graded.items()
+        }
+
+    @cached_property
+    def fixed(self) -> list[Contribution]:
+        """What tolerances without a grade contribute."""
+        return [each for key, each in self._contributions(self.scene).items() if key not in self.prices]
+
+    def _contributions(self, scene: Scene) -> dict[str, Contribution]:
+        return {each.key: each for each in contributions(scene, self.problem, self.turn.nodes)}
