@@ -34,6 +34,10 @@ class GivenDynamics:
     lash: Number = None
     """The clearance that the tool takes up before what it drives moves, mm (rad)."""
     lash_variation: Number = 0.0
+    pair_preload: Number = None
+    """With which two contacts press at rest."""
+    pair_stiffness: Number = None
+    """The increase of that by the interference."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,8 @@ class GivenNumbers:
         torque, length = 1e3 if self.angular else 1.0, pi / 180 if self.tool_turns else 1.0
         mass = self.times(f"{OF_FOLLOWER}inertia", 1e3) if self.angular else self.times(f"{OF_FOLLOWER}mass", 1e-3)
         lever = self._of_follower("spring_at")  # a force on it in N is a moment in N·mm
+        turned = pi / 180 if self.angular else 1.0
+        stiffness, interference = self.times("drive.stiffness", torque), self.times("drive.interference", turned)
         weight = (0.0 if mass is None else mass) * self._of_follower("gravity", 1.0, 0.0) * 1e3
         return GivenDynamics(
             mass=mass,  # t from kg, t·mm² from kg·m²
@@ -103,6 +109,8 @@ class GivenNumbers:
             fluctuation=self._of_follower("fluctuation"),
             lash=self._of_follower("lash", length),
             lash_variation=self._of_follower("lash_variation", length, 0.0),
+            pair_preload=None if stiffness is None or interference is None else stiffness * interference,
+            pair_stiffness=stiffness,
         )
 
     def _of_follower(self, name: str, factor: Number = 1.0, absent: float | None = None) -> Any:

@@ -40,6 +40,13 @@ class Borne(NamedTuple):
     force: Any
 
 
+class Preloaded(NamedTuple):
+    """The part of a force that one of two preloaded contacts bears: F/2 + max(|F|/2, P) (``effects.preload``)."""
+
+    force: Any
+    preload: FloatArray
+
+
 class Guided(NamedTuple):
     """G of a follower in a guide with friction, N; D = 1 − sgn(F)·(drag + slide·y)·|t|."""
 
@@ -121,6 +128,14 @@ class ShaftTorque(NamedTuple):
 def borne(f, i, at):
     force, force1 = curve(f.force, i, at)
     return np.maximum(force, 0.0), 0.5 * (1.0 + np.sign(force)) * force1
+
+
+@formula(Preloaded, loaded=True)
+def preloaded(f, i, at):
+    force, force1 = curve(f.force, i, at)
+    beyond = 0.5 * np.abs(force) - f.preload[i]
+    value = 0.5 * force + f.preload[i] + np.maximum(beyond, 0.0)
+    return value, 0.5 * force1 * (1.0 + 0.5 * (1.0 + np.sign(beyond)) * np.sign(force))
 
 
 @formula(Guided, loaded=True)
@@ -223,11 +238,20 @@ def along_curve(
     rests (0); ``pulls`` says that the cam gives F < 0 too."""
     force = force_curve(setup, designs, programme)
     if not (pulls or setup.mechanism.pulls):
-        force = Borne(force)
+        force = _on_one_contact(setup, designs, force)
     if not has_guide_friction(setup):
         return force
     pressure = setup.mechanism.pressure(designs, programme)
     return Guided(force, pressure, *friction(setup.at(designs).dynamics, len(designs), way))
+
+
+def _on_one_contact(setup: Setup, designs: Designs, force: Any) -> Borne | Preloaded:
+    """The part of a force along the motion that presses on an open contact."""
+    preload = setup.at(designs).dynamics.pair_preload
+    if preload is None:
+        return Borne(force)
+    lever = designs.arm_length if setup.angular and setup.mechanism.curvature else 1.0
+    return Preloaded(force, preload / lever * np.ones(len(designs)))
 
 
 def normal_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:

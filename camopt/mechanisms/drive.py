@@ -26,7 +26,9 @@ class Drive:
 
 SPRUNG = Drive("spring", "a spring", flanks=OUTER)
 GROOVED = Drive("groove", "a groove", flanks=GROOVE)
-CONJUGATE = Drive("conjugate", "a conjugate pair", flanks=OUTER, keys=("base_radius", "roller_radius"))
-BREADTH = Drive("breadth", "a yoke of constant breadth", flanks=OUTER, one_disc=True)
-DIAMETER = Drive("diameter", "a yoke of constant diameter", flanks=OUTER, one_disc=True)
+PRELOAD = ("interference", "stiffness")
+"""The keys of a preload between two contacts."""
+CONJUGATE = Drive("conjugate", "a conjugate pair", flanks=OUTER, keys=(*PRELOAD, "base_radius", "roller_radius"))
+BREADTH = Drive("breadth", "a yoke of constant breadth", flanks=OUTER, keys=PRELOAD, one_disc=True)
+DIAMETER = Drive("diameter", "a yoke of constant diameter", flanks=OUTER, keys=PRELOAD, one_disc=True)
 DRIVES: dict[str, Drive] = {drive.name: drive for drive in (SPRUNG, GROOVED, CONJUGATE, BREADTH, DIAMETER)}

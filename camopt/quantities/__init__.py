@@ -142,6 +142,8 @@ def _pair_quantities() -> list[Quantity]:
         ("outer_radius_mm", "", "mm", "Largest distance of the profile from the cam's axis"),
         ("contact_stress_max_MPa", "p_0", "MPa", "Largest contact pressure (Hertz)"),
     )
+    least = "Least preload of two contacts with which none lets go at this speed."
+    needed = "Least interference of two contacts with which none lets go at this speed."
     places = {"first": "at the first contact of a pair.", "second": "at the second contact of a pair."}
     return [
         Quantity(
@@ -149,6 +151,12 @@ def _pair_quantities() -> list[Quantity]:
         ),
         Quantity("subtending_angle_deg", "η", "deg", "frame", "Angle between the arms of two rollers that swing."),
         Quantity("breadth_mm", "", "mm", "frame", "Distance of the two faces of a yoke, the breadth of its disc."),
+        Quantity("pair_preload_N", "P", "N", "preload", "Force with which two contacts press at rest."),
+        Quantity("pair_preload_N_m", "P", "N·m", "preload", "Moment with which two contacts press at rest."),
+        Quantity("pair_preload_required_N", "P", "N", "preload", least),
+        Quantity("pair_preload_required_N_m", "P", "N·m", "preload", least),
+        Quantity("interference_required_mm", "δ_0", "mm", "preload", needed),
+        Quantity("interference_required_deg", "δ_0", "deg", "preload", needed),
         *(
             Quantity(f"{place}_{name}", symbol, unit, "pair", f"{sentence} {words}")
             for name, symbol, unit, sentence in of_each
@@ -232,6 +240,10 @@ _NUMBERS = (
     ("follower.dynamics.lash_variation", "lash_variation_mm", "", "mm", "Variation of the lash, to either side."),
     ("follower.dynamics.lash_variation", "lash_variation_deg", "", "deg", "Variation of the lash, to either side."),
     ("follower.dynamics.fluctuation", "fluctuation", "", "", "Fluctuation of the speed that is allowed."),
+    ("drive.interference", "interference_mm", "δ_0", "mm", "Interference of two contacts."),
+    ("drive.interference", "interference_deg", "δ_0", "deg", "Interference of two contacts."),
+    ("drive.stiffness", "pair_stiffness_N_per_mm", "k", "N/mm", "Stiffness of what joins two contacts."),
+    ("drive.stiffness", "pair_stiffness_N_m_per_rad", "k", "N·m/rad", "Stiffness of what joins two contacts."),
     ("materials.cam_modulus", "cam_modulus_GPa", "E_1", "GPa", "Young's modulus of the cam."),
     ("materials.cam_poisson", "cam_poisson", "ν_1", "", "Poisson's ratio of the cam."),
     ("materials.follower_modulus", "follower_modulus_GPa", "E_2", "GPa", "Young's modulus of the follower."),

@@ -270,6 +270,10 @@ class Drive(SceneTable):
     """Of its roller that translates, positive to the right as that of the first; if not given, the same; mm."""
     arm_length: Length | None = None
     """From the pivot to its roller; if not given, as of the first; mm."""
+    interference: NotNegative | None = None
+    """By how much two contacts are too near to each other before they are mounted; mm, oscillating deg."""
+    stiffness: Positive | None = None
+    """Of what joins them, rollers, discs and frame; N/mm, oscillating N·m/rad."""
 
 
 def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:

@@ -87,9 +87,13 @@ DRIVING = {
     "roller with a wedge": ("roller", WEDGE),
 }
 """Cams whose followers drive a tool, each with its contact and the one stage of its train."""
+PRESSED = {"interference": 0.02, "stiffness": 9000}
 PAIRED = {
-    "pair": ("offset-roller", {"kind": "conjugate", "roller_radius": 11, "base_radius": 66, "offset": -7}),
-    "swinging pair": ("arm", {"kind": "conjugate", "roller_radius": 17, "arm_length": 100}),
+    "pair": (
+        "offset-roller",
+        {"kind": "conjugate", "roller_radius": 11, "base_radius": 66, "offset": -7, **PRESSED},
+    ),
+    "swinging pair": ("arm", {"kind": "conjugate", "roller_radius": 17, "arm_length": 100, **PRESSED}),
     "yoke": ("flat", {"kind": "breadth"}),
 }
 """Cams with two contacts of a follower, without a guide, each with the contact and the drive."""

@@ -1,0 +1,76 @@
+"""Preload of two contacts, against two springs that can only push."""
+
+import numpy as np
+import pytest
+from support.cams import STEEL, SWUNG
+from support.pairs import pair
+
+from camopt import Scene, evaluate
+from camopt.effects.loads import Preloaded
+from camopt.numerics.curves import Linear, curve
+from camopt.problem.problem import resolve_design
+
+
+def borne_by_springs(force, preload):
+    """What each of two equal springs bears that press on both sides of a body with a preload; by bisection."""
+    stiffness, low, high = 1.0, -10.0 * (abs(force) + preload), 10.0 * (abs(force) + preload)
+    for _ in range(200):
+        moved = 0.5 * (low + high)
+        one, other = (max(preload + side * stiffness * moved, 0.0) for side in (1.0, -1.0))
+        low, high = (moved, high) if one - other < force else (low, moved)
+    return one, other
+
+
+def test_two_contacts_share_a_force_as_two_springs_do():
+    rng = np.random.default_rng(5)
+    for force, preload in zip(rng.uniform(-100, 100, 60), rng.uniform(0, 60, 60), strict=True):
+        zero, each = np.zeros(1), np.array([force])
+        state = resolve_design(Scene.from_dict(pair(rng, "translating"))).programme.state(np.zeros(1))
+        found = [
+            curve(Preloaded(Linear(zero, zero, zero, side * each), np.array([preload])), ..., state)[0][0]
+            for side in (1.0, -1.0)
+        ]
+        assert found == pytest.approx(borne_by_springs(force, preload), abs=1e-9)
+
+
+@pytest.mark.parametrize("motion", ["translating", "oscillating"])
+def test_the_stress_of_each_contact_is_that_of_its_share(motion):
+    swings = motion == "oscillating"
+    scene = pair(np.random.default_rng(8), motion)
+    scene["follower"]["dynamics"] = SWUNG if swings else {"mass": 3.0, "spring_rate": 2.0, "load": -30.0}
+    scene["drive"] |= {"interference": 0.01, "stiffness": 30_000 if swings else 9_000}
+    scene |= {"materials": STEEL, "outputs": ["hertz", "pair", "force", "preload"]}
+    cam, problem = evaluate(Scene.from_dict(scene)), resolve_design(Scene.from_dict(scene))
+    angles, setup, mechanism = np.linspace(0.0, 2.0 * np.pi, 20001), problem.setup, problem.setup.mechanism
+    state, unit = problem.programme.state(angles), 1e3 if swings else 1.0
+    mass, damping, rate, rest = (
+        setup.dynamics.mass,
+        setup.dynamics.damping,
+        setup.dynamics.stiffness,
+        setup.dynamics,
+    )
+    force = mass * setup.omega**2 * state.y2 + damping * setup.omega * state.y1 + rate * state.y + rest.preload
+    force = force + rest.load
+    preload = 0.01 * (np.pi / 180.0 if swings else 1.0) * scene["drive"]["stiffness"] * unit
+    shares = np.array([borne_by_springs(each, preload) for each in force[::20]]).T
+    modulus, width = setup.bodies.modulus, STEEL["face_width"]
+    second = mechanism.further[0]
+    for place, (form, design), share in zip(
+        ("first", "second"),
+        ((mechanism, problem.design), (second.mechanism, second.seen(problem.design))),
+        shares,
+        strict=True,
+    ):
+        tangent, kappa = (
+            curve(made(design, problem.programme), ..., state)[0][::20] for made in (form.pressure, form.curvature)
+        )
+        normal = share / (design.arm_length[0] if swings else 1.0) * np.hypot(1.0, tangent)
+        radius = design.roller_radius[0] * (1.0 - kappa * design.roller_radius[0])
+        seen = np.sqrt(normal * modulus / (np.pi * width * radius)).max()
+        assert seen == pytest.approx(cam[f"{place}_contact_stress_max_MPa"], rel=1e-4)
+    least = max(abs(force.min()), abs(force.max())) / 2.0
+    names = ("N_m", "deg") if swings else ("N", "mm")
+    assert cam[f"pair_preload_{names[0]}"] == pytest.approx(preload / unit, rel=1e-13)
+    assert cam[f"pair_preload_required_{names[0]}"] == pytest.approx(least / unit, rel=1e-6)
+    share = cam[f"interference_required_{names[1]}"] / 0.01
+    assert share == pytest.approx(least / preload, rel=1e-6)
