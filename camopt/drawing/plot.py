@@ -31,12 +31,13 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> 
     - What ``harmonics`` gives: the amplitudes of displacement and acceleration by order.
     - What ``tolerance`` gives: the errors of displacement, velocity and acceleration over the turn, and what each
       tolerance contributes.
+    - What ``sample_cams`` gives: how many cams have which largest errors and which quantities of limits.
 
     The same input gives the same file, and the file appears only when whole.
 
     Parameters
     ----------
-    what : Scene, Design, Evaluation, Synthesis, Frontier, Fit, Comparison, Harmonics, MotionErrors or Spectrum
+    what : Scene, Design, Evaluation, Synthesis, Frontier, Fit, Comparison, Harmonics, Batch, MotionErrors, Spectrum
         What is drawn; of spectra also a list.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.

@@ -14,7 +14,15 @@ from camopt.effects.peak import ByTime, Derivative, InDegrees, Peak, Scale, Time
 from camopt.motion.programme import peak
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
-from camopt.quantities import AT_FOLLOWER, DERIVATIVES, QUANTITIES, displacement_unit, motion_quantity
+from camopt.quantities import (
+    AT_FOLLOWER,
+    DERIVATIVES,
+    QUANTITIES,
+    displacement_unit,
+    dwell_error_quantity,
+    error_quantity,
+    motion_quantity,
+)
 
 MOVE_KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
 
@@ -42,6 +50,13 @@ def unit_of(setup: Setup, order: int) -> str:
         return displacement_unit(angular=setup.tool_turns)
     name = [*DERIVATIVES][order - 1]
     return QUANTITIES[motion_quantity(name, "", angular=setup.tool_turns, timed=setup.omega is not None)].unit
+
+
+def error_names(setup: Setup) -> tuple[str, str, str, str]:
+    """The quantities of the largest errors of position, velocity and acceleration, and of the change in a dwell."""
+    angular, timed = setup.tool_turns, setup.omega is not None
+    first, second, third = (error_quantity(order, angular=angular, timed=timed) for order in range(3))
+    return first, second, third, dwell_error_quantity(angular=angular)
 
 
 def scale(setup: Setup, order: int, *, at_follower: bool = False) -> Any:

@@ -113,6 +113,19 @@ def _motion_quantities() -> list[Quantity]:
     ]
 
 
+def error_quantity(order: int, *, angular: bool, timed: bool) -> str:
+    """Name of the largest error of position, velocity or acceleration (0, 1, 2)."""
+    if order == 0:
+        return f"position_error_max_{displacement_unit(angular=angular)}"
+    derivative = [*DERIVATIVES][order - 1]
+    return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_error_max_")
+
+
+def dwell_error_quantity(*, angular: bool) -> str:
+    """Name of the largest change of the position in a dwell."""
+    return f"dwell_error_max_{displacement_unit(angular=angular)}"
+
+
 RMS_ORDERS = {"acceleration": 2, "jerk": 3}
 """Derivatives of which there is a root mean square, with their orders."""
 

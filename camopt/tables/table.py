@@ -1,10 +1,10 @@
 """Tables on disk: Parquet with units, symbols, scene and version in its metadata, sealed; pandas at the door."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import pyarrow as pa
@@ -16,7 +16,7 @@ from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.storage.files import whole_file
 from camopt.storage.seal import ROWS_IN_GROUP, sealed
-from camopt.storage.sealed import SCENE_KEY, TYPES, no_table, read_table, table_facts
+from camopt.storage.sealed import SCENE_KEY, TYPES, no_table, read_table, table_facts, write_table
 from camopt.storage.version import VERSION
 
 if TYPE_CHECKING:
@@ -31,6 +31,30 @@ def arrow_schema(names: tuple[str, ...], scene: str) -> pa.Schema:
         about = {"unit": quantity.unit, "symbol": quantity.symbol, "description": quantity.sentence}
         fields.append(pa.field(name, TYPES[quantity.kind], nullable=False, metadata=about))
     return pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene})
+
+
+class Column(Protocol):
+    """Numbers of a table that are no quantities of designs."""
+
+    @property
+    def unit(self) -> str: ...
+
+    @property
+    def sentence(self) -> str: ...
+
+    @property
+    def values(self) -> NDArray[np.float64]: ...
+
+
+def write_columns(columns: Mapping[str, Column], scene: Scene, path: str | os.PathLike[str]) -> None:
+    """Write columns of numbers as a table with their units and the scene, sealed."""
+    about = [{"unit": each.unit, "description": each.sentence} for each in columns.values()]
+    names = zip(columns, about, strict=True)
+    fields = [pa.field(name, pa.float64(), nullable=False, metadata=facts) for name, facts in names]
+    layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
+    rows = len(next(iter(columns.values())).values)
+    arrays = [_array(each.values, rows, pa.float64()) for each in columns.values()]
+    write_table(pa.table(arrays, schema=layout), path)
 
 
 def scene_in(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:

@@ -13,27 +13,29 @@ Sources: C. J. Clopper, E. S. Pearson, The use of confidence or fiducial limits,
 E. Borgonovo, C. L. Smith, Global sensitivity measures from given data, Eur. J. Oper. Res. 226 (2013).
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from camopt.effects.motion import scale, unit_of
+from camopt.effects.motion import error_names, scale, unit_of
 from camopt.mechanisms import FIELDS, Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, resolve_design
 from camopt.quantities import QUANTITIES
-from camopt.quantities.shown import HasHtml
+from camopt.quantities.shown import Drawn, HasHtml
 from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
-from camopt.tolerances.draw import Drawn, drawn, parts_of
+from camopt.tolerances.draw import ANGLES, drawn, parts_of
+from camopt.tolerances.draw import Drawn as Off
 from camopt.tolerances.largest import LargestErrors
 from camopt.tolerances.limited import limited, worst_of
 from camopt.tolerances.recontact import RealCams
@@ -130,8 +132,24 @@ class ErrorSpread(NamedTuple):
     at closely; None of dwells."""
 
 
+class Sampled(NamedTuple):
+    """What the cams of a batch have of one thing.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("bucket-valve").replace(**{"tolerances.profile": 0.01})
+    >>> column = camopt.sample_cams(scene, cams=1024).samples["position_error_max_mm"]
+    >>> column.unit, column.values.size
+    ('mm', 1024)
+    """
+
+    unit: str
+    sentence: str
+    values: FloatArray
+
+
 @dataclass(frozen=True)
-class Batch(HasHtml):
+class Batch(HasHtml, Drawn):
     """A batch of cams whose errors are spread as the tolerances of a scene say.
 
     Attributes
@@ -146,6 +164,9 @@ class Batch(HasHtml):
         Of the motion: displacement, velocity, acceleration, and the change in a dwell if there is one.
     spreads : tuple of Spread
         Of each limit that a size decides; none without tolerances of sizes.
+    samples : dict of Sampled
+        What each cam has, by the name of the column that ``write`` gives it: its errors, the largest errors of its
+        motion, and the quantities of limits.
 
     Examples
     --------
@@ -155,12 +176,14 @@ class Batch(HasHtml):
     (1.0, 1.0)
     """
 
+    picture: ClassVar[str] = "tolerances.histogram"
     scene: Scene
     cams: int
     seed: int
     held: Share
     errors: tuple[ErrorSpread, ...]
     spreads: tuple[Spread, ...]
+    samples: Mapping[str, Sampled] = field(repr=False, compare=False)
 
     def table(self) -> Table:
         """How far the motions of the cams are off."""
@@ -213,6 +236,23 @@ class Batch(HasHtml):
         """The nominal cam."""
         return self.scene
 
+    @property
+    def bounds(self) -> dict[str, float]:
+        """The limits on what the cams have, by column."""
+        return {limit.shown[0]: limit.bound for limit in resolve_design(self.scene).limits[::-1] if limit.shown}
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write what each cam has as a table (Parquet), a row a cam, which ``load`` reads.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        """
+        from camopt.tables.table import write_columns
+
+        write_columns(self.samples, self.scene, path)
+
 
 def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0) -> Batch:
     """Draw cams whose errors are spread as the tolerances of a scene say: their motions, and which hold the limits.
@@ -259,15 +299,21 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0) -> Batch:
         raise no_tolerances(problem.file)
     sizes = {FIELDS[key]: float(problem.design.sizes[FIELDS[key]][0]) + by for key, by in sizes_of(off)}
     spreads: tuple[Spread, ...] = ()
-    held = np.ones(cams, dtype=bool)
+    held, samples = np.ones(cams, dtype=bool), dict(_errors_sampled(off))
+    turn = TurnErrors(scene, problem)
+    largest = [*_largest(turn, off)]
+    samples |= {each.column: Sampled(each.unit, each.sentence, each.values) for each in largest}
     if sizes:
         limits = [limit for limit in problem.without_last.limits if limit.shown and not limit.is_of_motion]
         every = problem.design.take(np.zeros(cams, dtype=int)).with_values(sizes)
         excess, values = evaluated(problem, limits, every)
         held = np.all(excess <= 0.0, axis=0)
         spreads = tuple(_spreads(limits, excess, values, {key: sizes[FIELDS[key]] for key, _ in sizes_of(off)}))
-    errors = tuple(_errors(TurnErrors(scene, problem), off))
-    return Batch(scene, cams, seed, share_of(int(np.count_nonzero(held)), cams), errors, spreads)
+        for limit, each in zip(limits, values, strict=True):
+            known = QUANTITIES[limit.shown[0]]
+            samples[known.name] = Sampled(known.unit, known.sentence, each)
+    errors = tuple(_error(each, parts_of(off)) for each in largest)
+    return Batch(scene, cams, seed, share_of(int(np.count_nonzero(held)), cams), errors, spreads, samples)
 
 
 def _variance(spread: ErrorSpread, key: str) -> float | None:
@@ -275,7 +321,7 @@ def _variance(spread: ErrorSpread, key: str) -> float | None:
     return 100.0 * spread.variances[key] if spread.variances else None
 
 
-def sizes_of(off: Drawn) -> Iterator[tuple[str, FloatArray]]:
+def sizes_of(off: Off) -> Iterator[tuple[str, FloatArray]]:
     """The errors of sizes of the follower, by key in ``[follower]``."""
     for key, by in off.items():
         table, _, name = key.partition(".")
@@ -283,42 +329,64 @@ def sizes_of(off: Drawn) -> Iterator[tuple[str, FloatArray]]:
             yield name, by
 
 
-def _errors(turn: TurnErrors, off: Drawn) -> Iterator[ErrorSpread]:
-    """How the errors of the motion are spread."""
-    setup, parts = turn.problem.setup, parts_of(off)
+def _errors_sampled(off: Off) -> Iterator[tuple[str, Sampled]]:
+    """The errors of cams as columns."""
+    for key, values in parts_of(off).items():
+        unit = "deg" if key in ANGLES else "mm"
+        yield f"{key.replace('.', '_')}_off_{unit}", Sampled(unit, f"What is off by tolerances.{key}.", values)
+
+
+class LargestOfEach(NamedTuple):
+    """The largest error of the motion of each cam."""
+
+    name: str
+    column: str
+    unit: str
+    values: FloatArray
+    """(n,), infinite where a follower finds no place on its cam."""
+    at_deg: float | None
+    variances: dict[str, float]
+    missed: float | None
+
+    @property
+    def sentence(self) -> str:
+        """What it is."""
+        return "Largest change in a dwell." if self.name == DWELL_CHANGE else f"Largest error of the {self.name}."
+
+
+def _largest(turn: TurnErrors, off: Off) -> Iterator[LargestOfEach]:
+    """Those of displacement, velocity, acceleration, and the change in a dwell."""
+    setup = turn.problem.setup
+    columns = error_names(setup)
     found = LargestErrors(RealCams(turn.problem, turn.scene.tolerances.waves or 0), tuple(off))
     for order, name in enumerate(NAMES):
         unit, largest = scale(setup, order), found.of_motion(off, order)
         known = not turn.unbounded(order)
         signed = found.at(off, turn.highest(band, order), order) if known else None
-        yield _error(
+        yield LargestOfEach(
             name,
+            columns[order],
             unit_of(setup, order),
-            unit * largest.error,
+            unit * np.where(np.isnan(largest.error), inf, largest.error),
             found.angle(off, largest, _worst(largest.error)),
-            parts,
             {} if signed is None else {key: _explained_by(signed, each) for key, each in off.items()},
             unit * found.missed(off, order),
         )
     if found.has_dwells:
-        yield _error(DWELL_CHANGE, unit_of(setup, 0), scale(setup, 0) * found.of_dwells(off), None, parts, {}, None)
+        change = found.of_dwells(off)
+        values = scale(setup, 0) * np.where(np.isnan(change), inf, change)
+        yield LargestOfEach(DWELL_CHANGE, columns[-1], unit_of(setup, 0), values, None, {}, None)
 
 
-def _error(
-    name: str,
-    unit: str,
-    values: FloatArray,
-    at_deg: float | None,
-    parts: Drawn,
-    variances: dict[str, float],
-    missed: float | None,
-) -> ErrorSpread:
-    """How one of them is."""
-    known = np.where(np.isnan(values), inf, values)
-    median, most, nearly_all = (float(each) for each in np.quantile(known, SHARES, method="higher"))
-    worst = _worst(values)
+def _error(of: LargestOfEach, parts: Off) -> ErrorSpread:
+    """How one of them is spread."""
+    median, most, nearly_all = (float(each) for each in np.quantile(of.values, SHARES, method="higher"))
+    worst = _worst(of.values)
     own = {key: float(each[worst]) for key, each in parts.items()}
-    return ErrorSpread(name, unit, median, most, nearly_all, float(known[worst]), at_deg, own, variances, missed)
+    most_of_all = float(of.values[worst])
+    return ErrorSpread(
+        of.name, of.unit, median, most, nearly_all, most_of_all, of.at_deg, own, of.variances, of.missed
+    )
 
 
 def _worst(errors: FloatArray) -> int:

@@ -116,6 +116,24 @@ def test_the_command_draws_cams(command, tmp_path):
     assert command("tolerance", file, "--seed", "2")[0] == 2
 
 
+def test_what_each_cam_has_is_a_table_and_a_picture(command, tmp_path):
+    file, out = tmp_path / "cam.toml", tmp_path / "made"
+    scene = scene_of("offset-roller").replace(**{"tolerances.phase": 0.05})
+    file.write_text(scene.to_toml())
+    assert command("tolerance", file, "--cams", "500", "--out", out)[0] == 0
+    table, batch = camopt.load(out / "cams.parquet"), camopt.sample_cams(scene, cams=500)
+    assert (out / "cams.svg").read_text().startswith("<?xml")
+    assert set(table.columns) == set(batch.samples)
+    for name, column in batch.samples.items():
+        assert np.array_equal(table[name], column.values)
+        assert table.attrs["units"][name] == column.unit
+    assert table["position_error_max_mm"].max() == batch.errors[0].worst
+    worst = table.loc[table["position_error_max_mm"].idxmax()]
+    assert worst["phase_off_deg"] == batch.errors[0].parts["phase"]
+    held = (table["pressure_angle_max_rise_deg"] <= batch.bounds["pressure_angle_max_rise_deg"]).mean()
+    assert held == next(each.held.share for each in batch.spreads if each.limit == "pressure_angle")
+
+
 def test_what_cannot_be_drawn_is_said():
     with pytest.raises(BadInput, match="tolerances: names none: give one, such as profile"):
         camopt.sample_cams(FACE)

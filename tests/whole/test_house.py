@@ -114,6 +114,7 @@ LATE = {
     ("verdicts.judging", "verdicts.certify"): "balls are for what rounding leaves open",
     ("verdicts.judging", "verdicts.narrowing"): "balls are for what rounding leaves open",
     ("tables.designs", "tables.table"): "it imports pyarrow",
+    ("tolerances.batch", "tables.table"): "it imports pyarrow",
     ("storage.ownership", "storage.damage"): "it imports pyarrow",
     ("exporting.cam_points", "storage.sealed"): "it imports pyarrow",
     ("scene.complaints", "scene.schema"): "it has the tables of a scene, and these complain by it",

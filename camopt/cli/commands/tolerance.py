@@ -1,6 +1,5 @@
 """``camopt tolerance``."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +15,9 @@ from camopt.cli.options import (
     scene_options,
 )
 
-WORST = "worst-{}.toml"
-"""The scene of the worst cam of a limit."""
-ALLOCATED = "allocated.toml"
+WORST, ALLOCATED, CAMS, HISTOGRAM = "worst-{}.toml", "allocated.toml", "cams.parquet", "cams.svg"
+FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
+"""The scenes of the worst cam of each limit and of --allocate, what each cam of a batch has, and its picture."""
 
 
 @click.command(cls=Command)
@@ -31,7 +30,8 @@ ALLOCATED = "allocated.toml"
 @click.option(
     "--out",
     type=OutputPlace(),
-    help="Folder for the worst cam of each limit, and the one with the grades of --allocate, as scenes (TOML).",
+    help="Folder for the worst cam of each limit, and the one with the grades of --allocate, as scenes (TOML), and "
+    "with --cams for what each cam has, as a table (Parquet) and as histograms (SVG).",
 )
 @click.option(
     "--cams",
@@ -67,7 +67,8 @@ def tolerance(
     ISO 286 of which no cam moves the tool further off.
     """
     from camopt.cli import terminal
-    from camopt.problem.rows import finite
+    from camopt.cli.commands.tolerance_report import print_json, show
+    from camopt.storage.publishing import published
     from camopt.tolerances.allocation import allocate
     from camopt.tolerances.batch import sample_cams
     from camopt.tolerances.tolerance import tolerance as run
@@ -86,59 +87,29 @@ def tolerance(
 
         plot(result, picture)
     if as_json:
-        dwells = [each._asdict() for each in result.dwells]
-        errors = [{**finite(each), "shares": finite(each["shares"])} for each in result.records()]
-        margins = [finite(each._asdict()) for each in result.margins]
-        worst = finite(result.worst_case._asdict())
-        about: dict[str, Any] = {"worst_case": worst, "dwells": dwells, "reason": result.reason, "margins": margins}
-        if batch:
-            rows = [finite(each) for each in batch.records()]
-            spread = [finite(each._asdict()) for each in batch.errors]
-            held = batch.held._asdict()
-            about["batch"] = {
-                "cams": batch.cams,
-                "seed": batch.seed,
-                "held": held,
-                "errors": spread,
-                "limits": rows,
-            }
-        if allocation:
-            about["allocation"] = {
-                "within": allocation.within,
-                "tolerances": allocation.records(),
-                "others": allocation.others,
-                "cost": allocation.cost,
-                "least_cost": allocation.least_cost,
-                "worst_case": allocation.worst_case._asdict(),
-            }
-        terminal.print_json({"scene": scene.name, "errors": errors, **about})
+        print_json(scene, result, batch, allocation)
     else:
-        terminal.show(result.table())
-        if (limits := result.margins_table()) is not None:
-            terminal.show(limits)
-        if batch:
-            terminal.show(batch.table())
-            if (limits := batch.limits_table()) is not None:
-                terminal.show(limits)
-        if allocation:
-            terminal.show(allocation.table())
-    written = [*([picture] if picture else []), *(_scenes(result, allocation, out) if out else [])]
+        show(result, batch, allocation)
+    written = [picture] if picture else []
+    if out:
+        with published(out, "tolerance", FILES) as unit:
+            _write(unit, result, allocation, batch)
+        written += unit.files
     if not quiet:
         terminal.say_written(written)
     return 0
 
 
-def _scenes(result: Any, allocation: Any, folder: Path) -> Iterator[Path]:
-    """Write the worst cam of each limit that a size moves, and the one with allocated tolerances; the files."""
+def _write(unit: Any, result: Any, allocation: Any, batch: Any) -> None:
+    """Write the worst cam of each limit that a size moves, the one with allocated tolerances, and a batch."""
+    from camopt.drawing.plot import plot
     from camopt.scene.written import write_scene
-    from camopt.storage.folder import made_folder
 
-    with made_folder(folder):
-        for margin in result.margins:
-            if margin.quantity and margin.worst != margin.nominal:
-                path = folder / WORST.format(margin.limit)
-                write_scene(path, result.worst_cam(margin.limit))
-                yield path
-        if allocation:
-            write_scene(folder / ALLOCATED, allocation.scene)
-            yield folder / ALLOCATED
+    for margin in result.margins:
+        if margin.quantity and margin.worst != margin.nominal:
+            write_scene(unit.path(WORST.format(margin.limit)), result.worst_cam(margin.limit))
+    if allocation:
+        write_scene(unit.path(ALLOCATED), allocation.scene)
+    if batch:
+        batch.write(unit.path(CAMS))
+        plot(batch, unit.path(HISTOGRAM))

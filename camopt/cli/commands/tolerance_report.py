@@ -1,0 +1,51 @@
+"""What ``camopt tolerance`` prints."""
+
+from typing import Any
+
+from camopt.cli import terminal
+from camopt.problem.rows import finite
+from camopt.scene.scene import Scene
+from camopt.tolerances.allocation import Allocation
+from camopt.tolerances.batch import Batch
+from camopt.tolerances.tolerance import MotionErrors
+
+
+def show(result: MotionErrors, batch: Batch | None, allocation: Allocation | None) -> None:
+    """Print the tables."""
+    tables = [result.table(), result.margins_table()]
+    if batch:
+        tables += [batch.table(), batch.limits_table()]
+    if allocation:
+        tables.append(allocation.table())
+    for table in filter(None, tables):
+        terminal.show(table)
+
+
+def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocation: Allocation | None) -> None:
+    """Print all as JSON."""
+    about: dict[str, Any] = {
+        "scene": scene.name,
+        "errors": [{**finite(each), "shares": finite(each["shares"])} for each in result.records()],
+        "worst_case": finite(result.worst_case._asdict()),
+        "dwells": [each._asdict() for each in result.dwells],
+        "reason": result.reason,
+        "margins": [finite(each._asdict()) for each in result.margins],
+    }
+    if batch:
+        about["batch"] = {
+            "cams": batch.cams,
+            "seed": batch.seed,
+            "held": batch.held._asdict(),
+            "errors": [finite(each._asdict()) for each in batch.errors],
+            "limits": [finite(each) for each in batch.records()],
+        }
+    if allocation:
+        about["allocation"] = {
+            "within": allocation.within,
+            "tolerances": allocation.records(),
+            "others": allocation.others,
+            "cost": allocation.cost,
+            "least_cost": allocation.least_cost,
+            "worst_case": allocation.worst_case._asdict(),
+        }
+    terminal.print_json(about)

@@ -1,0 +1,73 @@
+"""The picture of a batch of cams: how many have which largest errors and which quantities of limits."""
+
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camopt.drawing.canvas import Target, canvas
+from camopt.drawing.style import ALARM, INK, LIMIT, MUTED, PAGE_TITLE, SERIES, dress
+from camopt.quantities.unit_systems import shown, shown_unit
+from camopt.tables.cells import number, suffix_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from camopt.tolerances.batch import Batch
+
+BINS, ACROSS = 60, 3
+BEYOND = 0.0005
+"""The share of the cams on either side that are beyond a histogram's range, in its outermost bins."""
+SAME = 1e-9
+"""Relative: numbers that differ by less are the same."""
+
+
+def draw(what: "Batch", path: Target = None) -> "Figure":
+    """Draw a histogram of each error of the motion, and of the quantity of each limit, with what is allowed."""
+    columns = [(name, each) for name, each in what.samples.items() if "_off_" not in name]
+    bounds = what.bounds
+    rows = ceil(len(columns) / ACROSS)
+    with canvas(path, (12.5, 1.0 + 2.4 * rows), layout="constrained") as figure:
+        title = f"{what.scene.name}: {what.cams:,} cams within the tolerances"
+        figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
+        panels = figure.subplots(rows, ACROSS, squeeze=False).ravel()
+        for axes, (name, column) in zip(panels, columns, strict=False):
+            _histogram(axes, name, column, bounds.get(name))
+        for axes in panels[len(columns) :]:
+            axes.set_axis_off()
+        pairs = (zip(*axes.get_legend_handles_labels(), strict=True) for axes in panels)
+        handles = {label: handle for each in pairs for handle, label in each}
+        figure.legend(handles.values(), handles.keys(), loc="outside lower left", ncols=4)
+    return figure
+
+
+def _histogram(axes: Any, name: str, column: Any, bound: float | None) -> None:
+    """The cams by one of their numbers."""
+    values = shown(column.values[np.isfinite(column.values)], column.unit)
+    words = name.removesuffix(suffix_of(column.unit)).replace("_", " ").capitalize()
+    axes.set_title(f"{words}, {shown_unit(column.unit)}", loc="left")
+    axes.set_yticks([])
+    low, high = np.quantile(values, [BEYOND, 1.0 - BEYOND]) if values.size else (0.0, 0.0)
+    if high - low <= SAME * max(abs(low), abs(high), SAME):
+        what = f"{number(float(high))} for all" if values.size else "none is put together"
+        axes.text(0.5, 0.5, what, transform=axes.transAxes, ha="center", va="center", color=MUTED)
+        axes.set_xticks([])
+    else:
+        axes.hist(np.clip(values, low, high), BINS, range=(low, high), color=SERIES[0], zorder=3)
+        median, nearly_all = np.quantile(values, [0.5, 0.9973])
+        axes.axvline(median, color=INK, lw=1.0, label="half of the cams", zorder=4)
+        axes.axvline(nearly_all, color=MUTED, lw=1.0, ls=":", label="99.73 % are below", zorder=4)
+    if bound is not None:
+        _limit(axes, shown(bound, column.unit), low, high)
+    axes.locator_params(axis="x", nbins=5)
+    dress(axes)
+
+
+def _limit(axes: Any, bound: float, low: float, high: float) -> None:
+    """A limit: a line where it is near the cams, else in words."""
+    if low - (high - low) < bound < high + (high - low):
+        axes.axvline(bound, **LIMIT, label="limit", zorder=5)
+    else:
+        axes.text(
+            0.98, 0.95, f"limit {number(float(bound))}", transform=axes.transAxes, ha="right", va="top", color=ALARM
+        )
