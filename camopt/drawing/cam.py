@@ -38,6 +38,8 @@ from camopt.quantities.unit_systems import computed, shown, shown_unit
 
 FROM_START = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
 ASIDE = (5.0, 8.0, 12.0, 16.0, 22.0, 30.0)  # points: of ω from its arrow
+CROSS = np.array([1, 1j, -1, -1j])
+MARGIN = 0.08  # of the radius of a groove: what is drawn beside it where the diameter of its disc is not given
 UNSEEN = 1e-4  # of the cam: an offset smaller than that is none to the eye
 
 
@@ -51,7 +53,8 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     labels = [*draw_strokes(axes, picture), _draw_sense(axes, picture)]
     spans = draw_follower(Parts(axes, axes, axes), picture, size)
     second = [*draw_second_contact(axes, whole), outline_of(whole)]
-    parts = [pitch, *_draw_circles(axes, picture, pitch, size), *spans, *second]
+    body = reach_of_body(picture) * CROSS
+    parts = [pitch, body, *_draw_circles(axes, picture, pitch, size), *spans, *second]
     frame(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
     return labels
 
@@ -65,31 +68,53 @@ def _fan(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
 
 
 def draw_body(axes: Any, picture: Picture) -> None:
-    """The profile, coloured by stroke, on the body of the cam; without what undercutting removes."""
-    design, pieces = picture.problem.design, picture.curves
-    radius = float(design.roller_radius[0])
-    solid = remaining(picture) if picture.undercut else np.concatenate([c.profile[0] for c in pieces])
-    edge = {"edgecolor": INK, "label": "what is left of the cam"} if picture.undercut else {"edgecolor": "none"}
-    area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
+    """The profile, or the walls of a groove, coloured by stroke, on the body; without what undercutting removes."""
+    mechanism, pieces = picture.problem.setup.mechanism, picture.curves
+    radius = float(picture.problem.design.roller_radius[0])
+    (_fill_profile if mechanism.body.bounded else _fill_face)(axes, picture)
     thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
     named = set()
     for place, (kind, curves) in enumerate(zip(picture.kinds, pieces, strict=True)):
-        label = f"profile, {STROKE_NAMES[kind]}" if kind not in named else None
-        draw_line(
-            axes,
-            curves.profile[0],
-            color=COLOURS[kind],
-            label=label,
-            zorder=4,
-            solid_capstyle="round",
-            **thin,
-        )
-        draw_line(axes, _fan(pieces[place - 1], curves, radius), color=COLOURS[DWELL], zorder=3.9, **thin)
-        named.add(kind)
+        for flank, wall in zip(mechanism.flanks, curves.profile, strict=True):
+            label = f"profile, {STROKE_NAMES[kind]}" if kind not in named else None
+            draw_line(axes, wall, color=COLOURS[kind], label=label, zorder=4, solid_capstyle="round", **thin)
+            corner = _fan(pieces[place - 1], curves, -flank.side * radius)
+            draw_line(axes, corner, color=COLOURS[DWELL], zorder=3.9, **thin)
+            named.add(kind)
     if radius > 0.0:
         pitch = np.concatenate([c.pitch for c in pieces])
         style = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
         draw_line(axes, np.append(pitch, pitch[0]), label="pitch curve", **style)
+
+
+def _fill_profile(axes: Any, picture: Picture) -> None:
+    """What is inside the profile."""
+    solid = remaining(picture) if picture.undercut else np.concatenate([c.profile[0] for c in picture.curves])
+    edge = {"edgecolor": INK, "label": "what is left of the cam"} if picture.undercut else {"edgecolor": "none"}
+    area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
+
+
+def _fill_face(axes: Any, picture: Picture) -> None:
+    """A disc with the groove that a roller sweeps in its face."""
+    from shapely import LinearRing
+
+    edge = reach_of_body(picture) * np.exp(1j * np.linspace(0.0, 2 * np.pi, 721))
+    known = picture.problem.setup.solid.outer_diameter is not None
+    area(axes, edge, facecolor=FILL, edgecolor=INK if known else "none", lw=1.0, zorder=1)
+    pitch = np.concatenate([c.pitch for c in picture.curves])
+    swept = LinearRing(np.column_stack([pitch.real, pitch.imag]))
+    swept = swept.buffer(float(picture.problem.design.roller_radius[0]), quad_segs=64)
+    style = {"edgecolor": INK if picture.undercut else "none", "lw": 1.0, "zorder": 1.5}
+    for colour, ring in [("white", swept.exterior), *((FILL, hole) for hole in swept.interiors)]:
+        axes.fill(*np.asarray(ring.coords).T, facecolor=colour, **style)
+
+
+def reach_of_body(picture: Picture) -> float:
+    """How far the body of a disc cam reaches from its axis, mm; of one that is not known, what is drawn of it."""
+    mechanism, solid = picture.problem.setup.mechanism, picture.problem.setup.solid
+    if mechanism.body.bounded:
+        return float(max(np.abs(c.profile).max() for c in picture.curves))
+    return (solid.outer_diameter or 0.0) / 2 or float(picture.values["outer_radius_mm"]) * (1.0 + MARGIN)
 
 
 def remaining(picture: Picture) -> ComplexArray:
@@ -119,8 +144,9 @@ def remaining(picture: Picture) -> ComplexArray:
 
 def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float) -> list[ComplexArray]:
     """Base, prime, pitch, offset and shaft circles, the centre and the follower's axis; the points they span."""
-    spans, lowest = [], float(pitch.imag.min())
     values, problem = picture.values, picture.problem
+    open_ = problem.setup.mechanism.body.bounded
+    spans, lowest = [], float(pitch.imag.min()) if open_ else -reach_of_body(picture)
     base, radius = float(problem.design.size[0]), float(problem.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
     draw_circle(axes, base, color=MUTED, label=f"base circle, R {in_figures(base)}", **thin)
@@ -131,7 +157,7 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
         through = values["pitch_circle_radius_mm"]
         label = f"pitch circle, R {in_figures(through)}"
         draw_circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
-        spans.append(through * np.array([1, 1j, -1, -1j]))
+        spans.append(through * CROSS)
         lowest = min(lowest, -through)
         _mark_pitch_point(axes, picture)
     draw_centre(axes, picture, size)

@@ -71,11 +71,18 @@ def _sliding(picture: Picture) -> list[Panel]:
         return []
     assert setup.omega is not None
     factor = 30.0 / pi * setup.omega / float(design.roller_radius[0]) if rolls else setup.omega / 1e3
-    curve = surface.sliding_curve(setup, design, problem.programme)
+    *others, side = (
+        flank.side for flank in setup.mechanism.flanks
+    )  # of the walls of a groove, the outer is faster
+    curve = surface.sliding_curve(setup, design, problem.programme, side)
     values = [factor * value for value in picture.curve_values(curve)]
     title = "Speed of the roller in its follower" if rolls else "Sliding speed"
     panel = Panel(title, QUANTITIES[name].unit, values, [marked(picture, values, name)], quantity=name)
     panel.limits = limit_lines(picture, name)
+    if others:
+        inner = surface.sliding_curve(setup, design, problem.programme, others[0])
+        panel.other = [factor * value for value in picture.curve_values(inner)]
+        panel.note = f"thin: on the {setup.mechanism.flanks[0].said}"
     return [panel]
 
 

@@ -260,7 +260,8 @@ def _trace_curvature(picture: Picture, pitch: PieceValues) -> Panel:
         panel.reference = pitch
         panel.other = profiles[1] if both else None
         panel.alarm = [(np.abs(k) if both else k) * radius >= 1.0 for k in pitch]
-        panel.note = "thin: left flank  ·  dash-dot: pitch curve" if both else "dash-dot: pitch curve"
+        thin = f"thin: {flanks[1].said}  ·  " if both else ""
+        panel.note = f"{thin}dash-dot: pitch curve"
     finite = np.concatenate([*pitch, *(values for side in profiles for values in side)])
     finite = finite[np.isfinite(finite) & (np.abs(finite) <= cap)]
     panel.span = (float(finite.min(initial=0.0)), float(finite.max(initial=0.0)))

@@ -10,7 +10,7 @@ import numpy as np
 
 from camopt.drawing import diagrams
 from camopt.drawing.bodies import FRAME_ANGLES, Carried, MovingBody, Reading, Shifting, Stage, Turning, artists_of
-from camopt.drawing.cam import draw_body, draw_centre, draw_strokes, frame
+from camopt.drawing.cam import CROSS, draw_body, draw_centre, draw_strokes, frame, reach_of_body
 from camopt.drawing.figures import BETWEEN, sizes_in_words
 from camopt.drawing.follower import Parts, draw_follower
 from camopt.drawing.groove import draw_channel, draw_groove_follower, sides_of
@@ -71,7 +71,7 @@ def _disc(figure: Any, picture: Picture) -> list[MovingBody]:
     body = _with_the_follower(follower, picture)
     links, reach = _links(ground, picture, spans, size)
     moved = [*(body.moved(span).ravel() for span in spans), *reach]
-    frame(ground, np.concatenate([size * np.array([1, 1j, -1, -1j]), *moved]))
+    frame(ground, np.concatenate([max(size, reach_of_body(picture)) * CROSS, *moved]))
     for axes in (cam, follower, contact, *(link.axes for link in links)):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim(), aspect="equal")
     turning = Turning(cam, 0.0, problem.design.sense * FRAME_ANGLES)

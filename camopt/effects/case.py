@@ -35,6 +35,7 @@ class SolidGiven:
     hub_radius: float = 0.0
     hub_length: float = 0.0
     groove_depth: float | None = None
+    outer_diameter: float | None = None
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ curves and scales look at designs as that contact does (``seen_peak``).
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import wraps
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,7 @@ def least_size_of(setup: Setup, designs: Designs) -> Any:
 def on_each_contact(effect: Effect, found: Found) -> Effect:
     """An effect of one contact as one of all: what it offers is the worst of them."""
 
+    @wraps(effect.offers)
     def offers(setup: Setup) -> tuple[str, ...]:
         names = effect.offers(setup)
         return tuple(filter(_has_worst, names)) if setup.mechanism.further else names
@@ -77,7 +79,12 @@ def on_each_contact(effect: Effect, found: Found) -> Effect:
 
 def on_one_disc(effect: Effect) -> Effect:
     """An effect of the only disc that there is: of two discs it offers nothing."""
-    return replace(effect, offers=lambda setup: () if setup.mechanism.second_keys else effect.offers(setup))
+
+    @wraps(effect.offers)
+    def offers(setup: Setup) -> tuple[str, ...]:
+        return () if setup.mechanism.second_keys else effect.offers(setup)
+
+    return replace(effect, offers=offers)
 
 
 def _has_worst(name: str) -> bool:

@@ -11,7 +11,10 @@ An undercut profile crosses itself where it is undercut. What is nowhere undercu
   tangent turns by less than π from the one to the other, so that the profile goes one way. Pairs left are halved.
 
 That two parts do meet is shown if the ends of each lie on opposite sides of the strip round the other (Poincaré and
-Miranda: two functions, each of which changes sign across a square, have a common zero in it). Corners of the motion
+Miranda: two functions, each of which changes sign across a square, have a common zero in it). A groove has two
+walls: if the normal of the inner one points away from the centre, so does that of the outer one. Walls of a groove
+do not cross each other unless one of them crosses itself: the shortest line from the pitch curve to itself that is
+square to it at both ends runs on one side of it. Corners of the motion
 need no care: their jumps of y' add up to nothing, so one of them is convex, and a round body undercuts it.
 """
 
@@ -21,6 +24,7 @@ import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.parts import PART_ERROR, Cover, PartEnds, TurnParts, cover, first_parts, part_ends
+from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import BoolArray, ComplexArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray, IntArray
@@ -30,17 +34,20 @@ from camopt.numerics.state import State
 DESIGNS_AT_ONCE, PAIRED = 256, 16  # designs, so that memory stays bounded
 CUT, CUT_ROUNDS = 4, 12  # a part is cut into four, at most so often
 MOST_PAIRS = 200_000
+SURENESS = (False, None, True)  # of a crossing of a wall: what tells of all walls comes last
 
 
 class Crossing(NamedTuple):
-    """Whether a profile crosses itself, None if neither is proved.
+    """Whether a profile crosses itself, or a wall of a groove, None if neither is proved.
 
-    Where it does, ``at`` has the two cam angles in rad, to ± ``within``.
+    Where one does, ``at`` has the two cam angles in rad, to ± ``within``.
     """
 
     shown: bool | None
     at: tuple[float, ...] = ()
     within: float = 0.0
+    side: float = INNER_SIDE
+    """Of the trace point, on which the wall is that does."""
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -104,19 +111,26 @@ def _perhaps(case: Case, index: IntArray) -> IntArray:
 
 
 def find_crossing(setup: Setup, design: Designs, programme: Programme) -> Crossing:
-    """Whether the profile of one disc cam that is not undercut, with a trace point, crosses itself."""
+    """Whether a wall of one disc cam that is not undercut, with a trace point, crosses itself."""
     return find_crossings(setup, design, programme)[0]
 
 
 def find_crossings(setup: Setup, designs: Designs, programme: Programme) -> list[Crossing]:
-    """Of each of some disc cams that are not undercut, with a trace point, whether its profile crosses itself."""
+    """Of each of some disc cams that are not undercut, with a trace point, whether a wall of it crosses itself."""
+    sides = dict.fromkeys(flank.side for flank in setup.mechanism.flanks)
+    walls = [find_wall_crossings(setup, designs, programme, side) for side in sides]
+    return [max(each, key=lambda one: SURENESS.index(one.shown)) for each in zip(*walls, strict=True)]
+
+
+def find_wall_crossings(setup: Setup, designs: Designs, programme: Programme, side: float) -> list[Crossing]:
+    """The same of the wall on one side of the trace point, if that is not undercut."""
     programme = setup.mechanism.prescribed(programme)
     found = [Crossing(None if radius > 0.0 else False) for radius in designs.roller_radius]
     rounded = np.flatnonzero(designs.roller_radius > 0.0)
     for some in np.array_split(rounded, 1 + rounded.size // PAIRED) if rounded.size else ():
         pairs = Pairs.all_of(some, first_parts(programme))
         for _ in range(CUT_ROUNDS):
-            pairs = pairs.left(setup, designs, programme, found).split()
+            pairs = pairs.left(setup, designs, programme, found, side).split()
             if not pairs.first.size:
                 break
     return found
@@ -141,18 +155,20 @@ class Pairs(NamedTuple):
         tiled = TurnParts(*(np.tile(x, designs.size) for x in parts))
         return cls(tiled, np.repeat(designs, count), first, second)
 
-    def left(self, setup: Setup, designs: Designs, programme: Programme, found: list[Crossing]) -> "Pairs":
+    def left(
+        self, setup: Setup, designs: Designs, programme: Programme, found: list[Crossing], side: float
+    ) -> "Pairs":
         """The pairs that may meet, of undecided designs; ``found`` takes the verdicts of the others."""
         each = designs.take(self.owner)
-        covered = cover(setup, each, programme, self.parts)
+        covered = cover(setup, each, programme, self.parts, side)
         pairs = self.only(~_one_way(covered, self.owner, self.first, self.second))
         pairs = pairs.only(~_discs_apart(covered, pairs.first, pairs.second))
         pairs = pairs.only(~_strips_apart(covered.take(pairs.first), covered.take(pairs.second)))
-        met = _meet(covered, part_ends(setup, each, programme, self.parts), pairs.first, pairs.second)
+        met = _meet(covered, part_ends(setup, each, programme, self.parts, side), pairs.first, pairs.second)
         for pair in np.flatnonzero(met)[::-1]:
             both = [pairs.first[pair], pairs.second[pair]]
             within = float(self.parts.half[both].max())
-            found[self.owner[both[0]]] = Crossing(True, tuple(self.parts.middle[both].tolist()), within)
+            found[self.owner[both[0]]] = Crossing(True, tuple(self.parts.middle[both].tolist()), within, side)
         count = np.bincount(self.owner[pairs.first], minlength=len(designs))
         done = (count == 0) | _goes_round(covered, self.owner, len(designs))
         for i in np.unique(self.owner[done[self.owner]]):

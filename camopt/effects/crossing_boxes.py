@@ -12,8 +12,10 @@ centre C(b) on the pitch curve, cuts into the profile at another one: |P(a) − 
 - With P(a) the nearest point of the profile to C(b), C(b) = P(a) ± d·n(a). If d < R_r, either F covers the points
   near C(b) twice, from (a, d) and from (b, R_r), or C(b) is on the profile or inside, where F covers nothing.
 
-Conversely, where one part of a profile crosses another at P(a) = P(b), it enters the roller at b, since
-|P(a) − C(b)|² changes with a at the rate −2·R_r·n(b)·P'(a), which is not 0.
+Conversely, where one part of a profile crosses another at P(a) = P(b), it enters the roller at b, since |P(a) −
+C(b)|² changes with a at the rate −2·R_r·n(b)·P'(a), which is not 0.
+
+The outer wall of a groove, C + R_r·n, is the same with −R_r, inside and outside exchanged.
 
 With Δ = C(a) − C(b) the condition is 2·R_r·Δ·n(a) − |Δ|² > 0, one inequality for each pair of cam angles. Ranges
 with slopes (``numerics.sloped``) bound it over a box. The pair at which one design of the box overlaps the most
@@ -30,7 +32,8 @@ import numpy as np
 
 from camopt.effects.case import Setup
 from camopt.effects.crossing import find_crossing
-from camopt.effects.parts import drawn, position_and_speed, start_height
+from camopt.effects.parts import drawn, on_side, position_and_speed, start_height
+from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import BoolArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import GIVEN, FloatArray
@@ -51,8 +54,8 @@ class KnownCrossings:
 
     def __init__(self, setup: Setup, programme: Programme) -> None:
         self._setup, self._programme = setup, programme
-        self._known: list[FloatArray] = []
-        """Pairs of cam angles in rad, the latest first."""
+        self._known: list[tuple[FloatArray, float]] = []
+        """Pairs of cam angles in rad, each with the side of the wall, the latest first."""
 
     def excess(self, box: Designs, inside: Designs, free: Sequence[str]) -> Sloped:
         """Over boxes (Intervals), a quantity above 0 only where a design crosses itself or is undercut.
@@ -68,54 +71,62 @@ class KnownCrossings:
 
     def shown(self, designs: Designs) -> BoolArray:
         """The designs that cross themselves at known cam angles, apart from rounding."""
-        return np.asarray(self._overlaps(designs, self._pairs(designs)[:, None])[:, 0] > 0.0)
+        pairs, sides = self._pairs(designs)
+        return np.asarray(self._overlaps(designs, pairs[:, None], sides[:, None])[:, 0] > 0.0)
 
     def learn(self, design: Designs) -> bool:
         """Whether a design crosses itself; if it does, its cam angles are added to the known ones."""
         found = find_crossing(self._setup, design, self._programme)
         if found.shown:
-            pair = deepest(self._setup, design, self._programme, found.at)
-            self._known = [pair, *self._known][:MOST_KNOWN]
+            pair = deepest(self._setup, design, self._programme, found.at, found.side)
+            self._known = [(pair, found.side), *self._known][:MOST_KNOWN]
         return found.shown is True
 
     def _excess(self, box: Designs, inside: Designs, free: Sequence[str]) -> Sloped:
-        return overlap_in(self._setup, box, inside, free, self._programme, self._pairs(inside))
+        return overlap_in(self._setup, box, inside, free, self._programme, *self._pairs(inside))
 
-    def _pairs(self, designs: Designs) -> FloatArray:
-        """The pair of cam angles of most overlap of each design, (n, 2) in rad, near the best known pair."""
-        known = np.array(self._known) if self._known else np.zeros((1, 2))
-        nearest = known[self._overlaps(designs, known[None]).argmax(axis=1)]
-        return followed(self._setup, designs, self._programme, nearest)
+    def _pairs(self, designs: Designs) -> tuple[FloatArray, FloatArray]:
+        """The pair of cam angles of most overlap of each design, (n, 2) in rad, near the best known; its side."""
+        pairs, sides = map(np.array, zip(*(self._known or [(np.zeros(2), INNER_SIDE)]), strict=True))
+        best = self._overlaps(designs, pairs[None], sides[None]).argmax(axis=1)
+        return followed(self._setup, designs, self._programme, pairs[best], sides[best]), sides[best]
 
-    def _overlaps(self, designs: Designs, angles: FloatArray) -> FloatArray:
-        return overlaps(self._setup, designs, self._programme, angles)
+    def _overlaps(self, designs: Designs, angles: FloatArray, sides: FloatArray) -> FloatArray:
+        return overlaps(self._setup, designs, self._programme, angles, sides)
 
 
-def overlaps(setup: Setup, designs: Designs, programme: Programme, angles: FloatArray) -> FloatArray:
-    """The overlap in mm³/rad of n designs, (n, m), at pairs of cam angles in rad, (n or 1, m, 2)."""
+def overlaps(
+    setup: Setup, designs: Designs, programme: Programme, angles: FloatArray, side: Any = INNER_SIDE
+) -> FloatArray:
+    """The overlap in mm³/rad of n designs, (n, m), at pairs of cam angles in rad, (n or 1, m, 2), on walls."""
     column, table = designs.take((slice(None), None)), programme.table
     motion, (other, _) = position_and_speed(table, angles[..., 0]), position_and_speed(table, angles[..., 1])
-    return np.asarray(overlap(setup, column, start_height(setup, column), angles, motion, other))
+    start = start_height(setup, column)
+    return np.asarray(overlap(setup, on_side(column, side), start, angles, motion, other))
 
 
-def deepest(setup: Setup, design: Designs, programme: Programme, near: Sequence[float]) -> FloatArray:
+def deepest(
+    setup: Setup, design: Designs, programme: Programme, near: Sequence[float], side: float = INNER_SIDE
+) -> FloatArray:
     """The pair of cam angles (2,) in rad at which one design overlaps the most, uphill from a given pair."""
     from scipy.optimize import minimize
 
     def least(pair: FloatArray) -> float:
-        return -float(overlaps(setup, design, programme, pair[None, None])[0, 0])
+        return -float(overlaps(setup, design, programme, pair[None, None], side)[0, 0])
 
     return np.asarray(minimize(least, near, method="Nelder-Mead").x)
 
 
-def followed(setup: Setup, designs: Designs, programme: Programme, near: FloatArray) -> FloatArray:
+def followed(
+    setup: Setup, designs: Designs, programme: Programme, near: FloatArray, sides: Any = INNER_SIDE
+) -> FloatArray:
     """Pairs of cam angles (n, 2) in rad at which n designs overlap the most, by Newton's method from near ones."""
-    every, pairs = np.arange(len(designs)), near
+    every, pairs, walls = np.arange(len(designs)), near, np.reshape(sides, (-1, 1))
     for away in OFFSETS_TRIED:
-        found = overlaps(setup, designs, programme, pairs[:, None] + away * AROUND)
+        found = overlaps(setup, designs, programme, pairs[:, None] + away * AROUND, walls)
         step = np.clip(away * _uphill(found), -FURTHEST, FURTHEST)
         moved = pairs[:, None] + STEP_SHARES[:, None] * step[:, None]
-        pairs = moved[every, overlaps(setup, designs, programme, moved).argmax(axis=1)]
+        pairs = moved[every, overlaps(setup, designs, programme, moved, walls).argmax(axis=1)]
     return pairs
 
 
@@ -133,8 +144,9 @@ def _uphill(found: FloatArray) -> FloatArray:
 def overlap(setup: Setup, designs: Designs, start: Any, angles: FloatArray, motion: Any, other: Any) -> Any:
     """(2·R_r·Δ·n(a) − |Δ|²)·|C'(a)| in mm³/rad. Numbers, ranges or ranges with slopes.
 
-    ``start`` is the height or angle at displacement 0, ``angles`` are (..., 2) pairs (a, b) in rad, ``motion`` is
-    (y, y') at a and ``other`` y at b. Vectors are in the ground frame at a.
+    Of a wall the designs are those ``on_side`` of it. ``start`` is the height or angle at displacement 0,
+    ``angles`` are (..., 2) pairs (a, b) in rad, ``motion`` is (y, y') at a and ``other`` y at b. Vectors are in
+    the ground frame at a.
     """
     assert setup.mechanism.trace_point is not None
     (x, z), (along, up) = drawn(setup, designs, start + motion[0], motion[1])
@@ -148,7 +160,13 @@ def overlap(setup: Setup, designs: Designs, start: Any, angles: FloatArray, moti
 
 
 def overlap_in(
-    setup: Setup, box: Designs, inside: Designs, free: Sequence[str], programme: Programme, pairs: FloatArray
+    setup: Setup,
+    box: Designs,
+    inside: Designs,
+    free: Sequence[str],
+    programme: Programme,
+    pairs: FloatArray,
+    walls: Any = INNER_SIDE,
 ) -> Sloped:
     """The overlap at one pair of cam angles each, over boxes of designs, and how it changes with the free sizes.
 
@@ -167,7 +185,7 @@ def overlap_in(
         by_start = _variables(sides)
         by_start[SIZE_AXIS] = replace(by_start[SIZE_AXIS], at=start.at)
         designs = inside.with_values({**by_start, SIZE_AXIS: inside.size})
-        over = overlap(setup, designs, by_start[SIZE_AXIS], pairs, motion, other)
+        over = overlap(setup, on_side(designs, walls), by_start[SIZE_AXIS], pairs, motion, other)
         partials = [Interval(*ends) for ends in zip(over.slopes.low, over.slopes.high, strict=True)]
         operands = [start if name == SIZE_AXIS else by_size[name] for name in by_size]
         return by_chain(over.value, over.at, list(zip(operands, partials, strict=True)))

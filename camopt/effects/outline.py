@@ -10,6 +10,10 @@ The pivot of a follower that oscillates is at the distance c from the cam's axis
 
 which has to be more than the radius of its boss; below 0 the cam passes over the pivot.
 
+A groove in the face of a disc has an outer wall, at |C| + R_r where it is farthest: that is its R_out. What is left
+to the edge of a disc of the diameter D is the wall D/2 − R_out. The follower is beside such a disc, so nothing is
+said of its pivot.
+
 Source: regrouped from Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
 
@@ -17,8 +21,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from camopt.effects.case import Case, Effect, Setup
-from camopt.effects.peak import Peak
+from camopt.effects.peak import Peak, size_of
 from camopt.effects.peak_columns import peak_column
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
@@ -27,31 +33,46 @@ from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import curve, formula
 
 RADIUS, CLEARANCE = "outer_radius_mm", "pivot_clearance_min_mm"
+EDGE_WALL = "edge_wall_min_mm"
 
 
-class PivotClearance(NamedTuple):
-    """Distance of the pivot from the cam's axis less how far the outline is from it, mm."""
+class OutlineClearance(NamedTuple):
+    """A distance from the cam's axis, as that of the pivot, less how far the outline is from it, mm."""
 
     outline: Any
-    centre_distance: FloatArray
+    distance: FloatArray
 
 
-@formula(PivotClearance)
-def pivot_clearance(f, i, at):
+@formula(OutlineClearance)
+def outline_clearance(f, i, at):
     far, far1 = curve(f.outline, i, at)
-    return f.centre_distance[i] - far, -far1
+    return f.distance[i] - far, -far1
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    if setup.mechanism.outline is None:
+    mechanism = setup.mechanism
+    if mechanism.outline is None:
         return ()
-    return (RADIUS, CLEARANCE) if "centre_distance" in setup.mechanism.sizes else (RADIUS,)
+    edge = (EDGE_WALL,) if "outer_diameter" in mechanism.body.part else ()
+    pivot = (CLEARANCE,) if mechanism.body.bounded and "centre_distance" in mechanism.sizes else ()
+    return (RADIUS, *pivot, *edge)
 
 
-def _clearance(
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    lacking = EDGE_WALL in offers(setup) and setup.solid.outer_diameter is None
+    return {EDGE_WALL: ("part.outer_diameter",)} if lacking else {}
+
+
+def _to_pivot(
     outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme
-) -> PivotClearance:
-    return PivotClearance(outline(designs, programme), designs.centre_distance)
+) -> OutlineClearance:
+    return OutlineClearance(outline(designs, programme), designs.centre_distance)
+
+
+def _to_edge(
+    outline: Callable[[Designs, Programme], Any], edge: float, designs: Designs, programme: Programme
+) -> OutlineClearance:
+    return OutlineClearance(outline(designs, programme), np.full(len(designs), edge))
 
 
 def _centre_distance(designs: Designs) -> Any:
@@ -60,16 +81,19 @@ def _centre_distance(designs: Designs) -> Any:
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    outline = setup.mechanism.outline
+    outline, edge = setup.mechanism.outline, (setup.solid.outer_diameter or 0.0) / 2.0
     if outline is None:
         return {}
-    room = Peak(((partial(_clearance, outline), ALL_STROKES),), LEAST, unit=_centre_distance)
-    found = {RADIUS: Peak(((outline, ALL_STROKES),), LARGEST), CLEARANCE: room}
-    return {name: found[name] for name in offers(setup)}
+    found = {
+        RADIUS: Peak(((outline, ALL_STROKES),), LARGEST),
+        CLEARANCE: Peak(((partial(_to_pivot, outline), ALL_STROKES),), LEAST, unit=_centre_distance),
+        EDGE_WALL: Peak(((partial(_to_edge, outline, edge), ALL_STROKES),), LEAST, unit=size_of),
+    }
+    return {name: found[name] for name in offers(setup) if name not in lacks(setup)}
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {name: peak_column(case, peak) for name, peak in peaks(case.setup).items() if name in wanted}
 
 
-EFFECT = Effect("outline", offers, run, peaks=peaks, of_contact=True)
+EFFECT = Effect("outline", offers, run, lacks, peaks=peaks, of_contact=True)

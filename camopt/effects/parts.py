@@ -9,12 +9,14 @@ with a margin for rounding.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.effects.case import Setup
+from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import ComplexArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray, IntArray
@@ -72,12 +74,13 @@ class Cover(NamedTuple):
         return self._replace(**{name: values[index] for name, values in self._asdict().items()})
 
 
-def cover(setup: Setup, design: Designs, programme: Programme, parts: TurnParts) -> Cover:
-    """Enclose the profile of one design, or of several, (n, 1) each, over parts of the turn."""
+def cover(setup: Setup, design: Designs, programme: Programme, parts: TurnParts, side: float = INNER_SIDE) -> Cover:
+    """Enclose a wall of one design, or of several, (n, 1) each, over parts of the turn."""
     y, y1 = position_and_speed(programme.table, parts.middle)
     trace, velocity = (x + 1j * z for x, z in drawn(setup, design, start_height(setup, design) + y, y1))
     reach = np.abs(design.centre_distance - trace) if setup.angular else 1.0  # of the trace point by y
     distance, speed, radius = np.abs(trace), np.abs(velocity), design.roller_radius
+    inwards = on_side(design, side).roller_radius
     fastest = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration + parts.error)
     swing = np.square(fastest) if setup.angular else 0.0
     bend = reach * (parts.acceleration + swing + (2.0 + parts.half) * fastest) + distance
@@ -90,23 +93,27 @@ def cover(setup: Setup, design: Designs, programme: Programme, parts: TurnParts)
     normal = 1j * design.sense * tangent
     away = parts.half * (speed + parts.half * bend) + radius * np.minimum(spread, 2.0) + rounding
     bulge = 0.5 * np.square(parts.half) * bend + radius * 2.0 * np.square(np.sin(0.5 * spread)) + rounding
-    return Cover(turn * trace - radius * normal, tangent, normal, spread, away, bulge, rounding)
+    return Cover(turn * trace - inwards * normal, tangent, normal, spread, away, bulge, rounding)
 
 
 PartEnds = Sequence[ComplexArray]
 """Where parts of a profile start, and where they end."""
 
 
-def part_ends(setup: Setup, design: Designs, programme: Programme, parts: TurnParts) -> PartEnds:
-    """The ends of parts of the profile of one design, or of several, (n, 1) each."""
+def part_ends(
+    setup: Setup, design: Designs, programme: Programme, parts: TurnParts, side: float = INNER_SIDE
+) -> PartEnds:
+    """The ends of parts of a wall of one design, or of several, (n, 1) each."""
     angles = np.stack([parts.middle - parts.half, parts.middle + parts.half])
-    return list(points_at(setup, design, programme, angles))
+    return list(points_at(setup, design, programme, angles, side))
 
 
-def points_at(setup: Setup, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:
-    """The profile of one design, or of several, (n, 1) each, at cam angles in rad."""
+def points_at(
+    setup: Setup, design: Designs, programme: Programme, angles: FloatArray, side: float = INNER_SIDE
+) -> ComplexArray:
+    """A wall of one design, or of several, (n, 1) each, at cam angles in rad."""
     y, y1 = position_and_speed(programme.table, angles)
-    x, z = profile(setup, design, start_height(setup, design) + y, y1)
+    x, z = profile(setup, on_side(design, side), start_height(setup, design) + y, y1)
     return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
 
 
@@ -118,6 +125,14 @@ def position_and_speed(table: MotionTable, angles: FloatArray) -> tuple[FloatArr
     u = (angles - table.centre[panel]) / h
     y, y1 = (polynomial.polyval(u, each[:, panel], tensor=False) for each in (series, polynomial.polyder(series)))
     return np.asarray(y), np.asarray(y1 / h)
+
+
+def on_side(designs: Designs, side: Any) -> Designs:
+    """Designs whose profile is the wall on a side of the trace point: beyond it, that of a roller of −R_r.
+
+    Their height or angle at displacement 0 is that of the designs themselves.
+    """
+    return replace(designs, roller_radius=-side * designs.roller_radius)
 
 
 def start_height(setup: Setup, designs: Designs) -> Any:

@@ -1,4 +1,4 @@
-"""The section of a disc cam: area, length of the profile, centroid, polar moment; of a groove its length.
+"""The section of a disc cam: area, length of the profile, centroid, polar moment; of a groove its length, and more.
 
 The contact point is z in the ground frame, and moves along the cam by dz/dθ − iσz, with σ = 1 for a ccw cam. By
 Green's theorem, with the rate w = −σ·Im(z̄·(dz/dθ − iσz)) at which the radius to it sweeps twice the area,
@@ -8,6 +8,9 @@ Green's theorem, with the rate w = −σ·Im(z̄·(dz/dθ − iσz)) at which th
 in the cam's own frame, in which x and y are those of the ground at cam angle 0. A corner of the pitch curve adds an
 arc of the roller about it, one of the motion of a flat face a straight edge. Where a profile is undercut, or
 crosses itself, all are those of the curve as it is drawn, whose loops count with their sign.
+
+A groove in the face of a disc is the band between its outer and its inner wall, z + R_r·n and z − R_r·n, with z the
+trace point; it is as long as its pitch curve.
 
 Integrals are by Gauss's rule on each panel of the motion (``numerics.quadrature``).
 Source: Bronshtein et al., Handbook of Mathematics, ch. 8 (line integrals).
@@ -23,6 +26,7 @@ from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.implied import Implied
 from camopt.effects.mean import Mean
 from camopt.effects.peak import OverTurn
+from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import ComplexArray, Designs
 from camopt.motion.programme import JUMP_SIDE
 from camopt.motion.table import ALL_STROKES
@@ -38,11 +42,11 @@ RADIAL = 6  # points along the depth of a groove, over which integrands hardly c
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return (AREA, PROFILE_LENGTH, *CENTROID, POLAR_MOMENT) if setup.mechanism.body.closed else (GROOVE_LENGTH,)
+    return (AREA, PROFILE_LENGTH, *CENTROID, POLAR_MOMENT) if setup.mechanism.body.bounded else (GROOVE_LENGTH,)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    if not case.setup.mechanism.body.closed:
+    if not case.setup.mechanism.body.bounded:
         groove = groove_integrals_of(case)
         return {GROOVE_LENGTH: Bounded(groove.value[0], groove.error[0], groove.value[0])}
     found = section_of(case)
@@ -96,17 +100,17 @@ def _columns(designs: Designs) -> Designs:
     return designs.with_values({name: values[:, None] for name, values in designs.values.items()})
 
 
-def section_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
-    """As of ``SectionIntegrals``, (5, designs)."""
+def section_integrals(case: Case, designs: Designs, rule: Rule, side: float = INNER_SIDE) -> FloatArray:
+    """As of ``SectionIntegrals``, (5, designs), within the wall on a side; within the pitch curve of side 0."""
     table, sense = case.programme.table, designs.sense
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
     travel = case.setup.mechanism.travel(_columns(designs), case.programme, angles.ravel())
     across = (len(designs), *angles.shape)
     normal = travel.normal.reshape(-1, *angles.shape)
-    point = travel.trace.reshape(across) - designs.roller_radius[:, None, None] * normal
+    point = travel.trace.reshape(across) + side * designs.roller_radius[:, None, None] * normal
     along = point @ rule.derivative.T - 1j * sense * table.half_width[:, None] * point
     total = _swept(sense, rule, point, normal, along, np.exp(-1j * sense * angles))
-    for corner in _at_corners(case, designs, rule):
+    for corner in _at_corners(case, designs, rule, side):
         total += _swept(sense, rule, *corner)
     return total
 
@@ -123,7 +127,7 @@ def _swept(
     return np.array([part.sum(axis=1) for part in parts])
 
 
-def _at_corners(case: Case, designs: Designs, rule: Rule) -> Iterator[tuple[Any, ...]]:
+def _at_corners(case: Case, designs: Designs, rule: Rule, side: float) -> Iterator[tuple[Any, ...]]:
     """The part of profiles at corners of the motion: an arc about the trace point, or an edge along a flat face."""
     share, half = 0.5 * (1.0 + rule.nodes), 0.5
     for corner in case.programme.corners:
@@ -134,7 +138,7 @@ def _at_corners(case: Case, designs: Designs, rule: Rule) -> Iterator[tuple[Any,
         )
         moved, turned = np.diff(trace, axis=1), np.angle(normal[:, 1:] / normal[:, :1])
         face = normal[:, :1] * np.exp(1j * turned * share)
-        radius = designs.roller_radius[:, None]
+        radius = -side * designs.roller_radius[:, None]
         point = trace[:, :1] + moved * share - radius * face
         along = half * (moved - 1j * turned * radius * face)
         turn = np.full(rule.nodes.size, np.exp(-1j * designs.sense * corner.at))
@@ -142,8 +146,15 @@ def _at_corners(case: Case, designs: Designs, rule: Rule) -> Iterator[tuple[Any,
 
 
 def groove_integrals_of(case: Case) -> Integrated:
-    """The integrals of ``groove_integrals`` (3, designs)."""
-    return by_orders(*_of(case, groove_integrals, np.abs))
+    """The integrals of ``groove_integrals`` (3, designs); of a groove in a face those of ``band_integrals``."""
+    developed = case.setup.mechanism.body.developed
+    return by_orders(*(_of(case, groove_integrals, np.abs) if developed else _of(case, band_integrals, _scale)))
+
+
+def band_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
+    """Of a groove in the face of a disc, (5, designs): its length; of its band area, moments and polar moment."""
+    inner, middle, outer = (section_integrals(case, designs, rule, side) for side in (INNER_SIDE, 0.0, -INNER_SIDE))
+    return np.concatenate([middle[:1], (outer - inner)[1:]])
 
 
 def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:

@@ -10,9 +10,10 @@ area 2·R_r·L(r) (Steiner: what a band gains on one side of a bend it loses on 
 
     V_groove = 2·R_r·∫L dr,    ∫r² dV = 2·R_r·∫r²·L dr
 
-The bottom of the groove is taken as a cylinder, and the cutter as narrow beside it: its wall, parallel to its axis,
-is nowhere further than R_r²/(2·R_m) from that. Edges are sharp, and what is undercut counts as in
-``effects.section``.
+A disc cam with a groove in its face is a plate of its outer diameter, less bore, keyway and the band of the groove
+to its depth. The bottom of the groove of a cylinder is taken as a cylinder, and the cutter as narrow beside it:
+its wall, parallel to its axis, is nowhere further than R_r²/(2·R_m) from that. Edges are sharp, and what is
+undercut counts as in ``effects.section``.
 """
 
 from collections.abc import Callable
@@ -25,7 +26,7 @@ from camopt.effects.case import Bounded, Case, Effect, Setup, SolidGiven
 from camopt.effects.figures import Figure, disc, keyway
 from camopt.effects.implied import Implied
 from camopt.effects.section import AREA, CENTROID, JUST_ABOVE, POLAR_MOMENT, groove_integrals_of
-from camopt.mechanisms.body import CYLINDER, DISC
+from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE
 
 MASS, INERTIA = "cam_mass_kg", "cam_inertia_kg_m2"
 BALANCE = ("unbalance_g_mm", "centre_of_gravity_mm")
@@ -51,7 +52,7 @@ def reads(setup: Setup) -> tuple[str, ...]:
 
 def implies(setup: Setup, name: str, bound: float) -> Implied:
     """The base radius above which no disc cam has as little: its profile goes round the base circle."""
-    if not setup.mechanism.body.closed or name not in (MASS, INERTIA):
+    if not setup.mechanism.body.bounded or name not in (MASS, INERTIA):
         return Implied()
     return Implied(most_size=_most_size(setup.solid, name, bound))
 
@@ -119,6 +120,18 @@ def _cylinder(case: Case) -> tuple[Figure, Figure]:
     return cylinder.without(Figure(band[0], 0.0, band[1])), Figure(off[0], 0.0, off[1])
 
 
+def _grooved_plate(case: Case) -> tuple[Figure, Figure]:
+    """The volume of a plate with a groove in its face, with its moments, and the error of each."""
+    solid, groove = case.setup.solid, groove_integrals_of(case)
+    assert solid.thickness is not None
+    assert solid.groove_depth is not None
+    assert solid.outer_diameter is not None
+    plate = disc(solid.outer_diameter / 2.0).without(_hollow(solid)).times(solid.thickness)
+    (_, area, x, y, polar), (_, *off) = groove
+    band = Figure(area, x + 1j * y, polar).times(solid.groove_depth)
+    return plate.without(band), Figure(off[0], np.hypot(off[1], off[2]), off[3]).times(solid.groove_depth)
+
+
 class BodyFormula(NamedTuple):
     """The formula of a body's volume and moments, with the error of each."""
 
@@ -129,6 +142,7 @@ class BodyFormula(NamedTuple):
 
 BODY_FORMULAS = {
     DISC: BodyFormula(_plate, (MASS, *BALANCE, INERTIA), (AREA, *CENTROID, POLAR_MOMENT)),
+    FACE_GROOVE: BodyFormula(_grooved_plate, (MASS, *BALANCE, INERTIA)),
     CYLINDER: BodyFormula(_cylinder, (MASS, INERTIA)),
 }
 """By body."""

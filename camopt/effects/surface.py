@@ -18,6 +18,9 @@ taken at each cam angle as if the motion were steady: 0 where u passes 0, though
 holds for stiff surfaces and oils that thicken under pressure. Point contacts have neither wear nor film here, and a
 knife edge no film.
 
+On the outer wall of a groove a roller spins the other way, at N_p/R_r + q; of grooves its spin on either wall is
+given, and no entrainment or film.
+
 Sources: Archard, J. Appl. Phys. 24 (1953); Dowson and Higginson, Elasto-hydrodynamic Lubrication, ch. 7.
 """
 
@@ -33,6 +36,7 @@ from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
 from camopt.effects.loads import contact_load, has_guide_friction, is_sound, normal_curve, ways
 from camopt.effects.peak import AS_IT_IS, Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
 from camopt.effects.peak_columns import as_column, columns_of_ends, extreme_of, peak_column
+from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
@@ -151,6 +155,8 @@ def thinness(f, i, at):
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.sliding is None:
         return ()
+    if setup.mechanism.two_sided:
+        return (SPIN,)
     worn = () if setup.spherical or setup.rolls else (WEAR,)
     carried = () if setup.spherical or setup.is_knife else (FILM, RATIO)
     return (SPIN if setup.rolls else SLIDING, FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, *worn, *carried)
@@ -181,13 +187,13 @@ def turning(setup: Setup, designs: Designs) -> FloatArray:
     return np.full(len(designs), designs.sense if setup.angular else 0.0)
 
 
-def sliding_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """v, mm/rad; for a roller, the value if it did not turn."""
+def sliding_curve(setup: Setup, designs: Designs, programme: Programme, side: float = INNER_SIDE) -> Any:
+    """v, mm/rad; for a roller, the value if it did not turn. On the wall on a side of the trace point."""
     assert setup.mechanism.sliding is not None
     sliding = setup.mechanism.sliding(designs, programme)
     if setup.mechanism.curvature is None:
         return sliding
-    return TraceSliding(sliding, designs.roller_radius, turning(setup, designs))
+    return TraceSliding(sliding, -side * designs.roller_radius, turning(setup, designs))
 
 
 def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
@@ -258,18 +264,22 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 
 def _speeds(setup: Setup) -> dict[str, Peak]:
-    sliding, carrying = ((partial(each, setup), ALL_STROKES) for each in (sliding_curve, entrainment_curve))
+    sliding = tuple(
+        (partial(sliding_curve, setup, side=flank.side), ALL_STROKES) for flank in setup.mechanism.flanks
+    )
+    carrying = partial(entrainment_curve, setup), ALL_STROKES
     jumps = never if setup.is_knife else at_corners
     speed = of_setting(setup, Times(setup.omega / 1e3), AS_IT_IS, lambda each: each.omega / 1e3)
     scale = speed
     if setup.rolls:
         turns = 30.0 / pi * setup.omega
         scale = of_setting(setup, PerRoller(turns), PerRoller(1.0), lambda each: 30.0 / pi * each.omega)
-    return {
-        SPIN if setup.rolls else SLIDING: Peak((sliding,), LARGEST_MAGNITUDE, scale),
+    found = {
+        SPIN if setup.rolls else SLIDING: Peak(sliding, LARGEST_MAGNITUDE, scale),
         FASTEST_ENTRAINMENT: Peak((carrying,), LARGEST, speed, jumps),
         SLOWEST_ENTRAINMENT: Peak((carrying,), LEAST, speed, jumps),
     }
+    return {name: found[name] for name in found if name in offers(setup)}
 
 
 def _of_load(setup: Setup) -> dict[str, Peak]:

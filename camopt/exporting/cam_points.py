@@ -37,9 +37,13 @@ COLUMN_NOTES = {
     "profile": ("mm", "Profile."),
     "profile_left": ("mm", "Flank of the groove to the left, seen along the motion of the roller in it."),
     "profile_right": ("mm", "Flank of the groove to the right."),
+    "profile_inner": ("mm", "Inner wall of a groove in the face of a disc."),
+    "profile_outer": ("mm", "Its outer wall."),
     "cutter": ("mm", "Path of the cutter's centre."),
     "cutter_left": ("mm", "Path of the cutter's centre that makes the left flank."),
     "cutter_right": ("mm", "Path of the cutter's centre that makes the right flank."),
+    "cutter_inner": ("mm", "Path of the cutter's centre that makes the inner wall."),
+    "cutter_outer": ("mm", "Path of the cutter's centre that makes the outer wall."),
     "second_pitch": ("mm", "Pitch curve of the second disc of a pair."),
     "second_profile": ("mm", "Profile of the second disc of a pair."),
     "second_cutter": ("mm", "Path of the centre of the cutter that makes the second disc."),
@@ -74,7 +78,8 @@ def cam_points(
     follower; where one jumps, that after the jump; and the x and y in mm of each curve, as
     ``profile_x_mm``, ``profile_y_mm``: ``pitch`` (not for a flat face, which has no trace point), ``profile``, and
     ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has ``profile_left`` and
-    ``profile_right`` in place of ``profile``, and likewise two cutter paths.
+    ``profile_right`` in place of ``profile``, that in the face of a disc ``profile_inner`` and ``profile_outer``,
+    and likewise two cutter paths.
 
     Curves of disc cams have polar coordinates, too (``profile_radius_mm``, the distance from the axis, and
     ``profile_angle_deg`` from the x axis; ``pitch_radius_mm`` of the roller's centre). Of each profile also the

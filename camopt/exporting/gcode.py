@@ -1,11 +1,13 @@
-"""Programs for a mill, wire or laser: the path of a cutter's centre round a disc cam, in arcs.
+"""Programs for a mill, wire or laser: the path of a cutter's centre round a disc cam, or in its groove, in arcs.
 
 The cutter goes down outside of the blank, comes in on a quarter of a circle, tangent to its path, and leaves on
 another: in the middle of the longest dwell, where a mark does least harm. Climb milling with a cutter that turns
-clockwise has the part on its right. The words of each control are in ``dialects``.
+clockwise has the part on its right. Into a groove it plunges. One as wide as the groove goes once along the
+middle; a narrower one goes there first, then on quarter circles to the inner and to the outer wall. The words of
+each control are in ``dialects``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -38,6 +40,7 @@ from camopt.storage.version import VERSION
 
 DIGIT_SHARE = 3.0  # last digits: what of the chord is left to them
 OVERRUN, ASIDE = 1.0, 2.0  # mm below the plate, and between cutter and blank
+LEAST_CUTTER = 1.0 / 3.0  # of the roller: cuts along the middle and along both walls leave nothing between them
 ARC_POINTS = 32  # points of an arc where it is looked at
 
 
@@ -61,16 +64,17 @@ def write(
     largest_radius: float = LARGEST_RADIUS,
     rotary: str | None = None,
 ) -> Export:
-    """Write a program that cuts the profile; the path in it, digits and all, is proved to be within the chord.
+    """Write a program that cuts the profile of a disc cam, or the groove in its face, or that of a cylinder.
 
-    ``cutter_radius`` in mm and ``feed`` in mm/min are needed. ``depth`` is how far below its top face the plate is
-    cut, its thickness and 1 mm more if not given, or no more where a hub is below; with neither, the program has no
-    Z, as for wires and lasers. ``roughing`` is what first cuts leave (mm), with ``roughing_feed`` if it is given.
-    First cuts, or the last if there are none, go down by ``depth_step`` (mm) at most each time. The blank is a disc
-    of ``blank_diameter``, or as wide as the cam. ``control`` is one of ``DIALECTS``, by default that of the ending;
-    ``decimals`` are those of its coordinates; arcs of more than ``largest_radius`` (mm) are lines. ``tool`` is a
-    number, ``spindle`` its speed (rev/min). The chord is 0.001 mm by default, or five of the last decimal. Where
-    results are shown in inch, so is the program.
+    The paths in it, digits and all, are proved to be within the chord.
+    ``cutter_radius`` in mm and ``feed`` in mm/min are needed. ``depth`` is how far below its top face the plate
+    is cut: that of its groove, or its thickness and 1 mm more, or no more where a hub is below; with none of
+    them the program has no Z, as for wires and lasers. ``roughing`` is what first cuts leave (mm), with
+    ``roughing_feed`` if it is given. First cuts, or the last if there are none, go down by ``depth_step`` (mm)
+    at most each time. The blank is a disc of ``blank_diameter``, or as wide as the cam. ``control`` is one of
+    ``DIALECTS``, by default that of the ending; ``decimals`` are those of its coordinates; arcs of more than
+    ``largest_radius`` (mm) are lines. ``tool`` is a number, ``spindle`` its speed (rev/min). The chord is 0.001
+    mm by default, or five of the last decimal. Where results are shown in inch, so is the program.
 
     The groove of a cylinder is cut while the cam turns about an axis of the machine, ``rotary``: "A" or "C"
     (``groove_program``). The radius of its cutter is that of the roller; a smaller one roughs.
@@ -79,19 +83,23 @@ def write(
     decimals = usual_decimals(control) if decimals is None else decimals
     chord = usual_chord(decimals) if chord is None else chord
     asked = Milling(**{name: value for name, value in locals().items() if name not in ("work", "path")})
-    written = write_groove if work.problem.setup.mechanism.body.developed else _write_profile
+    written = write_groove if work.problem.setup.mechanism.body.developed else _write_in_plane
     return written(work, path, asked)
 
 
-def _write_profile(work: Workpiece, path: Path, asked: Milling) -> Export:
-    """Write a program that cuts the profile of a disc cam."""
-    asked = asked if asked.depth is not None else replace(asked, depth=_through(work.part))
+def _write_in_plane(work: Workpiece, path: Path, asked: Milling) -> Export:
+    """Write a program that cuts the profile of a disc cam, or the groove in its face."""
+    plunges = work.problem.setup.mechanism.two_sided
+    usual = work.part.groove_depth if plunges else _through(work.part)
+    asked = asked if asked.depth is not None else replace(asked, depth=usual)
     _check(work, asked)
     assert asked.cutter_radius is not None
     assert asked.feed is not None
     check_cutter(work.problem, asked.cutter_radius)
-    cuts = _cuts(work, asked)
-    outside = _outside(cuts, asked.cutter_radius, asked.blank_diameter)
+    made = (_in_groove if plunges else _round)(work, asked.cutter_radius, asked.roughing)
+    rounding = asked.chord, asked.last_digit, asked.largest_radius
+    cuts = {name: _rounded(cut.curve, *rounding) for name, cut in made.items()}
+    outside = None if plunges else _outside(cuts, asked.cutter_radius, asked.blank_diameter)
     program = Program(DIALECTS[asked.control], asked.decimals)
     _begin(
         program, work, cuts, f"cutter radius {with_shown_unit(asked.cutter_radius, 'g')}, {asked.direction} milling"
@@ -102,16 +110,18 @@ def _write_profile(work: Workpiece, path: Path, asked: Milling) -> Export:
     feeds, levels = {"roughing": asked.roughing_feed or asked.feed}, asked.levels
     for name, each in cuts.items():
         assert isinstance(each.path, ArcPath)
-        wanted = (asked.direction == "climb") == (work.problem.design.sense > 0)  # round a ccw cam it is clockwise
-        followed = each.path if wanted else each.path.backwards
-        way = _Way(followed, asked.cutter_radius, outside, feeds.get(name, asked.feed))
-        _check_free(way, each)
+        right = work.problem.design.sense * made[name].side > 0.0  # round a ccw cam it is clockwise
+        followed = each.path if (asked.direction == "climb") == right else each.path.backwards
+        feed = feeds.get(name.partition("_")[0], asked.feed)
+        way = _Way(followed, made[name].lead, made[name].side, outside, feed)
+        if not plunges:
+            _check_free(way, each)
         for level in levels:
             way.cut(program, level)
         levels = levels[-1:]
     program.stop(asked.spindle, asked.coolant)
     write_text(path, program.text())
-    flat = ("neither a depth nor part.thickness is given: the program has no Z",) if asked.depth is None else ()
+    flat = ("neither a depth nor that of the part is given: the program has no Z",) if asked.depth is None else ()
     return Export(path, told(cuts), notes=(*flat, *asked.left_out))
 
 
@@ -129,6 +139,8 @@ def _check(work: Workpiece, asked: Milling) -> None:
     if asked.rotary is not None:
         why = "has no meaning for a disc cam: it is cut in a plane"
         mistakes.append(Mistake("camopt", "rotary", asked.rotary, why, bare=True))
+    if work.problem.setup.mechanism.two_sided:
+        mistakes += _of_groove(work, asked)
     if asked.depth is not None and part.thickness is not None and part.stands_on_hub:
         why = f"at most part.thickness ({part.thickness:g} mm): a hub is below"
         mistakes += [Mistake("camopt", "depth", asked.depth, why)] if asked.depth > part.thickness else []
@@ -136,18 +148,51 @@ def _check(work: Workpiece, asked: Milling) -> None:
         raise BadInput(mistakes)
 
 
+def _of_groove(work: Workpiece, asked: Milling) -> Iterator[Mistake]:
+    """A cutter clears a groove along its middle and its walls, to its depth, and leaves no more than there is."""
+    half, cutter, deep = float(work.problem.design.roller_radius[0]), asked.cutter_radius, work.part.groove_depth
+    if asked.blank_diameter is not None:
+        yield Mistake("camopt", "blank_diameter", asked.blank_diameter, "means nothing to a groove", bare=True)
+    if cutter is not None and 0.0 < cutter < half * LEAST_CUTTER:
+        why = f"at least {half * LEAST_CUTTER:.6g} mm, a third of the roller's, or it leaves steel in the groove"
+        yield Mistake("camopt", "cutter_radius", cutter, why)
+    elif cutter is not None and asked.roughing > 0.0 and asked.roughing >= half - cutter:
+        why = f"below {half - cutter:.6g} mm, by which the cutter is narrower than the groove on either side"
+        yield Mistake("camopt", "roughing", asked.roughing, why)
+    if asked.depth is not None and deep is not None and asked.depth > deep:
+        yield Mistake("camopt", "depth", asked.depth, f"at most part.groove_depth ({deep:g} mm)")
+
+
 # --------------------------------------------------------------------------------------------------------- path
 
 
-def _cuts(work: Workpiece, asked: Milling) -> dict[str, Followed]:
-    """The paths of the cutter's centre by name, the last one on the profile."""
-    curve = curves_of(work.problem, asked.cutter_radius)["cutter"]
-    distances = {"roughing": curve.distance + asked.roughing} if asked.roughing else {}
-    distances |= {"cutter": curve.distance}
-    return {
-        name: _rounded(replace(curve, distance=each), asked.chord, asked.last_digit, asked.largest_radius)
-        for name, each in distances.items()
-    }
+class _Cut(NamedTuple):
+    """A cut along a curve of the cutter's centre."""
+
+    curve: CamCurve
+    lead: float
+    """Radius of the quarter circles on which the cutter comes and goes, mm."""
+    side: float = 1.0
+    """1 where what is left of the part is inside the path, −1 where it is outside."""
+
+
+def _round(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, _Cut]:
+    """The cuts round a cam by name, the last one on the profile."""
+    curve = curves_of(work.problem, cutter_radius)["cutter"]
+    cuts = {"roughing": replace(curve, distance=curve.distance + roughing)} if roughing else {}
+    return {name: _Cut(each, cutter_radius) for name, each in (cuts | {"cutter": curve}).items()}
+
+
+def _in_groove(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, _Cut]:
+    """The cuts in a groove by name: along its middle, and for a narrower cutter along both walls."""
+    pitch = curves_of(work.problem)["pitch"]
+    room = float(work.problem.design.roller_radius[0]) - cutter_radius
+    cuts = {"middle": _Cut(pitch, 0.0)}
+    for name, left in {"roughing": roughing, "cutter": 0.0}.items() if room else ():
+        for flank in work.problem.setup.mechanism.flanks if left or name == "cutter" else ():
+            curve = replace(pitch, distance=flank.side * (room - left))
+            cuts[f"{name}_{flank.name}"] = _Cut(curve, room - left, -flank.side)
+    return cuts
 
 
 def _rounded(curve: CamCurve, chord: float, digit: float, largest: float) -> Followed:
@@ -221,23 +266,28 @@ class _Way(NamedTuple):
     path: ArcPath
     lead: float
     """Radius of the quarter circles, mm."""
-    outside: float
+    side: float
+    """1 where the part is inside the path, −1 where it is outside."""
+    outside: float | None
+    """How far from the axis the cutter is outside of the blank, mm; None for one that plunges."""
     feed: float
 
     @property
     def ends(self) -> tuple[complex, complex, float]:
         """Where the quarter circles begin and end, and their bulge: they bend away from the part."""
         path, start, tangent = self.path, self.path.vertices[0], self.path.tangents[0][0]
-        around = np.sign((path.vertices[:-1].conjugate() * path.vertices[1:]).imag.sum())  # 1 anticlockwise
+        around = self.side * np.sign((path.vertices[:-1].conjugate() * path.vertices[1:]).imag.sum())
         middle = start - 1j * around * tangent * self.lead
         return middle - self.lead * tangent, middle + self.lead * tangent, -around * np.tan(np.pi / 8)
 
     def out(self, point: complex) -> complex:
-        """The point outside of the blank in the same direction from the axis."""
+        """The point outside of the blank in the same direction from the axis; that itself for one that plunges."""
+        if self.outside is None:
+            return point
         return point / abs(point) * max(self.outside, abs(point))
 
     def cut(self, program: Program, depth: float | None) -> None:
-        """Down outside of the blank, round the part, and up again."""
+        """Down, outside of the blank or into the groove, along the path, and up again."""
         start, (before, after, quarter) = self.path.vertices[0], self.ends
         program.rapid(self.out(before))
         if depth is not None:

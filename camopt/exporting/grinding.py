@@ -34,8 +34,10 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
     the sense in which the cam angle grows. ``cutter_radius`` (mm) is that of the wheel.
     """
     problem = work.problem
-    if problem.setup.mechanism.body.developed:
-        raise BadInput([Mistake("camopt", "file", path.name, "written for disc cams; a groove is not ground so")])
+    if problem.setup.mechanism.two_sided:
+        raise BadInput(
+            [Mistake("camopt", "file", path.name, "written for open disc cams; a groove is not ground so")]
+        )
     if cutter_radius is None:
         raise BadInput([Mistake("camopt", "cutter_radius", None, "missing: the radius of the wheel", bare=True)])
     check_cutter(problem, cutter_radius)

@@ -93,15 +93,17 @@ def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     """Circles and centre marks of a disc cam."""
     part, design = work.part, work.problem.design
     base, prime = float(design.size[0]), float(design.prime_radius[0])
-    hub = (part.hub_diameter or 0.0) / 2
-    left, low = (min(float(each.min()), -hub) for each in (corners.real, corners.imag))
-    right, high = (max(float(each.max()), hub) for each in (corners.real, corners.imag))
+    round_ = max(part.hub_diameter or 0.0, part.outer_diameter or 0.0) / 2
+    left, low = (min(float(each.min()), -round_) for each in (corners.real, corners.imag))
+    right, high = (max(float(each.max()), round_) for each in (corners.real, corners.imag))
     beyond = MARK_OVERRUN * max(right - left, high - low)
     yield Layer("base-circle", CHAIN_LINE, circles=(Circle(base),))
     if prime > base and not work.problem.setup.mechanism.flat_faced:
         yield Layer("prime-circle", CHAIN_LINE, circles=(Circle(prime),))
     if part.hub_diameter:
         yield Layer("hub", VISIBLE, circles=(Circle(part.hub_diameter / 2),))
+    if part.outer_diameter:
+        yield Layer("edge", VISIBLE, circles=(Circle(part.outer_diameter / 2),))
     if part.bore and part.keyway_width:
         yield Layer("bore", VISIBLE, (bore_with_keyway(part),))
     elif part.bore:

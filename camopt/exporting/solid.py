@@ -1,8 +1,9 @@
 """The cam as a solid in its own frame: x and y as in the profile, z towards the viewer of the front view.
 
 A disc cam is a plate from z = 0 to its thickness, with a hub on the far side of that; bore and keyway go through
-both. Its profile is followed by true arcs, by B-splines or by lines, within a deviation that is proved. For a
-cylindrical cam see ``camopt.exporting.cylinder``.
+both. A groove is in its far face, and the plate is round then. Its profile, or the walls of its groove, are
+followed by true arcs, by B-splines or by lines, within a deviation that is proved. For a cylindrical cam see
+``camopt.exporting.cylinder``.
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,14 +15,17 @@ from OCP.StdFail import StdFail_NotDone
 from camopt.contour.curve import curves_of
 from camopt.contour.follow import check_kind, follow
 from camopt.contour.hole import bore_with_keyway
+from camopt.effects import Case
+from camopt.effects.outline import RADIUS
 from camopt.exporting import shapes
 from camopt.exporting.cylinder import grooved_body
 from camopt.exporting.exported import CurveInFile, told
 from camopt.exporting.shapes import Shape
 from camopt.exporting.workpiece import Workpiece
-from camopt.mechanisms.body import CYLINDER, DISC
+from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.part import Part
+from camopt.verdicts.running import run_effects
 
 OVERCUT = 1.0  # mm: by how much a bore is cut longer than the part, at both ends
 
@@ -34,7 +38,7 @@ class CadSolid(NamedTuple):
 
     shape: Shape
     curves: Mapping[str, CurveInFile]
-    """Of a disc cam its profile, with the deviation that is proved."""
+    """Of a disc cam its profile, or walls, with the deviation that is proved."""
     about: dict[str, Any]
 
 
@@ -70,12 +74,31 @@ def _disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
     return CadSolid(_with_bore(work.part, body), told({"profile": profile}), {})
 
 
+def _grooved_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
+    check_kind(curves, chord)
+    part, walls = work.part, {}
+    for name, curve in curves_of(work.problem).items():
+        if name != "pitch":
+            found = follow(curve, curves, chord - shapes.FLAT_ARC)
+            walls[name] = found._replace(deviation=found.deviation + shapes.FLAT_ARC)
+    inner, outer = (walls[name] for name in ("profile_inner", "profile_outer"))
+    _check_wall(work, chord, inner.deviation)
+    assert part.thickness
+    assert part.groove_depth
+    assert part.outer_diameter
+    top, bottom = part.thickness + OVERCUT, part.thickness - part.groove_depth
+    core = shapes.extruded(shapes.closed_wire(inner.path), bottom - OVERCUT, top + OVERCUT)
+    groove = shapes.cut(shapes.extruded(shapes.closed_wire(outer.path), bottom, top), core)
+    plate = shapes.extruded(shapes.circle_wire(part.outer_diameter / 2), 0.0, part.thickness)
+    return CadSolid(_with_bore(part, shapes.cut(plate, groove)), told(walls), {})
+
+
 def _cylinder(work: Workpiece, chord: float, curves: str) -> CadSolid:
     body, off = grooved_body(work, chord)
     return CadSolid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": off})
 
 
-_MAKERS = {DISC: _disc, CYLINDER: _cylinder}
+_MAKERS = {DISC: _disc, FACE_GROOVE: _grooved_disc, CYLINDER: _cylinder}
 """By body."""
 
 
@@ -88,6 +111,13 @@ def _lacks(work: Workpiece) -> Iterator[Mistake]:
     if body.closed and part.bore_reach >= base:
         why = f"must leave a wall to the base circle (radius {base:g}); a bore as wide leaves no solid"
         yield Mistake(scene.file, "cam.shaft_diameter", scene.cam.shaft_diameter, why, bare=True)
+    if part.outer_diameter is not None:
+        problem = work.problem
+        found = run_effects(Case(problem.setup, problem.programme, problem.design), [RADIUS])
+        far = 2.0 * float(found.column(RADIUS)[0])
+        if part.outer_diameter <= far:
+            why = f"above {far:.6g}: the groove breaks out of the edge"
+            yield Mistake(scene.file, "part.outer_diameter", part.outer_diameter, why)
 
 
 def _check_wall(work: Workpiece, chord: float, deviation: float) -> None:

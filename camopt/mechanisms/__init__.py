@@ -1,8 +1,12 @@
-"""Mechanisms: pairings of cam and follower. One module each, all with one record, MECHANISM."""
+"""Mechanisms: pairings of cam and follower.
+
+One module each, all with one record, MECHANISM; further drives of such cams have a module with MECHANISMS.
+"""
 
 from camopt.mechanisms import (
     cylindrical,
     cylindrical_oscillating,
+    face_groove,
     oscillating,
     oscillating_flat,
     pairs,
@@ -37,7 +41,7 @@ MECHANISMS: dict[tuple[str, str, bool], Mechanism] = {
     )
 }
 """By form of the cam, motion of the follower, and whether its face is flat: each with its usual drive."""
-DRIVEN: tuple[Mechanism, ...] = pairs.MECHANISMS
+DRIVEN: tuple[Mechanism, ...] = (*face_groove.MECHANISMS, *pairs.MECHANISMS)
 """Those with another drive than the usual one."""
 
 

@@ -12,12 +12,16 @@ class Body:
     """The body of a cam: the keys of its sizes, and the properties of its form."""
 
     form: CamForm
+    words: str
+    """What it is called."""
     cam: tuple[str, ...]
     """The keys of ``[cam]`` that it alone has, that of its size first."""
     developed: bool
     """Whether its curves are drawn on its mantle, laid flat. Others turn about the axis in a plane square to it."""
     closed: bool
     """Whether a profile goes round the axis in a plane: it encloses an area, and may cross itself."""
+    bounded: bool
+    """Whether that profile is its edge: it encloses the section of the cam."""
     convex: float
     """The sign of κ where a pitch curve is convex, seen from where its normal points."""
     part: tuple[str, ...]
@@ -43,23 +47,44 @@ class Body:
 
 DISC = Body(
     "disc",
+    "disc cam",
     cam=("base_radius", "shaft_diameter"),
     developed=False,
     closed=True,
+    bounded=True,
     convex=1.0,
     part=("hub_diameter", "hub_length"),
     solid=("thickness",),
 )
+FACE_GROOVE = Body(
+    "disc",
+    "grooved disc cam",
+    cam=DISC.cam,
+    developed=False,
+    closed=True,
+    bounded=False,
+    convex=1.0,
+    part=("outer_diameter", "groove_depth", "groove_fit", "groove_chamfer"),
+    solid=("thickness", "outer_diameter", "groove_depth"),
+)
 CYLINDER = Body(
     "cylindrical",
+    "cylindrical cam",
     cam=("mean_radius",),
     developed=True,
     closed=False,
+    bounded=False,
     convex=-1.0,
     part=("groove_depth", "groove_fit", "groove_chamfer", "outer_fit"),
     solid=("thickness", "groove_depth"),
 )
 BODIES: dict[str, Body] = {body.form: body for body in (DISC, CYLINDER)}
+"""By form: the usual one of each."""
+EVERY_BODY = (DISC, FACE_GROOVE, CYLINDER)
+
+
+INNER_SIDE = -1.0
+"""The side of the trace point on which the profile of an open cam is (``Flank.side``)."""
 
 
 class Flank(NamedTuple):
@@ -71,9 +96,18 @@ class Flank(NamedTuple):
     """Where it is along the outward normal of the pitch curve: −1 below the trace point, +1 beyond it."""
     pressing: float
     """The sign of the normal force N that presses the follower on it."""
+    kind: str = "flank"
+    """What it is called, after its name."""
+
+    @property
+    def said(self) -> str:
+        """It in words."""
+        return f"{self.name} {self.kind}"
 
 
 OUTER = (Flank("", -1.0, 1.0),)
 """The profile of an open cam: it can push the follower outward, and not pull it back."""
 GROOVE = (Flank("right", -1.0, 1.0), Flank("left", 1.0, -1.0))
 """Both walls of a groove: the one pushes the roller outward, the other pulls it back."""
+FACE_WALLS = (Flank("inner", INNER_SIDE, 1.0, "wall"), Flank("outer", -INNER_SIDE, -1.0, "wall"))
+"""Those of a groove in the face of a disc, whichever way it turns."""

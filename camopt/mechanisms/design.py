@@ -244,6 +244,10 @@ class Mechanism:
         """Whether the follower's face is flat: no trace point, so that there is no pitch curve."""
         return self.curvature is None
 
+    def moves_as(self, *others: "Mechanism") -> bool:
+        """Whether its follower moves over the cam as in one of some mechanisms, whatever keeps it there."""
+        return any(self.pressure is other.pressure for other in others)
+
     @property
     def of_pitch(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
         """Its curves that designs with the same pitch curve share."""

@@ -110,7 +110,7 @@ def _of_jump(quantity: str, bound: float, setup: Setup) -> Iterator[Claim]:
 
 
 def _implied(setup: Setup) -> list[Limit]:
-    """The limits of every cam: no undercut, no self-crossing, room for shaft, bore and hub.
+    """The limits of every cam: no undercut, no self-crossing, room for shaft, bore and hub, and within its edge.
 
     Without undercut, only a round body can make a profile that crosses itself.
     """
@@ -118,6 +118,9 @@ def _implied(setup: Setup) -> list[Limit]:
     if not setup.is_knife:
         limits.append(replace(bound_on(UNDERCUT, 0.0, setup, CONVEX), asked=False))
     limits += _within_base(setup)
+    if setup.solid.outer_diameter is not None and setup.mechanism.outline is not None:
+        edge = bound_on("outer_diameter", setup.solid.outer_diameter / 2.0, setup, outline.RADIUS)
+        limits.append(replace(edge, given_by="part.outer_diameter"))
     if not setup.mechanism.flat_faced and setup.mechanism.body.closed and not setup.is_knife:
         limits.append(SelfCrossing(SELF_CROSSING, 0.0, setup, asked=False))
     return limits

@@ -59,4 +59,5 @@ def _solid(scene: Scene) -> SolidGiven:
         hub_radius=(part.hub_diameter or 0.0) / 2,
         hub_length=part.hub_length or 0.0,
         groove_depth=part.groove_depth,
+        outer_diameter=part.outer_diameter,
     )

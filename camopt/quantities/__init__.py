@@ -23,7 +23,7 @@ BOUNDED_BELOW = (
     *("jamming_margin", "entrainment_speed_min_m_s", "film_thickness_min_um", "film_ratio_min", "hub_wall_min_mm"),
     *("lift_area_mm_deg", "lift_area_deg_deg", "transmission_angle_min_deg"),
     *("first_profile_radius_min_mm", "second_profile_radius_min_mm"),
-    "pivot_clearance_min_mm",
+    *("pivot_clearance_min_mm", "edge_wall_min_mm"),
 )
 """Quantities of which one wants at least so much; of all others at most."""
 SIGNED = (
@@ -449,7 +449,20 @@ _ALL = [
         "face",
         "Least diameter of a round flat face that the contact never leaves, over the cam's face width.",
     ),
-    Quantity("outer_radius_mm", "", "mm", "outline", "Largest distance of the profile from the cam's axis."),
+    Quantity(
+        "outer_radius_mm",
+        "",
+        "mm",
+        "outline",
+        "Largest distance of the profile, or of the outer wall of a groove, from the cam's axis.",
+    ),
+    Quantity(
+        "edge_wall_min_mm",
+        "",
+        "mm",
+        "outline",
+        "Least wall between a groove in the face of a disc and its edge; below 0 the groove breaks out.",
+    ),
     Quantity(
         "pivot_clearance_min_mm",
         "",
@@ -591,9 +604,19 @@ _ALL = [
     Quantity("centroid_x_mm", "x_S", "mm", "section", "Centroid of that area, in the cam's own frame."),
     Quantity("centroid_y_mm", "y_S", "mm", "section", "Centroid of that area, in the cam's own frame."),
     Quantity("polar_moment_mm4", "I_p", "mm⁴", "section", "Second moment of that area about the cam's axis."),
-    Quantity("groove_length_mm", "L", "mm", "section", "Length of a groove's pitch curve on the mean cylinder."),
     Quantity(
-        "cam_mass_kg", "m", "kg", "solid", "Mass of the cam: plate and hub, or cylinder, less bore and keyway."
+        "groove_length_mm",
+        "L",
+        "mm",
+        "section",
+        "Length of a groove's pitch curve, of a cylinder at its mean radius.",
+    ),
+    Quantity(
+        "cam_mass_kg",
+        "m",
+        "kg",
+        "solid",
+        "Mass of the cam: plate and hub, or cylinder, less bore, keyway and groove.",
     ),
     Quantity(
         "unbalance_g_mm", "U", "g·mm", "solid", "Mass of the cam times the distance of its centre of gravity."

@@ -90,8 +90,14 @@ def _points(points: ComplexArray) -> list[list[float | None]]:
 
 
 def stroke_kind(scene: Scene, problem: Problem) -> dict[str, Any]:
-    """What decides the formulas: the kinds of cam, motion and contact, the sense of rotation, and the shaft."""
+    """What decides the formulas: the kinds of cam, motion and contact, the sense of rotation, and the shaft.
+
+    Of a disc with a groove in its face also its diameter, as far as it is known.
+    """
+    body, diameter = problem.setup.mechanism.body, problem.setup.solid.outer_diameter
     return {
+        "face_groove": body.closed and not body.bounded,
+        "outer_diameter": diameter,
         "form": scene.cam.form,
         "moves": scene.follower.motion,
         "contact": scene.follower.contact,
@@ -135,7 +141,7 @@ def _strokes(problem: Problem) -> list[dict[str, Any]]:
 
 def _left(picture: Picture) -> list[list[float | None]] | None:
     """The outline of an undercut disc cam: what its follower leaves of it."""
-    if not picture.undercut or not picture.problem.setup.mechanism.body.closed:
+    if not picture.undercut or not picture.problem.setup.mechanism.body.bounded:
         return None
     outline = remaining(picture)
     return _points(outline)

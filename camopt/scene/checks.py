@@ -73,7 +73,9 @@ def _lifts(data: Mapping[str, Any]) -> Lifts:
 def groove_run(data: Mapping[str, Any]) -> float | None:
     """The length over which the groove of a cylindrical cam runs along its axis, mm; None if not known."""
     found = mechanism_in(data)
-    return found and run_of_groove(data, found[0], _lifts(data).follower, _trace_radius(data, found[1]))
+    if found is None or not found[0].body.developed:
+        return None
+    return run_of_groove(data, found[0], _lifts(data).follower, _trace_radius(data, found[1]))
 
 
 def _size(data: Mapping[str, Any], key: str) -> float | None:
@@ -153,7 +155,7 @@ def _synthesis(data: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _named(mechanism: Mechanism, tip: Tip) -> str:
-    return f"{mechanism.body.form} cam with {mechanism.motion.words} {tip.name} follower"
+    return f"{mechanism.body.words} with {mechanism.motion.words} {tip.name} follower"
 
 
 def _one_of(names: Iterable[str]) -> str:
@@ -199,9 +201,9 @@ def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[F
     what, body, own = _named(mechanism, tip), mechanism.body, mechanism.follower_keys(tip)
     if tip not in mechanism.tips:
         tips = _one_of(each.name for each in mechanism.tips)
-        yield "follower.contact", tip.name, f"must be {tips} on a {body.form} cam"
+        yield "follower.contact", tip.name, f"must be {tips} on a {body.words}"
         return
-    others = [key for other in BODIES.values() if other != body for key in other.cam]
+    others = [key for other in BODIES.values() for key in other.cam if key not in body.cam]
     absent = [f"cam.{key}" for key in others]
     absent += [f"follower.{name}" for name in FOLLOWER_SIZES if name not in own]
     absent += [f"search.cam.{key}" for key in others if key not in SEARCHED]

@@ -79,7 +79,8 @@ def thin_hub(scene: Scene) -> list[str]:
     """
     part, cam = scene.whole_part, scene.cam
     size = cam.base_radius or cam.mean_radius
-    outer = part.hub_diameter or (size and 2 * size - (part.groove_depth or 0.0))
+    inwards = part.groove_depth or 0.0 if scene.mechanism.body.developed else 0.0
+    outer = part.hub_diameter or (size and 2 * size - inwards)
     if not outer or not part.bore or not part.keyway_width or scene.limits.hub_wall is not None:
         return []
     wall = outer / 2 - part.bore_reach

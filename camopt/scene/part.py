@@ -1,7 +1,7 @@
 """The table ``[part]`` of a scene: the cam as a piece of steel, and whether its sizes go together.
 
-A disc cam is a plate with a bore, a keyway and a hub on one side; a cylindrical cam is a cylinder with a groove;
-the mean radius is in the middle of its depth.
+A disc cam is a plate with a bore, a keyway and a hub on one side, or a round plate with a groove in its face; a
+cylindrical cam is a cylinder with a groove; the mean radius is in the middle of its depth.
 """
 
 import re
@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from camopt.mechanisms import Mechanism
-from camopt.mechanisms.body import BODIES, DISC
+from camopt.mechanisms.body import DISC, EVERY_BODY
 from camopt.scene.fits import FIT, SHAFT_FIT
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, length
@@ -77,8 +77,10 @@ class Part(SceneTable):
     """Depth of the keyway in the hub (t₂ of DIN 6885), from the bore's surface at its middle; mm."""
     keyway_angle: Annotated[float, Within(ge=-360, le=360)] | None = None
     """Direction of the keyway's middle in the cam's own frame, ccw from x; deg."""
+    outer_diameter: Length | None = None
+    """Outer diameter of a disc cam with a groove in its face; mm."""
     groove_depth: Length | None = None
-    """Depth of the groove of a cylindrical cam; mm."""
+    """Depth of the groove; mm."""
     groove_fit: Fit | None = None
     """Fit of the width of the groove, which is the diameter of the roller, such as H8."""
     groove_chamfer: Length | None = None
@@ -164,9 +166,9 @@ def check_part(
     if not isinstance(part, Mapping):
         return
     body = mechanism.body
-    for key in (key for other in BODIES.values() if other != body for key in other.part):
+    for key in dict.fromkeys(key for other in EVERY_BODY for key in other.part if key not in body.part):
         if part.get(key) is not None:
-            yield f"part.{key}", part[key], f"a {body.form} cam has none"
+            yield f"part.{key}", part[key], f"a {body.words} has none"
     shaft, bore = length(data, "cam.shaft_diameter"), length(data, "part.bore")
     if shaft and bore and shaft != bore:
         yield "part.bore", bore, f"must be cam.shaft_diameter ({shaft:g}), or one of both is left out"
@@ -174,8 +176,9 @@ def check_part(
     yield from _keyway(data, part)
     if body.closed:
         base = length(data, f"cam.{body.size}")
-        yield from _hub(data, part, base)
+        yield from _hub(data, part, base) if body.bounded else ()
         yield from _inside(data, base, "the base circle (radius {:g})")
+        yield from _in_face(data)
     else:
         yield from _groove(data, mechanism, travel, radius)
 
@@ -233,6 +236,13 @@ def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterato
         yield "part.keyway_depth", at(data, "part.keyway_depth"), f"must leave a wall to {what.format(radius)}"
     elif own:  # a shaft as thick as the base circle is told as such, or allowed: then it is one with the cam
         yield "part.bore", own, f"must leave a wall to {what.format(radius)}"
+
+
+def _in_face(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """A groove in the face of a disc leaves a bottom."""
+    whole, depth = length(data, "part.thickness"), length(data, "part.groove_depth")
+    if whole and depth and depth >= whole:
+        yield "part.groove_depth", depth, f"must be below the thickness ({whole:g}): it has a bottom"
 
 
 def _groove(

@@ -53,8 +53,18 @@ class FrontView:
         return self.cam.part
 
     @cached_property
+    def walls(self) -> list[ComplexArray]:
+        """The profile, or the walls of a groove, the inner one first."""
+        flanks = self.cam.problem.setup.mechanism.flanks
+        return [self.cam.curve(f"profile_{flank.name}".removesuffix("_")) * self.scale for flank in flanks]
+
+    @cached_property
     def outline(self) -> ComplexArray:
-        return self.cam.curve("profile") * self.scale
+        """The edge of the cam; of a groove in a disc whose diameter is not known, its outer wall."""
+        if not self.part.outer_diameter:
+            return self.walls[-1]
+        edge: ComplexArray = self.part.outer_diameter / 2 * self.scale * np.exp(1j * np.linspace(0.0, 2 * pi, 721))
+        return edge
 
     @cached_property
     def pitch(self) -> ComplexArray:
@@ -86,14 +96,14 @@ class FrontView:
     @cached_property
     def highest(self) -> complex:
         """A point of the profile furthest from the axis; of several, the one furthest from other lines."""
-        sizes = np.abs(self.outline)
-        return self._freest(self.outline[sizes >= sizes.max() * (1 - SAME_RADIUS)])
+        sizes = np.abs(self.walls[-1])
+        return self._freest(self.walls[-1][sizes >= sizes.max() * (1 - SAME_RADIUS)])
 
     @cached_property
     def lowest(self) -> complex:
         """A point of the profile that is nearest to the axis."""
-        sizes = np.abs(self.outline)
-        return self._freest(self.outline[sizes <= sizes.min() * (1 + SAME_RADIUS)])
+        sizes = np.abs(self.walls[0])
+        return self._freest(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)])
 
     def _freest(self, points: ComplexArray) -> complex:
         room = angle_between(np.angle(points)[:, None], self._lines).min(axis=1)
@@ -126,7 +136,7 @@ class FrontView:
     @property
     def _high_within(self) -> bool:
         """Whether the value of the largest radius is written inside the profile."""
-        return abs(self.highest) - self.inner >= width_of(self.values[1], LARGE) + 8.0
+        return len(self.walls) == 1 and abs(self.highest) - self.inner >= width_of(self.values[1], LARGE) + 8.0
 
     def radius_at(self, turn: float, half: float = 0.0) -> float:
         """The largest radius of hub, profile and pitch curve within an angle of a direction (rad)."""
@@ -138,12 +148,13 @@ class FrontView:
 
     def nearest(self, turn: float) -> float:
         """The radius of the profile in a direction (rad)."""
-        near = np.argmin(angle_between(np.angle(self.outline), turn))
-        return float(np.abs(self.outline[near]))
+        near = np.argmin(angle_between(np.angle(self.walls[0]), turn))
+        return float(np.abs(self.walls[0][near]))
 
     def marks(self) -> Marks:
         """The view, about the cam's axis."""
-        marks: Marks = [Line(self.outline, THICK), circle(self.base, CHAIN)]
+        marks: Marks = [*(Line(wall, THICK) for wall in self.walls), circle(self.base, CHAIN)]
+        marks += [Line(self.outline, THICK)] if self.part.outer_diameter else []
         marks += [Line(self.pitch, DOUBLE_CHAIN)] if self.pitch.size else []
         marks += [*self._centre_lines(), *self._hub_and_hole(), *self._rays(), *ring(self.segments, self.ring)]
         marks += self._radii()
@@ -185,8 +196,8 @@ class FrontView:
     def _base_radius(self, value: str) -> Marks:
         """The base radius, dimensioned at a dwell on the base circle, or else at the base circle."""
         away = self.lowest / abs(self.lowest)
-        sizes = np.abs(self.outline)
-        turns = np.angle(self.outline[sizes <= sizes.min() * (1 + SAME_RADIUS)] / away)
+        sizes = np.abs(self.walls[0])
+        turns = np.angle(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)] / away)
         if np.ptp(turns) < BETWEEN_RAYS and self.base - self.inner >= width_of(value, LARGE) + 8.0:
             lines = np.append(self._lines, np.angle(self.highest))
             free = np.argmax(angle_between(EVERY_DEGREE[:, None], lines).min(axis=1))

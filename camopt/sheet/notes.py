@@ -47,6 +47,7 @@ def texts_of(cam: TrueCam) -> Iterator[str]:
     yield from _keyway(cam)
     yield from _motion(cam)
     yield from _columns(cam)
+    yield from _groove(cam)
     yield from _computed(cam)
 
 
@@ -192,9 +193,23 @@ def _columns(cam: TrueCam) -> Iterator[str]:
     text = cam.say("Table: cam angle θ, lift s; polar angle φ from the timing mark against the rotation, radius r.")
     if setup.spherical:
         text += cam.say(" Profile: contact; centre: of the spherical face R{}.").format(said(radius))
+    elif not setup.mechanism.body.bounded:
+        text += cam.say(" Centre: of the roller, or of a cutter as wide as the groove.")
     elif radius:
         text += cam.say(" Profile: contact; centre: of the roller, or of a cutter R{}.").format(said(radius))
     yield text
+
+
+def _groove(cam: TrueCam) -> Iterator[str]:
+    """The size of a groove in the face of a disc."""
+    setup, part = cam.problem.setup, cam.part
+    if setup.mechanism.body.bounded or setup.mechanism.body.developed:
+        return
+    yield cam.say("Groove {} wide, about the path of the roller's centre.").format(
+        f"{said(2 * cam.roller)} {part.groove_fit or ''}".rstrip()
+    )
+    if part.groove_chamfer:
+        yield cam.say("Edges of the groove chamfered {} × 45°.").format(said(part.groove_chamfer))
 
 
 def _computed(cam: TrueCam) -> Iterator[str]:

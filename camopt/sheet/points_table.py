@@ -1,7 +1,8 @@
 """The table of the profile, at even cam angles: lift, polar coordinates of the profile and of the roller's centre.
 
 Polar angles φ of a disc cam count from the timing mark, against the sense of rotation, as the cam angle does. A
-cylindrical cam has the roller's centre on the developed cylinder, whose y is the lift of a translating follower.
+groove in the face of a disc has the roller's centre alone, which is that of a cutter as wide. A cylindrical cam has
+the roller's centre on the developed cylinder, whose y is the lift of a translating follower.
 """
 
 from collections.abc import Iterator
@@ -58,7 +59,8 @@ def printed(cam: TrueCam, step: float) -> list[Printed]:
             Printed(("", y, unit), _lengths(curves.pitch.imag)),
         ]
     centred = not (problem.setup.is_knife or problem.setup.mechanism.flat_faced)
-    columns += _polar(cam.say("profile"), curves.profile[0], cam.sense)
+    if problem.setup.mechanism.body.bounded:
+        columns += _polar(cam.say("profile"), curves.profile[0], cam.sense)
     return [*columns, *(_polar(cam.say("centre"), curves.pitch, cam.sense) if centred else ())]
 
 

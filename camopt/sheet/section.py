@@ -1,9 +1,9 @@
-"""The section of a disc cam through its axis, in the place of the view from the left: plate, hub, bore and keyway.
+"""The section of a disc cam through its axis, in the place of the view from the left: plate, hub, groove and bore.
 
 It goes through the middle of the keyway, which is above, or along the vertical centre line.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import sqrt
 from typing import Any
 
@@ -21,8 +21,13 @@ HATCH = 2.5  # mm between lines at 45°
 Gap = tuple[float, float]
 
 
-def section(outline: ComplexArray, part: Part, scale: float) -> Marks:
-    """The section of a plate with an outline (mm on the paper, in the cam's own frame); its axis is at y = 0."""
+def section(outline: ComplexArray, part: Part, scale: float, walls: Sequence[ComplexArray] = ()) -> Marks:
+    """The section of a plate with an outline (mm on the paper, in the cam's own frame); its axis is at y = 0.
+
+    ``walls`` are those of a groove in its face, the inner one first.
+    """
+    from shapely import box, union_all
+
     turn = keyway_turn(part)
     upright = outline * np.exp(1j * (np.pi / 2 - turn))
     hole = hole_outline(part, np.pi / 2) * scale if part.bore else np.zeros(0, dtype=complex)
@@ -31,13 +36,17 @@ def section(outline: ComplexArray, part: Part, scale: float) -> Marks:
     cut, gap = _crossing(upright), _crossing(hole)
     beyond = upright.imag[upright.real >= 0.0]
     ends = float(beyond.min(initial=-hub)), float(beyond.max(initial=hub))
+    grooves = _between(*(_crossing(wall * np.exp(1j * (np.pi / 2 - turn))) for wall in walls)) if walls else []
+    bottom = plate - (part.groove_depth or 0.0) * scale
     solid = _solid(cut, gap, hub, plate, whole)
+    solid = solid.difference(union_all([box(bottom, low, plate + 1.0, high) for low, high in grooves]))
     marks: Marks = [*outlines(solid), *hatching(solid)]
     marks.append(line(0j, plate + 0j, pen=CHAIN)._replace(points=np.array([-4.0, whole + 4.0], dtype=complex)))
     edges = [ends[0], *(y for each in cut for y in each), ends[1]]
     for low, high in zip(edges[::2], edges[1::2], strict=True):  # what is behind the section
         marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for x in (0.0, plate)] if high - low > 1e-6 else []
     marks += [line(1j * y, plate + 1j * y, pen=THICK) for y in ends]
+    marks += [line(plate + 1j * low, plate + 1j * high, pen=THICK) for low, high in grooves]
     for low, high in gap:
         marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for x in (0.0, whole)]
     marks += mouth(part, scale, whole)
@@ -55,6 +64,12 @@ def _crossing(outline: ComplexArray) -> list[Gap]:
     inside = body.intersection(LineString([(0.0, -far), (0.0, far)]))
     bounds = (part.bounds for part in getattr(inside, "geoms", [inside]) if not part.is_empty)
     return sorted((low, high) for _, low, _, high in bounds if high - low > 1e-9)
+
+
+def _between(inner: list[Gap], outer: list[Gap]) -> list[Gap]:
+    """The intervals that are inside the outer wall of a groove and not inside its inner one."""
+    ends = sorted(y for gap in (*inner, *outer) for y in gap)
+    return list(zip(ends[::2], ends[1::2], strict=True))
 
 
 def _solid(cut: list[Gap], gap: list[Gap], hub: float, plate: float, whole: float) -> Any:
@@ -113,7 +128,10 @@ def _dimensions(part: Part, scale: float, ends: Gap) -> Marks:
         if datum := symbols.datums_of(part, bool(part.thickness)).bore:
             foot, hub = complex(whole + FIRST_LEVEL, -radius), (part.hub_diameter or 0.0) / 2 * scale
             marks += datum_at(foot, -1j, max(STEM, hub - radius), datum)
-    if part.hub_diameter:
-        half = 0.5j * part.hub_diameter * scale
-        marks += distance(whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{said(part.hub_diameter)}")
+    if part.groove_depth:
+        rim = plate + 1j * ends[1]
+        marks += distance(rim - part.groove_depth * scale, rim, 1.0, FIRST_LEVEL, said(part.groove_depth))
+    if across := part.hub_diameter or part.outer_diameter:
+        half = 0.5j * across * scale
+        marks += distance(whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{said(across)}")
     return marks

@@ -110,6 +110,10 @@ GERMAN = {
     " Profile: contact; centre: of the roller, or of a cutter R{}.": (
         " Kontur: Berührpunkt; Mitte: der Rolle oder eines Fräsers R{}."
     ),
+    " Centre: of the roller, or of a cutter as wide as the groove.": (
+        " Mitte: der Rolle oder eines Fräsers von der Breite der Nut."
+    ),
+    "Groove {} wide, about the path of the roller's centre.": "Nut {} breit, beidseits der Bahn der Rollenmitte.",
     " Profile: contact; centre: of the spherical face R{}.": " Kontur: Berührpunkt; Mitte: der Kugelfläche R{}.",
     "largest pressure angle {}°": "größter Pressungswinkel {}°",
     "at the bottom of the groove {}°": "am Grund der Nut {}°",

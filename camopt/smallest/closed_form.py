@@ -71,16 +71,16 @@ def closed_form(problem: Problem, bounds: SizeBounds) -> Designs | None:
     slopes = slopes_of(problem)
     low = bounds["size"][0]
     middle = {name: a for name, (a, b) in bounds.items() if a == b}
-    if mechanism is translating.MECHANISM:
+    if mechanism.moves_as(translating.MECHANISM):
         roller = bounds["roller_radius"][1]
         lead, prime = _nearest_in_polygon(problem, bounds["offset"], slopes, low + roller)
         size = max(prime - roller, low)
         middle |= {"offset": lead * problem.design.sense, "roller_radius": roller}
-    elif mechanism is translating_flat.MECHANISM:
+    elif mechanism.moves_as(translating_flat.MECHANISM):
         radius = least_profile_radius(problem)
         size = max(low, radius - span(problem.programme, (1, 0, 1), ALL_STROKES)[0])
         middle.setdefault("offset", problem.design.offset[0])
-    elif mechanism is cylindrical.MECHANISM and slopes:
+    elif mechanism.moves_as(cylindrical.MECHANISM) and slopes:
         steepest = [max(map(abs, span(problem.programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes]
         size = max(low, *steepest)
         middle.setdefault("roller_radius", bounds["roller_radius"][1])

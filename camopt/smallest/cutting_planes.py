@@ -12,7 +12,7 @@ Numerische Mathematik 1 (1959).
 
 from dataclasses import replace
 from math import inf
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,11 +26,12 @@ from camopt.problem.problem import Problem
 from camopt.smallest.linear_forms import ARM_FORM, FACE_FORM, GROOVE_FORM, PLANE_SHARE, Form, LinearLimit, Planes
 from camopt.smallest.result import GAP, feasible, gap_of
 
-FORMS: dict[str, Form] = {
-    oscillating.MECHANISM.name: ARM_FORM,
-    oscillating_flat.MECHANISM.name: FACE_FORM,
-    cylindrical_oscillating.MECHANISM.name: GROOVE_FORM,
+FORMS: dict[Any, Form] = {
+    oscillating.MECHANISM.pressure: ARM_FORM,
+    oscillating_flat.MECHANISM.pressure: FACE_FORM,
+    cylindrical_oscillating.MECHANISM.pressure: GROOVE_FORM,
 }
+"""By how the follower moves over the cam (``Mechanism.moves_as``)."""
 SAMPLES = 96  # of each stroke, for a first set of planes
 COARSE = 1e-6  # relative: what the first planes may be exceeded by at a sample
 PLANE_ROUNDS = 30
@@ -50,7 +51,7 @@ def by_cutting_planes(problem: Problem, bounds: SizeBounds, until: float = inf) 
 
     After ``until`` (``clock.now``) the least size that is known by then.
     """
-    form = FORMS.get(problem.setup.mechanism.name)
+    form = FORMS.get(problem.setup.mechanism.pressure)
     limits = form.limits(problem) if form else []
     if form is None or not limits:
         return None

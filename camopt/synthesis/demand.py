@@ -118,7 +118,7 @@ class Demand:
     @property
     def traced(self) -> bool:
         """Whether the lead is part of the size: the follower has a trace point on a disc cam."""
-        return self.problem.setup.mechanism is translating.MECHANISM
+        return self.problem.setup.mechanism.moves_as(translating.MECHANISM)
 
     @property
     def sized(self) -> bool:
@@ -226,7 +226,7 @@ class Demand:
 
 def roller_of(problem: Problem, body: float) -> float:
     """The prime radius minus the size, for a follower with a trace point on a disc cam."""
-    return body if problem.setup.mechanism in (translating.MECHANISM, oscillating.MECHANISM) else 0.0
+    return body if problem.setup.mechanism.moves_as(translating.MECHANISM, oscillating.MECHANISM) else 0.0
 
 
 def tightened(demand: Demand, margin: float) -> Demand:

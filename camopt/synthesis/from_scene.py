@@ -233,7 +233,7 @@ def _ends(problem: Problem, field: str) -> LowHigh:
 
 def _lead(problem: Problem) -> LowHigh:
     """e, within the offsets that the scene allows."""
-    if problem.setup.mechanism not in (translating.MECHANISM, translating_flat.MECHANISM):
+    if not problem.setup.mechanism.moves_as(translating.MECHANISM, translating_flat.MECHANISM):
         return 0.0, 0.0
     low, high = sorted(problem.design.sense * e for e in _ends(problem, "offset"))
     return low, high

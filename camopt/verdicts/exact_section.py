@@ -50,7 +50,7 @@ def integrated_rows(
 
     Nothing of grooves, and where the velocity jumps.
     """
-    if not problem.setup.mechanism.body.closed or problem.programme.corners:
+    if not problem.setup.mechanism.body.bounded or problem.programme.corners:
         return
     case = Case(exactly(problem).setup, problem.programme, design)
     for parts in STROKE_PARTS:

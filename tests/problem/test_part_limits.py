@@ -67,7 +67,7 @@ def test_balls_say_nothing_of_a_motion_with_corners(name):
     assert [*integrated_rows(problem, exact_turn(problem.programme), problem.design, problem.design, ())] == []
 
 
-DISCS = [name for name in shipped_scenes() if find_scene(name).cam.form == "disc"]
+DISCS = [name for name in shipped_scenes() if find_scene(name).mechanism.body.bounded]
 
 
 @pytest.mark.one_in(5)

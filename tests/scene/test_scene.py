@@ -114,7 +114,8 @@ def test_every_worked_example_is_shipped():
         "clamp-by-wedge",
     }
     profiles = {"tangent-cam", "three-arc-valve", "eccentric-rocker"}
-    assert set(shipped_scenes()) - set(WORKED) == practice | trains | profiles
+    drives = {"face-groove-shutter"}
+    assert set(shipped_scenes()) - set(WORKED) == practice | trains | profiles | drives
     assert not set(WORKED) - set(shipped_scenes())
 
 

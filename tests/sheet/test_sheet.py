@@ -397,7 +397,7 @@ def expected(scene):
         more = " +0.2" if part.keyway_fit else ""  # of widths from 8 to 32 mm
         over = [f"{decimal(part.bore + depth)}{more}" for depth in (part.keyway_depth,) if depth]
         yield from over if cam.form == "cylindrical" or part.thickness else (f"Bore and keyway: {o}." for o in over)
-    yield from (f"Ø{decimal(part.hub_diameter)}" for _ in range(1) if part.hub_diameter)
+    yield from (f"Ø{decimal(across)}" for across in (part.hub_diameter, part.outer_diameter) if across)
     yield from (decimal(2 * part.profile_tolerance, 4) for _ in range(1) if part.profile_tolerance)
     yield from (f"Ra {part.roughness:g}" for _ in range(1) if part.roughness)
 
@@ -423,6 +423,7 @@ def test_the_table_has_the_points_of_the_cam(name):
         columns = [*([lift] if width == 3 else []), points["pitch_x_mm"], points["pitch_y_mm"]]
     else:
         curves = ["profile", "pitch"] if width == 5 else ["profile"]
+        curves = curves if scene.mechanism.body.bounded else ["pitch"]
         columns = [lift]
         for curve in curves:
             x, y = points[f"{curve}_x_mm"], points[f"{curve}_y_mm"]

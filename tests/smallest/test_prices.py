@@ -85,6 +85,7 @@ def test_so_it_is_where_angles_are_free(name):
 HELD = ("roller-1000rpm", "two-pauses", "belt-matching", "bucket-valve", "feeder-with-stop", "indexing-overlap")
 HELD += (
     "clamp-by-wedge",
+    "face-groove-shutter",
     "press-ram-by-four-bar",
     "press-with-drift",
     "pusher-by-lever",

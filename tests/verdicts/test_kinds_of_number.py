@@ -97,18 +97,22 @@ PAIRED = {
     "yoke": ("flat", {"kind": "breadth"}),
 }
 """Cams with two contacts of a follower, without a guide, each with the contact and the drive."""
+IN_FACE = {"roller in a face": "offset-roller", "arm in a face": "arm"}
+"""Discs with a groove in their face, each with its contact."""
 WITH_MORE = (*DRIVING, *PAIRED)
-CAMS = (*CONTACTS, *WITH_MORE)
+CAMS = (*CONTACTS, *WITH_MORE, *IN_FACE)
 
 
 def scene_of(cam, key=None, bound=None):
     """A cam in which every limit of its mechanism can be asked, and one of them is."""
-    contact, *train = DRIVING.get(cam, (cam,))
+    contact, *train = DRIVING.get(cam, (IN_FACE.get(cam, cam),))
     contact, drive = PAIRED.get(cam, (contact, {}))
     dynamics = (SWUNG if CONTACTS[contact]["motion"] == "oscillating" else FREE if drive else GUIDED) | ELASTIC
     limits = {} if key is None else {**OTHERWISE.get(key, {}), key: bound}
     part = GROOVED if contact.startswith("groove") else PART
     more = {"materials": WORN, "limits": limits, "part": part, "outputs": ["sizes"], "train": train, "drive": drive}
+    if cam in IN_FACE:
+        more |= {"drive": {"kind": "groove"}, "part": {**GROOVED, "outer_diameter": 300}}
     if cam == "yoke":
         more["motion"] = turn_of("poly345", 24, (110, 70, 110, 70))
     return Scene.from_dict(cam_with(contact, "poly345", dynamics, **more))

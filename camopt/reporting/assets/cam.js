@@ -37,21 +37,26 @@ class CamView {
 
   drawBody() {
     if (isGrooved(this.cam)) return this.drawGroove();
-    const { sizes, undercut, left, shaft, pitch_point: at } = this.cam;
-    const profile = this.curves.flatMap((each) => each.profile);
-    const solid = left ? left[0].map((x, k) => [x, left[1][k]]) : profile;
-    this.path(this.body, solid, undercut ? "solid what-is-left" : "solid", true);
+    const { sizes, undercut, left, shaft, pitch_point: at } = this.cam, edge = this.edge;
+    if (edge) this.drawPlate(edge);
+    else {
+      const profile = this.curves.flatMap((each) => each.profile);
+      const solid = left ? left[0].map((x, k) => [x, left[1][k]]) : profile;
+      this.path(this.body, solid, undercut ? "solid what-is-left" : "solid", true);
+    }
     if (shaft) this.circle(this.body, shaft, "shaft");
     this.circle(this.body, sizes.size, "base-circle");
     if (sizes.roller_radius > 0) {
       this.circle(this.body, sizes.size + sizes.roller_radius, "prime-circle");
       this.path(this.body, this.curves.flatMap((each) => each.pitch), "pitch-curve", true);
     }
-    this.curves.forEach((each, k) => {
-      const before = this.curves.at(k - 1).profile;
-      this.path(this.body, [before[before.length - 1], each.profile[0]], "profile joint");
-      this.path(this.body, each.profile, `profile ${each.kind}${undercut ? " thin" : ""}`);
-    });
+    for (const side of edge ? ["profile", "flank"] : ["profile"]) {
+      this.curves.forEach((each, k) => {
+        const before = this.curves.at(k - 1)[side];
+        this.path(this.body, [before[before.length - 1], each[side][0]], "profile joint");
+        this.path(this.body, each[side], `profile ${each.kind}${undercut ? " thin" : ""}`);
+      });
+    }
     const { second } = this.cam;
     if (second && second.outline) this.path(this.body, pairs(second.outline), "second", true);
     if (at !== null) this.markPitchPoint(at);
@@ -59,6 +64,20 @@ class CamView {
     this.path(this.body, [[-mark, 0], [mark, 0]], "centre-mark");
     this.path(this.body, [[0, -mark], [0, mark]], "centre-mark");
     this.path(this.body, [[0, 0], [0, 0.97 * sizes.size]], "timing");
+  }
+
+  /** The radius of a disc with a groove in its face, a little more than that of the groove if not known; else 0. */
+  get edge() {
+    if (!this.cam.face_groove) return 0;
+    const far = Math.max(...this.curves.flatMap((each) => each.flank.map(([x, y]) => Math.hypot(x, y))));
+    return this.cam.outer_diameter / 2 || 1.08 * far;
+  }
+
+  drawPlate(edge) {
+    this.circle(this.body, edge, "solid");
+    for (const each of this.curves) {
+      this.path(this.body, [...each.profile, ...[...each.flank].reverse()], "channel", true);
+    }
   }
 
   markPitchPoint(degrees) {
@@ -96,7 +115,7 @@ class CamView {
     const swings = cam.moves === "oscillating";
     this.pivot = swings ? [cam.sizes.centre_distance, 0] : null;
     const every = this.curves.flatMap((each) => [...each.profile, ...each.pitch]);
-    const outer = 1.02 * Math.max(...every.map(([a, b]) => Math.hypot(a, b)));
+    const outer = 1.02 * Math.max(this.edge, ...every.map(([a, b]) => Math.hypot(a, b)));
     const reach = isFlat(cam) ? this.drawFace([x, y]) : this.drawTip([x, y]);
     const lines = this.pivot ? this.reach : this.reach + cam.motion.lift; // normal and direction, at the highest
     const points = [[-outer, -outer], [outer, outer], [x, y + lines], ...reach, ...this.drawSecond()];

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from camopt.effects import EFFECTS
 from camopt.exporting.cam_points import COLUMN_NOTES, FORM
-from camopt.mechanisms import MECHANISMS
+from camopt.mechanisms import DRIVEN, MECHANISMS
 from camopt.quantities import AT_LEAST, DISCIPLINES, GEOMETRY, QUANTITIES, Quantity
 from camopt.scene.schema import TABLES
 
@@ -128,7 +128,8 @@ def of_points() -> Iterator[str]:
 
 def mechanisms() -> Iterator[str]:
     """Each pairing of cam and follower with its formulas."""
-    modules = dict.fromkeys(sys.modules[type_.pressure.__module__] for type_ in MECHANISMS.values())
+    formulas = [*(each.pressure for each in MECHANISMS.values()), *(each.outline for each in DRIVEN)]
+    modules = dict.fromkeys(sys.modules[each.__module__] for each in formulas if each)
     for module in modules:
         title, *rest = prose(module.__doc__).split("\n", 1)
         label = module.__name__.rpartition(".")[2].replace("_", "-")
