@@ -45,10 +45,17 @@ def _kind_of_choice(value: Any) -> str:
     return "range/" if isinstance(value, (dict, StepRange)) else "values/"
 
 
+def _listed(value: Any) -> Any:
+    """A value, or a list of such, as a list."""
+    if isinstance(value, str):
+        raise ValueError("a number, a list of numbers, or a table with start, stop and step")
+    return as_list(value)
+
+
 ListedValues = Annotated[
     tuple[Anywhere, ...],
     Field(min_length=1),
-    BeforeValidator(as_list, json_schema_input_type=Anywhere | list[Anywhere]),
+    BeforeValidator(_listed, json_schema_input_type=Anywhere | list[Anywhere]),
 ]
 Choice = (
     Annotated[
@@ -60,7 +67,7 @@ Choice = (
 ListedNumbers = Annotated[
     tuple[SceneNumber, ...],
     Field(min_length=1),
-    BeforeValidator(as_list, json_schema_input_type=SceneNumber | list[SceneNumber]),
+    BeforeValidator(_listed, json_schema_input_type=SceneNumber | list[SceneNumber]),
 ]
 NumberChoice = Annotated[
     Annotated[NumberRange, Tag("range/")] | Annotated[ListedNumbers, Tag("values/")],

@@ -12,10 +12,9 @@ from camopt.drawing.labels import settle
 from camopt.drawing.panels import moves_asked
 from camopt.drawing.picture import Picture, told
 from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, dress
-from camopt.effects.motion import scale
+from camopt.effects.motion import scale, unit_of
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve
-from camopt.quantities import QUANTITIES, displacement_unit, motion_quantity
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
 from camopt.synthesis.cams import OWN_MOVES
@@ -106,20 +105,18 @@ def _laws(picture: Picture) -> str:
 
 
 def _motions(figure: Any, pictures: list[Picture]) -> None:
-    """Displacement to jerk over the turn, the known laws grey and the free ones in colour."""
+    """Displacement to jerk of what is asked over the turn, the known laws grey and the free ones in colour."""
     setup = pictures[-1].problem.setup
-    whats = [motion_quantity(name, "", angular=setup.angular, timed=bool(setup.omega)) for name in CURVES[1:]]
-    units = [displacement_unit(angular=setup.angular), *(QUANTITIES[what].unit for what in whats)]
     pens = [{"color": KNOWN_COLOUR, "lw": 1.2}, {"color": NEW_COLOUR, "lw": 1.7}][-len(pictures) :]
-    for order, (name, unit) in enumerate(zip(CURVES, units, strict=True)):
+    for order, name in enumerate(CURVES):
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
-        per = scale(setup, order) if order else np.degrees(1.0) if setup.angular else 1.0
-        per, unit = shown(per, unit), shown_unit(unit)
-        factor, unit = in_powers([per * m[order] for picture in pictures for m in picture.motion], unit)
+        unit = unit_of(setup, order)
+        per, unit = shown(scale(setup, order), unit), shown_unit(unit)
+        factor, unit = in_powers([per * m[order] for picture in pictures for m in picture.tool_motion], unit)
         words = ["own moves", "free moves"][-len(pictures) :]
         for picture, pen, word in zip(pictures, pens, words, strict=True):
             angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])
-            values = np.concatenate([*(np.append(m[order] * per * factor, np.nan) for m in picture.motion)])
+            values = np.concatenate([*(np.append(m[order] * per * factor, np.nan) for m in picture.tool_motion)])
             ax.plot(np.degrees(angles), values, label=_laws(picture) or word, **pen)
         for mark in moves_asked(pictures[-1], order, per):
             draw_mark(ax, mark, factor)

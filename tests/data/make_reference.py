@@ -220,7 +220,7 @@ def text(value: Any) -> str | bool:
         return value
     if value == mp.inf:
         return "inf"
-    return mp.nstr(value, DIGITS) if abs(value) > mp.mpf(10) ** -40 else "0.0"  # the rest is rounding
+    return mp.nstr(value, DIGITS) if abs(value) > mp.mpf(10) ** (10 - mp.dps) else "0.0"  # the rest is rounding
 
 
 def abscissae(law: str) -> list[float]:

@@ -9,6 +9,7 @@ from camopt import evaluate, find_scene, load
 from camopt.cli.main import main
 from camopt.problem.unused import LOAD_USERS, PRESSING, READERS, constant_objectives, unanswered, unused
 from camopt.quantities import QUANTITIES
+from camopt.scene.tables import Dynamics, Materials
 
 READING = (*LOAD_USERS, "lash")
 GIVEN = {
@@ -32,6 +33,11 @@ def loaded():
     roller = find_scene("two-pauses").replace(**GIVEN)
     flat = find_scene("flat-reciprocating").replace(**{**GIVEN, "outputs": (*READING, "face")})
     return {scene: evaluate(scene) for scene in (roller, flat)}
+
+
+def test_each_key_of_loads_and_materials_has_its_readers():
+    keys = {*Dynamics.model_fields, *Materials.model_fields}
+    assert keys - {*READERS} == set(), "READERS in camopt/problem/unused.py tells which effects read it"
 
 
 @pytest.mark.parametrize("key", sorted({*READERS} - {"inertia", "spring_at", "cam", "follower"}))

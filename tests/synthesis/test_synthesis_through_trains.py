@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 from support.depth import times
 
-from camopt import BadInput, Scene, evaluate, find_scene, optimise, synthesise
+from camopt import BadInput, Scene, evaluate, find_scene, optimise, plot, shipped_scenes, synthesise
+from camopt.effects.motion import unit_of
+from camopt.problem.problem import resolve
+from camopt.quantities import DERIVATIVES
+from camopt.synthesis import units as objective_units
 from camopt.synthesis.cams import cam_for, programme_with, within
 from camopt.synthesis.ceilings import Sampled, ceilings_of
 from camopt.synthesis.from_scene import demand_of
@@ -101,11 +105,23 @@ def test_convex_steps_through_a_linkage_end_at_a_smaller_cam():
     assert bound_of(demand) is None
 
 
+@pytest.mark.parametrize("name", [each for each in shipped_scenes() if find_scene(each).train])
+def test_what_free_laws_minimise_has_the_unit_of_the_tool(name):
+    setup = resolve(find_scene(name)).setup
+    units = [objective_units.unit_of(each, find_scene(name)) for each in DERIVATIVES]
+    assert units == [unit_of(setup, order) for order, _ in enumerate(DERIVATIVES, start=1)]
+
+
 @pytest.mark.long
 def test_laws_through_a_linkage_are_a_local_optimum():
     """No random laws near them have a smaller cam; its own laws have a larger one."""
     found = synthesise(SLIDE)
-    own = optimise(SLIDE.replace(search=None)).best
+    own, row = optimise(SLIDE.replace(search=None)).best, evaluate(found.scene)
+    diagrams = {ax.get_title("left"): ax.lines[-1].get_ydata() for ax in plot(found, known=[]).axes}
+    assert np.nanmax(np.abs(diagrams["Acceleration, m/s²"])) == pytest.approx(
+        row["acceleration_max_m_s2"], rel=1e-3
+    )
+    assert np.nanmax(diagrams["Displacement, mm"]) == pytest.approx(70.0)
     assert found.bound is None
     assert evaluate(found.scene)["feasible"]
     assert found.objective < 0.9 * own["base_radius_mm"]

@@ -56,13 +56,13 @@ def said_of(model, key):
 @pytest.mark.parametrize(("model", "key"), KEYS, ids=lambda each: each if isinstance(each, str) else each.__name__)
 def test_a_key_says_what_it_is_and_a_number_its_unit(model, key):
     said = said_of(model, key)
-    assert re.fullmatch(r"[A-Zs±].*\.", said)
+    assert re.fullmatch(r"[A-Zs±].*\.", said), "a sentence"
     text = json.dumps(model.model_json_schema()["properties"][key])
     if '"number"' in text and '"$ref"' not in text and key != "minimise":
         unit = said.removesuffix(".").rpartition("; ")[2]
         assert "``per``" in unit or {*unit.split(", oscillating ")} <= UNITS
     elif '"$ref"' not in text:
-        assert ";" not in said  # what follows one is a unit
+        assert ";" not in said, "what follows a semicolon is taken for a unit"
 
 
 def test_a_limit_by_the_name_of_a_quantity_says_so_in_the_schema():
