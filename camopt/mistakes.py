@@ -9,7 +9,7 @@ from typing import Any
 LONGEST_SHOWN, LONGEST_NAME, LONGEST_LINE = 100, 200, 1000  # characters of a value, of a file or key, of a message
 MOST_TOLD = 20  # mistakes
 ALIKE_SHARE = 0.75  # share of two words that is the same, in those that mean the same
-MOST_LISTED, MOST_NEAR, MOST_MEANT = 30, 8, 3  # known names; of more the nearest; those that may have been meant
+MOST_LISTED, MOST_NEAR, MOST_MEANT = 40, 8, 3  # known names; of more the nearest; those that may have been meant
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from camopt.mechanisms import MECHANISMS, Mechanism
 from camopt.mechanisms.follower import FLAT, Tip
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
+from camopt.scene.checks import GUIDE_KEYS
 from camopt.scene.places import LISTS, is_angle, said_of, table_heading, unit_for
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.schema import TABLES
@@ -94,6 +95,7 @@ def examples(scene: Scene) -> dict[str, dict[str, Any]]:
     others = {
         key for each in MECHANISMS.values() if each.motion != mechanism.motion for key in each.motion.dynamics
     }
+    others |= {*GUIDE_KEYS} if mechanism.further else set()
     swung = SWUNG if mechanism.motion.angular else {}
     seen = {"face_reach": 80} if tip == FLAT else {"pressure_angle": 45}
     bore = {} if scene.cam.shaft_diameter is None else {"bore": scene.cam.shaft_diameter}

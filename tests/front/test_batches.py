@@ -15,10 +15,6 @@ from camopt.problem.variables import variables_of
 SCENE = find_scene("roller-1000rpm")
 
 
-def column(key):
-    return f"{key.partition('.')[2]}_mm"
-
-
 MIRRORED = {"pusher-by-lever": {"pressure_angle_max_at_deg"}}
 """Where rise and return are mirror images, two peaks are equal: either angle is right."""
 
@@ -28,10 +24,11 @@ MIRRORED = {"pusher-by-lever": {"pressure_angle_max_at_deg"}}
 def test_each_row_is_what_evaluate_says(name):
     """Of designs around the scene's own: every quantity to the relative error of the scene, every verdict."""
     scene = find_scene(name)
-    keys = [each.key for each in variables_of(scene) if each.is_size]
+    quantities = {each.key: each.quantity for each in variables_of(scene) if each.is_size}
+    keys = [*quantities]
     own = {key: getattr(getattr(scene, key.split(".")[0]), key.split(".")[1]) for key in keys}
     scales = np.array([1.0, 1.03, 1.1])
-    found = evaluate_designs(scene, {column(key): own[key] * scales for key in keys})
+    found = evaluate_designs(scene, {quantities[key]: own[key] * scales for key in keys})
     for i, scale in enumerate(scales):
         single = evaluate(scene.replace(**{key: own[key] * scale for key in keys}))
         for quantity in single.keys() - MIRRORED.get(name, set()):

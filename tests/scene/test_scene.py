@@ -114,7 +114,7 @@ def test_every_worked_example_is_shipped():
         "clamp-by-wedge",
     }
     profiles = {"tangent-cam", "three-arc-valve", "eccentric-rocker"}
-    drives = {"face-groove-shutter"}
+    drives = {"face-groove-shutter", "press-feed-by-pair", "pump-of-constant-breadth"}
     assert set(shipped_scenes()) - set(WORKED) == practice | trains | profiles | drives
     assert not set(WORKED) - set(shipped_scenes())
 

@@ -86,8 +86,10 @@ HELD = ("roller-1000rpm", "two-pauses", "belt-matching", "bucket-valve", "feeder
 HELD += (
     "clamp-by-wedge",
     "face-groove-shutter",
+    "press-feed-by-pair",
     "press-ram-by-four-bar",
     "press-with-drift",
+    "pump-of-constant-breadth",
     "pusher-by-lever",
     "rocker-valve",
     "slide-by-bell-crank",
