@@ -1,8 +1,8 @@
 """The layout of follower and train: where their parts are with the tool lowest, halfway and highest.
 
 Each position is a layer of its own, named by its cam angle, and so is what stands still. The cam of the plan is at
-cam angle 0; a line from its centre shows where its line of cam angle 0 is then. Links are put one after the other
-(``problem.linkage``).
+cam angle 0; a line from its centre, or along the axis of a cylinder that is developed, shows where its line of cam
+angle 0 is then. Links are put one after the other (``problem.linkage``).
 """
 
 from collections.abc import Iterator
@@ -22,27 +22,34 @@ Parts = tuple[list[Circle], list[tuple[complex, complex]]]
 
 
 def layout_of(problem: Problem) -> Iterator[Layer]:
-    """The layers of a disc cam's follower and train; none without a train."""
+    """The layers of a follower and its train; none without a train."""
     mechanism, programme = problem.setup.mechanism, problem.programme
-    if problem.setup.train is None or mechanism.body.developed:
+    if problem.setup.train is None:
         return
+    radius = float(problem.design.roller_radius[0])
     tool = tool_position(programme, np.radians(DEGREES % 360.0))
     places = [int(np.abs(tool - each).argmin()) for each in (tool.min(), (tool.min() + tool.max()) / 2, tool.max())]
     angles = np.radians(DEGREES[places])
-    travel = mechanism.travel(problem.design, programme, angles)
-    size = float(np.abs(travel.trace).max())
-    carriers = travel.trace * 0.0 + pivot_of(problem) if problem.setup.angular else travel.trace + STEM * 1j * size
+    travel, moved = mechanism.travel(problem.design, programme, angles), float(problem.design.size[0]) * angles
+    if mechanism.body.developed:  # its surface moves past the follower
+        traces, size, stem = travel.trace - moved, float(problem.design.size[0]), programme.lift + radius
+        low, high = (1j * end for end in (traces.imag.min() - radius, traces.imag.max() + radius))
+        marks = [(low - x, high - x) for x in moved.tolist()]
+    else:
+        traces, size, stem = travel.trace, float(np.abs(travel.trace).max()), 0.0
+        marks = [(0j, 1j * size * complex(np.exp(1j * problem.design.sense * angle))) for angle in angles]
+    carriers = traces * 0.0 + pivot_of(problem) if problem.setup.angular else traces + 1j * (stem + STEM * size)
     sketch = linkage_at(problem, angles, complex(carriers[0]), size)
     assert sketch is not None
     pivots = [Circle(PIVOT * size, each.at) for each in sketch.standing if each.ground == "pivot"]
     guides = [(each.at - each.way, each.at + each.way) for each in sketch.standing if each.ground == "guide"]
     yield Layer("linkage-ground", THIN_LINE, circles=tuple(pivots), lines=tuple(guides))
-    for k, angle in enumerate(angles.tolist()):
-        trace, face = complex(travel.trace[k]), FACE * 1j * size * complex(travel.normal[k])
-        circles, lines = [Circle(float(problem.design.roller_radius[0]), trace)], [(complex(carriers[k]), trace)]
+    for k in range(len(places)):
+        trace, face = complex(traces[k]), FACE * 1j * size * complex(travel.normal[k])
+        circles, lines = [Circle(radius, trace)], [(complex(carriers[k]), trace)]
         if mechanism.flat_faced:
             circles, lines = [], [*lines, (trace - face, trace + face)]
-        lines.append((0j, 1j * size * np.exp(1j * problem.design.sense * angle)))
+        lines.append(marks[k])
         for member in sketch.members:
             round_parts, straight = _parts(member, k, PIN * size)
             circles, lines = circles + round_parts, lines + straight

@@ -59,11 +59,11 @@ def _second(picture: Picture) -> dict[str, Any] | None:
 
 def train_frames(picture: Picture) -> dict[str, Any] | None:
     """The train beyond the follower, relative to where it is driven at y = 0, in positions all over the turn."""
-    size = float(max(np.abs(each.pitch).max() for each in picture.curves))
-    angular, developed = picture.problem.setup.angular, picture.problem.setup.mechanism.body.developed
-    at = 0j if angular else 1j * picture.start
-    sketch = None if developed else linkage_at(picture.problem, FRAME_ANGLES % (2 * np.pi), at, size)
-    if sketch is None:
+    problem = picture.problem
+    developed = problem.setup.mechanism.body.developed
+    size = problem.design.size[0] if developed else max(np.abs(each.pitch).max() for each in picture.curves)
+    at = 0j if problem.setup.angular else 1j * picture.start
+    if (sketch := linkage_at(problem, FRAME_ANGLES % (2 * np.pi), at, float(size))) is None:
         return None
     reach = reach_of(sketch)
     return {

@@ -116,6 +116,38 @@ def test_a_dxf_has_the_layout_of_the_linkage(tmp_path, name, lengths, end):
     assert np.abs(np.diff(ends)) == pytest.approx(np.diff(points["tool_displacement_mm"]), rel=1e-9)
 
 
+BELL_CRANK = {"stage": "bell-crank", "crank": 100, "coupler": 180, "offset": -90, "angle": -100}
+ROCKER = {"stage": "rocker", "input_arm": 70, "output_arm": 60}
+ON_CYLINDERS = {
+    "cw arm": ({"motion": "oscillating", "arm_length": 90}, BELL_CRANK, "cw", [90.0, 100.0, 180.0]),
+    "ccw arm": ({"motion": "oscillating", "arm_length": 90}, BELL_CRANK, "ccw", [90.0, 100.0, 180.0]),
+    "stem": ({"motion": "translating"}, ROCKER, "ccw", [70.0, 60.0]),
+}
+
+
+@pytest.mark.parametrize(("follower", "stage", "rotation", "lengths"), ON_CYLINDERS.values(), ids=ON_CYLINDERS)
+def test_a_dxf_has_the_layout_beside_a_groove(tmp_path, follower, stage, rotation, lengths):
+    """Links are as long as given; the roller is on the pitch curve of the surface that has moved past it."""
+    moves = [{"segment": each, "angle": 180, "lift": 30, "law": "cycloidal"} for each in ("rise", "return")]
+    cam = {"form": "cylindrical", "rotation": rotation, "mean_radius": 80}
+    follower = {"contact": "roller", "roller_radius": 8, **follower}
+    scene = Scene.from_dict({"cam": cam, "follower": follower, "motion": moves, "train": [stage]})
+    export(scene, tmp_path / "cam.dxf")
+    space = ezdxf.readfile(tmp_path / "cam.dxf").modelspace()
+    names = {each.dxf.layer for each in space if each.dxf.layer.endswith("DEG")}
+    assert len(names) == 3
+    for name in names:
+        angle = float(name[8:-3])
+        points = cam_points(scene, [angle])
+        there = [each for each in space if each.dxf.layer == name]
+        lines = [(complex(*e.dxf.start.vec2), complex(*e.dxf.end.vec2)) for e in there if e.dxftype() == "LINE"]
+        for length in lengths:
+            assert min(abs(abs(b - a) - length) for a, b in lines) < 1e-9
+        moved = complex(points["pitch_x_mm"][0], points["pitch_y_mm"][0]) - 80.0 * np.radians(angle)
+        assert min(abs(complex(*e.dxf.center.vec2) - moved) for e in there if e.dxftype() == "CIRCLE") < 1e-9
+        assert any(np.array(line).real == pytest.approx(-80.0 * np.radians(angle)) for line in lines)
+
+
 def test_a_cam_without_a_train_has_no_layout(tmp_path):
     export(find_scene("valve-rod-radial"), tmp_path / "cam.dxf")
     layers = {each.dxf.name for each in ezdxf.readfile(tmp_path / "cam.dxf").layers}

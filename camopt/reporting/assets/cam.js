@@ -265,10 +265,20 @@ class CamView {
     else this.circle(this.follower, 0.02 * size, "tip", trace);
     let reach = [];
     if (this.pivot) reach = this.drawArm(carrier, trace);
-    else this.path(this.still_parts, [[0, this.low], [0, this.high]], "swing");
+    else {
+      this.path(this.still_parts, [[0, this.low], [0, this.high]], "swing");
+      if (cam.train) reach = this.drawGrooveStem(trace);
+    }
     const wide = Math.min(this.around, 2.2 * (this.high - this.low)) / 2;
     const points = [[-wide, this.low], [wide, this.high], ...reach], [xs, ys] = [points.map(([a]) => a), points.map(([, b]) => b)];
     return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+  }
+
+  /** The stem from the roller to where it drives the train beyond the surface. */
+  drawGrooveStem([x, y]) {
+    const half = 0.025 * this.cam.sizes.size, top = this.high + 0.25 * this.cam.sizes.size;
+    this.path(this.follower, [[x - half, y], [x - half, top], [x + half, top], [x + half, y]], "tip", true);
+    return [[x, top + this.cam.motion.lift], ...this.drawTrain([x, top])];
   }
 
   drawTouch() {
