@@ -1,8 +1,8 @@
 """Settings of two scenes, key by key."""
 
-from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from camopt.scene.mapping import leaves
 from camopt.scene.places import tables_of
 from camopt.scene.scene import Scene
 from camopt.scene.units import as_shown, units_shown
@@ -16,8 +16,8 @@ def differing(a: Scene, b: Scene) -> dict[str, Difference]:
 
     Segments are counted from 1. A key that one scene leaves at its default is there with the default.
     """
-    set_keys = dict.fromkeys(key for scene in (a, b) for key, _ in _flat(scene.to_dict()))
-    one, other = (dict(_flat(scene.model_dump(mode="json"))) for scene in (a, b))
+    set_keys = dict.fromkeys(key for scene in (a, b) for key, _ in leaves(scene.to_dict()))
+    one, other = (dict(leaves(scene.model_dump(mode="json"))) for scene in (a, b))
     pairs = {key: (one.get(key), other.get(key)) for key in set_keys}
     return {key: (mine, others) for key, (mine, others) in pairs.items() if mine != others}
 
@@ -34,21 +34,9 @@ class Setting(NamedTuple):
 def shown_settings(a: Scene, b: Scene) -> list[Setting]:
     """The keys in which two scenes differ, with numbers in the units in which results are shown."""
     models, tables = tables_of(Scene), [scene.model_dump(mode="json") for scene in (a, b)]
-    one, other = (dict(_flat(as_shown(each, models))) for each in tables)
-    units = [dict(_flat(units_shown(each, models))) for each in tables]
+    one, other = (dict(leaves(as_shown(each, models))) for each in tables)
+    units = [dict(leaves(units_shown(each, models))) for each in tables]
     return [
         Setting(key, one.get(key), other.get(key), " / ".join(dict.fromkeys(u[key] for u in units if u.get(key))))
         for key in differing(a, b)
     ]
-
-
-def _flat(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    """The values of nested tables by dotted key; a list of plain values is one value."""
-    tables = isinstance(value, list) and any(isinstance(each, Mapping) for each in value)
-    if tables:
-        value = {str(place): each for place, each in enumerate(value, start=1)}
-    if not isinstance(value, Mapping):
-        yield key, value
-        return
-    for name, each in value.items():
-        yield from _flat(each, f"{key}.{name}" if key else str(name))

@@ -20,6 +20,7 @@ from camopt.problem.problem import VERDICT, Problem, resolve
 from camopt.problem.sample import searched_space
 from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES, in_order, motion_quantity
+from camopt.scene.mapping import leaves
 from camopt.scene.scene import Scene
 from camopt.storage.manifest import question_in
 from camopt.storage.version import version_of_rows
@@ -69,7 +70,7 @@ class SweepKey:
 
     def other_than(self, other: "SweepKey") -> list[str]:
         """The differences of another key from this one: keys of the scene, and names of other values."""
-        ours, theirs = (_keys(tomllib.loads(question.scene)) for question in (self, other))
+        ours, theirs = (dict(leaves(tomllib.loads(question.scene))) for question in (self, other))
         keys = [key for key in {**ours, **theirs} if ours.get(key) != theirs.get(key)]
         rest = ("keep", "block", "version", "part", "parts")
         return keys + [name for name in rest if getattr(self, name) != getattr(other, name)]
@@ -173,14 +174,6 @@ def key_of_result(folder: Path, command: str) -> SweepKey | None:
     with suppress(ValueError, TypeError):
         return found and SweepKey.decoded(json.dumps(found).encode())
     return None
-
-
-def _keys(data: Any, key: str = "") -> dict[str, Any]:
-    """The values of nested mappings by dotted key."""
-    if not isinstance(data, dict):
-        return {key: data}
-    parts = (_keys(value, f"{key}.{name}" if key else name) for name, value in data.items())
-    return {key: value for part in parts for key, value in part.items()}
 
 
 def sweep_plan(scene: Scene, keep: str, block: int | None = None) -> SweepPlan:

@@ -8,6 +8,7 @@ from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown, shown_unit
+from camopt.scene.mapping import leaves
 from camopt.scene.places import tables_of
 from camopt.scene.scene import Scene
 from camopt.scene.units import as_shown
@@ -195,7 +196,7 @@ def given_sheet(scene: Scene) -> Table:
     names = scene.number_quantities
     units = {key: QUANTITIES[name] for key, name in names.items()}
     tables = _tables_of(scene)
-    given = [pair for name, table in tables.items() if name in GIVEN_TABLES for pair in _flat(name, table)]
+    given = leaves({name: table for name, table in tables.items() if name in GIVEN_TABLES})
     rows: list[list[Cell | str]] = [
         [
             key,
@@ -216,14 +217,6 @@ LENGTH_KEYS = {
     *(f"part.{name}" for name in ("thickness", "bore", "hub_diameter", "hub_length", "groove_depth")),
     *("part.keyway_width", "part.keyway_depth", "part.profile_tolerance"),
 }
-
-
-def _flat(prefix: str, value: Any) -> Iterator[tuple[str, Any]]:
-    if isinstance(value, Mapping):
-        for key, inner in value.items():
-            yield from _flat(f"{prefix}.{key}", inner)
-    else:
-        yield prefix, value
 
 
 def _said(value: Any) -> str:

@@ -1,6 +1,6 @@
 """The plain mapping of a scene, unchecked: its values by key, its numbers, its segments."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from math import isfinite, nan
 from numbers import Real
 from typing import Any
@@ -44,6 +44,17 @@ def tables_in(value: Any) -> list[Mapping[str, Any]]:
     """The tables of a list; an item that is no table counts as an empty one."""
     rows = value if isinstance(value, (list, tuple)) else ()
     return [each if isinstance(each, Mapping) else {} for each in rows]
+
+
+def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """The values of nested tables by dotted key, tables of a list counted from 1; any other list is one value."""
+    if isinstance(value, list) and any(isinstance(each, Mapping) for each in value):
+        value = dict(enumerate(value, start=1))
+    if not isinstance(value, Mapping):
+        yield key, value
+        return
+    for name, each in value.items():
+        yield from leaves(each, f"{key}.{name}" if key else str(name))
 
 
 def segments(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:

@@ -1,6 +1,6 @@
 """The table ``[search]`` of a scene: what may vary, and the objectives."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import partial
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 from camopt.mechanisms import SECOND_FIELDS
 from camopt.scene.checks import SEARCHED
 from camopt.scene.choices import Choice, Chosen, NumberRange, StepRange, free_numbers, free_rows
+from camopt.scene.mapping import leaves
 from camopt.scene.tables import (
     Cam,
     Drive,
@@ -135,7 +136,7 @@ class Search(SceneTable):
     def _tables(self) -> dict[str, Any]:
         """The choices in tables, by key of the scene."""
         tables = {name: getattr(self, name) for name in ("cam", "follower", "drive", "materials", "train")}
-        return dict(sorted(_flat("", tables)))
+        return dict(sorted(leaves(tables)))
 
 
 def unfolded(search: Any) -> Any:
@@ -153,12 +154,3 @@ def unfolded(search: Any) -> Any:
         else:  # given twice, which is told
             found[key] = search[key]
     return found
-
-
-def _flat(prefix: str, tables: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """The values of nested tables by dotted key."""
-    for key, value in tables.items():
-        if isinstance(value, dict):
-            yield from _flat(f"{prefix}{key}.", value)
-        else:
-            yield f"{prefix}{key}", value
