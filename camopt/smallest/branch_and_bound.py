@@ -25,7 +25,7 @@ from camopt.smallest.bisection import Bisection
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import NUDGES, negligible
 from camopt.smallest.enclosure import Examined, claims_on_size, designs_at, examined, means_on_size, representatives
-from camopt.smallest.excesses import Excesses, cut_off, kept, widest
+from camopt.smallest.excesses import Excesses, cut_by, widest
 from camopt.smallest.first_look import FEW_VALUES, VALUES, coarse_grid, first_look, largest_size, scale_of
 from camopt.smallest.result import (
     Smallest,
@@ -143,10 +143,7 @@ class BoxSearch(Bisection):
             with np.errstate(all="ignore"):
                 over = Excesses.of(self.crossings.excess(designs.take(index), inside.take(index), free))
                 side[index] = np.where(over.at[0] > 0.0, widest(over, span), UNKNOWN)
-                left = cut_off(over, span)
-            low[:, index], high[:, index] = kept(low[:, index], high[:, index], point, span, left)
-            empty[index] = over.surely
-        empty |= np.any(low > high, axis=0)
+                low[:, index], high[:, index], empty[index] = cut_by(over, low[:, index], high[:, index], point)
         left_low, left_high = (dict(zip(free, end, strict=True)) for end in (low, high))
         boxes = replace(boxes, low={**boxes.low, **left_low}, high={**boxes.high, **left_high}, side=side)
         return boxes.take(~empty)

@@ -29,7 +29,7 @@ from camopt.problem.claims import AnyClaim, Claim, MeanClaim
 from camopt.problem.problem import Problem
 from camopt.problem.zones import Off, moved
 from camopt.smallest.combined import combined
-from camopt.smallest.excesses import Excesses, chained_excesses, cut_off, kept, widest
+from camopt.smallest.excesses import Excesses, chained_excesses, cut_by, widest
 from camopt.verdicts.claim_boxes import excess_of
 from camopt.verdicts.mean_boxes import mean_excess
 from camopt.verdicts.sloped_designs import sloped_boxes
@@ -115,12 +115,9 @@ def examined(problem: Problem, claims: Sequence[AnyClaim], box: Designs, free: l
         with np.errstate(all="ignore"):
             over = _excesses(problem, present, box.take(index), inside.take(index), free)
             together = combined(over, span, free.index("size")) if len(free) > 1 else over
-            empty[index] |= over.surely
             level[index] = over.nowhere
             side[index] = widest(over, span)
-            left = cut_off(together, span)
-        low[:, index], high[:, index] = kept(low[:, index], high[:, index], point, span, left)
-    empty |= np.any(low > high, axis=0)
+            low[:, index], high[:, index], empty[index] = cut_by(together, low[:, index], high[:, index], point)
     ends = (dict(zip(free, end, strict=True)) for end in (low, high))
     return Examined(empty, level, inside, side, *ends)
 

@@ -87,9 +87,14 @@ def cut_off(over: Excesses, span: Interval) -> Interval:
     return Interval(low, high)
 
 
-def kept(
-    low: FloatArray, high: FloatArray, point: FloatArray, span: Interval, left: Interval
-) -> tuple[FloatArray, FloatArray]:
-    """The ends of sides after cutting (``cut_off``), rounded outwards."""
-    rounding = SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
-    return np.maximum(low, point + left.low - rounding), np.minimum(high, point + left.high + rounding)
+def cut_by(
+    over: Excesses, low: FloatArray, high: FloatArray, point: FloatArray
+) -> tuple[FloatArray, FloatArray, Any]:
+    """The ends (d, n) of boxes after cutting (``cut_off``), rounded outwards, and which are empty (n,).
+
+    The excesses are seen from a point of each box.
+    """
+    span = Interval(low - point, high - point)
+    left, rounding = cut_off(over, span), SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
+    low, high = np.maximum(low, point + left.low - rounding), np.minimum(high, point + left.high + rounding)
+    return low, high, over.surely | np.any(low > high, axis=0)

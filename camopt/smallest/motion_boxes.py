@@ -20,7 +20,7 @@ from camopt.problem.problem import Problem
 from camopt.smallest.bisection import Bisection
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.combined import combined
-from camopt.smallest.excesses import Excesses, chained_excesses, cut_off, kept, widest
+from camopt.smallest.excesses import Excesses, chained_excesses, cut_by, widest
 from camopt.smallest.result import Smallest, first_feasible, gap_of, known_crossings
 from camopt.smallest.smallest import small
 from camopt.verdicts.sloped_designs import sloped_boxes
@@ -103,20 +103,18 @@ class MotionSearch(Bisection):
             return boxes
         inside = boxes.middles(self.problem.design)
         looked, like = sloped_boxes(boxes.designs(self.problem.design), inside, list(boxes.free), 1)
+        middle = np.array([inside.values[name] for name in boxes.free])
+        low, high = (np.array([ends[name] for name in boxes.free]) for ends in (boxes.low, boxes.high))
         with np.errstate(all="ignore"):
             reach = like.span
             limits, others, guides = self.said(looked, inside, like)
             if not limits:
                 return boxes.narrowed({}, {}, np.argmax(reach.high, axis=0))
             over = chained_excesses([*limits, *others])
-            left = cut_off(combined(over, reach, boxes.free.index("size")), reach)
+            low, high, empty = cut_by(combined(over, reach, boxes.free.index("size")), low, high, middle)
             side = widest(chained_excesses([*limits, *guides]), reach)
-        middle = np.array([inside.values[name] for name in boxes.free])
-        low, high = (np.array([ends[name] for name in boxes.free]) for ends in (boxes.low, boxes.high))
-        low, high = kept(low, high, middle, reach, left)
-        held = np.all(low <= high, axis=0) & ~over.surely
         named = (dict(zip(boxes.free, each, strict=True)) for each in (low, high))
-        boxes = boxes.narrowed(next(named), next(named), side).take(held)
+        boxes = boxes.narrowed(next(named), next(named), side).take(~empty)
         return self.left(boxes, boxes.narrow)
 
     def look_into(self, boxes: Boxes, *, closely: bool) -> None:
