@@ -16,9 +16,8 @@ from camopt.mechanisms.design import BoolArray
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Objectives, Rows, concatenate_rows
 from camopt.problem.space import Space
-from camopt.smallest.result import feasible
 from camopt.verdicts.judging import Effort, evaluate_with_effort
-from camopt.verdicts.screening import screened
+from camopt.verdicts.screening import feasible, screened
 
 BLOCK = 65536  # designs: Python's share is small, and memory stays bounded
 SHARING_BLOCK = 2**18  # of those that share pitch curves: most take nanoseconds

@@ -29,13 +29,13 @@ from camopt.smallest.excesses import Excesses, cut_by, widest
 from camopt.smallest.first_look import FEW_VALUES, VALUES, coarse_grid, first_look, largest_size, scale_of
 from camopt.smallest.result import (
     Smallest,
-    feasible,
     first_feasible,
     first_that,
     gap_of,
     known_crossings,
     proved_feasible,
 )
+from camopt.verdicts.screening import feasible
 
 BOX_BATCH = 512  # boxes examined together, at most, to stop in time
 UNKNOWN = -1  # which side to cut

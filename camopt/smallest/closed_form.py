@@ -19,7 +19,8 @@ from camopt.motion.programme import span
 from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, claims_on
-from camopt.smallest.result import GAP, feasible
+from camopt.smallest.result import GAP
+from camopt.verdicts.screening import feasible
 
 ZOOMS, FINER = 14, 33
 """How often a convex minimum is looked at between its neighbours, and at how many places: to rounding."""

@@ -24,7 +24,8 @@ from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.smallest.linear_forms import ARM_FORM, FACE_FORM, GROOVE_FORM, PLANE_SHARE, Form, LinearLimit, Planes
-from camopt.smallest.result import GAP, feasible, gap_of
+from camopt.smallest.result import GAP, gap_of
+from camopt.verdicts.screening import feasible
 
 FORMS: dict[Any, Form] = {
     oscillating.MECHANISM.pressure: ARM_FORM,

@@ -10,8 +10,8 @@ from camopt.mechanisms.design import SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
-from camopt.smallest.result import feasible
 from camopt.verdicts.judging import bound_excesses, least_excess
+from camopt.verdicts.screening import feasible
 
 STEPS = 7  # of a grid along each free size
 SHRINKS = 2.5  # the factor from grid to grid

@@ -24,7 +24,7 @@ from camopt.scene.scene import Scene
 from camopt.smallest.closed_form import negligible
 from camopt.smallest.multipliers import BINDS
 from camopt.smallest.reasons import Reason, in_one_sentence, listed, reason
-from camopt.smallest.result import GAP, Smallest, feasible
+from camopt.smallest.result import GAP, Smallest
 from camopt.smallest.smallest import smallest
 from camopt.smallest.smallest_train import TrainSearch, free_of_train, listed_trains
 from camopt.smallest.smallest_turn import smallest_of_turns
@@ -35,6 +35,7 @@ from camopt.tables.designs import ByLaw, Design
 from camopt.tables.layout import Table
 from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, evaluate_rows, excesses, worst_excesses
 from camopt.verdicts.limit_boxes import ends_within, limit_over_box
+from camopt.verdicts.screening import feasible
 from camopt.verdicts.warned import warnings_of
 from camopt.verdicts.words import worst
 
@@ -399,7 +400,7 @@ def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:
     sizes = size + prime_radius * np.geomspace(1e-6, 10.0, RADII)
 
     def held(sizes: FloatArray) -> Any:
-        return feasible(problem, replace(design.take(np.zeros(sizes.size, dtype=int)), size=sizes), -1.0)
+        return feasible(problem, replace(design.take(np.zeros(sizes.size, dtype=int)), size=sizes), perhaps=True)
 
     if not held(sizes[-1:])[0]:
         return inf

@@ -3,18 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
-from typing import Any
 
 import numpy as np
 
-from camopt.effects import Case
 from camopt.effects.crossing_boxes import KnownCrossings
 from camopt.mechanisms import Designs
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
-from camopt.problem.rows import Rows
-from camopt.verdicts.judging import LAST_AT_ONCE, evaluate_rows, excesses
-from camopt.verdicts.running import extended, planned
+from camopt.verdicts.judging import LAST_AT_ONCE, evaluate_rows
+from camopt.verdicts.screening import feasible
 
 GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
 
@@ -48,31 +45,6 @@ class Smallest:
 def gap_of(design: Designs) -> float:
     """How much smaller than a proved design the least feasible one may be, mm."""
     return GAP * float(design.prime_radius[0])
-
-
-def feasible(problem: Problem, designs: Designs, side: float = 1.0) -> Any:
-    """Which designs can be assembled and are proved to hold every limit; at side −1, not shown to break one.
-
-    So do those that have to hold the limits with them (``Problem.every``).
-    """
-    held = np.ones(len(designs), dtype=bool)
-    for each in problem.every(designs):
-        held[held] = _feasible(problem, each.take(held), side)
-    return held
-
-
-def _feasible(problem: Problem, designs: Designs, side: float) -> Any:
-    """As ``feasible``, alone. Effects run cheapest first, on the designs that hold the limits before."""
-    held = problem.setup.mechanism.exists(designs, problem.programme) & (designs.size > 0.0)
-    designs, rows, pending = designs.take(held), Rows({}, int(held.sum())), list(problem.limits)
-    for effect, names in planned(problem.needed, problem.setup):
-        rows = extended(rows, Case(problem.setup, problem.programme, designs), effect, names)
-        ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
-        pending = [limit for limit in pending if limit not in ready]
-        passed = np.all(excesses(ready, rows.shifted(side), designs) <= 0.0, axis=0)
-        held[held] = passed
-        designs, rows = designs.take(passed), rows.take(passed)
-    return held
 
 
 def first_feasible(

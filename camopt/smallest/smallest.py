@@ -25,8 +25,9 @@ from camopt.smallest.closed_form import NUDGES, closed_form, least_size, nudged
 from camopt.smallest.cutting_planes import Cut, by_cutting_planes
 from camopt.smallest.first_look import first_look, largest_size
 from camopt.smallest.grid_refinement import CLOSE, NEAR, shrink_on_grids
-from camopt.smallest.result import Smallest, feasible
+from camopt.smallest.result import Smallest
 from camopt.verdicts.limit_boxes import ends_within, limit_over_box
+from camopt.verdicts.screening import feasible
 from camopt.verdicts.words import BROKEN
 
 EXCHANGES = 8

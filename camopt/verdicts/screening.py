@@ -19,7 +19,7 @@ from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
 from camopt.verdicts.judging import Effort, evaluate_with_effort, excesses, proved_status, with_exact_numbers
 from camopt.verdicts.refuting import refuted
-from camopt.verdicts.running import beyond_pitch, planned, with_pitch_values
+from camopt.verdicts.running import beyond_pitch, extended, planned, with_pitch_values
 
 
 @dataclass(frozen=True)
@@ -85,6 +85,23 @@ def begun(problem: Problem, designs: Designs) -> Candidates:
     count = len(designs)
     held = np.ones(count, dtype=bool)
     return Candidates(problem, designs, np.arange(count), Rows({}, count), held, problem.limits)
+
+
+def feasible(problem: Problem, designs: Designs, *, perhaps: bool = False) -> BoolArray:
+    """Which designs can be assembled and are proved to hold every limit, or ``perhaps`` are not shown to break one.
+
+    So do those that have to hold the limits with them (``Problem.every``).
+    """
+    which, held = np.arange(len(designs)), np.zeros(len(designs), dtype=bool)
+    for each in problem.every(designs):
+        some = each.take(which)
+        exists = np.flatnonzero(problem.setup.mechanism.exists(some, problem.programme) & (some.size > 0.0))
+        found = begun(problem, some.take(exists))
+        for effect, names in found.plan(problem.needed):
+            found = found.asked(extended(found.rows, found.case, effect, names))
+        which = which[exists[found.which if perhaps else found.which[found.held]]]
+    held[which] = True
+    return held
 
 
 class Screened(NamedTuple):
