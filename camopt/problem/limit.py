@@ -1,7 +1,7 @@
 """A limit: a bound on a quantity, with all that verdicts, searches, proofs, prices and pictures need of it."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -160,6 +160,11 @@ class Limit(ABC):
     def last(self) -> bool:
         """Whether it is checked only for designs that meet all other limits."""
         return any(EFFECTS[QUANTITIES[name].effect].last for name in self.needs)
+
+
+def needs_of(limits: Iterable[Limit]) -> frozenset[str]:
+    """The quantities that some limits call for."""
+    return frozenset(need for limit in limits for need in limit.needs)
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from camopt.motion.segments import GivenSegment
 from camopt.problem.choices import Choices, choices_of
 from camopt.problem.claims import Claim
 from camopt.problem.driving import through_train, unmoved
-from camopt.problem.limit import Limit
+from camopt.problem.limit import Limit, needs_of
 from camopt.problem.limits import OF_QUANTITIES, limited_quantity, limits_of
 from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
@@ -212,7 +212,7 @@ class Problem:
     @property
     def needed(self) -> frozenset[str]:
         """The quantities that limits and objectives call for."""
-        return frozenset([*self.objectives, *(need for limit in self.limits for need in limit.needs)])
+        return needs_of(self.limits).union(self.objectives)
 
     @property
     def named(self) -> frozenset[str]:

@@ -23,13 +23,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.effects import Case
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.quantities import QUANTITIES
 from camopt.smallest.freedom import DELTA, Freedom
 from camopt.verdicts.judging import excesses
-from camopt.verdicts.running import run_effects
+from camopt.verdicts.running import columns_for
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
 SIDE_LINES = 2  # lines by direction along which the sides of kinks are sought
@@ -73,8 +72,7 @@ def bounds_met(freedom: Freedom) -> list[ActiveBound]:
     problem = freedom.problem
     limits = problem.without_last.limits
     cams = [*problem.every(problem.design)]
-    needs = frozenset(name for limit in limits for name in limit.needs)
-    columns = [run_effects(Case(problem.setup, problem.programme, each), needs).columns for each in cams]
+    columns = [columns_for(problem, limits, each) for each in cams]
     excess = np.array([excesses(limits, *each)[:, 0] for each in zip(columns, cams, strict=True)])
     worst, most = excess.argmax(axis=0), excess.max(axis=0)
     met = [number for number, over in enumerate(most) if over > -BINDS]

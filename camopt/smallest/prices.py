@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects import Case
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics.clock import now, share
@@ -21,7 +20,7 @@ from camopt.smallest.optimise import SECONDS, Optimum, answers_of, end_of, least
 from camopt.smallest.turns import SegmentAngles
 from camopt.tables.columns import joined_laws
 from camopt.verdicts.judging import excesses
-from camopt.verdicts.running import run_effects
+from camopt.verdicts.running import columns_for
 
 BOUND_ROUNDING = 1e-9  # of a bound
 
@@ -208,8 +207,7 @@ def _with_next(price: Price, cam: Freedom, until: float) -> Price:
 def _met_at(price: Price, limits: Sequence[Limit], cam: Freedom) -> float | None:
     """The bound that a cam just meets: the least strict that one of some limits asks of it."""
     design, problem = cam.problem.design, cam.problem
-    case = Case(problem.setup, problem.programme, design)
-    columns = run_effects(case, (name for limit in limits for name in limit.needs)).columns
+    columns = columns_for(problem, limits, design)
     slopes = np.array([limit.by_bound(columns, design)[0] for limit in limits])
     met = price.bound - excesses(limits, columns, design)[:, 0] / slopes
     farthest = float(met[np.argmax(np.abs(met - price.bound))])

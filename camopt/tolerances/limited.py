@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES
-from camopt.verdicts.running import run_effects
+from camopt.verdicts.judging import excesses
+from camopt.verdicts.running import columns_for
 
 
 def limited(problem: Problem, limits: Sequence[Limit], designs: Designs) -> tuple[FloatArray, FloatArray]:
@@ -18,12 +18,11 @@ def limited(problem: Problem, limits: Sequence[Limit], designs: Designs) -> tupl
 
     A limit without a quantity has its excess in the place of one.
     """
-    needs = frozenset(name for limit in limits for name in limit.needs)
-    columns = run_effects(Case(problem.setup, problem.programme, designs), needs).columns
+    columns = columns_for(problem, limits, designs)
     exists = problem.setup.mechanism.exists(designs, problem.programme)
-    excess, values = np.empty((2, len(limits), len(designs)))
+    excess = np.where(exists, excesses(limits, columns, designs), np.inf)
+    values = np.empty(excess.shape)
     for row, limit in enumerate(limits):
-        excess[row] = np.where(exists, limit.excess(columns, designs), np.inf)
         shown = [np.broadcast_to(columns[name], len(designs)) for name in limit.shown] or [excess[row]]
         values[row] = shown[0] if len(shown) == 1 else np.abs(shown).max(axis=0)
     return excess, values

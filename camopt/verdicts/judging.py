@@ -21,7 +21,7 @@ from camopt.numerics.clock import now
 from camopt.problem.limit import ASSEMBLY, Limit
 from camopt.problem.problem import SINGLE_ERROR, Problem, exactly
 from camopt.problem.rows import Columns, Rows
-from camopt.verdicts.running import extended, planned, run_effects
+from camopt.verdicts.running import columns_for, extended, planned
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 CERTIFIED, SAMPLED = "certified", "sampled"
@@ -151,11 +151,7 @@ def excesses(limits: Iterable[Limit], columns: Columns, designs: Designs) -> Flo
 
 def worst_excesses(problem: Problem, limits: Sequence[Limit], designs: Designs) -> FloatArray:
     """Relative excess over each limit, (limits, designs), of the worst of all designs that have to hold it."""
-    needs = frozenset(name for limit in limits for name in limit.needs)
-    found = []
-    for each in problem.every(designs):
-        columns = run_effects(Case(problem.setup, problem.programme, each), needs).columns
-        found.append(excesses(limits, columns, each))
+    found = [excesses(limits, columns_for(problem, limits, each), each) for each in problem.every(designs)]
     return np.asarray(np.max(found, axis=0))
 
 

@@ -8,7 +8,10 @@ import numpy as np
 
 from camopt.effects import EFFECTS, Case, Effect, Setup, effects_needed
 from camopt.effects.case import Bounded, nothing
-from camopt.problem.rows import Rows
+from camopt.mechanisms import Designs
+from camopt.problem.limit import Limit, needs_of
+from camopt.problem.problem import Problem
+from camopt.problem.rows import Columns, Rows
 
 
 def run_effects(case: Case, wanted: Iterable[str]) -> Rows:
@@ -17,6 +20,11 @@ def run_effects(case: Case, wanted: Iterable[str]) -> Rows:
     for effect, names in planned(wanted, case.setup):
         rows = extended(rows, case, effect, names)
     return rows.only(wanted)
+
+
+def columns_for(problem: Problem, limits: Iterable[Limit], designs: Designs) -> Columns:
+    """The quantities of designs that some limits call for."""
+    return run_effects(Case(problem.setup, problem.programme, designs), needs_of(limits)).columns
 
 
 def planned(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, frozenset[str]]]:

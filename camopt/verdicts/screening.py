@@ -14,7 +14,7 @@ from camopt.effects import Case, Effect
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import BoolArray
 from camopt.problem.claims import Claim
-from camopt.problem.limit import Limit
+from camopt.problem.limit import Limit, needs_of
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
 from camopt.verdicts.judging import Effort, evaluate_with_effort, excesses, proved_status, with_exact_numbers
@@ -43,8 +43,7 @@ class Candidates:
 
     def plan(self, wanted: frozenset[str]) -> list[tuple[Effect, frozenset[str]]]:
         """The effects that find what is wanted, and what the limits need that were not asked yet."""
-        needed = (need for limit in self.pending for need in limit.needs)
-        return planned(wanted.union(needed), self.problem.setup)
+        return planned(wanted | needs_of(self.pending), self.problem.setup)
 
     def take(self, index: NDArray[np.intp]) -> "Candidates":
         """Some of them."""
@@ -76,7 +75,7 @@ class Candidates:
 
     def _holding(self, limits: tuple[Limit, ...], side: float) -> BoolArray:
         """Which of them hold some limits on a side of their enclosures: 1 for the far one."""
-        columns = self.rows.only({name for limit in limits for name in limit.needs}).shifted(side)
+        columns = self.rows.only(needs_of(limits)).shifted(side)
         return np.asarray(np.all(excesses(limits, columns, self.designs) <= 0.0, axis=0))
 
 
