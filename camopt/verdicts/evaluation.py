@@ -23,6 +23,7 @@ from camopt.tables.design_tables import design_table
 from camopt.tables.layout import Table
 from camopt.verdicts.judging import evaluate_rows
 from camopt.verdicts.running import run_effects
+from camopt.verdicts.tightest import tightest_contact
 from camopt.verdicts.warned import warnings_of
 
 
@@ -98,6 +99,12 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
         return joint_rows(problem.setup, problem.programme) if called else []
 
     @property
+    def tightest(self) -> str:
+        """Of a follower with two contacts, the one that a limit holds the closest; else empty."""
+        problem = resolve_design(self.scene)
+        return tightest_contact(exactly(problem)) if problem.setup.mechanism.further else ""
+
+    @property
     def shown_cam(self) -> Scene:
         """The scene itself."""
         return self.scene
@@ -109,6 +116,7 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
         with shown_in(MM):  # whatever is shown, as the names of quantities say
             unbounded = _reasons(self.unbounded, exactly(resolve_design(self.scene))) if self.unbounded else {}
         about = {"unbounded": unbounded, "joint_forces": joints, "warnings": list(self.warnings)}
+        about |= {"tightest": self.tightest}
         return finite | {name: value for name, value in about.items() if value}
 
 

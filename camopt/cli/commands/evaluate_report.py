@@ -23,6 +23,8 @@ def show_evaluation(result: "Evaluation", as_json: bool) -> None:
     if as_json:
         return print_json(result.to_json())
     show(result.table(explained=room_across() >= ROOM_TO_EXPLAIN), _highest(result.scene))
+    if tightest := result.tightest:
+        show(f"Tightest of both contacts: {tightest}.")
     if result.scene.mechanism.motion.angular:
         show(f"{ARM_UNCHECKED}.")
     if joints := [
