@@ -7,6 +7,7 @@ cutter no wider than the roller reaches them all. A flat face touches the profil
 A corner of the motion is a corner of the curve. Of a cam that is given by its profile the radii are known.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,10 +34,9 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     pointed, notched = (is_pointed, is_notched) if mechanism.way > 0.0 else (is_notched, is_pointed)
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
-        radius = Peak(
-            ((mechanism.profile_radius, ALL_STROKES),), LEAST, jumps=pointed, unit=size_of, open_at_zero=True
-        )
-        return {CONVEX: radius}
+        curves = ((mechanism.profile_radius, ALL_STROKES),)
+        radius = Peak(curves, LEAST, jumps=pointed, unit=size_of, open_at_zero=True)
+        return {CONVEX: replace(radius, rises_with_body=mechanism.pitch_is_without)}
     curves = ((mechanism.curvature, ALL_STROKES),)
     both = mechanism.two_sided  # either flank may be the sharper one
     most, least = (pointed, notched) if mechanism.body.convex > 0.0 else (notched, pointed)

@@ -397,6 +397,9 @@ class Peak:
     """The quantities that are the largest and the least of its curves, where a bound is compared with these."""
     open_at_zero: bool = False
     """Whether a bound of 0 is not met at 0."""
+    rises_with_body: bool = False
+    """Whether it is as much larger as the body that touches the cam: its curve is that of a body of none, and so
+    much more (``Mechanism.parallel``)."""
 
     @property
     def is_least(self) -> bool:

@@ -7,12 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.effects.peak import Bodies
-from camopt.mechanisms import Designs
-from camopt.mechanisms.design import without_roller
+from camopt.mechanisms import Designs, Mechanism
 from camopt.numerics import FloatArray, IntArray
 from camopt.problem.space import Space
 
-MERGED = ("size", "roller_radius")  # sizes that a pitch curve has in one
 MOST_CURVES = 2**19  # kept of one motion: some 100 bytes each
 MOST_SUMS = 2**20  # of a radius of the roller and one of the cam, which are sorted: some 130 bytes each
 WORTH = 1.5  # designs a pitch curve, from which on they are worth keeping
@@ -26,7 +24,7 @@ class BlockCurves(NamedTuple):
     curves: IntArray
     """The number of that of each design."""
     bodies: FloatArray
-    """The radius of the body that follows it."""
+    """The radius of the body that follows it, or what else moves its profile."""
     parts: IntArray
     """The parts of all curves that they are in."""
 
@@ -37,27 +35,24 @@ class CurveNumbers:
     def __init__(self, space: Space) -> None:
         self.shape = (1, *(values.size for values in space.axes.values()))
         strides = np.cumprod((1, *self.shape[:0:-1]))[::-1]
-        axes = {field: i for i, field in enumerate(space.axes, start=1)}
-        merged = [axes[field] for field in axes if field in MERGED]
+        axes, mechanism = {field: i for i, field in enumerate(space.axes, start=1)}, space.problem.setup.mechanism
+        merged = [axes[field] for field in axes if field in _merged(mechanism)]
+        body = axes.get(mechanism.parallel)
         self._merged, self._others, self._space = (
             merged,
             [i for i in range(len(self.shape)) if i not in merged],
             space,
         )
-        alike = {axes.get("roller_radius")} if _ignores_roller(space) else set()
+        alike = {body} if mechanism.pitch_is_without else set()
         numbers = self._numbers(strides, [i for i in merged if i not in alike])
         designs = space.designs(numbers.ravel())
-        first, which = _alike(space.problem.setup.mechanism.pitch(designs))
+        first, which = _alike(mechanism.pitch(designs))
         whole = [self.shape[i] for i in merged]
         self._which = np.broadcast_to(which.reshape([1 if i in alike else self.shape[i] for i in merged]), whole)
-        bodies = space.designs(
-            self._numbers(strides, [i for i in merged if i == axes.get("roller_radius")]).ravel()
-        )
-        rollers = bodies.roller_radius.reshape(
-            [self.shape[i] if i == axes.get("roller_radius") else 1 for i in merged]
-        )
-        self._bodies = np.broadcast_to(rollers, whole)
-        self.bodies = Bodies(rollers.min(), rollers.max())
+        radii = space.axes.get(mechanism.parallel, space.problem.design.sizes[mechanism.parallel])
+        bodies = radii.reshape([self.shape[i] if i == body else 1 for i in merged])
+        self._bodies = np.broadcast_to(bodies, whole)
+        self.bodies = Bodies(bodies.min(), bodies.max())
         self._of_sums = numbers.ravel()[first]
         self._of_others = self._numbers(strides, self._others).ravel()
         self.part = -(-len(self) // -(-len(self) // AT_ONCE))
@@ -83,16 +78,19 @@ class CurveNumbers:
     def _of_block(self, first: int, last: int) -> BlockCurves:
         fastest = self.shape[-1]
         begin, end = first // fastest, -(-last // fastest)
+        skipped = begin * fastest
+        low, high = (first - skipped, last - skipped) if end - begin == 1 else (0, fastest)
         slow = [digits[:, None] for digits in np.unravel_index(np.arange(begin, end), self.shape[:-1])]
-        where = [*slow, np.arange(fastest)[None]]
+        where = [*slow, np.arange(low, high)[None]]
         others = np.ravel_multi_index(
             np.broadcast_arrays(*(where[i] for i in self._others)), [self.shape[i] for i in self._others]
         )
         merged = tuple(where[i] for i in self._merged)
         curves, bodies = self._which[merged] + others * self._of_sums.size, self._bodies[merged]
-        found = (np.broadcast_to(each, (end - begin, fastest)).ravel() for each in (curves, bodies))
-        curves, bodies = (each[first - begin * fastest : last - begin * fastest] for each in found)
-        return BlockCurves(curves, bodies, np.flatnonzero(np.bincount(curves // self.part)))
+        found = (np.broadcast_to(each, (end - begin, high - low)).ravel() for each in (curves, bodies))
+        curves, bodies = (each[first - skipped - low : last - skipped - low] for each in found)
+        parts = np.bincount(curves // self.part) if len(self) > self.part else np.ones(1)
+        return BlockCurves(curves, bodies, np.flatnonzero(parts))
 
     def _numbers(self, strides: IntArray, axes: list[int]) -> IntArray:
         """The contributions of given axes to the number of a design, for all combinations."""
@@ -100,9 +98,9 @@ class CurveNumbers:
         return np.asarray(sum(np.ix_(*steps), np.zeros((1,) * len(steps), dtype=np.intp)))
 
 
-def _ignores_roller(space: Space) -> bool:
-    """Whether the pitch curves of a space do not depend on the roller."""
-    return space.problem.setup.mechanism.pitch is without_roller
+def _merged(mechanism: Mechanism) -> tuple[str, ...]:
+    """The sizes that a pitch curve has in one, or has not."""
+    return tuple(dict.fromkeys(("size", mechanism.parallel)))
 
 
 def _alike(curves: Designs) -> tuple[IntArray, IntArray]:
@@ -117,11 +115,13 @@ def _alike(curves: Designs) -> tuple[IntArray, IntArray]:
 
 def curve_numbers(space: Space) -> CurveNumbers | None:
     """The numbers of the pitch curves of a space; None where they are not worth keeping, or too many to keep."""
-    merged = [values.size for field, values in space.axes.items() if field in MERGED]
-    if not space.axes or (sum(count > 1 for count in merged) < 2 and not _ignores_roller(space)):
+    mechanism = space.problem.setup.mechanism
+    merged = {field: values.size for field, values in space.axes.items() if field in _merged(mechanism)}
+    ignored = merged.pop(mechanism.parallel, 1) if mechanism.pitch_is_without else 1
+    if not space.axes or (sum(count > 1 for count in merged.values()) < 2 and not mechanism.pitch_is_without):
         return None
-    others, least = space.designs_each // prod(merged), space.axes["size"].size if "size" in space.axes else 1
-    sums = least if _ignores_roller(space) else prod(merged)
+    sums, least = prod(merged.values()), merged.get("size", 1)
+    others = space.designs_each // (sums * ignored)
     if sums > MOST_SUMS or least * others > MOST_CURVES:
         return None
     numbers = CurveNumbers(space)

@@ -90,11 +90,12 @@ class SharedCurves:
         """
         curves, bodies, parts = self._numbers.of_block(first, last)
         self._search(parts)
-        cost, sizes = self._cost(), self._numbers.shape[-1]
+        cost, window = self._cost(), self._window(first, last)
         known = Curves(self._exists, self._surely, self._perhaps, self._no_cost if cost is None else cost)
-        block = Block(curves, bodies, first % sizes)
+        sizes = window.stop - window.start
+        block = Block(curves, bodies, first % self._numbers.shape[-1] - window.start)
         counts, least = counted(known, block, sizes)
-        most = np.full(sizes, np.inf) if cost is None else self._most(least)
+        most = np.full(sizes, np.inf) if cost is None else self._most(least, window)
         held, open_ = gathered_of(known, block, counts, np.full(sizes, np.inf) if every else most)
         surely, perhaps = (Sharing(first + i, curves[i]) for i in (held, open_))
         compared = known.cost[surely.curves] <= most[(block.place + held) % sizes]
@@ -114,16 +115,25 @@ class SharedCurves:
             return None
         return np.asarray(objectives[of_curves[0]] * self._columns[of_curves[0]]) if of_curves else self._no_cost
 
-    def _most(self, least: FloatArray) -> FloatArray:
+    def _window(self, first: int, last: int) -> slice:
+        """The sizes of the cam that designs first … last − 1 have: the run of them, or all."""
+        sizes = self._numbers.shape[-1]
+        start = first % sizes
+        return slice(start, start + last - first) if start + last - first <= sizes else slice(0, sizes)
+
+    def _most(self, least: FloatArray, window: slice) -> FloatArray:
         """What designs of each size may cost with none of any size that is better, from the least cost of each."""
-        sizes = self._space.axes.get("size", np.zeros(least.size))
-        costs, which = np.unique(
-            self._problem.objectives.get(self._problem.size_name, 0.0) * sizes, return_inverse=True
-        )
-        lowest = np.full(costs.size, np.inf)
-        np.minimum.at(lowest, which, least)
-        before = np.concatenate([[np.inf], np.minimum.accumulate(lowest)[:-1]])
-        return np.asarray(np.where((lowest < before) | (before == np.inf), lowest, -np.inf)[which])
+        sizes = self._space.axes["size"][window] if "size" in self._space.axes else np.zeros(least.size)
+        costs = self._problem.objectives.get(self._problem.size_name, 0.0) * sizes
+        order = slice(None) if np.all(costs[:-1] <= costs[1:]) else np.argsort(costs, kind="stable")
+        costs = costs[order]
+        fresh = np.append(True, costs[1:] != costs[:-1])
+        lowest = np.minimum.reduceat(least[order], np.flatnonzero(fresh))
+        before = np.append(np.inf, np.minimum.accumulate(lowest)[:-1])
+        allowed = np.where((lowest < before) | (before == np.inf), lowest, -np.inf)
+        most = np.empty(least.size)
+        most[order] = allowed[np.cumsum(fresh) - 1]
+        return most
 
     def _is_shared(self, name: str) -> bool:
         """Whether a quantity is the same for designs of the motion that have the same size of the cam."""

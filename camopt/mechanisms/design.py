@@ -145,6 +145,11 @@ def without_roller(designs: Designs) -> Designs:
     return replace(designs, roller_radius=np.zeros(len(designs)))
 
 
+def without_size(designs: Designs) -> Designs:
+    """Designs of which a size of the cam moves the whole profile along its normal, without it."""
+    return replace(designs, size=np.zeros(len(designs)))
+
+
 def itself(designs: Designs) -> Designs:
     """Designs that share no pitch curve."""
     return designs
@@ -215,7 +220,11 @@ class Mechanism:
     path: Callable[[Designs, Programme], Any] | None = None
     """Of a cylindrical cam, curve of how far the trace point moves along the developed groove, mm/rad."""
     pitch: Callable[[Designs], Designs] = itself
-    """For designs those with the same pitch curves that are alike if these are."""
+    """For designs those with the same pitch curves that are alike if these are; of a flat face: the same but for
+    how far ``parallel`` has moved the profile."""
+    parallel: str = "roller_radius"
+    """The size, by field of ``Designs``, that moves the profile along its normal, as the roller does from a pitch
+    curve (a flat face square to the motion: the base radius)."""
     misfit: Callable[[Mapping[str, float]], Misfit | None] = lambda sizes: None
     """From the sizes of one design in mm, by field, and its ``lift`` in the unit of the motion: why it cannot be
     put together at its lowest or highest position; KeyError where it needs one that is not there."""
@@ -249,9 +258,18 @@ class Mechanism:
         return any(self.pressure is other.pressure for other in others)
 
     @property
+    def pitch_is_without(self) -> bool:
+        """Whether pitch curves do not depend on ``parallel`` at all; else on its sum with the size of the cam."""
+        return self.pitch in (without_roller, without_size)
+
+    @property
     def of_pitch(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
         """Its curves that designs with the same pitch curve share."""
-        return self.pressure, self.curvature, self.sliding, self.path
+        return (
+            (self.pressure, self.reach)
+            if self.flat_faced
+            else (self.pressure, self.curvature, self.sliding, self.path)
+        )
 
     @property
     def size_quantities(self) -> dict[str, str]:

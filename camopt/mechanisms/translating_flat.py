@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 
 from camopt.mechanisms.body import DISC
-from camopt.mechanisms.design import Designs, Mechanism
+from camopt.mechanisms.design import Designs, Mechanism, without_size
 from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import FLAT, TRANSLATING
 from camopt.mechanisms.rest import ContactPoint, Off, Rest
 from camopt.motion.contact import TranslatingFace
-from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import Linear
 
@@ -23,10 +22,6 @@ from camopt.numerics.curves import Linear
 def _linear(designs: Designs, y: float, y1: float, y2: float, constant: FloatArray) -> Linear:
     zeros = np.zeros(len(designs))
     return Linear(zeros + y, zeros + y1, zeros + y2, zeros + constant)
-
-
-def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-    return (designs.size,)
 
 
 def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
@@ -53,10 +48,12 @@ MECHANISM = Mechanism(
     sliding=lambda designs, programme: _linear(designs, 1, 0, 0, designs.size),
     reach=lambda designs, programme: _linear(designs, 0, 1, 0, -designs.lead),
     outline=lambda designs, programme: _linear(designs, 1, 0, 0, designs.size),
-    assembly_margins=_assembly_margins,
+    assembly_margins=lambda designs, programme: (designs.size * 0.0 + 1.0,),
     assembly="the base radius has to be above 0",
     contact=_contact,
     shifts=lambda design, lift, y, y1: {"displacement": (0.0, 1.0), "offset": (1.0, 0.0)},
     rest=_rest,
+    pitch=without_size,
+    parallel="size",
     on_profile=lambda sizes, sense: TranslatingFace(),
 )

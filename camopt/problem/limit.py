@@ -259,7 +259,7 @@ class QuantityLimit(Limit):
 
     @cached_property
     def of_curves(self) -> tuple[str, ...] | None:
-        if isinstance(self._weight, OfBody):
+        if isinstance(self._weight, OfBody) or self._rises_with_body:
             return ()
         effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
         return self.needs if all(effect.run is nothing for effect in effects) else None
@@ -270,8 +270,14 @@ class QuantityLimit(Limit):
         peak = self.form
         return peak.scale.weight(self.bound) if isinstance(peak, Peak) and peak.extremes else None
 
+    @property
+    def _rises_with_body(self) -> bool:
+        return isinstance(self.form, Peak) and self.form.rises_with_body
+
     def on_curves(self, case: Case, bodies: Bodies) -> OnCurves | None:
         peak, weight = self.form, self._weight
+        if isinstance(peak, Peak) and peak.rises_with_body and not case.programme.radii:
+            return self._with_more(case, peak)
         if not isinstance(peak, Peak) or not isinstance(weight, OfBody):
             return None
         if case.found.keys() >= set(peak.extremes):
@@ -280,6 +286,14 @@ class QuantityLimit(Limit):
         else:
             far, near = self._beyond_all(case, peak, weight.largest(bodies))
         return OnCurves(weight.bodies(far, CLEAR), weight.bodies(near, -CLEAR))
+
+    def _with_more(self, case: Case, peak: Peak) -> OnCurves:
+        """The bodies that are large enough for a least value, by that with a body of none."""
+        found = extreme_of(case, peak)
+        finite = np.where(np.isfinite(found.value), found.value, 0.0)
+        room = CLEAR * np.maximum(abs(self.bound), np.abs(finite))
+        far, near = (self.bound - found.value + side * (found.width + room) for side in (1.0, -1.0))
+        return OnCurves(Bodies(least=far), Bodies(least=near))
 
     def _beyond_all(self, case: Case, peak: Peak, weight: float) -> tuple[FloatArray, FloatArray]:
         """The far and the near side of what ``_outward`` gives, or of what holds with the largest weight."""

@@ -140,8 +140,8 @@ def both(scene, few, together=50):
 
 
 def rounded(contact):
-    """Whether a roller or a spherical face follows a pitch curve."""
-    return CONTACTS[contact]["contact"] in ("roller", "spherical")
+    """Whether designs share curves: of a roller or a spherical face, or of a flat face that the size moves."""
+    return CONTACTS[contact]["contact"] in ("roller", "spherical") or contact == "flat"
 
 
 def same_rows(full, found):

@@ -341,7 +341,7 @@ def test_every_number_of_the_scene_is_a_quantity(key, angular):
         ({"search.follower.dynamics": 1}, "search.follower.dynamics = 1: must be a table"),
         ({"search.cam": 1}, "search.cam = 1: must be a table"),
         ({"search.cam.rpm": []}, "search.cam.rpm = []: must be a list of at least one value"),
-        ({"search.cam.rpm": "fast"}, "search.cam.rpm.1 = 'fast': must be a number"),
+        ({"search.cam.rpm": "fast"}, "search.cam.rpm = 'fast': must be a number, a list of numbers, or a table"),
         ({"search.cam.rpm": [300, 0]}, "search.cam.rpm.2 = 0.0: must be at least 1e-09; the sense of rotation is"),
         ({"search.cam.rpm": float("nan")}, "search.cam.rpm.1 = nan: must be a finite number"),
         ({"search.cam.rpm": {"start": 9, "stop": 3}}, "must be a range whose stop is not below its start"),
