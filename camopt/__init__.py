@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from camopt.front.sweep import sweep
     from camopt.measured.fit import fit
     from camopt.measured.fitted import Fit
+    from camopt.measured.inspection import Inspection, ProfileWave, ToleranceUse, inspect
     from camopt.measured.profile import MeasuredProfile
     from camopt.mistakes import BadInput, CamoptError, Stopped, UnknownName, Unmet, Unsolved
     from camopt.motion import LAWS
@@ -73,6 +74,7 @@ _HOMES = {
     "Fit": "measured.fitted",
     "Frontier": "synthesis.traded",
     "Harmonics": "studies.harmonics",
+    "Inspection": "measured.inspection",
     "LAWS": "motion",
     "Margin": "tolerances.margins",
     "MeasuredProfile": "measured.profile",
@@ -81,6 +83,7 @@ _HOMES = {
     "Optimum": "smallest.optimise",
     "Passage": "studies.timing",
     "Price": "smallest.prices",
+    "ProfileWave": "measured.inspection",
     "QUANTITIES": "quantities",
     "Scene": "scene.scene",
     "Spectrum": "studies.spectrum",
@@ -89,6 +92,7 @@ _HOMES = {
     "SweepPart": "front.parts",
     "Synthesis": "synthesis.synthesised",
     "Timing": "studies.timing",
+    "ToleranceUse": "measured.inspection",
     "UnknownName": "mistakes",
     "WorstCase": "tolerances.worst_case",
     "Unmet": "mistakes",
@@ -107,6 +111,7 @@ _HOMES = {
     "fit": "measured.fit",
     "frontier": "synthesis.frontier",
     "harmonics": "studies.harmonics",
+    "inspect": "measured.inspection",
     "load": "tables.table",
     "merge": "front.parts",
     "optimise": "smallest.optimise",
@@ -151,6 +156,7 @@ __all__ = [
     "Fit",
     "Frontier",
     "Harmonics",
+    "Inspection",
     "Margin",
     "MeasuredProfile",
     "MotionError",
@@ -158,6 +164,7 @@ __all__ = [
     "Optimum",
     "Passage",
     "Price",
+    "ProfileWave",
     "Scene",
     "Sensitivities",
     "Sensitivity",
@@ -169,6 +176,7 @@ __all__ = [
     "SweepPart",
     "Synthesis",
     "Timing",
+    "ToleranceUse",
     "UnknownName",
     "Unmet",
     "Unsolved",
@@ -188,6 +196,7 @@ __all__ = [
     "fit",
     "frontier",
     "harmonics",
+    "inspect",
     "load",
     "merge",
     "optimise",

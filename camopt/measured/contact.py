@@ -47,10 +47,10 @@ def touching(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> 
         ground = mechanism.travel(on_base, problem.programme, np.zeros(profile.size))
         seen = (ground.normal, normals) if flat else (ground.trace, trace)
         angles = design.sense * np.angle(seen[0] * seen[1].conjugate())
-        return Contacts(angles, _position(problem, on_base), possible)
+        return Contacts(angles, position_of(problem, on_base), possible)
 
 
-def _position(problem: Problem, designs: Designs) -> FloatArray:
+def position_of(problem: Problem, designs: Designs) -> FloatArray:
     """The position of the follower on the base circles of designs."""
     if problem.setup.mechanism.start is not None:
         return np.asarray(problem.setup.mechanism.start(designs))
@@ -58,7 +58,7 @@ def _position(problem: Problem, designs: Designs) -> FloatArray:
 
 
 def base_radius(problem: Problem, position: float) -> float:
-    """The base radius of a cam on whose base circle the follower has a position: the inverse of ``_position``."""
+    """The base radius of a cam on whose base circle the follower has a position: the inverse of ``position_of``."""
     mechanism, design = problem.setup.mechanism, problem.design
     if mechanism.trace_point is not None:
         return float(np.hypot(*mechanism.trace_point(design, position))[0] - design.roller_radius[0])

@@ -137,7 +137,7 @@ def fit(
     file = scene.file if isinstance(scene, Scene) else "scene"
     if profile and tables.get("train"):
         tables["motion_at"] = FOLLOWER
-    seen = _touched(profile, measured, tables, file, keep_outliers) if profile else None
+    seen = met_by_follower(profile, measured, tables, file, keep_outliers) if profile else None
     measured = seen.positions if seen else measured
     least = _least(measured)
     _check_band(band, least)
@@ -172,7 +172,7 @@ def _resting(tables: Mapping[str, Any], radius: float, file: str) -> Problem:
     return resolve_design(Scene.from_dict({**parts, **whole, "name": "", "motion": HARDLY_MOVING}, file))
 
 
-def _touched(
+def met_by_follower(
     profile: MeasuredProfile, points: MeasuredPoints, tables: Mapping[str, Any], file: str, keep_outliers: bool
 ) -> Touched:
     """The follower of a scene at the points of a profile."""

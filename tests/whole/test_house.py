@@ -49,8 +49,8 @@ ROOMS = {
         "smallest drawing"
     ),
     "measured": (
-        "mistakes quantities storage numerics motion mechanisms effects scene problem tables verdicts drawing "
-        "synthesis"
+        "mistakes quantities storage numerics motion mechanisms effects scene problem tables verdicts tolerances "
+        "drawing synthesis"
     ),
     "contour": "mistakes numerics motion mechanisms scene problem verdicts",
     "comparing": (

@@ -8,6 +8,7 @@ import click
 from camopt.cli.options import (
     PICTURES,
     Command,
+    Measure,
     OutputPlace,
     check_folder,
     output_options,
@@ -45,6 +46,12 @@ FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
     "--costs", type=click.Path(path_type=Path), help="Costs of grades, CSV: grade, and cost or a column a key."
 )
 @click.option("--seed", type=click.IntRange(0), help="Which of all such draws; 0 unless given.")
+@click.option(
+    "--measured", type=click.Path(path_type=Path), help="Show the error of a cam by points of its --profile alone."
+)
+@click.option("--profile", type=click.Choice(("polar", "xy")), help="What the points are; as for fit.")
+@click.option("--probe", type=Measure("mm"), help="Radius of the ball whose centres the points are, mm.")
+@click.option("--aligned", is_flag=True, help="The angle 0 of the points is that of the scene: the phase counts.")
 def tolerance(
     scene: Any,
     as_json: bool,
@@ -55,6 +62,10 @@ def tolerance(
     seed: int | None,
     within: float | None,
     costs: Path | None,
+    measured: Path | None,
+    profile: str | None,
+    probe: float | None,
+    aligned: bool,
 ) -> int:
     """Find how far the motion of a real cam may be off, by the tolerances of the scene.
 
@@ -65,6 +76,9 @@ def tolerance(
     of the tolerances, how far the motions of so many cams are off, each found without a linear model, how many of
     them hold each limit, and what their spread comes of. With --allocate one has the cheapest grades of
     ISO 286 of which no cam moves the tool further off.
+
+    With --measured points of a cut profile stand against the scene: the error of motion of this cam, how much of
+    each tolerance it uses, and its waves.
     """
     from camopt.cli import terminal
     from camopt.cli.commands.tolerance_report import print_json, show
@@ -73,6 +87,9 @@ def tolerance(
     from camopt.tolerances.batch import sample_cams
     from camopt.tolerances.tolerance import tolerance as run
 
+    if measured is not None:
+        return _inspected(scene, measured, profile, probe or 0.0, aligned, as_json)
+    refuse_without("--measured", {"profile": profile, "probe": probe, "aligned": aligned or None})
     if cams is None:
         refuse_without("--cams", {"seed": seed})
     if within is None:
@@ -97,6 +114,21 @@ def tolerance(
         written += unit.files
     if not quiet:
         terminal.say_written(written)
+    return 0
+
+
+def _inspected(scene: Any, measured: Path, profile: str | None, probe: float, aligned: bool, as_json: bool) -> int:
+    """Show a measured cam against its drawing."""
+    from camopt.cli import terminal
+    from camopt.cli.commands.tolerance_report import print_inspection
+    from camopt.measured.inspection import inspect
+    from camopt.measured.profile import MeasuredProfile
+
+    found = inspect(MeasuredProfile(measured, profile or "", probe), scene, aligned=aligned)
+    if as_json:
+        print_inspection(found)
+    else:
+        terminal.show(found.table())
     return 0
 
 

@@ -3,6 +3,7 @@
 from typing import Any
 
 from camopt.cli import terminal
+from camopt.measured.inspection import Inspection
 from camopt.problem.rows import finite
 from camopt.scene.scene import Scene
 from camopt.tolerances.allocation import Allocation
@@ -48,4 +49,22 @@ def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocati
             "least_cost": allocation.least_cost,
             "worst_case": allocation.worst_case._asdict(),
         }
+    terminal.print_json(about)
+
+
+def print_inspection(found: Inspection) -> None:
+    """Print what was found of a measured cam as JSON."""
+    about = {
+        "scene": found.scene.name,
+        "error": found.error,
+        "at_deg": found.at_deg,
+        "unit": found.unit,
+        "within": found.within,
+        "noise": found.noise,
+        "phase_deg": found.phase_deg,
+        "size": found.size,
+        "eccentricity": found.eccentricity,
+        "used": [finite(each) for each in found.records()],
+        "waves": [each._asdict() for each in found.waves],
+    }
     terminal.print_json(about)

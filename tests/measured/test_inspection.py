@@ -1,0 +1,132 @@
+"""Measured cams against their drawings: cams of known errors, with a follower that is put on them by trial."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import camopt
+from camopt.mistakes import BadInput
+from camopt.problem.problem import resolve_design
+from camopt.scene.scene import Scene
+from camopt.tolerances.touching import BORE as BORE_KEY
+from camopt.tolerances.touching import BORE_WAY, contact_of
+from tests.support.cams import cam_with
+
+SIZE, BORE, WAVE, ORDER, TURNED = 0.004, 0.012 - 0.005j, 0.003, 9, 40.0
+GIVEN = {"profile": 0.02, "waves": 12, "bore_eccentricity": 0.02, "phase": 0.1}
+
+
+def drawn(contact, law="poly345", rotation="ccw"):
+    found = cam_with(contact, law, dynamics={}, rotation=rotation)
+    return Scene.from_dict(
+        {**{key: found[key] for key in ("cam", "follower", "motion")}, "name": contact, "tolerances": GIVEN}
+    )
+
+
+def cut(scene, angles):
+    """The profile of a cam that is too large, off its axis and has waves, in the frame of the drawing."""
+    points = camopt.cam_points(scene, np.degrees(angles))
+    profile = points["profile_x_mm"] + 1j * points["profile_y_mm"]
+    normal = points["profile_normal_x"] + 1j * points["profile_normal_y"]
+    return profile + (SIZE + WAVE * np.cos(ORDER * angles + 1.0)) * normal + BORE
+
+
+def measured(scene, turned=TURNED, noise=0.0002):
+    angles = np.radians(np.arange(0.0, 360.0, 0.5))
+    points = cut(scene, angles) * np.exp(1j * np.radians(turned))
+    rng = np.random.default_rng(6)
+    points = points + noise * (rng.normal(size=points.size) + 1j * rng.normal(size=points.size))
+    return camopt.MeasuredProfile(np.column_stack([points.real, points.imag]), "xy")
+
+
+def highest(scene, profile, theta, sense):
+    """The displacement of a follower that rests on a dense profile, by trying where it is as high as it can be."""
+    seen, follower = profile * np.exp(1j * sense * theta), scene.follower
+    base = scene.cam.base_radius
+    if follower.contact == "flat":
+        return seen.imag.max() - base
+    offset, radius = follower.offset or 0.0, follower.roller_radius
+    off = seen.real - offset
+    near = np.abs(off) < radius
+    start = np.sqrt((base + radius) ** 2 - offset**2)
+    return (seen.imag[near] + np.sqrt(radius**2 - off[near] ** 2)).max() - start
+
+
+@pytest.mark.parametrize(("contact", "rotation"), [("offset-roller", "cw"), ("flat", "ccw"), ("roller", "ccw")])
+def test_the_error_of_a_cut_cam_is_that_of_a_follower_put_on_it(contact, rotation):
+    scene = drawn(contact, rotation=rotation)
+    found = camopt.inspect(measured(scene), scene)
+    problem = resolve_design(scene)
+    sense, dense = problem.design.sense, cut(scene, np.linspace(0.0, 2 * np.pi, 60_001))
+    phase = _beyond(found, sense)
+    assert abs(phase) < 1e-3
+    for theta in np.linspace(0.2, 6.0, 12):
+        exact = highest(scene, dense, theta - phase, sense) - problem.programme.at(np.array([theta]))[0, 0]
+        near = np.interp(np.degrees(theta), *_sorted(found.angles, found.errors), period=360.0)
+        assert near == pytest.approx(exact, abs=3e-4)
+    assert found.noise == pytest.approx(0.0002, rel=0.15)
+    assert found.size == pytest.approx(SIZE, abs=1e-4)
+    assert abs(complex(*found.eccentricity) - BORE) < 3e-4
+    assert found.waves[0].number in (ORDER - 1, ORDER, ORDER + 1)
+    assert found.waves[0].amplitude == pytest.approx(WAVE, rel=0.25)
+    assert found.within
+    assert [each.key for each in found.used] == ["profile", "waves", "bore_eccentricity", "motion"]
+
+
+def _beyond(found, sense):
+    """By how much it fits best beyond the turn of its points, rad."""
+    return np.radians((found.phase_deg - sense * TURNED + 180.0) % 360.0 - 180.0)
+
+
+def _sorted(angles, errors):
+    order = np.argsort(angles)
+    return angles[order], errors[order]
+
+
+@pytest.mark.parametrize("contact", ["arm", "swinging-face"])
+def test_a_cam_that_is_off_its_axis_moves_an_arm_as_exact_contact_says(contact):
+    """With the phase that its keyway has; the axis is off in the frame of the drawing."""
+    scene, bore, ahead = drawn(contact), 0.015 + 0.004j, 0.04
+    problem, angles = resolve_design(scene), np.radians(np.arange(0.0, 360.0, 0.5))
+    points = camopt.cam_points(scene, np.degrees(angles))
+    cam = (points["profile_x_mm"] + 1j * points["profile_y_mm"] + bore) * np.exp(1j * np.radians(ahead))
+    found = camopt.inspect(camopt.MeasuredProfile(np.column_stack([cam.real, cam.imag]), "xy"), scene, aligned=True)
+    ways = np.angle(bore) + problem.design.sense * angles
+    errors = {BORE_KEY: np.full(angles.size, abs(bore)), BORE_WAY: ways, "phase": np.radians(ahead)}
+    exact = contact_of(problem, errors, angles)
+    largest = np.degrees(np.abs(exact.error).max())
+    assert abs(found.error) == pytest.approx(largest, rel=2e-3)
+    assert found.phase_deg == pytest.approx(ahead, abs=2e-3)
+    assert abs(complex(*found.eccentricity) - bore) < 3e-4
+    used = {each.key: each for each in found.used}
+    assert used["phase"].share == pytest.approx(0.4, abs=0.03)
+    assert used["motion"].allowed > used["motion"].found
+
+
+def test_the_command_tells_which_tolerance_a_worn_cam_exceeds(command):
+    folder = Path(__file__).parents[1] / "data" / "measured"
+    given = ["tolerance", folder / "cam-as-drawn.toml", "--measured", folder / "worn-cam.csv", "--probe", "3"]
+    given += ["--set", "tolerances.profile=0.02", "--set", "tolerances.bore_eccentricity=0.01"]
+    code, out, _ = command(*given, "--profile", "xy")
+    assert (code, "Beyond a tolerance" in out, "worn-cam.csv against Worn cam" in out) == (0, True, True)
+    found = json.loads(command(*given, "--profile", "xy", "--json")[1])
+    assert found["error"] == pytest.approx(-0.049, abs=0.002)  # up to 0.05 mm of its rising flank is lost
+    assert 0 < found["at_deg"] < 80
+    assert {each["key"]: each["share"] > 1 for each in found["used"] if each["allowed"]} == {
+        "profile": True,
+        "bore_eccentricity": False,
+        "motion": True,
+    }
+    code, out, err = command(*given)
+    assert (code, out) == (2, "")
+    assert "must be one of polar, xy" in err
+    assert command("tolerance", "bucket-valve", "--probe", "3")[0] == 2
+
+
+def test_what_is_no_drawing_of_a_disc_is_refused():
+    tables = cam_with("groove", dynamics={})
+    scene = Scene.from_dict({"name": "groove", **{key: tables[key] for key in ("cam", "follower", "motion")}})
+    with pytest.raises(BadInput, match="a profile is that of a disc cam"):
+        camopt.inspect(camopt.MeasuredProfile(np.ones((20, 2)), "xy"), scene)
