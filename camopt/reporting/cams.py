@@ -22,7 +22,9 @@ from camopt.reporting.sections import (
 )
 from camopt.scene.oddities import no_wall
 from camopt.scene.scene import Scene
+from camopt.scene.tolerances import Tolerances
 from camopt.tables.layout import Cell, Table
+from camopt.tolerances.tolerance import tolerance
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
 
 
@@ -105,7 +107,7 @@ def words_of(picture: Picture) -> list[str]:
 
 
 def chapters_of(shown: ShownCam, problem: Problem, *, several: bool = False) -> list[Chapter]:
-    """What a scene gives, and what it calls for."""
+    """What a scene gives, what it calls for, and what its tolerances do."""
     prefix = f"{shown.label}: " if several else ""
     return [
         Chapter(
@@ -113,8 +115,19 @@ def chapters_of(shown: ShownCam, problem: Problem, *, several: bool = False) -> 
             [given_sheet(shown.scene), motion_sheet(shown.scene), *train_sheets(shown.scene)],
         ),
         Chapter(_titled(prefix, "Effects"), [effects_sheet(problem)]),
+        *_of_tolerances(shown.scene, problem, prefix),
         Chapter(_titled(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),
     ]
+
+
+def _of_tolerances(scene: Scene, problem: Problem, prefix: str) -> list[Chapter]:
+    """How far the motion of a real cam may be off, and what is left of limits; nothing of a scene without them."""
+    exists = problem.setup.mechanism.exists(problem.design, problem.programme)[0]
+    if scene.tolerances == Tolerances() or not exists:
+        return []
+    found = tolerance(scene)
+    tables = [table for table in (found.table(), found.margins_table()) if table is not None]
+    return [Chapter(_titled(prefix, "Tolerances"), tables)]
 
 
 def _titled(prefix: str, title: str) -> str:

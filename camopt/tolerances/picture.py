@@ -27,9 +27,10 @@ def draw(what: "MotionErrors", path: Target = None) -> "Figure":
         title = f"{what.scene.name}: errors of the motion by its tolerances"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         panels = figure.subplots(ORDERS, 2, width_ratios=[2.2, 1.0])
+        keys = sorted(what.errors[0].shares, key=what.errors[0].shares.__getitem__)
         for order, error in enumerate(what.errors):
             _over_turn(panels[order, 0], turn, order, error)
-            _tornado(panels[order, 1], order, error)
+            _tornado(panels[order, 1], keys, error)
         panels[-1, 0].set_xlabel("cam angle, deg")
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower left", ncols=3)
@@ -58,10 +59,9 @@ def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") ->
     dress(axes)
 
 
-def _tornado(axes: Any, order: int, error: "MotionError") -> None:
-    """What each tolerance contributes to the worst case, the largest on top."""
-    shares = sorted(error.shares.items(), key=lambda each: each[1])
-    keys, values = [key for key, _ in shares], shown(np.array([value for _, value in shares]), error.unit)
+def _tornado(axes: Any, keys: list[str], error: "MotionError") -> None:
+    """What each tolerance contributes to the worst case, from below, in the order of all panels."""
+    values = shown(np.array([error.shares[key] for key in keys]), error.unit)
     axes.set_title(
         f"Worst case, {shown_unit(error.unit)}" if np.isfinite(error.worst) else "Worst case: infinite", loc="left"
     )

@@ -94,6 +94,16 @@ def test_a_cam_that_cannot_be_made_has_no_files_for_machines(tmp_path):
     assert "No files for machines" in text
 
 
+def test_a_page_has_what_tolerances_do_of_a_scene_that_has_them(tmp_path, without_files):
+    scene = camopt.find_scene("rocker-valve")
+    camopt.report(scene, tmp_path / "plain.html")
+    assert "errors of the motion" not in (tmp_path / "plain.html").read_text(encoding="utf-8")
+    real = scene.replace(**{"tolerances.follower.arm_length": 0.05})
+    camopt.report(real, tmp_path / "real.html")
+    page = (tmp_path / "real.html").read_text(encoding="utf-8")
+    assert all(text in page for text in ("errors of the motion", "no cam exceeds, proved", "arm_length 30.05 mm"))
+
+
 def test_the_rows_of_a_sweep_are_those_of_its_tables(swept, tmp_path):
     result, folder = swept
     page = data_of(camopt.report(folder, tmp_path / "sweep.html"))

@@ -69,8 +69,8 @@ ROOMS = {
         "smallest drawing"
     ),
     "reporting": (
-        "mistakes kernels quantities storage numerics motion mechanisms scene problem tables verdicts smallest "
-        "drawing front synthesis exporting studies"
+        "mistakes kernels quantities storage numerics motion mechanisms scene problem tables verdicts tolerances "
+        "smallest drawing front synthesis exporting studies"
     ),
     "cli": (
         "mistakes kernels quantities storage engines numerics motion mechanisms scene problem tables verdicts "
