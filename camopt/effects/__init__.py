@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from camopt.effects import (
+    clearance,
     crossing,
     curvature,
     face,
@@ -64,6 +65,7 @@ _OWN = {
         preload.EFFECT,
         torque.EFFECT,
         joints.EFFECT,
+        clearance.EFFECT,
         vibration.EFFECT,
         pressure.EFFECT,
         curvature.EFFECT,

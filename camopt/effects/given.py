@@ -56,6 +56,18 @@ class Bodies:
 
 
 @dataclass(frozen=True)
+class GivenDrive:
+    """A positive drive: mm, t·mm²."""
+
+    clearance: Number = None
+    """Between the follower and both flanks together, along their normal."""
+    roller_inertia: Number = None
+    """Of the roller about its pin."""
+    friction: Number = None
+    """Between roller and flank."""
+
+
+@dataclass(frozen=True)
 class GivenNumbers:
     """Numbers by key of the scene, such as ``cam.rpm``, in its units; None, or absent, if not given."""
 
@@ -127,6 +139,11 @@ class GivenNumbers:
             pressure_viscosity=self.times("materials.pressure_viscosity", 1e-3),
             roughness=self.times("materials.roughness", 1e-3),
         )
+
+    @property
+    def drive(self) -> GivenDrive:
+        """The positive drive."""
+        return GivenDrive(self["drive.clearance"], self.times("drive.roller_inertia", 1e3), self["drive.friction"])
 
     @property
     def _modulus(self) -> Number:

@@ -60,6 +60,14 @@ class TraceSliding(NamedTuple):
     turning: FloatArray
 
 
+class SpinRate(NamedTuple):
+    """N_p' − R·q', mm/rad², with q = 1 + turning·y'."""
+
+    speed: Any
+    radius: FloatArray
+    turning: FloatArray
+
+
 class TraceEntrainment(NamedTuple):
     """N_p·(1 − κ·R) − slip·(N_p − q·R)/2, mm/rad; ``slip`` is 0 for a roller, 1 for a tip that does not turn."""
 
@@ -106,6 +114,13 @@ def trace_sliding(f, i, at):
     speed, speed1 = curve(f.speed, i, at)
     r, turning = f.radius[i], f.turning[i]
     return speed - r * (1.0 + turning * at.y1), speed1 - r * turning * at.y2
+
+
+@formula(SpinRate)
+def spin_rate(f, i, at):
+    first, second = curve(f.speed, i, at)
+    r, turning = f.radius[i], f.turning[i]
+    return first - r * turning * at.y2, second - r * turning * at.y3
 
 
 @formula(TraceEntrainment)
@@ -194,6 +209,13 @@ def sliding_curve(setup: Setup, designs: Designs, programme: Programme, side: fl
     if setup.mechanism.curvature is None:
         return sliding
     return TraceSliding(sliding, -side * designs.roller_radius, turning(setup, designs))
+
+
+def spin_rate_curve(setup: Setup, designs: Designs, programme: Programme, side: float) -> SpinRate:
+    """N_p' − R·q' on the wall on a side of the trace point, mm/rad²."""
+    assert setup.mechanism.speeding is not None
+    speed = setup.mechanism.speeding(designs, programme)
+    return SpinRate(speed, -side * designs.roller_radius, turning(setup, designs))
 
 
 def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:

@@ -12,7 +12,7 @@ from camopt.mechanisms.design import Designs, Mechanism, without_roller
 from camopt.mechanisms.drive import GROOVED
 from camopt.mechanisms.follower import ROUND, TRANSLATING
 from camopt.mechanisms.rest import ContactPoint, Off, Rest
-from camopt.mechanisms.trace import trace_curvature
+from camopt.mechanisms.trace import speed_change, trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
@@ -47,6 +47,17 @@ def path(f, i, at):
     return value, at.y1 * at.y2 / value
 
 
+class CylindricalSpeedChange(NamedTuple):
+    """The derivative of that length by the cam angle, mm/rad²; R_m in mm."""
+
+    mean_radius: FloatArray
+
+
+@formula(CylindricalSpeedChange)
+def speed_changes(f, i, at):
+    return speed_change(at.y1, at.y2, at.y3, f.mean_radius[i], 0.0, 0.0)
+
+
 @formula(CylindricalPitchCurvature)
 def pitch_curvature(f, i, at):
     return trace_curvature(-at.y1, -at.y2, -at.y3, f.mean_radius[i], 0.0, 0.0, 0.0, 0.0)
@@ -76,6 +87,7 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: CylindricalPressureAngle(designs.size),
     curvature=lambda designs, programme: CylindricalPitchCurvature(designs.size),
     path=lambda designs, programme: CylindricalPath(designs.size),
+    speeding=lambda designs, programme: CylindricalSpeedChange(designs.size),
     assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0",
     contact=_contact,

@@ -219,6 +219,8 @@ class Mechanism:
     """Curve whose largest value is that of the distance of a disc cam's profile from its axis, mm."""
     path: Callable[[Designs, Programme], Any] | None = None
     """Of a cylindrical cam, curve of how far the trace point moves along the developed groove, mm/rad."""
+    speeding: Callable[[Designs, Programme], Any] | None = None
+    """Curve of the derivative by the cam angle of the speed of the trace point over the cam, mm/rad²."""
     pitch: Callable[[Designs], Designs] = itself
     """For designs those with the same pitch curves that are alike if these are; of a flat face: the same but for
     how far ``parallel`` has moved the profile."""
@@ -265,11 +267,9 @@ class Mechanism:
     @property
     def of_pitch(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
         """Its curves that designs with the same pitch curve share."""
-        return (
-            (self.pressure, self.reach)
-            if self.flat_faced
-            else (self.pressure, self.curvature, self.sliding, self.path)
-        )
+        if self.flat_faced:
+            return self.pressure, self.reach
+        return self.pressure, self.curvature, self.sliding, self.path, self.speeding
 
     @property
     def size_quantities(self) -> dict[str, str]:
@@ -282,6 +282,11 @@ class Mechanism:
         """The keys of a scene that give sizes of a second contact, where they are not those of the first."""
         own = self.drive.keys if self.further else ()
         return tuple(key for key in SECOND_FIELDS if key.partition(".")[2] in own)
+
+    @property
+    def trace_speed(self) -> Callable[[Designs, Programme], Any] | None:
+        """Curve of the speed of the trace point over the cam, mm/rad."""
+        return self.path or (None if self.flat_faced else self.sliding)
 
     @property
     def pulls(self) -> bool:

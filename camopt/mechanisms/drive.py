@@ -25,7 +25,7 @@ class Drive:
 
 
 SPRUNG = Drive("spring", "a spring", flanks=OUTER)
-GROOVED = Drive("groove", "a groove", flanks=GROOVE)
+GROOVED = Drive("groove", "a groove", flanks=GROOVE, keys=("clearance", "roller_inertia", "friction"))
 PRELOAD = ("interference", "stiffness")
 """The keys of a preload between two contacts."""
 CONJUGATE = Drive("conjugate", "a conjugate pair", flanks=OUTER, keys=(*PRELOAD, "base_radius", "roller_radius"))

@@ -16,6 +16,15 @@ from camopt.kernels.compile import inlined
 
 
 @inlined
+def speed_change(w, w1, w2, s, s1, s2):
+    """N' and N'' from w and s, and their derivatives by the cam angle."""
+    speed = np.sqrt(np.square(w) + np.square(s))
+    first = (w * w1 + s * s1) / speed
+    second = (np.square(w1) + w * w2 + np.square(s1) + s * s2 - np.square(first)) / speed
+    return first, second
+
+
+@inlined
 def trace_curvature(w, w1, w2, s, s1, s2, frame, frame1):
     """κ and κ' from w and s, the turning of the frame, and their derivatives by the cam angle."""
     square = np.square(w) + np.square(s)

@@ -21,7 +21,7 @@ from camopt.mechanisms.design import Designs, Mechanism, Misfit, drawn_by_point
 from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import ROUND, TRANSLATING
 from camopt.mechanisms.rest import ContactPoint, Off, Rest, turned_by
-from camopt.mechanisms.trace import trace_curvature
+from camopt.mechanisms.trace import speed_change, trace_curvature
 from camopt.motion.contact import TranslatingPoint
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -55,6 +55,18 @@ def pitch_speed(f, i, at):
     s, w = f.height[i] + at.y, at.y1 - f.lead[i]
     speed = np.sqrt(np.square(s) + np.square(w))
     return speed, (s * at.y1 + w * at.y2) / speed
+
+
+class TranslatingSpeedChange(NamedTuple):
+    """N', mm/rad²; ``lead`` is e, ``height`` is s₀, both in mm."""
+
+    lead: FloatArray
+    height: FloatArray
+
+
+@formula(TranslatingSpeedChange)
+def speed_changes(f, i, at):
+    return speed_change(at.y1 - f.lead[i], at.y2, at.y3, f.height[i] + at.y, at.y1, at.y2)
 
 
 class TranslatingPitchCurvature(NamedTuple):
@@ -126,6 +138,7 @@ MECHANISM = Mechanism(
     name="disc cam, translating follower with a trace point",
     pressure=lambda designs, programme: TranslatingPressureAngle(designs.lead, height(designs)),
     sliding=lambda designs, programme: TranslatingPitchSpeed(designs.lead, height(designs)),
+    speeding=lambda designs, programme: TranslatingSpeedChange(designs.lead, height(designs)),
     curvature=lambda designs, programme: TranslatingPitchCurvature(designs.lead, height(designs)),
     outline=lambda designs, programme: TranslatingOutline(designs.lead, height(designs), designs.roller_radius),
     start=height,

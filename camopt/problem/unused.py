@@ -12,7 +12,7 @@ GUIDED = ("torque", "thrust", "hertz", "surface")
 MASSES = ("follower.dynamics.mass", "follower.dynamics.inertia")
 PRESSING = ("mass", "inertia", "spring_rate", "preload", "spring_at", "damping", "load", "gravity")
 READERS: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(PRESSING, LOAD_USERS),
+    **dict.fromkeys(PRESSING, (*LOAD_USERS, "clearance")),
     **dict.fromkeys(("guide_length", "overhang", "friction"), GUIDED),
     **dict.fromkeys(("natural_frequency", "damping_ratio"), ("vibration",)),
     "stem_diameter": ("thrust",),

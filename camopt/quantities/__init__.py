@@ -14,6 +14,7 @@ WITHOUT_BOUNDS = ("sizes", "limits", "proof")
 """Effects whose quantities are what is asked, or its answer."""
 UNBOUNDED = (
     *("pressure_angle_max_at_deg", "pitch_circle_radius_mm", "centroid_x_mm", "centroid_y_mm"),
+    *("crossing_count", "crossing_at_deg"),
     *("jamming_angle_deg", "contact_half_length_mm", "contact_shear_depth_mm", "joint_force_max_at_deg"),
 )
 """Quantities that say where or how something is, not how much."""
@@ -257,6 +258,9 @@ _NUMBERS = (
     ("drive.interference", "interference_deg", "δ_0", "deg", "Interference of two contacts."),
     ("drive.stiffness", "pair_stiffness_N_per_mm", "k", "N/mm", "Stiffness of what joins two contacts."),
     ("drive.stiffness", "pair_stiffness_N_m_per_rad", "k", "N·m/rad", "Stiffness of what joins two contacts."),
+    ("drive.clearance", "clearance_mm", "j", "mm", "Clearance of the roller in its groove."),
+    ("drive.roller_inertia", "roller_inertia_kg_m2", "J_r", "kg·m²", "Inertia of the roller about its pin."),
+    ("drive.friction", "roller_friction", "μ", "", "Coefficient of friction between roller and flank."),
     ("materials.cam_modulus", "cam_modulus_GPa", "E_1", "GPa", "Young's modulus of the cam."),
     ("materials.cam_poisson", "cam_poisson", "ν_1", "", "Poisson's ratio of the cam."),
     ("materials.follower_modulus", "follower_modulus_GPa", "E_2", "GPa", "Young's modulus of the follower."),
@@ -598,6 +602,35 @@ _ALL = [
     Quantity(
         "lift_change_max_deg_per_deg", "", "deg/deg", "lift_change", "Largest change of the lift by cam angle."
     ),
+    *[
+        Quantity(name, symbol, unit, "clearance", sentence)
+        for name, symbol, unit, sentence in (
+            ("crossing_count", "", "", "How often in a turn the follower crosses to the other flank."),
+            ("crossing_at_deg", "", "deg", "Cam angle at which the fastest of these crossings begins."),
+            (
+                "crossing_speed_max_m_s",
+                "v",
+                "m/s",
+                "Largest speed along the motion at which a flank is met, after the free flight over the clearance.",
+            ),
+            ("crossing_speed_leading_m_s", "v", "m/s", "The same by the formula for a small clearance."),
+            ("crossing_time_max_ms", "t", "ms", "Longest such flight."),
+            ("slip_speed_max_m_s", "", "m/s", "Largest speed at which a roller slips as it meets the other wall."),
+            ("roller_spin_change_max_rpm", "", "rpm", "Largest change of its spin that the other wall asks for."),
+            (
+                "skidding_time_max_ms",
+                "",
+                "ms",
+                "Longest time that it skids until friction turns it; infinite if the next crossing comes first.",
+            ),
+            (
+                "roller_angular_acceleration_max_rad_s2",
+                "",
+                "rad/s²",
+                "Largest angular acceleration of a roller that does not slip, on either wall.",
+            ),
+        )
+    ],
     Quantity("hub_wall_min_mm", "", "mm", "wall", "Least wall from bore or keyway to base circle, hub or groove."),
     Quantity("area_mm2", "A", "mm²", "section", "Area inside the profile, bore included."),
     Quantity("profile_length_mm", "L", "mm", "section", "Length of the profile."),

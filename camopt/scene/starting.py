@@ -61,6 +61,7 @@ DYNAMICS: dict[str, Any] = {
 }
 SWUNG = {"spring_rate": 15, "preload": 6}
 """In N·m: about 75 N on the arm."""
+DRIVE = {"clearance": 0.02, "roller_inertia": 1e-6, "friction": 0.1}
 MATERIALS: dict[str, Any] = {
     "cam": "steel",
     "follower": "steel",
@@ -103,7 +104,7 @@ def examples(scene: Scene) -> dict[str, dict[str, Any]]:
     return {
         "cam": {"rotation": "ccw", "rpm": 300},
         "follower.dynamics": {key: value for key, value in (DYNAMICS | swung).items() if key not in others},
-        "drive": {"kind": mechanism.drive.name},
+        "drive": {"kind": mechanism.drive.name} | {k: v for k, v in DRIVE.items() if k in mechanism.drive.keys},
         "limits": {**seen, "curvature_radius": 1, "torque_rms_N_m": 50},
         "search": {**sizes, **({"law": ["cycloidal", "poly345"]} if laws else {}), "minimise": f"{body.size}_mm"},
         "synthesis": {"minimise": "acceleration"},

@@ -274,6 +274,12 @@ class Drive(SceneTable):
     """By how much two contacts are too near to each other before they are mounted; mm, oscillating deg."""
     stiffness: Positive | None = None
     """Of what joins them, rollers, discs and frame; N/mm, oscillating N·m/rad."""
+    clearance: Length | None = None
+    """How much wider than the roller a groove is: what the roller crosses where the force turns round; mm."""
+    roller_inertia: Positive | None = None
+    """Moment of inertia of the roller about its pin, which friction has to turn the other way then; kg·m²."""
+    friction: Positive | None = None
+    """Coefficient of friction between roller and flank; no unit."""
 
 
 def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:
@@ -516,6 +522,12 @@ class ShortLimits(SceneTable):
     """Largest amplitude of vibration that remains in a dwell; mm, oscillating deg."""
     lash_speed: Positive | None = None
     """Largest speed at which the lash is taken up or given back; m/s, oscillating rad/s."""
+    crossing_speed: Positive | None = None
+    """Largest speed at which a follower meets the other flank of a positive drive; m/s."""
+    slip_speed: Positive | None = None
+    """Largest speed at which a roller slips on it then; m/s."""
+    roller_angular_acceleration: Positive | None = None
+    """Largest angular acceleration of a roller in a groove that does not slip; rad/s²."""
     contact_force_elastic: Anywhere | None = None
     """Least contact force with the elastic train; N."""
     torque: Positive | None = None

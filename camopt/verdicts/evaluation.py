@@ -8,6 +8,7 @@ from typing import Any, overload
 import numpy as np
 
 from camopt.effects import Case
+from camopt.effects.clearance import SKIDDING
 from camopt.effects.joints import JointRow, joint_rows
 from camopt.effects.motion import MOVE_KINDS, scale, unit_of
 from camopt.mistakes import UnknownName, nearest
@@ -200,6 +201,8 @@ def _reason(name: str, problem: Problem) -> str:
     """Why a quantity is infinite."""
     if QUANTITIES[name].effect == "vibration":
         return "the undamped train resonates: it vibrates a whole number of times in a turn"
+    if name == SKIDDING and not problem.programme.corners:
+        return "friction has not turned the roller before the follower crosses again"
     kinds = next((kind for stroke, kind in MOVE_KINDS.items() if stroke and f"_{stroke}_" in name), ALL_STROKES)
     corners, jumps = (_told(problem, order, kinds) for order in (1, 2))
     if name.startswith("jerk") and not corners:

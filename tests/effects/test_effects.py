@@ -49,7 +49,7 @@ def test_without_outputs_motion_and_geometry_run_and_nothing_else():
 
 def test_all_calls_for_all_and_shares_add_up():
     found = cost_report(VALVE.replace(outputs=["all"]))
-    of_others = {"reach", "face", "transmission", "joints", "frame", "pair"}
+    of_others = {"reach", "face", "transmission", "joints", "frame", "pair", "preload", "clearance"}
     assert {entry.effect for entry in found.entries} == set(EFFECTS) - of_others - found.idle.keys()
     assert sum(entry.share for entry in found.entries) == pytest.approx(1.0)
     assert all(entry.called_by == ("outputs all",) or "outputs all" in entry.called_by for entry in found.entries)

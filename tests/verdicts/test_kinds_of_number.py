@@ -99,6 +99,7 @@ PAIRED = {
 """Cams with two contacts of a follower, without a guide, each with the contact and the drive."""
 IN_FACE = {"roller in a face": "offset-roller", "arm in a face": "arm"}
 """Discs with a groove in their face, each with its contact."""
+CROSSED = {"clearance": 0.02, "roller_inertia": 1e-6, "friction": 0.1}
 WITH_MORE = (*DRIVING, *PAIRED)
 CAMS = (*CONTACTS, *WITH_MORE, *IN_FACE)
 
@@ -112,7 +113,7 @@ def scene_of(cam, key=None, bound=None):
     part = GROOVED if contact.startswith("groove") else PART
     more = {"materials": WORN, "limits": limits, "part": part, "outputs": ["sizes"], "train": train, "drive": drive}
     if cam in IN_FACE:
-        more |= {"drive": {"kind": "groove"}, "part": {**GROOVED, "outer_diameter": 300}}
+        more |= {"drive": {"kind": "groove", **CROSSED}, "part": {**GROOVED, "outer_diameter": 300}}
     if cam == "yoke":
         more["motion"] = turn_of("poly345", 24, (110, 70, 110, 70))
     return Scene.from_dict(cam_with(contact, "poly345", dynamics, **more))

@@ -79,7 +79,7 @@ def scene_of(mechanism: Mechanism, tip: Tip, *, full: bool) -> Scene:
         return plain
     more, needed = examples(plain), ("thickness", "bore", *mechanism.body.solid)
     part = {f"part.{key}": more["part"][key] for key in needed}
-    tables = {"follower.dynamics": more["follower.dynamics"], "materials": more["materials"]}
+    tables = {name: more[name] for name in ("follower.dynamics", "drive", "materials")}
     return plain.replace(**{"cam.rpm": 300}, **tables, **part)
 
 
