@@ -214,8 +214,16 @@ def inspect(
         Points of the profile of a disc cam, as for ``fit``.
     scene : Scene
         The drawing: a scene with sizes of its own; its ``[tolerances]`` are what is allowed.
-    columns, angle_unit, lift_unit, turn, keep_outliers
-        As for ``fit``.
+    columns : sequence of str or int, optional
+        Names or numbers (from 1) of the columns, as for ``fit``.
+    angle_unit : str, default "deg"
+        "deg" or "rad".
+    lift_unit : str, optional
+        "mm" or "inch", of the lengths.
+    turn : float, optional
+        The angle of one turn of the cam in the file.
+    keep_outliers : bool, default False
+        Whether single points that are far off their neighbours count too.
     aligned : bool, default False
         Whether the angle 0 of the points is that of the scene, as measured from the keyway: phase counts then.
 
