@@ -83,29 +83,25 @@ _OWN = {
 """Every effect as it is written, for a follower that one cam touches."""
 
 
-def _found(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    """Columns of a case of one contact, with all that they need."""
-    columns: dict[str, Any] = {}
-    outward: dict[str, Any] = {}
-    kept: dict[str, Any] = {}
+def _find(case: Case, wanted: frozenset[str], known: dict[str, Any]) -> None:
+    """Add columns of a case of one contact, and all that they need, to those that are known."""
     for name, needed in effects_needed(wanted, case.setup).items():
-        for run in (_OWN[name].of_pitch, _OWN[name].run):
+        for run in (_OWN[name].of_pitch, _OWN[name].run) if needed - known.keys() else ():
+            bounded = {key: value for key, value in known.items() if isinstance(value, Bounded)}
+            columns = known | {key: value.value for key, value in bounded.items()}
+            outward = {key: value.outward for key, value in bounded.items()}
             found = run(replace(case, found=columns, outward=outward), frozenset(needed))
-            kept |= {key: value for key, value in found.items() if key in needed}
-            plain = {key: value for key, value in found.items() if isinstance(value, Bounded)}
-            columns |= found | {key: value.value for key, value in plain.items()}
-            outward |= {key: value.outward for key, value in plain.items()}
-    return {key: value for key, value in kept.items() if key in wanted}
+            known |= {key: value for key, value in found.items() if key in needed}
 
 
 def _for_all_drives(effect: Effect) -> Effect:
     """An effect for followers with any drive."""
     if effect.of_contact:
-        return on_each_contact(effect, _found)
+        return on_each_contact(effect, _find)
     return on_one_disc(effect) if effect.of_disc else effect
 
 
-_PAIR = of_each_contact(_OWN, _found)
+_PAIR = of_each_contact(_OWN, _find)
 EFFECTS: dict[str, Effect] = {e.name: _for_all_drives(e) for e in (*_OWN.values(), _PAIR)}
 """Every effect by name, cheapest first: the order in which they run."""
 

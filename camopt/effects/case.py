@@ -143,6 +143,8 @@ class Case:
     found: Mapping[str, Any] = field(default_factory=dict)
     outward: Mapping[str, Any] = field(default_factory=dict)
     """How far the true value of each may lie from what was found, with its sign."""
+    memory: dict[str, Any] = field(default_factory=dict, compare=False)
+    """What effects of several contacts remember of these designs (``effects.contacts``)."""
 
     @cached_property
     def each(self) -> Setup:

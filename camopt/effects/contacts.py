@@ -9,6 +9,7 @@ curves and scales look at designs as that contact does (``seen_peak``).
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import wraps
+from operator import is_
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,8 @@ from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
 
-Found = Callable[[Case, frozenset[str]], dict[str, Any]]
-"""From a case of one contact and names to columns, with all that they need."""
+Found = Callable[[Case, frozenset[str], dict[str, Any]], None]
+"""Of a case of one contact: adds columns, by name, and all that they need, to those that are known."""
 
 
 def contacts_of(setup: Setup) -> tuple[Contact, ...]:
@@ -38,6 +39,17 @@ def at_contact(case: Case, contact: Contact) -> Case:
     """A case as a contact has it."""
     setup = replace(case.setup, mechanism=contact.mechanism)
     return Case(setup, case.programme, contact.seen(case.designs))
+
+
+def columns_at(case: Case, found: Found, wanted: frozenset[str]) -> list[dict[str, Any]]:
+    """Columns of a case at each contact; what one effect asks, the next ones need not look for again."""
+    of = (case.setup, case.programme, case.designs)
+    if not all(map(is_, case.memory.get("of", (None,) * 3), of)):
+        case.memory.update(of=of, known=[{} for _ in contacts_of(case.setup)])
+    for contact, known in zip(contacts_of(case.setup), case.memory["known"], strict=True):
+        if missing := wanted - known.keys():
+            found(at_contact(case, contact), missing, known)
+    return [{name: known[name] for name in wanted & known.keys()} for known in case.memory["known"]]
 
 
 def least_size_of(setup: Setup, designs: Designs) -> Any:
@@ -57,7 +69,7 @@ def on_each_contact(effect: Effect, found: Found) -> Effect:
         return () if setup.mechanism.further else effect.reads(setup)
 
     def worst_of_all(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-        each = [found(at_contact(case, contact), wanted) for contact in contacts_of(case.setup)]
+        each = columns_at(case, found, wanted)
         return {name: _worst(name, [columns[name] for columns in each]) for name in each[0]}
 
     def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -200,9 +212,8 @@ def of_each_contact(effects: Mapping[str, Effect], found: Found) -> Effect:
 
     def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         columns: dict[str, Any] = {}
-        for place, contact in zip(PLACES, contacts_of(case.setup), strict=True):
-            names = frozenset(name for name in OF_EACH if f"{place}_{name}" in wanted)
-            told = found(at_contact(case, contact), names)
+        asked = frozenset(name for name in OF_EACH if any(f"{place}_{name}" in wanted for place in PLACES))
+        for place, told in zip(PLACES, columns_at(case, found, asked), strict=True):
             columns |= {f"{place}_{name}": value for name, value in told.items()}
         return columns
 

@@ -23,7 +23,7 @@ from camopt.problem.variables import Variable
 from camopt.quantities import QUANTITIES, in_order
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.scene import Scene
-from camopt.scene.tables import Cam, Dynamics, Follower, Materials, SceneTable
+from camopt.scene.tables import Cam, Drive, Dynamics, Follower, Materials, SceneTable
 from camopt.scene.train import TrainStage
 from camopt.verdicts.judging import CERTIFIED, evaluate_with_effort, excesses
 from camopt.verdicts.running import run_effects
@@ -36,6 +36,7 @@ TABLE_TYPES: dict[str, type[SceneTable]] = {
     "cam": Cam,
     "follower": Follower,
     "follower.dynamics": Dynamics,
+    "drive": Drive,
     "materials": Materials,
     "train": TrainStage,
 }

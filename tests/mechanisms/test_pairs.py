@@ -158,3 +158,42 @@ def test_a_motion_that_no_yoke_can_make_is_refused_with_the_angle():
     ):
         resolve_design(Scene.from_dict(scene))
     assert half_turns(resolve_design(Scene.from_dict(yoke(rng, "breadth"))).programme).off < 1e-12
+
+
+BAD = {
+    "second arm without a triangle": (
+        "oscillating",
+        {"drive.arm_length": 20.0},
+        r"drive\.arm_length = 20.*: of the second disc: no triangle",
+    ),
+    "second offset beyond its prime circle": (
+        "translating",
+        {"drive.offset": 90.0},
+        r"drive\.offset = 90.*: of the second disc: must be smaller than the prime radius",
+    ),
+    "second base circle within the shaft": (
+        "translating",
+        {"cam.base_radius": 80.0, "cam.shaft_diameter": 120.0},
+        r"cam\.shaft_diameter = 120.*: must be at most twice the base radius of the second disc",
+    ),
+    "an arm that does not swing": ("translating", {"drive.arm_length": 60.0}, r"drive\.arm_length = 60.*has none"),
+    "a guide": (
+        "translating",
+        {"follower.dynamics": {"mass": 1, "guide_length": 80}},
+        r"guide_length = 80.*: the guide of a conjugate pair is not computed",
+    ),
+    "tolerances": ("translating", {"tolerances": {"profile": 0.02}}, r"tolerances: of a conjugate pair"),
+    "mass of a cam": (
+        "translating",
+        {"limits": {"area": 9e3}},
+        r"limits\.area = 9000.*: this mechanism has no area_mm2",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_pair_that_cannot_be_gets_one_clear_message(name):
+    motion, changes, message = BAD[name]
+    scene = Scene.from_dict(pair(np.random.default_rng(3), motion))
+    with pytest.raises(BadInput, match=message):
+        resolve_design(scene.replace(**changes))
