@@ -88,7 +88,7 @@ def _opposed(mechanism: Mechanism) -> Mechanism:
     curves: dict[str, Any] = {
         name: made and _reversed(made) for name in OF_CONTACT if (made := getattr(mechanism, name))
     }
-    return replace(mechanism, **curves, way=-1.0)
+    return replace(mechanism, **curves, way=-1.0, pitch=itself)
 
 
 class HalfTurns(NamedTuple):
