@@ -4,7 +4,6 @@ from collections.abc import Callable
 from functools import partial
 from itertools import permutations
 from math import inf
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +13,11 @@ from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.smallest.closed_form import closed_form
 from camopt.smallest.result import Smallest, gap_of
+from camopt.smallest.simplex import DEAR, descend
 from camopt.smallest.smallest import small
 from camopt.smallest.turns import BestTurn, SegmentAngles, better
 
 NARROW_TRADE = 1e-9  # deg
-DEAR = 1e9  # mm, what a turn without a feasible design costs a descent
 MOVES = 80  # of a descent, for each angle
 LEAST_TRADE, TRADE_GAIN = 1e-3, 1e-7  # of trades between segments: deg, and share of the size
 ROUGH_END, FINE_END = 1e-6, 1e-10  # where a descent ends, mm and shares of a range
@@ -113,8 +112,6 @@ class NelderMead:
 
     def down(self, cost: Callable[[FloatArray], float], reach: float, closest: float) -> FloatArray:
         """The turn of least cost that a simplex of a given reach finds from the best one."""
-        from scipy.optimize import minimize
-
         start = self.best.freed
         room = np.minimum(start - self.box.low, self.box.high - start)[self.free]
         order = self.free[np.argsort(room, kind="stable")]
@@ -125,12 +122,5 @@ class NelderMead:
             outside = float(np.maximum(self.box.low - wanted, wanted - self.box.high).max(initial=0.0))
             return cost(wanted) if outside <= 0.0 else DEAR * (1.0 + outside)
 
-        def stop(intermediate_result: Any) -> None:
-            if now() > self.turns.until:
-                raise StopIteration
-
-        corners = np.vstack([np.zeros(self.free.size - 1), np.diag(inwards)])
-        most = MOVES * (self.free.size - 1)
-        options = {"initial_simplex": corners, "xatol": closest, "fatol": closest, "maxfev": most}
-        found = minimize(at, corners[0], method="Nelder-Mead", callback=stop, options=options)
-        return self.moved(start, order, found.x)
+        steps = descend(at, np.zeros(inwards.size), inwards, (closest, closest), MOVES, self.turns.until)
+        return self.moved(start, order, steps)

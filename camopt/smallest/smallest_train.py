@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 from math import inf
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,13 +25,13 @@ from camopt.problem.sample import SAMPLERS
 from camopt.problem.settings import Setting
 from camopt.problem.variables import Variable
 from camopt.smallest.result import Smallest
+from camopt.smallest.simplex import DEAR, descend
 from camopt.smallest.smallest import small, smallest
 from camopt.smallest.train_boxes import BestTrain, TrainBoxes
 
 SPREAD, CORNERED = 16, 3  # trains all over the ranges; of how many numbers at most the ends of all as well
 DESCENTS = 1  # from the best of them, before boxes
 TIMES = 1 / 6, 1 / 4, 5 / 6  # of the time: when trains all over, on the way down, and boxes are left
-DEAR = 1e9  # mm, what a train without a feasible design costs a descent
 
 
 def listed_trains(problem: Problem) -> list[Setting]:
@@ -134,22 +134,8 @@ class TrainSearch:
 
     def descend(self, start: FloatArray, how: Descent, until: float) -> None:
         """Go down from a train by a simplex."""
-        from scipy.optimize import minimize
-
-        def stop(intermediate_result: Any) -> None:
-            if now() > until:
-                raise StopIteration
-
-        steps = np.diag(np.where(start > 0.5, -how.reach, how.reach))
-        options = {
-            "initial_simplex": start + np.vstack([np.zeros(start.size), steps]),
-            "xatol": how.share,
-            "fatol": how.size,
-            "maxfev": how.moves * start.size,
-        }
-        ends = [(0.0, 1.0)] * start.size
-        cost = partial(self.size, solve=how.solve, until=until)
-        minimize(cost, start, method="Nelder-Mead", bounds=ends, callback=stop, options=options)
+        cost, steps = partial(self.size, solve=how.solve, until=until), np.where(start > 0.5, -how.reach, how.reach)
+        descend(cost, start, steps, (how.share, how.size), how.moves, until, ends=(0.0, 1.0))
 
     def _best(self, count: int) -> list[FloatArray]:
         """The best trains with a feasible cam."""
