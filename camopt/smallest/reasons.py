@@ -2,9 +2,6 @@
 
 These are, in this order: parts that cannot be put together; each limit that no design holds; limits that can each
 be held, but not together. And the range of the cam's size, if a cam of another size is feasible.
-
-Source: J. W. Chinneck, E. W. Dravnieks, Locating minimal infeasible constraint sets in linear programs, ORSA
-Journal on Computing 3 (1991): the deletion filter.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,6 +11,7 @@ from math import ceil, floor, inf, log10
 from camopt.mechanisms.design import SizeBounds
 from camopt.mistakes import listed_words
 from camopt.numerics.clock import now
+from camopt.numerics.irreducible import irreducible
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
 from camopt.quantities.unit_systems import shown
@@ -83,7 +81,8 @@ def _stopped_by(problem: Problem, bounds: SizeBounds, until: float) -> str:
     alone = [limit.name for limit in first if _stop([limit], problem, bounds, until)]
     if alone:
         return ", ".join(alone)
-    names = [limit.name for limit in _together(problem, bounds, until)]
+    together = irreducible(problem.limits, lambda some: not _stop(some, problem, bounds, until))
+    names = [limit.name for limit in together]
     if len(names) == 1:
         return names[0]
     return f"{listed(names)} together{' or some of them (not proved which)' if now() > until else ''}"
@@ -113,16 +112,6 @@ def _stop(limits: Sequence[Limit], problem: Problem, bounds: SizeBounds, until: 
         return False
     answer = smallest(relaxed, bounds, until)
     return answer.design is None and answer.proved
-
-
-def _together(problem: Problem, bounds: SizeBounds, until: float) -> list[Limit]:
-    """Limits that stop every design, and would not without any one of them."""
-    kept = list(problem.limits)
-    for limit in problem.limits:
-        others = [other for other in kept if other is not limit]
-        if _stop(others, problem, bounds, until):
-            kept = others
-    return kept
 
 
 def listed(names: Iterable[str]) -> str:
