@@ -8,7 +8,6 @@ Source: Norton, Cam Design and Manufacturing Handbook (residual vibrations).
 """
 
 import os
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,8 +28,8 @@ from camopt.numerics.oscillator import Wave, damped, from_rest
 from camopt.numerics.wave_extremes import largest, largest_magnitude
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows, concatenate_rows
+from camopt.quantities import Quantity
 from camopt.quantities.shown import Drawn
-from camopt.storage.version import VERSION
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -42,26 +41,17 @@ ALLOWED = (1e-3, 1e4)
 PANELS_AT_ONCE = 1 << 14  # panels, each with a polynomial of its own
 
 
-@dataclass(frozen=True)
-class SpectrumColumn:
-    """A column of a spectrum: its unit, symbol and sentence."""
-
-    unit: str
-    symbol: str
-    sentence: str
-    kind: type = float
-
-
 SPECTRUM_COLUMNS = {
-    "law": SpectrumColumn("", "", "Motion law of the rise.", str),
-    "period_ratio": SpectrumColumn("", "t₁/T_n", "Time of the rise over the natural period of the train."),
-    "damping_ratio": SpectrumColumn("", "ζ", "Damping ratio of the train."),
-    "residual": SpectrumColumn("lift", "A", "Amplitude of the vibration at the start of the dwell after the rise."),
-    "overshoot": SpectrumColumn("lift", "", "Largest travel of the mass beyond the lift."),
-    "deflection": SpectrumColumn("lift", "z", "Largest |x − y| during the rise and after it."),
-    "acceleration": SpectrumColumn(
-        "lift/t₁²", "C_a", "Largest |acceleration| of the mass, with the rise's time as unit."
-    ),
+    name: Quantity(name, symbol, unit, "spectrum", sentence, str if name == "law" else float)
+    for name, symbol, unit, sentence in (
+        ("law", "", "", "Motion law of the rise."),
+        ("period_ratio", "t₁/T_n", "", "Time of the rise over the natural period of the train."),
+        ("damping_ratio", "ζ", "", "Damping ratio of the train."),
+        ("residual", "A", "lift", "Amplitude of the vibration at the start of the dwell after the rise."),
+        ("overshoot", "", "lift", "Largest travel of the mass beyond the lift."),
+        ("deflection", "z", "lift", "Largest |x − y| during the rise and after it."),
+        ("acceleration", "C_a", "lift/t₁²", "Largest |acceleration| of the mass, with the rise's time as unit."),
+    )
 }
 
 
@@ -197,19 +187,12 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     OSError
         If a file cannot be written.
     """
-    import pyarrow as pa
+    from camopt.storage.sealed import write_table
+    from camopt.tables.table import schema_of, to_table
 
-    from camopt.storage.sealed import TYPES, write_table
-    from camopt.tables.table import to_table
-
-    fields = []
-    for name, column in SPECTRUM_COLUMNS.items():
-        about = {"unit": column.unit, "symbol": column.symbol, "description": column.sentence}
-        fields.append(pa.field(name, TYPES[column.kind], nullable=False, metadata=about))
-    layout = pa.schema(fields, metadata={"camopt_version": VERSION})
     table, picture = (Path(folder) / name for name in SPECTRUM)
     table.parent.mkdir(parents=True, exist_ok=True)
-    write_table(to_table(rows, layout), table)
+    write_table(to_table(rows, schema_of(SPECTRUM_COLUMNS.values())), table)
     laws = rows.column("law")
     each = [
         Spectrum((name, rows.column(name)[laws == law]) for name in SPECTRUM_COLUMNS)

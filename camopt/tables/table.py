@@ -1,7 +1,7 @@
 """Tables on disk: Parquet with units, symbols, scene and version in its metadata, sealed; pandas at the door."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from camopt.mistakes import BadInput
 from camopt.problem.rows import Rows
-from camopt.quantities import QUANTITIES
+from camopt.quantities import QUANTITIES, Quantity
 from camopt.scene.scene import Scene
 from camopt.storage.files import whole_file
 from camopt.storage.seal import ROWS_IN_GROUP, sealed
@@ -25,12 +25,16 @@ if TYPE_CHECKING:
 
 def arrow_schema(names: tuple[str, ...], scene: str) -> pa.Schema:
     """The schema of some quantities, with the scene (TOML text) and the version that made the table."""
+    return schema_of((QUANTITIES[name] for name in names), camopt_scene=scene)
+
+
+def schema_of(quantities: Iterable[Quantity], **about: str) -> pa.Schema:
+    """The schema of quantities, with the version that made the table, and what else there is to say of it."""
     fields = []
-    for name in names:
-        quantity = QUANTITIES[name]
-        about = {"unit": quantity.unit, "symbol": quantity.symbol, "description": quantity.sentence}
-        fields.append(pa.field(name, TYPES[quantity.kind], nullable=False, metadata=about))
-    return pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene})
+    for each in quantities:
+        facts = {"unit": each.unit, "symbol": each.symbol, "description": each.sentence}
+        fields.append(pa.field(each.name, TYPES[each.kind], nullable=False, metadata=facts))
+    return pa.schema(fields, metadata={"camopt_version": VERSION, **about})
 
 
 class Column(Protocol):
