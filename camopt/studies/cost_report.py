@@ -1,13 +1,12 @@
 """The cost report: which effects a scene calls for, what called for each, and what each costs."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from time import perf_counter
 
 from camopt.effects import EFFECTS, Case, lacking
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput
+from camopt.numerics.clock import timed
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows
 from camopt.scene.scene import Scene
@@ -54,9 +53,8 @@ def cost_report(scene: Scene) -> CostReport:
     rows, times = Rows({}, len(designs)), {}
     for each in asked:
         case = Case(setup, problem.programme, designs)
-        rows, times[each.effect] = _timed(
-            partial(extended, rows, case, EFFECTS[each.effect], frozenset(each.writes))
-        )
+        work = partial(extended, rows, case, EFFECTS[each.effect], frozenset(each.writes))
+        rows, times[each.effect] = timed(work, COST_RUNS)
     whole = sum(times.values())
     entries = tuple(
         Entry(**vars(each), ns_per_design=time / len(designs) * 1e9, share=time / whole)
@@ -80,13 +78,3 @@ def _timed_on(scene: Scene) -> tuple[Problem, Designs]:
     except BadInput:
         one = resolve(sized(scene).replace(search=None))
         return one, designs_of(one)
-
-
-def _timed(work: Callable[[], Rows]) -> tuple[Rows, float]:
-    """What some work gives, and the least time of a few runs in seconds, the first of them apart."""
-    found, times = work(), []
-    for _ in range(COST_RUNS):
-        start = perf_counter()
-        work()
-        times.append(perf_counter() - start)
-    return found, min(times)

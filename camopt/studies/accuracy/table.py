@@ -2,12 +2,12 @@
 
 import os
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from itertools import chain
 from pathlib import Path
 from time import perf_counter
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -17,6 +17,7 @@ from camopt.engines import Engine
 from camopt.engines.progress import Progress, report_progress
 from camopt.engines.threads import Threads
 from camopt.numerics import FloatArray
+from camopt.numerics.clock import timed
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import problems_of
 from camopt.quantities.shown import Drawn
@@ -30,7 +31,6 @@ from camopt.studies.accuracy.subjects import REFERENCED, Subject, subjects_of
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
 TIMED_RUNS = 3
 BEYOND_LIMIT = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
-TimedResult = TypeVar("TimedResult")
 
 
 class Costs(Drawn, list[dict[str, Any]]):
@@ -76,7 +76,7 @@ def _rows(subject: Subject) -> list[dict[str, Any]]:
     rows = [_row((subject.name, "balls", alike), balls / len(some), np.array([alike]), alike, none, none)]
     limit = subject.truth - subject.sign * BEYOND_LIMIT * np.abs(subject.truth)
     for method in METHODS:
-        value, seconds = _timed(partial(subject.answer, method))
+        value, seconds = timed(partial(subject.answer, method), TIMED_RUNS)
         far, near = (
             (subject.answer(method, side) for side in (1.0, -1.0)) if method.setting < 1.0 else (value, value)
         )
@@ -110,16 +110,6 @@ def _worst(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     groups = pd.DataFrame(rows).groupby(["quantity", "method", "setting"], sort=False)
     worst = groups.max().assign(ns_per_design=groups["ns_per_design"].mean()).reset_index()
     return [{str(name): value for name, value in row.items()} for row in worst.to_dict("records")]
-
-
-def _timed(run: Callable[[], TimedResult]) -> tuple[TimedResult, float]:
-    """What a run gives, and the least of a few times in seconds; the first run may compile."""
-    result, times = run(), []
-    for _ in range(TIMED_RUNS):
-        start = perf_counter()
-        run()
-        times.append(perf_counter() - start)
-    return result, min(times)
 
 
 def write_accuracy(rows: Costs, scene: Scene, folder: str | os.PathLike[str]) -> list[Path]:
