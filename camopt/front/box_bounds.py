@@ -140,20 +140,21 @@ class BoxBounds(NamedTuple):
             return broken, change
         some, inside = box.take(index), looked.inside.take(index)
         width = _widths(some, self.free)
-        for claim in self.claims:
-            asked = [ExtremeAsked(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
-            angle, side = self._worst(claim.curve, asked, inside)
-            value, designs, like = self._over(claim.curve, angle, some, inside)
-            over = as_sloped(excess_of(claim, side, as_quotient(value), designs), like)
-            moved = _finite(over.slopes.largest_magnitude) * width
-            broken[index] |= over.value.low > EXCESS_ROUNDING
-            change[:, index] = np.maximum(change[:, index], np.where(over.value.high > 0.0, moved, 0.0))
-        for mean in means_on_size(self.problem):
-            over = mean_excess(self.problem, mean, some, inside, self.free)
+        for over in self._excesses(some, inside):
             moved = _finite(over.slopes.largest_magnitude) * width
             broken[index] |= over.value.low > EXCESS_ROUNDING
             change[:, index] = np.maximum(change[:, index], np.where(over.value.high > 0.0, moved, 0.0))
         return broken, change
+
+    def _excesses(self, box: Designs, inside: Designs) -> Iterator[Sloped]:
+        """The excesses of boxes over limits on curves, where one design exceeds them the most, and on means."""
+        for claim in self.claims:
+            asked = [ExtremeAsked(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+            angle, side = self._worst(claim.curve, asked, inside)
+            value, designs, like = self._over(claim.curve, angle, box, inside)
+            yield as_sloped(excess_of(claim, side, as_quotient(value), designs), like)
+        for mean in means_on_size(self.problem):
+            yield mean_excess(self.problem, mean, box, inside, self.free)
 
     def _by_arithmetic(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
         """The least cost of an objective that sizes or the motion decide, and its relative change.
