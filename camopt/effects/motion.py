@@ -17,11 +17,11 @@ from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.quantities import (
     AT_FOLLOWER,
     DERIVATIVES,
-    QUANTITIES,
     displacement_unit,
     dwell_error_quantity,
     error_quantity,
     motion_quantity,
+    motion_unit,
 )
 
 MOVE_KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
@@ -48,8 +48,7 @@ def unit_of(setup: Setup, order: int) -> str:
     """The unit in tables of the tool's displacement (0), velocity (1), and so on."""
     if not order:
         return displacement_unit(angular=setup.tool_turns)
-    name = [*DERIVATIVES][order - 1]
-    return QUANTITIES[motion_quantity(name, "", angular=setup.tool_turns, timed=setup.omega is not None)].unit
+    return motion_unit([*DERIVATIVES][order - 1], angular=setup.tool_turns, timed=setup.omega is not None)
 
 
 def error_names(setup: Setup) -> tuple[str, str, str, str]:

@@ -3,150 +3,68 @@
 Table columns, JSON keys, documentation and checks of names all come from here. The unit is the suffix.
 """
 
-import re
 from collections.abc import Collection
-from dataclasses import dataclass
-from itertools import product
 from typing import Literal
 
-AT_MOST, AT_LEAST = "≤", "≥"
-WITHOUT_BOUNDS = ("sizes", "limits", "proof")
-"""Effects whose quantities are what is asked, or its answer."""
-UNBOUNDED = (
-    *("pressure_angle_max_at_deg", "pitch_circle_radius_mm", "centroid_x_mm", "centroid_y_mm"),
-    *("crossing_count", "crossing_at_deg"),
-    *("jamming_angle_deg", "contact_half_length_mm", "contact_shear_depth_mm", "joint_force_max_at_deg"),
+from camopt.quantities.motion_names import (
+    AT_FOLLOWER,
+    DERIVATIVES,
+    RMS_ORDERS,
+    STROKE_WORDS,
+    displacement_unit,
+    dwell_error_quantity,
+    error_quantity,
+    mean_quantities,
+    motion_mean,
+    motion_quantities,
+    motion_quantity,
+    motion_unit,
 )
-"""Quantities that say where or how something is, not how much."""
-BOUNDED_BELOW = (
-    *("pitch_curvature_min_per_mm", "profile_radius_min_mm", "cutter_radius_max_mm", "face_reach_min_mm"),
-    *("contact_force_min_N", "contact_force_elastic_min_N", "jump_speed_rpm", "jump_speed_ratio", "torque_min_N_m"),
-    *("jamming_margin", "entrainment_speed_min_m_s", "film_thickness_min_um", "film_ratio_min", "hub_wall_min_mm"),
-    *("lift_area_mm_deg", "lift_area_deg_deg", "transmission_angle_min_deg"),
-    *("first_profile_radius_min_mm", "second_profile_radius_min_mm"),
-    *("pivot_clearance_min_mm", "edge_wall_min_mm"),
+from camopt.quantities.quantity import AT_LEAST, AT_MOST, SIGNED, Quantity
+from camopt.quantities.scene_numbers import (
+    NUMBER_COLUMNS,
+    NUMBERS,
+    OF_SPRING,
+    OF_TOOL,
+    SPRING_AT,
+    number_quantities,
 )
-"""Quantities of which one wants at least so much; of all others at most."""
-SIGNED = (
-    *("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", "face_reach_max_mm", "face_reach_min_mm"),
-    *("contact_force_min_N", "contact_force_max_N", "contact_force_elastic_min_N"),
-    *("torque_max_N_m", "torque_min_N_m", "torque_mean_N_m", "power_mean_W"),
-    *("entrainment_speed_max_m_s", "entrainment_speed_min_m_s", "jamming_margin"),
-)
-"""Quantities that may be below 0, and bounds on them too."""
+from camopt.quantities.stage_numbers import OF_STAGE, of_stage, stage_quantity
+
+__all__ = [
+    "AT_FOLLOWER",
+    "AT_LEAST",
+    "AT_MOST",
+    "BOUNDED",
+    "DERIVATIVES",
+    "DISCIPLINES",
+    "EVERYTHING",
+    "GEOMETRY",
+    "NUMBER_COLUMNS",
+    "OF_SPRING",
+    "OF_STAGE",
+    "OF_TOOL",
+    "QUANTITIES",
+    "RMS_ORDERS",
+    "SIGNED",
+    "SPRING_AT",
+    "STROKE_WORDS",
+    "Flag",
+    "Quantity",
+    "Word",
+    "displacement_unit",
+    "dwell_error_quantity",
+    "error_quantity",
+    "in_order",
+    "motion_mean",
+    "motion_quantity",
+    "motion_unit",
+    "number_quantities",
+    "stage_quantity",
+]
 Flag = Literal["undercut", "self_crossing", "feasible", "refined"]
 Word = Literal["law_rise", "law_return", "violated", "status", "proof"]
 """The quantities that are no numbers, for type checkers, which cannot read them from the list."""
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """One reportable quantity. ``effect`` names the effect that computes it; ``kind`` is its column type."""
-
-    name: str
-    symbol: str
-    unit: str
-    effect: str
-    sentence: str
-    kind: type = float
-
-    @property
-    def relation(self) -> str:
-        """The relation to its bound, ≤ or ≥; empty if it cannot be bounded."""
-        if self.name in UNBOUNDED or self.kind is not float or self.effect in WITHOUT_BOUNDS:
-            return ""
-        return AT_LEAST if self.name in BOUNDED_BELOW else AT_MOST
-
-    @property
-    def side(self) -> float:
-        """−1 for a quantity bounded from below, else 1."""
-        return -1.0 if self.relation == AT_LEAST else 1.0
-
-    @property
-    def bounded(self) -> str:
-        """A bound on it, in words."""
-        words = "Least allowed" if self.relation == AT_LEAST else "Most allowed"
-        return f"{words} ``{self.name}``; {self.unit or 'no unit'}."
-
-
-AT_FOLLOWER = "follower"
-STROKE_WORDS = {
-    "rise": "over the rises",
-    "return": "over the returns",
-    "": "over the turn",
-    AT_FOLLOWER: "of the follower itself, where it drives a tool through a train",
-}
-"""Of what quantities of the motion are, by the part of their name that says so."""
-DERIVATIVES = {
-    "velocity": ("v", {"m_s": "m/s", "rad_s": "rad/s", "mm_per_rad": "mm/rad", "deg_per_rad": "deg/rad"}),
-    "acceleration": (
-        "a",
-        {"m_s2": "m/s²", "rad_s2": "rad/s²", "mm_per_rad2": "mm/rad²", "deg_per_rad2": "deg/rad²"},
-    ),
-    "jerk": ("j", {"m_s3": "m/s³", "rad_s3": "rad/s³", "mm_per_rad3": "mm/rad³", "deg_per_rad3": "deg/rad³"}),
-}
-
-
-def displacement_unit(*, angular: bool) -> str:
-    """The unit of a displacement in tables."""
-    return "deg" if angular else "mm"
-
-
-def motion_quantity(derivative: str, stroke: str, *, angular: bool, timed: bool) -> str:
-    """Name of a motion quantity: ``timed`` by time (the scene has an rpm), else by cam angle."""
-    position = 2 * (not timed) + angular  # the order of the units in DERIVATIVES
-    suffix = list(DERIVATIVES[derivative][1])[position]
-    return "_".join(part for part in (derivative, "max", stroke, suffix) if part)
-
-
-def _motion_quantities() -> list[Quantity]:
-    return [
-        Quantity(
-            motion_quantity(derivative, stroke, angular=angular, timed=timed),
-            f"{DERIVATIVES[derivative][0]}_max",
-            list(DERIVATIVES[derivative][1].values())[2 * (not timed) + angular],
-            "motion",
-            f"Largest |{derivative}| {words}.",
-        )
-        for derivative, (stroke, words), angular, timed in product(
-            DERIVATIVES, STROKE_WORDS.items(), (False, True), (True, False)
-        )
-    ]
-
-
-def error_quantity(order: int, *, angular: bool, timed: bool) -> str:
-    """Name of the largest error of position, velocity or acceleration (0, 1, 2)."""
-    if order == 0:
-        return f"position_error_max_{displacement_unit(angular=angular)}"
-    derivative = [*DERIVATIVES][order - 1]
-    return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_error_max_")
-
-
-def dwell_error_quantity(*, angular: bool) -> str:
-    """Name of the largest change of the position in a dwell."""
-    return f"dwell_error_max_{displacement_unit(angular=angular)}"
-
-
-RMS_ORDERS = {"acceleration": 2, "jerk": 3}
-"""Derivatives of which there is a root mean square, with their orders."""
-
-
-def motion_mean(derivative: str, *, angular: bool, timed: bool) -> str:
-    """Name of the root mean square of a derivative, as ``motion_quantity`` names its peak."""
-    return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_rms_")
-
-
-def _mean_quantities() -> list[Quantity]:
-    return [
-        Quantity(
-            motion_mean(derivative, angular=angular, timed=timed),
-            f"{DERIVATIVES[derivative][0]}_rms",
-            list(DERIVATIVES[derivative][1].values())[2 * (not timed) + angular],
-            "rms",
-            f"Root mean square of the {derivative} over the turn.",
-        )
-        for derivative, angular, timed in product(RMS_ORDERS, (False, True), (True, False))
-    ]
 
 
 def _pair_quantities() -> list[Quantity]:
@@ -228,122 +146,16 @@ def _vibration_quantities() -> list[Quantity]:
     ]
 
 
-_NUMBERS = (
-    ("cam.rpm", "rpm", "n", "rpm", "Speed of the cam."),
-    ("cam.shaft_diameter", "shaft_diameter_mm", "", "mm", "Diameter of the shaft."),
-    ("follower.dynamics.mass", "mass_kg", "m", "kg", "Mass that moves with the follower."),
-    ("follower.dynamics.inertia", "inertia_kg_m2", "J", "kg·m²", "Inertia of the follower about its pivot."),
-    ("follower.dynamics.spring_rate", "spring_rate_N_per_mm", "k", "N/mm", "Rate of the spring."),
-    ("follower.dynamics.spring_rate", "spring_rate_N_m_per_rad", "k", "N·m/rad", "Rate of the spring."),
-    ("follower.dynamics.preload", "preload_N", "F_0", "N", "Preload of the spring."),
-    ("follower.dynamics.preload", "preload_N_m", "M_0", "N·m", "Preload of the spring."),
-    ("follower.dynamics.spring_at", "spring_at_mm", "a", "mm", "Distance of a straight spring from the pivot."),
-    ("follower.dynamics.damping", "damping_N_s_per_mm", "c", "N·s/mm", "Damping of the follower's motion."),
-    ("follower.dynamics.damping", "damping_N_m_s_per_rad", "c", "N·m·s/rad", "Damping of the follower's motion."),
-    ("follower.dynamics.load", "load_N", "", "N", "External force on the follower."),
-    ("follower.dynamics.load", "load_N_m", "", "N·m", "External moment on the follower."),
-    ("follower.dynamics.gravity", "gravity_m_s2", "g", "m/s²", "Acceleration of gravity towards the cam."),
-    ("follower.dynamics.guide_length", "guide_length_mm", "b", "mm", "Length of the guide."),
-    ("follower.dynamics.overhang", "overhang_mm", "a_0", "mm", "Distance from the guide to the trace point."),
-    ("follower.dynamics.friction", "friction", "μ", "", "Coefficient of friction in the guide."),
-    ("follower.dynamics.stem_diameter", "stem_diameter_mm", "d", "mm", "Diameter of the follower's stem."),
-    ("follower.dynamics.natural_frequency", "natural_frequency_Hz", "f_n", "Hz", "Natural frequency of the train."),
-    ("follower.dynamics.damping_ratio", "damping_ratio", "ζ", "", "Damping ratio of the train."),
-    ("follower.dynamics.lash", "lash_mm", "", "mm", "Clearance that the follower takes up."),
-    ("follower.dynamics.lash", "lash_deg", "", "deg", "Clearance that the follower takes up."),
-    ("follower.dynamics.lash_variation", "lash_variation_mm", "", "mm", "Variation of the lash, to either side."),
-    ("follower.dynamics.lash_variation", "lash_variation_deg", "", "deg", "Variation of the lash, to either side."),
-    ("follower.dynamics.fluctuation", "fluctuation", "", "", "Fluctuation of the speed that is allowed."),
-    ("drive.interference", "interference_mm", "δ_0", "mm", "Interference of two contacts."),
-    ("drive.interference", "interference_deg", "δ_0", "deg", "Interference of two contacts."),
-    ("drive.stiffness", "pair_stiffness_N_per_mm", "k", "N/mm", "Stiffness of what joins two contacts."),
-    ("drive.stiffness", "pair_stiffness_N_m_per_rad", "k", "N·m/rad", "Stiffness of what joins two contacts."),
-    ("drive.clearance", "clearance_mm", "j", "mm", "Clearance of the roller in its groove."),
-    ("drive.roller_inertia", "roller_inertia_kg_m2", "J_r", "kg·m²", "Inertia of the roller about its pin."),
-    ("drive.friction", "roller_friction", "μ", "", "Coefficient of friction between roller and flank."),
-    ("materials.cam_modulus", "cam_modulus_GPa", "E_1", "GPa", "Young's modulus of the cam."),
-    ("materials.cam_poisson", "cam_poisson", "ν_1", "", "Poisson's ratio of the cam."),
-    ("materials.follower_modulus", "follower_modulus_GPa", "E_2", "GPa", "Young's modulus of the follower."),
-    ("materials.follower_poisson", "follower_poisson", "ν_2", "", "Poisson's ratio of the follower."),
-    ("materials.face_width", "face_width_mm", "L", "mm", "Width of the contact along the cam's axis."),
-    ("materials.wear_rate", "wear_rate_mm2_per_N", "", "mm²/N", "Volume worn off by load and sliding distance."),
-    ("materials.viscosity", "viscosity_Pa_s", "η", "Pa·s", "Viscosity of the lubricant."),
-    ("materials.pressure_viscosity", "pressure_viscosity_per_GPa", "α", "1/GPa", "Its increase with pressure."),
-    ("materials.roughness", "roughness_um", "", "µm", "Composite roughness (root mean square)."),
-)
-"""Numbers of the scene, by key. Two rows of one key: what is a force for a translating follower is a moment for an
-oscillating one."""
-
-
-NUMBER_COLUMNS = tuple(dict.fromkeys(key for key, *_ in _NUMBERS))
-"""Their keys."""
-
-
-OF_TOOL = ("follower.dynamics.lash", "follower.dynamics.lash_variation")
-"""Numbers of the tool's motion, which a train drives."""
-
-
-SPRING_AT = "follower.dynamics.spring_at"
-"""The lever of a straight spring on the arm of an oscillating follower."""
-OF_SPRING = ("follower.dynamics.spring_rate", "follower.dynamics.preload")
-"""Numbers of the spring, whose moment is a force on its lever if it is a straight one."""
-
-
-def number_quantities(*, angular: bool, tool_turns: bool, straight: bool = False) -> dict[str, str]:
-    """The quantity that each number of the scene is in tables, by key.
-
-    Of a follower, and of a tool, whose motion is an angle or not; of a spring that is a straight one, or one about
-    the pivot of a follower that swings.
-    """
-    rows = {True: _NUMBERS, False: _NUMBERS[::-1]}  # the last row of a key counts
-    found = {turns: {key: name for key, name, *_ in rows[turns]} for turns in rows}
-    turns = dict.fromkeys(OF_TOOL, tool_turns) | dict.fromkeys(OF_SPRING, angular and not straight)
-    return {key: found[turns.get(key, angular)][key] for key in NUMBER_COLUMNS}
-
-
-OF_STAGE = {
-    **dict.fromkeys(("crank", "coupler", "rocker", "ground", "offset", "input_arm", "output_arm", "radius"), "mm"),
-    **dict.fromkeys(("angle", "input_angle", "output_angle", "guide"), "deg"),
-    "ratio": "",
-    "mass": "kg",
-    **dict.fromkeys(("inertia", "arm_inertia"), "kg·m²"),
-    "spring_rate": "N/mm, N·m/rad",
-    **dict.fromkeys(("preload", "load", "friction_force"), "N, N·m"),
-    "gravity": "m/s²",
-}
-"""Units of the numbers of a stage of a train by key; of two the second where what the stage moves turns."""
-SUFFIXES = {"N/mm": "N_per_mm", "N·m/rad": "N_m_per_rad", "N·m": "N_m", "kg·m²": "kg_m2", "m/s²": "m_s2"}
-STAGE_NUMBER = re.compile(r"train_([1-9]\d*)_([a-z_]+?)(?:_(mm|deg|kg|kg_m2|N|N_m|N_per_mm|N_m_per_rad|m_s2))?")
-
-
-def stage_quantity(number: int, key: str, *, turns: bool) -> str:
-    """The quantity that a number of a stage is in tables, of a stage whose motion is an angle or not."""
-    unit = OF_STAGE[key].split(", ")[-1 if turns else 0]
-    return "_".join(filter(None, ("train", str(number), key, SUFFIXES.get(unit, unit))))
-
-
-def _of_stage(name: str) -> Quantity | None:
-    """The number of a stage that has a name; None if there is none."""
-    found = STAGE_NUMBER.fullmatch(name)
-    if found is None or found[2] not in OF_STAGE:
-        return None
-    units = {SUFFIXES.get(each, each): each for each in OF_STAGE[found[2]].split(", ")}
-    if (unit := units.get(found[3] or "")) is None:
-        return None
-    sentence = f"{found[2].replace('_', ' ').capitalize()} of stage {found[1]} of the train."
-    return Quantity(name, "", unit, "sizes", sentence)
-
-
 class Quantities(dict[str, Quantity]):
     """Quantities by name; with the numbers of stages of trains, of which there are too many to list."""
 
     def __missing__(self, name: str) -> Quantity:
-        if (found := _of_stage(name)) is None:
+        if (found := of_stage(name)) is None:
             raise KeyError(name)
         return found
 
     def __contains__(self, name: object) -> bool:
-        return super().__contains__(name) or (isinstance(name, str) and _of_stage(name) is not None)
+        return super().__contains__(name) or (isinstance(name, str) and of_stage(name) is not None)
 
 
 KEEPS_CONTACT = "keeps contact at this speed, in a groove with one and the same flank."
@@ -363,10 +175,10 @@ _ALL = [
     Quantity("second_offset_mm", "e_2", "mm", "sizes", "Offset of the second roller, positive to the right."),
     Quantity("second_base_radius_mm", "R_b2", "mm", "sizes", "Least radius of the profile of the second disc."),
     Quantity("shaft_clearance_mm", "", "mm", "sizes", "Least gap between the profile and the shaft."),
-    *[Quantity(name, symbol, unit, "sizes", sentence) for _, name, symbol, unit, sentence in _NUMBERS],
+    *[Quantity(name, symbol, unit, "sizes", sentence) for _, name, symbol, unit, sentence in NUMBERS],
     *_pair_quantities(),
-    *_motion_quantities(),
-    *_mean_quantities(),
+    *motion_quantities(),
+    *mean_quantities(),
     Quantity("lift_area_mm_deg", "", "mm·deg", "rms", "Area below the lift over the cam angle, as of a valve."),
     Quantity("lift_area_deg_deg", "", "deg·deg", "rms", "Area below the follower's angle over the cam angle."),
     Quantity(

@@ -1,6 +1,6 @@
 """Units of what free laws minimise and trade off: terms of the objective, and quantities."""
 
-from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
+from camopt.quantities import DERIVATIVES, QUANTITIES, motion_unit
 from camopt.scene.scene import Scene
 from camopt.synthesis import residual
 from camopt.synthesis.demand import LOST_AREA
@@ -13,8 +13,7 @@ def unit_of(axis: str, scene: Scene) -> str:
         return QUANTITIES[axis].unit
     angular, derivative = scene.tool_turns, axis.removesuffix("_rms")
     if derivative in DERIVATIVES:
-        name = motion_quantity(derivative, "", angular=angular, timed=scene.cam.rpm is not None)
-        return QUANTITIES[name].unit
+        return motion_unit(derivative, angular=angular, timed=scene.cam.rpm is not None)
     if axis == LOST_AREA:
         return QUANTITIES["lift_area_deg_deg" if angular else "lift_area_mm_deg"].unit
     return "deg" if angular and axis == residual.TERM else "mm"
