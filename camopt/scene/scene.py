@@ -23,6 +23,7 @@ from camopt.scene.complaints import mistakes_of
 from camopt.scene.drawn_profile import read_drawing
 from camopt.scene.fits import read_bore, read_keyway
 from camopt.scene.former import FORMER_KEYS, read_former
+from camopt.scene.limits import Limits
 from camopt.scene.load import read_load
 from camopt.scene.mapping import given_at_follower, without
 from camopt.scene.own_laws import own_law_tables, read_files, with_named_laws
@@ -32,6 +33,7 @@ from camopt.scene.search import Search, unfolded
 from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.speed import OF_CRANK, read_speed
 from camopt.scene.spring import is_straight
+from camopt.scene.synthesis import SynthesisSettings
 from camopt.scene.tables import (
     MOST_SEGMENTS,
     Accuracy,
@@ -39,14 +41,12 @@ from camopt.scene.tables import (
     Drive,
     Dynamics,
     Follower,
-    Limits,
     Materials,
     Outputs,
     OwnLaw,
     ProfileElement,
     SceneTable,
     Segment,
-    SynthesisSettings,
     one_line,
     or_text,
 )

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from numbers import Integral, Real
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BaseModel,
@@ -13,7 +13,6 @@ from pydantic import (
     Field,
     Tag,
     ValidationError,
-    create_model,
 )
 from pydantic_core import core_schema
 
@@ -22,13 +21,13 @@ from camopt.mechanisms.drive import DriveName
 from camopt.mechanisms.follower import MotionName, TipName
 from camopt.mistakes import BadInput, nearest
 from camopt.motion import LAWS
-from camopt.quantities import BOUNDED, DISCIPLINES, EVERYTHING, QUANTITIES, SIGNED
-from camopt.scene.complaints import TAGS, mistakes_of
+from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
+from camopt.scene.complaints import mistakes_of
 from camopt.scene.law_forms import DEGREES
 from camopt.scene.materials import MATERIALS
 
 
-def _is_number(value: Any) -> Any:
+def is_number(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, Real):
         raise ValueError("a number")
     try:
@@ -39,7 +38,7 @@ def _is_number(value: Any) -> Any:
 
 def _number_as_given(value: Any) -> Any:
     """The number; a whole one stays so until its bounds are checked, and mistakes show what was written."""
-    number = _is_number(value)
+    number = is_number(value)
     return value if type(value) is int else number
 
 
@@ -63,7 +62,7 @@ NotNegative = Annotated[float, Within(ge=0, le=1e15)]
 Acute = Annotated[float, Within(ge=1e-9, lt=90)]
 
 
-def _known(names: Any, what: str, called: Mapping[str, str] = MappingProxyType({})) -> Any:
+def known(names: Any, what: str, called: Mapping[str, str] = MappingProxyType({})) -> Any:
     """One of some names; ``called`` are words of others for them."""
 
     def validate(value: Any) -> Any:
@@ -107,8 +106,8 @@ def or_text(schema: dict[str, Any]) -> None:
 
 Switch = Annotated[bool, BeforeValidator(_is_switch)]
 LawName = Annotated[str, BeforeValidator(_is_name, json_schema_input_type=Literal[*LAWS] | str)]
-MaterialName = Annotated[str, _known(MATERIALS, "a material")]
-QuantityName = Annotated[str, _known(QUANTITIES, "a quantity", {"size": "base_radius_mm"})]
+MaterialName = Annotated[str, known(MATERIALS, "a material")]
+QuantityName = Annotated[str, known(QUANTITIES, "a quantity", {"size": "base_radius_mm"})]
 
 
 class SceneTable(BaseModel):
@@ -288,7 +287,7 @@ def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:
     def taken(value: Any) -> Any:
         pair = value if isinstance(value, (list, tuple)) else (value, value)
         try:
-            low, high = map(_is_number, pair)
+            low, high = map(is_number, pair)
         except ValueError:
             raise ValueError(what) from None
         if not least <= low <= high <= most:
@@ -393,7 +392,7 @@ class ProfileElement(SceneTable):
 def is_pair(value: Any) -> Any:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
         raise ValueError("two numbers")
-    return tuple(_is_number(v) for v in value)
+    return tuple(is_number(v) for v in value)
 
 
 Numbers = Annotated[tuple[Anywhere, ...], Field(min_length=1)]
@@ -463,108 +462,12 @@ class OwnLaw(SceneTable):
     """Allow s below 0 or above 1."""
 
 
-class ShortLimits(SceneTable):
-    """The limits of the cam, by the short keys of the most common ones."""
-
-    pressure_angle: Acute | None = None
-    """Largest |β| over rises, dwells and returns; deg."""
-    pressure_angle_return: Acute | None = None
-    """Largest |β| over returns, in place of ``pressure_angle``; deg."""
-    curvature_radius: Length | None = None
-    """Least convex radius of curvature of the profile; mm."""
-    face_reach: Length | None = None
-    """Largest reach of the contact along a flat face, to either side; mm."""
-    outer_radius: Length | None = None
-    """Largest distance of the profile from the cam's axis; mm."""
-    cutter_radius: Length | None = None
-    """Radius of a cutter or grinding wheel that has to reach every hollow flank; mm."""
-    lift_change: Positive | None = None
-    """Largest change of the lift by degree of the cam; mm/deg, oscillating deg/deg."""
-    hub_wall: Length | None = None
-    """Least wall from bore or keyway to base circle, hub or groove; mm."""
-    area: Positive | None = None
-    """Largest area of the section; mm²."""
-    cam_mass: Positive | None = None
-    """Largest mass of the cam; kg."""
-    cam_inertia: Positive | None = None
-    """Largest moment of inertia of the cam; kg·m²."""
-    unbalance: Positive | None = None
-    """Largest unbalance of the cam; g·mm."""
-    velocity: Positive | None = None
-    """Largest |velocity| of the follower, or of the tool that it drives; m/s, oscillating rad/s."""
-    acceleration: Positive | None = None
-    """Largest |acceleration| of the follower, or of the tool that it drives; m/s², oscillating rad/s²."""
-    jerk: Positive | None = None
-    """Largest |jerk| of the follower, or of the tool that it drives; m/s³, oscillating rad/s³."""
-    contact_force_min: Anywhere | None = None
-    """Least contact force along the motion; N."""
-    jump_speed: Positive | None = None
-    """Least speed at which contact may be lost; rev/min."""
-    normal_force: Positive | None = None
-    """Largest normal force at the contact; N."""
-    side_thrust: Positive | None = None
-    """Largest force across the motion of the trace point; N."""
-    guide_reaction: Positive | None = None
-    """Largest reaction at the near end of the guide; N."""
-    stem_bending_stress: Positive | None = None
-    """Largest bending stress of the stem; MPa."""
-    jamming_margin: Annotated[float, Within(ge=0, le=1)] | None = None
-    """Least jamming margin; a follower at 0 jams; no unit."""
-    contact_stress: Positive | None = None
-    """Largest contact pressure (Hertz), in a groove on the flank that carries; MPa."""
-    wear: Positive | None = None
-    """Largest depth worn off the profile in a million turns; µm."""
-    sliding_speed: Positive | None = None
-    """Largest sliding speed at the contact; m/s."""
-    film_ratio: Positive | None = None
-    """Least film over the composite roughness; no unit."""
-    residual_vibration: Positive | None = None
-    """Largest amplitude of vibration that remains in a dwell; mm, oscillating deg."""
-    lash_speed: Positive | None = None
-    """Largest speed at which the lash is taken up or given back; m/s, oscillating rad/s."""
-    crossing_speed: Positive | None = None
-    """Largest speed at which a follower meets the other flank of a positive drive; m/s."""
-    slip_speed: Positive | None = None
-    """Largest speed at which a roller slips on it then; m/s."""
-    roller_angular_acceleration: Positive | None = None
-    """Largest angular acceleration of a roller in a groove that does not slip; rad/s²."""
-    contact_force_elastic: Anywhere | None = None
-    """Least contact force with the elastic train; N."""
-    torque: Positive | None = None
-    """Largest |torque| of the camshaft; N·m."""
-    power: Positive | None = None
-    """Largest |power| of the camshaft; W."""
-
-    @property
-    def given(self) -> dict[str, float]:
-        """The bounds that are set, by key."""
-        return {key: bound for key, bound in vars(self).items() if bound is not None}
-
-
-if TYPE_CHECKING:
-    Limits = ShortLimits
-else:
-    Limits = create_model(
-        "Limits",
-        __base__=ShortLimits,
-        __doc__="What the cam must hold, by a short key or by the name of any quantity; each is optional.",
-        **{
-            name: (
-                Anywhere | None if name in SIGNED else Positive | None,
-                Field(None, description=quantity.bounded),
-            )
-            for name, quantity in BOUNDED.items()
-            if name not in ShortLimits.model_fields
-        },
-    )
-
-
 def as_list(value: Any) -> Any:
     return [value] if isinstance(value, (Real, str)) and not isinstance(value, bool) else value
 
 
 OutputName = Annotated[
-    str, _known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all")
+    str, known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all")
 ]
 Outputs = Annotated[
     tuple[OutputName, ...], BeforeValidator(as_list, json_schema_input_type=OutputName | list[OutputName])
@@ -572,75 +475,6 @@ Outputs = Annotated[
 Quantities = Annotated[
     tuple[QuantityName, ...], BeforeValidator(as_list, json_schema_input_type=QuantityName | list[QuantityName])
 ]
-
-
-def _is_peak(value: Any) -> Any:
-    """A peak factor: ± a number, a range that holds 0, or that of a law, by name."""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, (list, tuple)):
-        pair = is_pair(value)
-        if not -LARGEST_VALUE <= pair[0] <= 0.0 < pair[1] <= LARGEST_VALUE:
-            raise ValueError("a range with 0 in it")
-        return pair
-    number = _is_number(value)
-    if not 0.0 < number <= LARGEST_VALUE:
-        raise ValueError("a number above 0, a range or the name of a law")
-    return number
-
-
-OBJECTIVE_TERMS = (
-    *("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms"),
-    *("residual_vibration", "lost_lift_area"),
-)
-TERM_OR_AXIS = "a term of the objective; loads, as torque_peak_N_m, are axes of a frontier"
-PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
-ObjectiveTerm = Annotated[str, _known(OBJECTIVE_TERMS, TERM_OR_AXIS)]
-PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(is_pair)], ...]
-
-
-class SynthesisSettings(SceneTable):
-    """The objective and the further limits of new motion laws, beside ``[limits]``.
-
-    ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or
-    jerk_rms (root mean square over the turn), residual_vibration (in a dwell), lost_lift_area (what the lift area
-    lacks of the highest lift over 360 deg, mm·deg: the least has the largest lift area), or a table of weights for
-    several; units are those of ``[limits]``, or by the cam angle without a speed. ``peak_velocity``,
-    ``peak_acceleration``, ``peak_jerk`` are those of rises and returns, as `camopt laws` lists them: a number
-    for ±, a range, or the name of a law that has as much. Where neither these nor ``[limits]`` bound
-    acceleration or jerk, each that is not minimised is held to poly345's, and in moves to 1.25 times what the
-    scene's own have. ``rest`` is 2 at least where the jerk is bounded or minimised. A ``smooth`` of 0.01 gives
-    up 1 % of the objective; what then varies less rings less. Laws are B-splines.
-    """
-
-    minimise: Annotated[
-        Annotated[ObjectiveTerm, Tag("range/")]
-        | Annotated[dict[ObjectiveTerm, Positive], Field(min_length=1), Tag("values/")],
-        Discriminator(lambda value: TAGS[isinstance(value, dict)]),
-    ] = "size"
-    """What free laws minimise: one term, or a table of weights for several."""
-    peak_velocity: PeakAsked = None
-    """Bound on the velocity of the unit stroke; no unit."""
-    peak_acceleration: PeakAsked = None
-    """Bound on its acceleration; no unit."""
-    peak_jerk: PeakAsked = None
-    """Bound on its jerk; no unit."""
-    rest: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=3)] = 2
-    """How many derivatives are zero beside a dwell."""
-    monotone: Switch = False
-    """Whether rises never fall, and returns never rise."""
-    symmetric: Switch = False
-    """Whether the motion is its own mirror image, about a cam angle that the segments allow."""
-    smooth: Annotated[float, Within(ge=0, le=1)] = 0.0
-    """Share of the objective that is given up for the least variation of the jerk; no unit."""
-    points: PointPairs = ()
-    """Points (cam angle, displacement) that the motion goes through; deg and mm, oscillating deg."""
-    degree: Annotated[int, BeforeValidator(whole_number), Field(ge=4, le=9)] = 5
-    """Degree of the B-splines."""
-    pieces: Annotated[int, BeforeValidator(whole_number), Field(ge=2, le=200)] = 48
-    """Polynomial pieces of a stroke."""
-    continuity: Annotated[int, BeforeValidator(whole_number), Field(ge=2, le=8)] | None = None
-    """How many derivatives are continuous, one less than the degree if not given."""
 
 
 class Materials(SceneTable):

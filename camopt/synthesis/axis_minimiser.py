@@ -15,7 +15,7 @@ import numpy as np
 
 from camopt.mistakes import Unsolved
 from camopt.scene.scene import Scene
-from camopt.scene.tables import OBJECTIVE_TERMS
+from camopt.scene.synthesis import OBJECTIVE_TERMS
 from camopt.synthesis.cams import cam_for, programme_with, scene_with_laws, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
 from camopt.synthesis.convex import SOLVER_ERROR, Convex, convex

@@ -18,7 +18,7 @@ from camopt.problem.settings import given_profile
 from camopt.problem.variables import not_varied
 from camopt.scene.mapping import FOLLOWER
 from camopt.scene.scene import Scene
-from camopt.scene.tables import SynthesisSettings
+from camopt.scene.synthesis import SynthesisSettings
 from camopt.smallest.closed_form import least_size
 from camopt.synthesis import residual
 from camopt.synthesis.conditions import Ground, conditions_of, ground_of

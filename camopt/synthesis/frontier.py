@@ -24,7 +24,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.limits import limited_quantity
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
-from camopt.scene.tables import OBJECTIVE_TERMS
+from camopt.scene.synthesis import OBJECTIVE_TERMS
 from camopt.synthesis import residual
 from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
 from camopt.synthesis.cams import known_laws, known_row

@@ -12,7 +12,7 @@ from camopt.problem.limit import Limit
 from camopt.problem.problem import resolve
 from camopt.quantities import AT_LEAST, QUANTITIES
 from camopt.scene.scene import Scene
-from camopt.scene.tables import OBJECTIVE_TERMS
+from camopt.scene.synthesis import OBJECTIVE_TERMS
 from camopt.smallest.optimise import Optimum
 from camopt.synthesis.cams import beyond, largest_size
 from camopt.synthesis.demand import SIZE_WORDS, TERM_ORDERS, Demand

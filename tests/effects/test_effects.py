@@ -12,7 +12,8 @@ from camopt.cli.main import main
 from camopt.effects import EFFECTS, effects_needed
 from camopt.problem.problem import resolve
 from camopt.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
-from camopt.scene.tables import Dynamics, Materials, ShortLimits
+from camopt.scene.limits import ShortLimits
+from camopt.scene.tables import Dynamics, Materials
 from camopt.smallest.sized import sized
 from camopt.studies.cost_report import cost_report
 

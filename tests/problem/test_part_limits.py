@@ -26,7 +26,7 @@ from camopt.problem.limits import PART_LIMITS
 from camopt.problem.problem import exactly, resolve, resolve_design
 from camopt.quantities import AT_MOST, QUANTITIES
 from camopt.reporting.sections import limits_sheet
-from camopt.scene.tables import Limits
+from camopt.scene.limits import Limits
 from camopt.verdicts.certify import exact_turn
 from camopt.verdicts.exact_curve import in_balls
 from camopt.verdicts.exact_section import STROKE_PARTS, integrated_rows, section_rows

@@ -12,7 +12,7 @@ from camopt import BadInput, Frontier, Scene, certify, evaluate, find_scene, fro
 from camopt.cli.commands.frontier_report import show_frontier
 from camopt.cli.main import main
 from camopt.mistakes import Unmet
-from camopt.scene.tables import OBJECTIVE_TERMS
+from camopt.scene.synthesis import OBJECTIVE_TERMS
 from camopt.smallest.optimise import optimise
 from camopt.synthesis import foresight
 from camopt.synthesis.axis_minimiser import AxisMinimiser

@@ -27,7 +27,7 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.problem.problem import resolve
-from camopt.scene.tables import OBJECTIVE_TERMS, SynthesisSettings
+from camopt.scene.synthesis import OBJECTIVE_TERMS, SynthesisSettings
 from camopt.synthesis.cams import known_laws, scene_with_laws, smallest_cams
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
 from camopt.synthesis.compare import known_laws_of

@@ -18,7 +18,7 @@ from camopt.motion.segments import GivenSegment
 from camopt.numerics.panels import derivatives
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve, resolve_design
-from camopt.scene.tables import ShortLimits
+from camopt.scene.limits import ShortLimits
 from camopt.verdicts.certify import certify_limits
 from camopt.verdicts.exact_motion import exact_motion, motion_at
 

@@ -32,7 +32,8 @@ from camopt.quantities import (
     motion_mean,
     motion_quantity,
 )
-from camopt.scene.tables import Limits, ShortLimits, SynthesisSettings
+from camopt.scene.limits import Limits, ShortLimits
+from camopt.scene.synthesis import SynthesisSettings
 from camopt.smallest.enclosure import claims_on_size, examined, means_on_size
 from camopt.synthesis import ceilings
 from camopt.synthesis.from_scene import demand_on

@@ -15,7 +15,8 @@ from camopt.effects import EFFECTS
 from camopt.mechanisms.body import BODIES
 from camopt.mechanisms.follower import MOTIONS
 from camopt.quantities import QUANTITIES
-from camopt.scene.tables import OBJECTIVE_TERMS, Limits
+from camopt.scene.limits import Limits
+from camopt.scene.synthesis import OBJECTIVE_TERMS
 
 PACKAGE = Path(camopt.__file__).parent
 ROOMS = {

@@ -20,7 +20,8 @@ from camopt import Scene
 from camopt.cli.main import camopt as command
 from camopt.problem.problem import resolve
 from camopt.quantities import BOUNDED, QUANTITIES
-from camopt.scene.tables import Limits, SceneTable, ShortLimits
+from camopt.scene.limits import Limits, ShortLimits
+from camopt.scene.tables import SceneTable
 
 UNITS = {
     *(quantity.unit for quantity in QUANTITIES.values() if quantity.unit),

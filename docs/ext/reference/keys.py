@@ -14,11 +14,11 @@ from camopt.problem.limits import Limit
 from camopt.problem.problem import resolve
 from camopt.problem.unused import READERS
 from camopt.scene.keys import Key, keys_of
+from camopt.scene.limits import ShortLimits
 from camopt.scene.materials import MATERIALS
 from camopt.scene.places import TOP, table_heading
 from camopt.scene.schema import TABLES
 from camopt.scene.starting import PAIRINGS, examples, plainest
-from camopt.scene.tables import ShortLimits
 
 from .markdown import entry, prose, table
 

@@ -1,0 +1,87 @@
+"""The table ``[synthesis]`` of a scene: what free laws minimise, and their further limits."""
+
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+
+from camopt.scene.complaints import TAGS
+from camopt.scene.tables import (
+    LARGEST_VALUE,
+    Positive,
+    SceneTable,
+    Switch,
+    Within,
+    is_number,
+    is_pair,
+    known,
+    whole_number,
+)
+
+
+def _is_peak(value: Any) -> Any:
+    """A peak factor: ± a number, a range that holds 0, or that of a law, by name."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (list, tuple)):
+        pair = is_pair(value)
+        if not -LARGEST_VALUE <= pair[0] <= 0.0 < pair[1] <= LARGEST_VALUE:
+            raise ValueError("a range with 0 in it")
+        return pair
+    number = is_number(value)
+    if not 0.0 < number <= LARGEST_VALUE:
+        raise ValueError("a number above 0, a range or the name of a law")
+    return number
+
+
+OBJECTIVE_TERMS = (
+    *("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms"),
+    *("residual_vibration", "lost_lift_area"),
+)
+TERM_OR_AXIS = "a term of the objective; loads, as torque_peak_N_m, are axes of a frontier"
+PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
+ObjectiveTerm = Annotated[str, known(OBJECTIVE_TERMS, TERM_OR_AXIS)]
+PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(is_pair)], ...]
+
+
+class SynthesisSettings(SceneTable):
+    """The objective and the further limits of new motion laws, beside ``[limits]``.
+
+    ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or
+    jerk_rms (root mean square over the turn), residual_vibration (in a dwell), lost_lift_area (what the lift area
+    lacks of the highest lift over 360 deg, mm·deg: the least has the largest lift area), or a table of weights for
+    several; units are those of ``[limits]``, or by the cam angle without a speed. ``peak_velocity``,
+    ``peak_acceleration``, ``peak_jerk`` are those of rises and returns, as `camopt laws` lists them: a number
+    for ±, a range, or the name of a law that has as much. Where neither these nor ``[limits]`` bound
+    acceleration or jerk, each that is not minimised is held to poly345's, and in moves to 1.25 times what the
+    scene's own have. ``rest`` is 2 at least where the jerk is bounded or minimised. A ``smooth`` of 0.01 gives
+    up 1 % of the objective; what then varies less rings less. Laws are B-splines.
+    """
+
+    minimise: Annotated[
+        Annotated[ObjectiveTerm, Tag("range/")]
+        | Annotated[dict[ObjectiveTerm, Positive], Field(min_length=1), Tag("values/")],
+        Discriminator(lambda value: TAGS[isinstance(value, dict)]),
+    ] = "size"
+    """What free laws minimise: one term, or a table of weights for several."""
+    peak_velocity: PeakAsked = None
+    """Bound on the velocity of the unit stroke; no unit."""
+    peak_acceleration: PeakAsked = None
+    """Bound on its acceleration; no unit."""
+    peak_jerk: PeakAsked = None
+    """Bound on its jerk; no unit."""
+    rest: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=3)] = 2
+    """How many derivatives are zero beside a dwell."""
+    monotone: Switch = False
+    """Whether rises never fall, and returns never rise."""
+    symmetric: Switch = False
+    """Whether the motion is its own mirror image, about a cam angle that the segments allow."""
+    smooth: Annotated[float, Within(ge=0, le=1)] = 0.0
+    """Share of the objective that is given up for the least variation of the jerk; no unit."""
+    points: PointPairs = ()
+    """Points (cam angle, displacement) that the motion goes through; deg and mm, oscillating deg."""
+    degree: Annotated[int, BeforeValidator(whole_number), Field(ge=4, le=9)] = 5
+    """Degree of the B-splines."""
+    pieces: Annotated[int, BeforeValidator(whole_number), Field(ge=2, le=200)] = 48
+    """Polynomial pieces of a stroke."""
+    continuity: Annotated[int, BeforeValidator(whole_number), Field(ge=2, le=8)] | None = None
+    """How many derivatives are continuous, one less than the degree if not given."""
