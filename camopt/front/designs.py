@@ -17,7 +17,8 @@ from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.limit import ASSEMBLY
-from camopt.problem.problem import VERDICT, Problem, missing, resolve
+from camopt.problem.problem import Problem, missing, resolve
+from camopt.problem.rows import VERDICT
 from camopt.problem.settings import freed_of, given_profile, in_settings
 from camopt.problem.variables import Variable
 from camopt.quantities import QUANTITIES, in_order

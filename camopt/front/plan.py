@@ -16,7 +16,8 @@ from camopt.front.blocks import BLOCK, SHARING_BLOCK, Batch, Blocks, merged
 from camopt.front.curve_numbers import CurveNumbers, curve_numbers
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.numerics.distinct import distinct
-from camopt.problem.problem import VERDICT, Problem, resolve
+from camopt.problem.problem import Problem, resolve
+from camopt.problem.rows import VERDICT
 from camopt.problem.sample import searched_space
 from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES, in_order, motion_quantity

@@ -8,20 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects import Setup, lacking, offered
+from camopt.effects import Setup, offered
 from camopt.effects.peak import unweighted
 from camopt.mechanisms import SECOND_FIELDS, SIZE_FIELDS, Designs
-from camopt.mechanisms.pairs import HALVES_HAVE_TO, SAME_HALVES, half_turns
-from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment
+from camopt.problem.asked_in_vain import not_offered, out_of_reach, unlike_halves
 from camopt.problem.choices import Choices, choices_of
 from camopt.problem.claims import Claim
 from camopt.problem.driving import through_train, unmoved
 from camopt.problem.limit import Limit, needs_of
-from camopt.problem.limits import OF_QUANTITIES, limited_quantity, limits_of
+from camopt.problem.limits import limits_of
 from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.problem.variables import Variable, is_of_train, variables_of
@@ -36,7 +36,6 @@ from camopt.scene.tolerances import Zone
 from camopt.scene.train import train_load, trains_from
 from camopt.trains.train import Train
 
-VERDICT = ("feasible", "violated", "status", "relative_half_width")
 WITHOUT_SIZE = (
     "missing; only what finds sizes can do without it: optimise, serve, effects, a sweep whose [search] has it"
 )
@@ -275,8 +274,7 @@ def resolve(scene: Scene) -> Problem:
     sizes = {v.field: np.array([nan if v in missing else given[v.key]]) for v in sized}
     absent: dict[str, Any] = {name: np.zeros(1) for name in SIZE_FIELDS}
     design = Designs(**absent, sense=1.0 if scene.cam.rotation == "ccw" else -1.0).with_values(sizes)
-    mistakes = [*_not_offered(scene, setup), *_out_of_reach(scene, setup)]
-    if mistakes:
+    if mistakes := [*not_offered(scene, setup), *out_of_reach(scene, setup)]:
         raise BadInput(mistakes)
     laws = {**LAWS, **{name: law_of(name, law) for name, law in scene.laws.items()}}
     values, (_, load) = SceneValues(scene), constant_and_changing(*load_and_unit(scene))
@@ -286,7 +284,7 @@ def resolve(scene: Scene) -> Problem:
     else:
         motion = Programme.from_segments(turn, angular=scene.given_turns, laws=laws, load=load)
     programme = values.driving(motion, setup, turn)
-    if mistakes := _halves(scene, programme):
+    if mistakes := unlike_halves(scene, programme):
         raise BadInput(mistakes)
     return Problem(
         file=scene.file,
@@ -307,15 +305,6 @@ def resolve(scene: Scene) -> Problem:
         zones=(zones := robust_zones(scene, design)),
         offs=tuple(corners(zones)),
     )
-
-
-def _halves(scene: Scene, motion: Programme) -> list[Mistake]:
-    """A mistake if a yoke cannot move as asked."""
-    if not scene.mechanism.drive.one_disc or (found := half_turns(motion)).off <= SAME_HALVES * motion.lift:
-        return []
-    how = "the second half of the turn is the first with rises and returns exchanged, with the same angles and laws"
-    off = f"it is off by {found.off:.4g} mm at {np.degrees(found.at):.5g} deg"
-    return [Mistake(scene.file, "motion", None, f"{HALVES_HAVE_TO}; {off}. {how}", bare=True)]
 
 
 def resolve_design(scene: Scene) -> Problem:
@@ -359,36 +348,3 @@ def strictest(claims: Iterable[Claim]) -> list[Claim]:
 def exactly(problem: Problem) -> Problem:
     """The problem at a relative error near rounding, for the few designs whose digits count."""
     return problem.to_error(min(problem.setup.relative_error, SINGLE_ERROR))
-
-
-def _out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
-    """Mistakes for limits on quantities that the mechanism does not have, or for which the scene lacks data."""
-    mistakes, offers, lacks = [], offered(setup), lacking(setup)
-    for key, bound in scene.limits.given.items():
-        name = limited_quantity(key, setup)
-        if key in OF_QUANTITIES and name not in offers:
-            why = f"needs {', '.join(lacks[name])}" if name in lacks else f"this mechanism has no {name}"
-            mistakes.append(Mistake(scene.file, f"limits.{key}", bound, why, bare=True))
-    return mistakes
-
-
-def _not_offered(scene: Scene, setup: Setup) -> list[Mistake]:
-    """Mistakes for quantities that the mechanism does not have, or lacks keys for; an objective is a number."""
-    offers, lacks = (*offered(setup), *VERDICT), lacking(setup)
-    numbers = tuple(name for name in offers if QUANTITIES[name].kind is float)
-    effects = {QUANTITIES[name].effect for name in (*offers, *lacks)}
-    named = {
-        "outputs": (scene.outputs, (*offers, *effects, EVERYTHING)),
-        "search.minimise": (scene.search.minimise, numbers),
-        "search.maximise": (scene.search.maximise, numbers),
-    }
-    mistakes = []
-    for key, (names, allowed) in named.items():
-        for name in names:
-            if name in lacks:
-                needs = f"needs {', '.join(lacks[name])}"
-                mistakes.append(Mistake(scene.file, key, name, needs, bare=True))
-            elif name not in allowed:
-                known = nearest(name, [n for n in allowed if n in QUANTITIES])
-                mistakes.append(Mistake(scene.file, key, name, f"a quantity of this scene; {known}"))
-    return mistakes

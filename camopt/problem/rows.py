@@ -12,6 +12,8 @@ Columns = dict[str, Any]
 """Quantities by name: an array (rows,), or one value that holds for all rows."""
 Objectives = Mapping[str, float]
 """The quantities to minimise or to maximise, and what turns each into a cost: 1 if minimised, −1 if maximised."""
+VERDICT = ("feasible", "violated", "status", "relative_half_width")
+"""The columns of a verdict."""
 
 
 @dataclass(frozen=True)

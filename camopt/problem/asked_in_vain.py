@@ -1,0 +1,54 @@
+"""Mistakes of scenes that ask for what their mechanism does not have, or for which they lack data."""
+
+import numpy as np
+
+from camopt.effects import Setup, lacking, offered
+from camopt.mechanisms.pairs import HALVES_HAVE_TO, SAME_HALVES, half_turns
+from camopt.mistakes import Mistake, nearest
+from camopt.motion.programme import Programme
+from camopt.problem.limits import OF_QUANTITIES, limited_quantity
+from camopt.problem.rows import VERDICT
+from camopt.quantities import EVERYTHING, QUANTITIES
+from camopt.scene.scene import Scene
+
+
+def out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
+    """Mistakes for limits on quantities that the mechanism does not have, or for which the scene lacks data."""
+    mistakes, offers, lacks = [], offered(setup), lacking(setup)
+    for key, bound in scene.limits.given.items():
+        name = limited_quantity(key, setup)
+        if key in OF_QUANTITIES and name not in offers:
+            why = f"needs {', '.join(lacks[name])}" if name in lacks else f"this mechanism has no {name}"
+            mistakes.append(Mistake(scene.file, f"limits.{key}", bound, why, bare=True))
+    return mistakes
+
+
+def not_offered(scene: Scene, setup: Setup) -> list[Mistake]:
+    """Mistakes for quantities that the mechanism does not have, or lacks keys for; an objective is a number."""
+    offers, lacks = (*offered(setup), *VERDICT), lacking(setup)
+    numbers = tuple(name for name in offers if QUANTITIES[name].kind is float)
+    effects = {QUANTITIES[name].effect for name in (*offers, *lacks)}
+    named = {
+        "outputs": (scene.outputs, (*offers, *effects, EVERYTHING)),
+        "search.minimise": (scene.search.minimise, numbers),
+        "search.maximise": (scene.search.maximise, numbers),
+    }
+    mistakes = []
+    for key, (names, allowed) in named.items():
+        for name in names:
+            if name in lacks:
+                needs = f"needs {', '.join(lacks[name])}"
+                mistakes.append(Mistake(scene.file, key, name, needs, bare=True))
+            elif name not in allowed:
+                known = nearest(name, [n for n in allowed if n in QUANTITIES])
+                mistakes.append(Mistake(scene.file, key, name, f"a quantity of this scene; {known}"))
+    return mistakes
+
+
+def unlike_halves(scene: Scene, motion: Programme) -> list[Mistake]:
+    """A mistake if a yoke cannot move as asked."""
+    if not scene.mechanism.drive.one_disc or (found := half_turns(motion)).off <= SAME_HALVES * motion.lift:
+        return []
+    how = "the second half of the turn is the first with rises and returns exchanged, with the same angles and laws"
+    off = f"it is off by {found.off:.4g} mm at {np.degrees(found.at):.5g} deg"
+    return [Mistake(scene.file, "motion", None, f"{HALVES_HAVE_TO}; {off}. {how}", bare=True)]
