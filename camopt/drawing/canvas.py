@@ -31,7 +31,7 @@ def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **o
     """
     import matplotlib.style
 
-    from camopt.drawing.sheet import EmptyFigure
+    from camopt.drawing.empty_figure import EmptyFigure
 
     if path is not None:
         checked_suffix(path, "path", STILL_KINDS)

@@ -7,8 +7,9 @@ An undercut profile crosses itself where it is undercut. What is nowhere undercu
   cam angle, since the distance grows with the displacement.
 - if the profile's normal points away from the centre all along, P·n > 0: it then goes once round the centre, always
   forwards. So do nearly all cams, and of most the largest pressure angle tells.
-- if no two parts of the turn meet (``effects.parts``). Two do not if their discs or strips are apart, or if the
-  tangent turns by less than π from the one to the other, so that the profile goes one way. Pairs left are halved.
+- if no two parts of the turn meet (``effects.profile_parts``). Two do not if their discs or strips are apart, or if
+  the tangent turns by less than π from the one to the other, so that the profile goes one way. Pairs left are
+  halved.
 
 That two parts do meet is shown if the ends of each lie on opposite sides of the strip round the other (Poincaré and
 Miranda: two functions, each of which changes sign across a square, have a common zero in it). A groove has two
@@ -23,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.effects.parts import PART_ERROR, Cover, PartEnds, TurnParts, cover, first_parts, part_ends
+from camopt.effects.profile_parts import PART_ERROR, Cover, PartEnds, TurnParts, cover, first_parts, part_ends
 from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import BoolArray, ComplexArray, Designs
 from camopt.motion.programme import Programme

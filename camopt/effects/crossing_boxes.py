@@ -32,7 +32,7 @@ import numpy as np
 
 from camopt.effects.case import Setup
 from camopt.effects.crossing import find_crossing
-from camopt.effects.parts import drawn, on_side, position_and_speed, start_height
+from camopt.effects.profile_parts import drawn, on_side, position_and_speed, start_height
 from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import BoolArray, Designs
 from camopt.motion.programme import Programme

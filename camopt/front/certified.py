@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 
 from camopt.engines.progress import Progress, report_progress
-from camopt.front.oddities import table_oddities
+from camopt.front.forged_rows import table_oddities
 from camopt.front.plan import column_names
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows

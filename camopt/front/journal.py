@@ -20,7 +20,7 @@ import pyarrow.parquet as pq
 
 from camopt.engines import Engine
 from camopt.front.blocks import Batch, merged
-from camopt.front.oddities import table_oddities
+from camopt.front.forged_rows import table_oddities
 from camopt.front.plan import SweepKey, SweepPlan
 from camopt.mistakes import Stopped
 from camopt.numerics.clock import now

@@ -157,7 +157,7 @@ WallPlaces = tuple[tuple[arb_series, arb_series], tuple[BallSeries, BallSeries]]
 
 
 def _of_trace(angular: bool, sizes: dict[str, arb], start: arb, sense: int, y: arb_series) -> WallPlaces:
-    """T − R_r·n with n = iσV/|V|, V the velocity of T over the cam (``effects.parts``)."""
+    """T − R_r·n with n = iσV/|V|, V the velocity of T over the cam (``effects.profile_parts``)."""
     speed = y.derivative()
     if angular:
         pivot, arm = sizes["centre_distance"], sizes["arm_length"]

@@ -7,7 +7,7 @@ import matplotlib
 from cycler import cycler
 from sphinx_gallery.scrapers import figure_rst
 
-from camopt.drawing.sheet import EmptyFigure
+from camopt.drawing.empty_figure import EmptyFigure
 from camopt.drawing.style import FAINT, RC, SERIES
 
 DPI = 110

@@ -16,7 +16,7 @@ from camopt import Scene, certify, evaluate, find_scene, load, optimise, sweep
 from camopt.effects import Case, Setup
 from camopt.effects.crossing import find_crossing, surely_round
 from camopt.effects.crossing_boxes import KnownCrossings, deepest, followed, overlap_in, overlaps
-from camopt.effects.parts import cover, first_parts
+from camopt.effects.profile_parts import cover, first_parts
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.mechanisms.follower import FLAT, KNIFE, ROLLER
 from camopt.mechanisms.geometry import cam_curves, profile_points

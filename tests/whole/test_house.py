@@ -111,7 +111,7 @@ LATE = {
     ("kernels.compile", "kernels.kernel_cache"): "it imports llvmlite",
     ("kernels.compile", "kernels.machine_code"): "it imports llvmlite",
     ("__main__", "cli.main"): "an interrupt while it is imported is told as one",
-    ("drawing.canvas", "drawing.sheet"): "it imports matplotlib",
+    ("drawing.canvas", "drawing.empty_figure"): "it imports matplotlib",
     ("verdicts.judging", "verdicts.certify"): "balls are for what rounding leaves open",
     ("verdicts.judging", "verdicts.narrowing"): "balls are for what rounding leaves open",
     ("tables.designs", "tables.table"): "it imports pyarrow",
