@@ -19,7 +19,7 @@ from camopt.problem.problem import exactly, resolve
 from camopt.quantities import QUANTITIES
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.enclosure import claims_on_size, examined
-from camopt.smallest.result import feasible
+from camopt.verdicts.screening import feasible
 
 FREE = {
     "translating": ("size", "offset", "roller_radius"),

@@ -17,8 +17,9 @@ from camopt.numerics.extremes import search_curve
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.space import boxes_of
 from camopt.smallest.branch_and_bound import BoxSearch
-from camopt.smallest.result import feasible, gap_of
+from camopt.smallest.result import gap_of
 from camopt.smallest.smallest import smallest
+from camopt.verdicts.screening import feasible
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import slow_scenes

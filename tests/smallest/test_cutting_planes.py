@@ -21,8 +21,9 @@ from camopt.smallest.branch_and_bound import BoxSearch, branch_and_bound
 from camopt.smallest.closed_form import least_size
 from camopt.smallest.cutting_planes import FORMS, by_cutting_planes
 from camopt.smallest.linear_forms import ARM_FORM, FACE_FORM
-from camopt.smallest.result import GAP, feasible, gap_of
+from camopt.smallest.result import GAP, gap_of
 from camopt.smallest.smallest import smallest
+from camopt.verdicts.screening import feasible
 
 SYMMETRIC = ("cycloidal", "poly345", "modified-sine", "harmonic", "parabolic")
 LENGTHS = {"base_radius", "mean_radius", "roller_radius", "arm_length", "centre_distance", "face_offset"}

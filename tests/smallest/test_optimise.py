@@ -18,8 +18,8 @@ from camopt.motion import LAWS
 from camopt.motion.programme import span
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.problem.problem import exactly, resolve
-from camopt.smallest.result import feasible
 from camopt.verdicts.judging import evaluate_rows
+from camopt.verdicts.screening import feasible
 
 
 @pytest.mark.parametrize(("law", "radius"), [("cycloidal", 82.5472265), ("harmonic", 60.1387819)])

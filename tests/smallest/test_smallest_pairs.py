@@ -6,7 +6,7 @@ from support.pairs import pair
 
 from camopt import Scene, certify, evaluate, optimise
 from camopt.problem.problem import exactly, resolve
-from camopt.smallest.result import feasible
+from camopt.verdicts.screening import feasible
 
 STEP = 0.05  # mm
 MOTIONS = ("translating", "oscillating")

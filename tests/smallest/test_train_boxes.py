@@ -12,8 +12,9 @@ from camopt.problem.problem import exactly, resolve
 from camopt.problem.settings import freed_of
 from camopt.problem.space import boxes_of
 from camopt.smallest.boxes import Boxes
-from camopt.smallest.result import Smallest, feasible
+from camopt.smallest.result import Smallest
 from camopt.smallest.train_boxes import BestTrain, TrainBoxes
+from camopt.verdicts.screening import feasible
 
 SLIDE, VALVE, PRESS = (
     find_scene(name) for name in ("slide-by-bell-crank", "valve-with-rocker", "press-ram-by-four-bar")
