@@ -268,7 +268,9 @@ def resolve(scene: Scene) -> Problem:
     variables = variables_of(scene)
     given = scene.numbers(each.key for each in variables)
     missing = [v for v in variables if given[v.key] is None and (v.is_size or v.is_searched)]
-    missing = [v for v in missing if v.key not in SECOND_FIELDS]  # it has those of the first
+    missing = [v for v in missing if v.key not in SECOND_FIELDS]
+    firsts = {f"second_{v.field}": given[v.key] for v in variables if v.is_size}
+    given |= {v.key: firsts[v.field] for v in variables if v.key in SECOND_FIELDS and given[v.key] is None}
     setup = setup_of(scene.with_values({each.key: each.first for each in missing if not each.is_size}))
     sized = [v for v in variables if v.is_size and (v in missing or given[v.key] is not None)]
     sizes = {v.field: np.array([nan if v in missing else given[v.key]]) for v in sized}

@@ -160,6 +160,17 @@ def test_a_motion_that_no_yoke_can_make_is_refused_with_the_angle():
     assert half_turns(resolve_design(Scene.from_dict(yoke(rng, "breadth"))).programme).off < 1e-12
 
 
+def test_a_second_size_that_only_a_search_has_is_that_of_the_first():
+    scene = pair(np.random.default_rng(4), "translating")
+    del scene["drive"]["offset"]
+    plain, searched = (
+        Scene.from_dict({**scene, "search": search}) for search in ({}, {"drive.offset": {"start": -9, "stop": 9}})
+    )
+    assert camopt.evaluate(plain).quantities == camopt.evaluate(searched).quantities
+    found = camopt.sensitivities(searched)
+    assert found["second_pressure_angle_max_deg", "drive.offset"].derivative != 0.0
+
+
 BAD = {
     "second arm without a triangle": (
         "oscillating",
