@@ -29,10 +29,11 @@ from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import Linear
 from camopt.numerics.extremes import Precision, extremes
 from camopt.numerics.state import TrainForces
+from camopt.numerics.taylor import Taylor
 from camopt.trains.joints import JointForce, Weighted
 
 LARGEST_OF = {"joint": "joint_force_max_N", "pivot": "pivot_force_max_N", "guide": "slide_thrust_max_N"}
-AT = "joint_force_max_at_deg"
+AT, DIRECTION = "joint_force_max_at_deg", "joint_force_max_direction_deg"
 PRECISION = Precision(1e-14, 1e-9)
 
 
@@ -55,7 +56,7 @@ def forces_of(setup: Setup) -> tuple[JointForce, ...]:
 def offers(setup: Setup) -> tuple[str, ...]:
     kinds = {force.kind for force in forces_of(setup)}
     found = tuple(name for kind, name in LARGEST_OF.items() if kind in kinds)
-    return (*found, AT) if "joint" in kinds else found
+    return (*found, AT, DIRECTION) if "joint" in kinds else found
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -107,6 +108,8 @@ class JointRow(NamedTuple):
     force_max_N: float  # noqa: N815
     largest_at_deg: float
     """The cam angle of the largest magnitude."""
+    direction_deg: float | None
+    """Of that one, from the motion of the slide, or of a four-bar from the line of its pivots; None of a sum."""
 
 
 def joint_rows(setup: Setup, programme: Programme) -> list[JointRow]:
@@ -120,9 +123,18 @@ def joint_rows(setup: Setup, programme: Programme) -> list[JointRow]:
 def _row(programme: Programme, force: JointForce, speed: float) -> JointRow:
     value, at, _ = (float(each) for each in worst_of(programme, force, speed))
     if len(force.parts) > 1:
-        return JointRow(force.stage, force.name, None, value, degrees(at))
+        return JointRow(force.stage, force.name, None, value, degrees(at), None)
     found = force_range(programme, force.parts, speed)
-    return JointRow(force.stage, force.name, float(found.least), float(found.largest), degrees(at))
+    way = float(direction_of(programme, force, np.array([at]))[0])
+    return JointRow(force.stage, force.name, float(found.least), float(found.largest), degrees(at), way)
+
+
+def direction_of(programme: Programme, force: JointForce, angles: FloatArray) -> FloatArray:
+    """The direction of a force of one link at cam angles, rad, in deg: of what is pressed, or pushed, along it."""
+    load, ((link, number, _),) = programme.load, force.parts
+    assert isinstance(load, TrainLoad)
+    moved = load.train.joints(Taylor([programme.at(angles)[0] + load.zero]))[link].moved
+    return np.degrees(load.train.links[link].forces[number].way(np.asarray(moved.terms[0])))
 
 
 class Worst(NamedTuple):
@@ -157,13 +169,15 @@ def _largest(found: Any) -> Worst:
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     speed, columns = 0.0 if case.each.omega is None else case.each.omega, dict[str, Any]()
     for kind, name in LARGEST_OF.items():
-        if not wanted & ({name, AT} if kind == "joint" else {name}):
+        if not wanted & ({name, AT, DIRECTION} if kind == "joint" else {name}):
             continue
         forces = [force for force in forces_of(case.setup) if force.kind == kind]
         worst = _largest(worst_of(case.programme, force, speed) for force in forces)
         columns[name] = Bounded(worst.value, worst.room, worst.value)
         if kind == "joint":
             columns[AT] = np.degrees(worst.at)
+        if kind == "joint" and DIRECTION in wanted:
+            columns[DIRECTION] = _direction(case.programme, forces, speed)
     return columns
 
 
@@ -179,6 +193,14 @@ def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
 def _of_links(designs: Designs, motion: TrainMotion, setup: Setup, parts: tuple[Weighted, ...]) -> Any:
     omega = setup.at(designs).omega
     return motion.force(parts, 0.0 if omega is None else omega)
+
+
+def _direction(programme: Programme, forces: list[JointForce], speed: Any) -> FloatArray:
+    """The direction of the largest of some forces, where it is largest."""
+    each = [worst_of(programme, force, speed) for force in forces]
+    ways = [direction_of(programme, one, np.atleast_1d(worst.at)) for one, worst in zip(forces, each, strict=True)]
+    largest = np.argmax([np.atleast_1d(worst.value) for worst in each], axis=0)
+    return np.asarray(np.choose(largest, ways).reshape(np.shape(each[0].value)))
 
 
 EFFECT = Effect("joints", offers, run, lacks=lacks, is_of_motion=lambda setup: True, train_peaks=train_peaks)

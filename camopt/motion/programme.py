@@ -130,12 +130,6 @@ class Programme:
         return replace(self, strokes=moved, start=start)
 
     @property
-    def load_at_follower(self) -> ExternalLoad | None:
-        """The external load where nothing comes through a train, as linear limits of free laws take it."""
-        assert not isinstance(self.load, TrainLoad)
-        return self.load
-
-    @property
     def unit(self) -> float:
         """The unit of given positions, in mm or rad."""
         return next((stroke.given.unit for stroke in self.strokes if stroke.given), 1.0)

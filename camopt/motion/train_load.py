@@ -7,7 +7,7 @@ formulas in between, and rounding, is the error of the table.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -32,6 +32,15 @@ SEEN = 2.0**20  # times the errors of the motion: what these make of the load is
 ROUNDED = 64.0  # errors of the formulas, in roundings of the largest value in the turn
 
 
+class Reflected(NamedTuple):
+    """What comes to a follower at a constant ratio, from where it is lowest: a spring, a mass and a force."""
+
+    stiffness: float
+    mass: float
+    highest: float
+    """Of what does not change with its motion, the most of the turn; friction where it moves out."""
+
+
 @dataclass(frozen=True)
 class TrainLoad:
     """What comes to a follower through a train, or to joints of it, N (N·mm): F = S + ω²·I."""
@@ -48,6 +57,19 @@ class TrainLoad:
     def angles(self) -> tuple[float, ...]:
         """The cam angles where loads have corners, rad."""
         return tuple(angle for _, load in self.loads for angle in load.angles)
+
+    @property
+    def reflected(self) -> Reflected:
+        """What comes through a train whose ratios are the same everywhere."""
+        ratios = [float(joint.ratio.terms[0]) for joint in self.train.joints(Taylor([0.0, 1.0]))]
+        squares = [(each, ratios[each.joint] ** 2) for each in self.train.carried]
+        stiffness = sum(each.stiffness * square for each, square in squares)
+        mass = sum(each.mass * square for each, square in squares)
+        force = sum(
+            each.force * ratios[each.joint] + each.friction * abs(ratios[each.joint]) for each in self.train.carried
+        )
+        changing = sum(max(ratios[joint] * end for end in load.loads) for joint, load in self.loads)
+        return Reflected(stiffness, mass, force + changing + stiffness * self.zero)
 
     def of(self, train: Train, follower: Series, way: Any, loads: Mapping[int, Series]) -> Brought:
         """S and I, of its train in some kind of number, if the follower moves one way: 1, −1, or 0 at rest."""

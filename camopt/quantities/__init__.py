@@ -196,6 +196,13 @@ _ALL = [
         "Largest force in the pins of couplers, rollers, teeth, levers and faces of a train.",
     ),
     Quantity("joint_force_max_at_deg", "", "deg", "joints", "Cam angle of the largest of these forces."),
+    Quantity(
+        "joint_force_max_direction_deg",
+        "",
+        "deg",
+        "joints",
+        "Direction of the largest of these forces, from the slide's motion, or the line of a four-bar's pivots.",
+    ),
     Quantity("pivot_force_max_N", "F_P", "N", "joints", "Largest force on a pivot of a train, wherever it stands."),
     Quantity("slide_thrust_max_N", "", "N", "joints", "Largest force of a train's slides across their guides."),
     Quantity("pressure_angle_max_deg", "β_max", "deg", "pressure", "Largest |β| over the turn."),

@@ -9,6 +9,7 @@ UNBOUNDED = (
     *("pressure_angle_max_at_deg", "pitch_circle_radius_mm", "centroid_x_mm", "centroid_y_mm"),
     *("crossing_count", "crossing_at_deg"),
     *("jamming_angle_deg", "contact_half_length_mm", "contact_shear_depth_mm", "joint_force_max_at_deg"),
+    "joint_force_max_direction_deg",
 )
 """Quantities that say where or how something is, not how much."""
 BOUNDED_BELOW = (

@@ -15,7 +15,8 @@ from camopt.effects import force
 from camopt.effects.implied import LeastForce
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import cylindrical, translating, translating_flat
-from camopt.motion.train_load import TrainLoad
+from camopt.motion.load import ExternalLoad
+from camopt.motion.train_load import Reflected, TrainLoad
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem, strictest
 from camopt.synthesis.demand import LinearConstraint
@@ -40,7 +41,7 @@ def _floors(problem: Problem) -> Iterator[LinearConstraint]:
                 yield from LINEAR[claim.curve](limit.name, claim)
         if limit.implied.reach < inf:
             yield from _on_reach(limit.name, limit.implied.reach)
-        if limit.implies is not None and not isinstance(problem.programme.load, TrainLoad):
+        if limit.implies is not None:
             yield _on_contact(problem, limit.name, limit.implies)
 
 
@@ -98,12 +99,20 @@ LINEAR: dict[Any, Callable[[str, Claim], Iterator[LinearConstraint]]] = {
 }
 
 
+def _brought(load: ExternalLoad | TrainLoad | None) -> Reflected:
+    """What comes to the follower besides its own dynamics."""
+    if isinstance(load, TrainLoad):
+        return load.reflected
+    return Reflected(0.0, 0.0, load.highest if load else 0.0)
+
+
 def _on_contact(problem: Problem, name: str, least: LeastForce) -> LinearConstraint:
     """A contact force that there has to be at a speed, as a plane; of an arm, its moment about the pivot."""
-    load = problem.programme.load_at_follower
+    brought = _brought(problem.programme.load)
     arm = float(problem.design.arm_length[0]) if problem.setup.angular else 1.0
     stiffness, damping, mass, constant = force.weights(problem.setup.dynamics, least.omega)
-    constant += load.highest if load else 0.0  # no motion has more of it: the bound stays one
+    stiffness, mass = stiffness + brought.stiffness, mass + brought.mass * least.omega**2
+    constant += brought.highest  # no motion has more of it: the bound stays one
     unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
     terms = (stiffness / unit, damping / unit, mass / unit)
     return LinearConstraint(name, *terms, constant=(constant - least.force * arm) / unit)

@@ -31,6 +31,7 @@ from camopt.trains.link import (
     needed,
     one_like,
     position_at,
+    square_to,
 )
 from camopt.trains.sketch import Port, Sketch, Standing, bar, sliding
 
@@ -84,7 +85,12 @@ class Crank:
     @property
     def forces(self) -> tuple[Force, ...]:
         """b/Q in the coupler, and S/Q across the slide."""
-        return Force("coupler", "joint", self._pushed), Force("guide", "guide", self._thrust)
+        across = Force("guide", "guide", self._thrust, way=square_to)
+        return Force("coupler", "joint", self._pushed, way=self._way), across
+
+    def _way(self, given: FloatArray) -> FloatArray:
+        along, across = self._coupler(given + self.start)
+        return np.asarray(np.arctan2(across, along))
 
     def _pushed(self, given: Series) -> Series:
         along, _ = self._along_and_across(direction(given + self.start).sine)

@@ -29,6 +29,7 @@ from camopt.trains.link import (
     DeadPoint,
     Force,
     Unassembled,
+    Vector,
     acute,
     either,
     nearest_ends,
@@ -98,7 +99,11 @@ class FourBar:
     @property
     def forces(self) -> tuple[Force]:
         """1/(c·sin(δ − ψ)) in the coupler."""
-        return (Force("coupler", "joint", self._pushed),)
+        return (Force("coupler", "joint", self._pushed, way=self._way),)
+
+    def _way(self, given: FloatArray) -> FloatArray:
+        _, (along, across) = self._rocker_and_coupler(given)
+        return np.asarray(np.arctan2(across, along))
 
     def _pushed(self, given: Series) -> Series:
         return quotient(one_like(given) * self.crank.other, self._levers(given)[1])
@@ -109,10 +114,14 @@ class FourBar:
         return Coupler(self._angle_to_rocker, tuple(k * pi - self.start for k in range(-2, 3))), None
 
     def _angle_to_rocker(self, turned: Any) -> Any:
+        return acute(*self._rocker_and_coupler(turned))
+
+    def _rocker_and_coupler(self, turned: Any) -> tuple[Vector, Vector]:
+        """From the rocker's pivot to its pin, and from the crank's pin there."""
         a, c, phi = self.crank.length, self.rocker.length, turned + self.start
         psi = position_at(self.forward, turned) + self.asked_start
         x, y = np.cos(psi) * c, np.sin(psi) * c
-        return acute((x, y), (x + self.ground - np.cos(phi) * a, y - np.sin(phi) * a))
+        return (x, y), (x + self.ground - np.cos(phi) * a, y - np.sin(phi) * a)
 
     def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
         """Crank, coupler and rocker."""

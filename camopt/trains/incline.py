@@ -8,13 +8,14 @@ it, γ = 90°, z = y·tan α.
 
 from cmath import rect
 from dataclasses import dataclass
+from math import pi
 from typing import Any
 
 import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.trains.constant import Constant
-from camopt.trains.link import RADIAN, Force, Unassembled, needed, one_like
+from camopt.trains.link import RADIAN, Force, Unassembled, needed, one_like, square_to
 from camopt.trains.sketch import Port, Sketch, Standing, sliding
 from camopt.trains.stage import Keys, Stage
 
@@ -35,10 +36,14 @@ class Wedge(Constant):
     @property
     def forces(self) -> tuple[Force, ...]:
         return (
-            Force("face", "joint", lambda given: one_like(given) * self.pressed, touches=True),
-            Force("guide of the wedge", "guide", lambda given: one_like(given) * self.wedge_thrust),
-            Force("guide of the slide", "guide", lambda given: one_like(given) * self.slide_thrust),
+            Force("face", "joint", lambda given: one_like(given) * self.pressed, touches=True, way=self._square),
+            Force("guide of the wedge", "guide", lambda given: one_like(given) * self.wedge_thrust, way=square_to),
+            Force("guide of the slide", "guide", lambda given: one_like(given) * self.slide_thrust, way=square_to),
         )
+
+    def _square(self, given: FloatArray) -> FloatArray:
+        """The normal of the face, from the guide of the slide."""
+        return np.asarray(np.zeros_like(given) + (pi / 2 - self.incline - self.guide))
 
     def sketch(self, given: FloatArray, asked: FloatArray, size: float, *, back: bool = False) -> Sketch:
         """The wedge moves along, and a block on its incline moves along the guide."""

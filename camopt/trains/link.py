@@ -58,6 +58,9 @@ class Force(NamedTuple):
     """By the input, 1 (1/mm); above 0 where a coupler is pushed, and what only touches is pressed together."""
     touches: bool = False
     """Whether both sides only touch, so that they are pressed together whichever of them drives."""
+    way: Callable[[FloatArray], FloatArray] = np.zeros_like
+    """The direction in which it acts by the input, rad: from the slide's motion, of a four-bar from the line of its
+    pivots, and else from the motion that the link gives."""
 
 
 class Link(Protocol):
@@ -173,6 +176,11 @@ def acute(one: Vector, other: Vector) -> Any:
     return np.arctan2(abs(x * v - y * u), abs(x * u + y * v))
 
 
+def square_to(given: FloatArray) -> FloatArray:
+    """The direction of a force square to a motion, rad."""
+    return np.zeros_like(given) + pi / 2
+
+
 def one_like(series: Series) -> Series:
     """The series of 1, with as many terms as another."""
     return series * 0.0 + 1.0
@@ -210,7 +218,10 @@ class Reversed:
 
     @property
     def forces(self) -> tuple[Force, ...]:
-        return tuple(each._replace(share=self._share(each)) for each in self.link.forces)
+        return tuple(each._replace(share=self._share(each), way=self._way(each)) for each in self.link.forces)
+
+    def _way(self, force: Force) -> Callable[[FloatArray], FloatArray]:
+        return lambda given: force.way(position_at(self.link.backward, given))
 
     def _share(self, force: Force) -> Callable[[Series], Series]:
         """What drives the link's output pushes there with what is asked over the ratio, not against its motion."""

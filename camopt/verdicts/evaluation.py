@@ -92,8 +92,8 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
         """The forces in each joint of a train, if the scene calls for them.
 
         Of each the stage, the joint, the least and the largest force over the turn, N, and the cam angle of the
-        largest magnitude, deg. Above 0 a coupler is pushed and a roller pressed on its face. On a pivot the largest
-        sum of the magnitudes of both forces on it.
+        largest magnitude, deg, with its direction there. Above 0 a coupler is pushed and a roller pressed on its
+        face. On a pivot the largest sum of the magnitudes of both forces on it.
         """
         problem = resolve(self.scene)
         called = any(QUANTITIES[name].effect == "joints" for name in self)

@@ -57,6 +57,20 @@ def test_at_a_constant_ratio_laws_are_those_of_the_scaled_scene(name):
     assert driven.design["offset_mm"] == pytest.approx(plain.design["offset_mm"], abs=1e-4)
 
 
+def test_a_contact_force_counts_what_a_lever_carries():
+    """Masses and springs of the tool as those of the follower, times the square of the ratio; forces times it."""
+    limit, ratio = {"limits.contact_force_min": 75.0}, 2.5
+    own, less = ({"mass": m, "spring_rate": k, "preload": f} for m, k, f in ((0.3, 5.0, 200.0), (0.1, 2.0, 100.0)))
+    tool = {"mass": 0.2 / ratio**2, "spring_rate": 3.0 / ratio**2, "preload": 100.0 / ratio}
+    plain = synthesise(BASE.replace(**limit, **{"follower.dynamics": own}))
+    lever = {"train": [{"stage": "ratio", "ratio": ratio, **tool}], "motion": lifted(BASE, ratio)}
+    driven = synthesise(BASE.replace(**limit, **lever, **{"follower.dynamics": less}))
+    assert driven.objective == pytest.approx(plain.objective, rel=1e-6)
+    assert driven.bound == pytest.approx(plain.bound, rel=1e-4)
+    assert evaluate(driven.scene)["feasible"]
+    assert plain.objective > 1.01 * synthesise(BASE).objective  # the limit counts
+
+
 def test_a_follower_that_goes_the_other_way_has_the_tools_rise_as_its_return():
     """Its cam is that of the other half turn; tables name laws by the strokes of the tool."""
     rise, high, fall, low = BASE.to_dict()["motion"]

@@ -316,6 +316,45 @@ def test_limits_are_decided_next_to_their_bounds(contact, train, quantity):
         assert (evaluate(limited)["violated"] == quantity) == (share < 1.0)
 
 
+LOADED = {"mass": 0.5, "spring_rate": 3.0, "preload": 40.0}
+TURNED = {"inertia": 3e-3, "spring_rate": 6.0, "preload": 4.0}
+DIRECTED = {
+    "a slide": ("arm", {**SLIDE, **LOADED}),
+    "a four-bar": ("arm", {**FOUR_BAR, **TURNED}),
+    "from a slide": ("roller", {"stage": "slider-crank", "crank": 60, "coupler": 150, "angle": 80, **TURNED}),
+}
+
+
+@pytest.mark.parametrize(("contact", "stage"), DIRECTED.values(), ids=DIRECTED)
+def test_a_coupler_pushes_along_itself(contact, stage):
+    """From the pin of the crank to that of slide or rocker, where the motions of follower and tool have these."""
+    found = evaluate(through(contact, [stage]))
+    row = next(each for each in found.joint_forces if each.joint == "coupler")
+    assert row.direction_deg == found["joint_force_max_direction_deg"]
+    points = camopt.cam_points(found.scene, [0.0, row.largest_at_deg])
+    names = [each for each in points if "displacement" in each]
+    moved = {each: np.diff(points[each])[0] * (np.radians(1.0) if each.endswith("_deg") else 1.0) for each in names}
+    follower = next(moved[each] for each in names if not each.startswith("tool"))
+    tool = next(moved[each] for each in names if each.startswith("tool"))
+    start, a, b = np.radians(stage["angle"]), stage["crank"], stage["coupler"]
+    if stage["stage"] == "four-bar":
+        pin, psi = a * np.exp(1j * (start + follower)), float(rocker_at({"crossed": False, **stage}, start))
+        end = stage["ground"] + stage["rocker"] * np.exp(1j * (psi + tool))
+    else:
+        turned, slid = (tool, follower) if contact == "roller" else (follower, tool)
+        first, e = a * np.exp(1j * start), stage.get("offset", 0.0)
+        pin = a * np.exp(1j * (start + turned))
+        end = first.real + np.sqrt(b**2 - (first.imag - e) ** 2) + slid + 1j * e
+    assert abs(end - pin) == pytest.approx(b, rel=1e-9)
+    assert row.direction_deg == pytest.approx(np.degrees(np.angle(end - pin)), abs=1e-6)
+
+
+def test_the_face_of_a_wedge_is_pressed_square_to_it():
+    stage = {"stage": "incline", "angle": 25.0, "guide": 80.0, **LOADED}
+    (row,) = (each for each in evaluate(through("roller", [stage])).joint_forces if each.joint == "face")
+    assert row.direction_deg == pytest.approx(90.0 - 25.0 - 80.0)
+
+
 def test_searched_speeds_have_forces_of_their_own(tmp_path):
     contact, train = SCENES["a slide"]
     scene = through(contact, train, search={"cam": {"rpm": [200.0, 1400.0]}, "base_radius": [40.0, 50.0]})

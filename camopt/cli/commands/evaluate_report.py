@@ -66,6 +66,7 @@ def as_read(read: "Read") -> str:
 JOINTS = "Forces in the joints of the train over the turn"
 JOINTS_SAY = (
     "Above 0 a coupler is pushed and a roller pressed on its face, below 0 pulled and lifted off. On a pivot: the "
-    "sum of the magnitudes of both forces on it, the largest that it can be."
+    "sum of the magnitudes of both forces on it, the largest that it can be. Directions, of the largest, are from "
+    "the motion of the slide, those of a four-bar's coupler from the line of its pivots."
 )
 ROOM_TO_EXPLAIN = 110  # columns of a screen: on a narrower one each sentence would be a column of single words
