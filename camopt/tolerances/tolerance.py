@@ -26,11 +26,12 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
 from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.scene import Scene
-from camopt.tables.cells import number
+from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import Table, table_of
 from camopt.tolerances.contributions import Contribution
 from camopt.tolerances.margins import Box, Margin, margins_table
 from camopt.tolerances.response import ORDERS
+from camopt.tolerances.touching import BORE_WAY
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances, worst
 from camopt.tolerances.worst_case import WorstCase, WorstSearch
 
@@ -132,7 +133,15 @@ class MotionErrors(HasHtml, Drawn):
             rows.append({"": "change in a dwell", NAMES[0]: max(each.change for each in self.dwells)})
         units = {each.name: each.unit for each in self.errors}
         table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *NAMES], units=units)
-        return replace(table, note=self.reason)
+        return replace(table, note=f"{self.reason} {self._of_worst_cam}".strip())
+
+    @property
+    def _of_worst_cam(self) -> str:
+        """The errors of the worst cam, and where it has its own."""
+        worst = self.worst_case
+        units = {key: "deg" if key in ("phase", "face_tilt", BORE_WAY) else "mm" for key in worst.errors}
+        said = ", ".join(f"{key} {with_unit(each, units[key])}" for key, each in worst.errors.items())
+        return f"The worst cam, at {number(round(worst.at_deg, 9))} deg: {said}."
 
     def margins_table(self) -> Table | None:
         """The limits with the worst cam's quantity, and whether every cam holds them; None without margins."""
