@@ -7,9 +7,9 @@ import numpy as np
 
 from camopt.drawing.limit_lines import limit_lines
 from camopt.drawing.loads import by_way
-from camopt.drawing.panels import Panel, greatest_and_least, known, marked
+from camopt.drawing.panels import MarkedPeak, Panel, greatest_and_least, known, marked
 from camopt.drawing.picture import Picture, told
-from camopt.effects import joints, vibration
+from camopt.effects import Case, clearance, joints, vibration
 from camopt.effects.force import force_curve, weights
 from camopt.effects.loads import torque_curve, ways
 from camopt.effects.motion import scale
@@ -35,9 +35,22 @@ def _force(picture: Picture) -> list[Panel]:
     panel = Panel(
         "Force along the motion", "N", values, greatest_and_least(picture, values, *ends), quantity=ends[0]
     )
+    panel.peaks += _crossings(picture)
     panel.note = _below_zero(picture)
     panel.limits = limit_lines(picture, "contact_force_min_N")
     return [panel]
+
+
+def _crossings(picture: Picture) -> list[MarkedPeak]:
+    """Where the follower crosses to the other flank, with the speeds at which it lands."""
+    if not known(picture, clearance.SPEED):
+        return []
+    problem = picture.problem
+    case = Case(problem.setup, problem.programme, problem.design)
+    flights, followers = clearance.flights_of(case)
+    _, speeds = clearance.landed(case, flights, followers)
+    places = zip(np.degrees(flights.angle).tolist(), speeds.tolist(), strict=True)
+    return [MarkedPeak(angle, 0.0, told(speed, "m/s")) for angle, speed in places if speed]
 
 
 def _below_zero(picture: Picture) -> str:

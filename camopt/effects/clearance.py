@@ -114,13 +114,10 @@ def crossing_columns(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     columns: dict[str, Any] = {COUNT: np.bincount(design, minlength=count).astype(float)}
     ends, speed = None, -flights.side * flights.slope
     if own.given.drive.clearance is not None:
-        gap = half_gap(case)
-        ends = fly(case.programme, followers, flights, gap)
-        begun = ~np.isin(np.arange(design.size), _after(flights)[ends.length > _until_next(flights)])
-        speed = begun * ends.speed * omega * _lever(case)[design] / 1e3
-        columns |= {SPEED: largest(speed), TIME: largest(begun * ends.length / omega * 1e3)}
+        ends, speed = landed(case, flights, followers)
+        columns |= {SPEED: largest(speed), TIME: largest((speed > 0.0) * ends.length / omega * 1e3)}
         if LEADING in wanted:
-            columns[LEADING] = largest(_leading(case, followers, flights, gap))
+            columns[LEADING] = largest(_leading(case, followers, flights, half_gap(case)))
     if PLACE in wanted:
         columns[PLACE] = _at_largest(speed, flights, count)
     if case.setup.rolls and case.setup.mechanism.two_sided:
@@ -130,6 +127,15 @@ def crossing_columns(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         if SKIDDING in wanted:
             columns[SKIDDING] = largest(skidding(case, followers, flights, ends, slip) * 1e3)
     return columns
+
+
+def landed(case: Case, flights: Flights, followers: Followers) -> tuple[Landings, FloatArray]:
+    """Where flights end, and the speeds at which they do along the motion, m/s; 0 of those that never begin."""
+    ends = fly(case.programme, followers, flights, half_gap(case))
+    count = flights.design.size
+    begun = ~np.isin(np.arange(count), _after(flights)[ends.length > _until_next(flights)])
+    omega = followers.omega[flights.setting]
+    return ends, begun * ends.speed * omega * _lever(case)[flights.design] / 1e3
 
 
 def flights_of(case: Case) -> tuple[Flights, Followers]:

@@ -52,7 +52,7 @@ UNITS = sorted(
     | {"mm/min", "mm³", "kg/m³"}
 )
 INTO_PINT = {"·": "*", "²": "**2", "³": "**3", "⁴": "**4", "µ": "micro", "Mpsi": "megapsi", "lbf": "force_pound"}
-AS_IN_MM = {"", "1", "deg", "rad", "s", "min", "Hz", "rpm", "rev", "%"}
+AS_IN_MM = {"", "1", "deg", "rad", "s", "ms", "min", "Hz", "rpm", "rev", "%"}
 """Units that are the same in both systems."""
 LOADED = {
     "cam.rpm": 600,
