@@ -16,6 +16,7 @@ from camopt.effects import (
     lash,
     lift_change,
     motion,
+    motion_errors,
     outline,
     preload,
     pressure,
@@ -33,7 +34,7 @@ from camopt.effects import (
 )
 from camopt.effects.case import Bounded, Case, Effect, Setup, SolidGiven
 from camopt.effects.contacts import of_each_contact, on_each_contact, on_one_disc
-from camopt.effects.given import Bodies, GivenDynamics, GivenNumbers
+from camopt.effects.given import Bodies, GivenDynamics, GivenErrors, GivenNumbers
 from camopt.quantities import QUANTITIES, in_order
 
 __all__ = [
@@ -42,6 +43,7 @@ __all__ = [
     "Case",
     "Effect",
     "GivenDynamics",
+    "GivenErrors",
     "GivenNumbers",
     "Setup",
     "SolidGiven",
@@ -72,6 +74,7 @@ _OWN = {
         reach.EFFECT,
         face.EFFECT,
         outline.EFFECT,
+        motion_errors.EFFECT,
         thrust.EFFECT,
         hertz.EFFECT,
         surface.EFFECT,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.given import Bodies, GivenDynamics, GivenNumbers
+from camopt.effects.given import Bodies, GivenDynamics, GivenErrors, GivenNumbers
 from camopt.effects.implied import Implied
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak, PerDesign, Scale
@@ -51,6 +51,8 @@ class Setup:
     solid: SolidGiven = SolidGiven()
     train: Train | None = None
     """What is between the follower and the tool, whose motion is asked then."""
+    errors: GivenErrors | None = None
+    """By how much cams and followers may be off; None if the scene has no tolerances."""
     varied: Mapping[str, str] = field(default_factory=dict)
     """The quantities that numbers of the scene are which a search varies, by key."""
     free: frozenset[str] = frozenset()

@@ -8,7 +8,48 @@ is 0 then.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import pi
-from typing import Any
+from typing import Any, NamedTuple
+
+
+class Band(NamedTuple):
+    """Between which values an error is."""
+
+    low: float
+    high: float
+
+    @property
+    def half(self) -> float:
+        return (self.high - self.low) / 2.0
+
+    @property
+    def middle(self) -> float:
+        return (self.low + self.high) / 2.0
+
+    def end(self, side: float) -> float:
+        """How far it goes to a side, +1 or −1."""
+        return self.high if side > 0.0 else -self.low
+
+
+NO_BAND = Band(0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class GivenErrors:
+    """By how much cams and followers may be off: mm, rad."""
+
+    sizes: Mapping[str, Band]
+    """Of the follower, by field of ``Designs``."""
+    profile: float = 0.0
+    waves: int | None = None
+    bore: float = 0.0
+    phase: Band = NO_BAND
+    tilt: Band = NO_BAND
+
+    @property
+    def is_lopsided(self) -> bool:
+        """Whether an error goes further to one side than to the other."""
+        return any(each.middle for each in (*self.sizes.values(), self.phase, self.tilt))
+
 
 Number = Any
 """A number, an array (designs,), an Interval or a Sloped; None where a scene does not say."""

@@ -52,7 +52,9 @@ PART_LIMITS = {
     "unbalance": "unbalance_g_mm",
 }
 """Short keys of limits on the cam as a part, likewise."""
-OF_QUANTITIES = LOAD_LIMITS | PART_LIMITS | {name: name for name in BOUNDED}
+ERROR_LIMITS = {"position_error": "position_error_max_mm", "dwell_error": "dwell_error_max_mm"}
+"""Short keys of limits on errors by tolerances, likewise."""
+OF_QUANTITIES = LOAD_LIMITS | PART_LIMITS | ERROR_LIMITS | {name: name for name in BOUNDED}
 """All keys that bound just one quantity from one side."""
 _UNITS = [[f"_{unit}" for unit in units] for _, units in DERIVATIVES.values()]
 ANGULAR = {
@@ -178,7 +180,7 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     limits += of({"outer_radius": outline.RADIUS} if mechanism.outline is not None else {})
     limits += of({"curvature_radius": CONVEX})
     limits += of({"cutter_radius": CUTTER} if not (mechanism.flat_faced or mechanism.two_sided) else {})
-    limits += of({key: limited_quantity(key, setup) for key in PART_LIMITS})
+    limits += of({key: limited_quantity(key, setup) for key in (*PART_LIMITS, *ERROR_LIMITS)})
     limits += of({name: name for name in named if name in BOUNDED and name not in LOAD_LIMITS})
     limits += _implied(setup)
     limits += of({key: limited_quantity(key, setup) for key in LOAD_LIMITS})

@@ -3,12 +3,15 @@
 from math import radians
 from typing import Any
 
-from camopt.effects import GivenNumbers, Setup, SolidGiven
+from camopt.effects import GivenErrors, GivenNumbers, Setup, SolidGiven
+from camopt.effects.given import Band
+from camopt.mechanisms import FIELDS
 from camopt.problem.variables import is_of_train, variables_of
 from camopt.quantities import NUMBER_COLUMNS
 from camopt.scene.load import constant_and_changing
 from camopt.scene.materials import MATERIALS
 from camopt.scene.scene import Scene
+from camopt.scene.tolerances import zone_of
 from camopt.scene.train import train_from
 
 
@@ -22,6 +25,7 @@ def setup_of(scene: Scene) -> Setup:
         given=GivenNumbers(_numbers(scene), angular, scene.tool_turns),
         solid=_solid(scene),
         train=train_from(scene.train, angular=angular),
+        errors=_errors(scene),
         varied={each.key: each.quantity for each in variables_of(scene) if each.is_number and each.is_searched},
     )
 
@@ -37,6 +41,26 @@ def _numbers(scene: Scene) -> dict[str, float | None]:
             key = f"materials.{body}_{name}"
             numbers[key] = getattr(listed, name) if numbers[key] is None else numbers[key]
     return numbers
+
+
+def _errors(scene: Scene) -> GivenErrors | None:
+    """What ``[tolerances]`` says; a class of ISO 286 is of the size that the scene gives."""
+    given = scene.tolerances
+    zones = {key: zone_of(each, key, getattr(scene.follower, key) or 0.0) for key, each in given.follower if each}
+    angles = {
+        key: zone_of(each, key, 0.0).scaled(radians(1.0))
+        for key, each in (("phase", given.phase), ("tilt", given.face_tilt))
+        if each
+    }
+    if not (zones or angles or given.profile or given.bore_eccentricity):
+        return None
+    return GivenErrors(
+        {FIELDS[key]: Band(each.lower, each.upper) for key, each in zones.items()},
+        profile=given.profile or 0.0,
+        waves=given.waves,
+        bore=given.bore_eccentricity or 0.0,
+        **{key: Band(each.lower, each.upper) for key, each in angles.items()},
+    )
 
 
 def load_and_unit(scene: Scene) -> tuple[Any, float]:

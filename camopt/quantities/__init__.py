@@ -13,6 +13,7 @@ from camopt.quantities.motion_names import (
     STROKE_WORDS,
     displacement_unit,
     dwell_error_quantity,
+    error_quantities,
     error_quantity,
     mean_quantities,
     motion_mean,
@@ -179,6 +180,7 @@ _ALL = [
     *_pair_quantities(),
     *motion_quantities(),
     *mean_quantities(),
+    *error_quantities(),
     Quantity("lift_area_mm_deg", "", "mm·deg", "rms", "Area below the lift over the cam angle, as of a valve."),
     Quantity("lift_area_deg_deg", "", "deg·deg", "rms", "Area below the follower's angle over the cam angle."),
     Quantity(

@@ -79,6 +79,17 @@ def motion_mean(derivative: str, *, angular: bool, timed: bool) -> str:
     return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_rms_")
 
 
+def error_quantities() -> list[Quantity]:
+    return [
+        Quantity(f"{name}_{unit}", "", unit, "motion_errors", f"{sentence} by tolerances, to first order.")
+        for name, sentence in (
+            ("position_error_max", "Largest error of the position of follower or tool over the turn"),
+            ("dwell_error_max", "Largest change of the position in a dwell"),
+        )
+        for unit in ("mm", "deg")
+    ]
+
+
 def mean_quantities() -> list[Quantity]:
     return [
         Quantity(

@@ -79,6 +79,10 @@ class ShortLimits(SceneTable):
     """Largest |torque| of the camshaft; N·m."""
     power: Positive | None = None
     """Largest |power| of the camshaft; W."""
+    position_error: Length | None = None
+    """Largest error of the tool's position by the tolerances, to first order; mm, oscillating deg."""
+    dwell_error: Length | None = None
+    """Largest change of the tool's position in a dwell by the tolerances, likewise; mm, oscillating deg."""
 
     @property
     def given(self) -> dict[str, float]:

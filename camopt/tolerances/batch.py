@@ -37,7 +37,7 @@ from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.draw import ANGLES, drawn, parts_of
 from camopt.tolerances.draw import Drawn as Off
 from camopt.tolerances.largest import LargestErrors
-from camopt.tolerances.limited import limited, worst_of
+from camopt.tolerances.limited import is_of_errors, limited, worst_of
 from camopt.tolerances.recontact import RealCams
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
 
@@ -130,6 +130,8 @@ class ErrorSpread(NamedTuple):
     missed: float | None
     """By how much the largest error of a cam is larger than what was found: the most of some cams that were looked
     at closely; None of dwells."""
+    held: Share | None
+    """The cams that hold the limit on it; None if it has none."""
 
 
 class Sampled(NamedTuple):
@@ -196,12 +198,14 @@ class Batch(HasHtml, Drawn):
             *(self._row(f"variance by {key}, %", partial(_variance, key=key)) for key in self._spread_by),
             self._row("not found, at most", lambda each: each.missed),
         ]
+        if any(each.held for each in self.errors):
+            rows.append(self._row("limit held by", lambda each: each.held and _percent(each.held)))
         units = {each.name: each.unit for each in self.errors}
         title = f"{self.scene.name}: largest errors of the motions of {self.cams:,} cams"
         note = "Variances are those where the band of independent errors is the widest."
         return replace(table_of(title, rows, ["", *units], units=units), note=note)
 
-    def _row(self, head: str, value: Callable[[ErrorSpread], float | None]) -> dict[str, Any]:
+    def _row(self, head: str, value: Callable[[ErrorSpread], float | str | None]) -> dict[str, Any]:
         """A row of the table; nothing where there is no value."""
         values = {each.name: value(each) for each in self.errors}
         return {"": head, **{name: "" if each is None else each for name, each in values.items()}}
@@ -304,7 +308,11 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0) -> Batch:
     largest = [*_largest(turn, off)]
     samples |= {each.column: Sampled(each.unit, each.sentence, each.values) for each in largest}
     if sizes:
-        limits = [limit for limit in problem.without_last.limits if limit.shown and not limit.is_of_motion]
+        limits = [
+            limit
+            for limit in problem.without_last.limits
+            if limit.shown and not (limit.is_of_motion or is_of_errors(limit))
+        ]
         every = problem.design.take(np.zeros(cams, dtype=int)).with_values(sizes)
         excess, values = evaluated(problem, limits, every)
         held = np.all(excess <= 0.0, axis=0)
@@ -312,7 +320,10 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0) -> Batch:
         for limit, each in zip(limits, values, strict=True):
             known = QUANTITIES[limit.shown[0]]
             samples[known.name] = Sampled(known.unit, known.sentence, each)
-    errors = tuple(_error(each, parts_of(off)) for each in largest)
+    on_errors = {limit.shown[0]: limit.bound for limit in problem.limits if is_of_errors(limit)}
+    for each in largest:
+        held &= each.values <= on_errors.get(each.column, inf)
+    errors = tuple(_error(each, parts_of(off), on_errors.get(each.column)) for each in largest)
     return Batch(scene, cams, seed, share_of(int(np.count_nonzero(held)), cams), errors, spreads, samples)
 
 
@@ -378,15 +389,14 @@ def _largest(turn: TurnErrors, off: Off) -> Iterator[LargestOfEach]:
         yield LargestOfEach(DWELL_CHANGE, columns[-1], unit_of(setup, 0), values, None, {}, None)
 
 
-def _error(of: LargestOfEach, parts: Off) -> ErrorSpread:
+def _error(of: LargestOfEach, parts: Off, bound: float | None) -> ErrorSpread:
     """How one of them is spread."""
     median, most, nearly_all = (float(each) for each in np.quantile(of.values, SHARES, method="higher"))
     worst = _worst(of.values)
     own = {key: float(each[worst]) for key, each in parts.items()}
-    most_of_all = float(of.values[worst])
-    return ErrorSpread(
-        of.name, of.unit, median, most, nearly_all, most_of_all, of.at_deg, own, of.variances, of.missed
-    )
+    held = None if bound is None else share_of(int(np.count_nonzero(of.values <= bound)), of.values.size)
+    ends = median, most, nearly_all, float(of.values[worst])
+    return ErrorSpread(of.name, of.unit, *ends, of.at_deg, own, of.variances, of.missed, held)
 
 
 def _worst(errors: FloatArray) -> int:

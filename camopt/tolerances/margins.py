@@ -26,7 +26,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import Zone
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
-from camopt.tolerances.limited import limited, worst_of
+from camopt.tolerances.limited import is_of_errors, limited, worst_of
 from camopt.verdicts.claim_boxes import Ends
 from camopt.verdicts.limit_boxes import limit_over_box
 from camopt.verdicts.words import BROKEN, HELD
@@ -103,6 +103,8 @@ class Box:
     def _margins(self) -> Iterator[Margin]:
         keys = {FIELDS[key]: f"follower.{key}" for key in size_zones(self.scene, self.problem.design)}
         for limit in self.problem.limits:
+            if is_of_errors(limit):
+                continue
             excess, values = self._found(limit, self.tried)
             place = worst_of(limit, excess, values)
             verdict = self._verdict(limit, float(excess.max()))

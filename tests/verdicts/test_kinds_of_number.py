@@ -113,6 +113,8 @@ def scene_of(cam, key=None, bound=None):
     limits = {} if key is None else {**OTHERWISE.get(key, {}), key: bound}
     part = GROOVED if contact.startswith("groove") else PART
     more = {"materials": WORN, "limits": limits, "part": part, "outputs": ["sizes"], "train": train, "drive": drive}
+    if not drive:
+        more["tolerances"] = {"profile": 0.02, "phase": {"plus": 0.1, "minus": 0.03}}
     if cam in IN_FACE:
         more |= {"drive": {"kind": "groove", **CROSSED}, "part": {**GROOVED, "outer_diameter": 300}}
     if cam == "yoke":

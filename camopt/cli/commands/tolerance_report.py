@@ -37,7 +37,9 @@ def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocati
             "cams": batch.cams,
             "seed": batch.seed,
             "held": batch.held._asdict(),
-            "errors": [finite(each._asdict()) for each in batch.errors],
+            "errors": [
+                {**finite(each._asdict()), "held": each.held and each.held._asdict()} for each in batch.errors
+            ],
             "limits": [finite(each) for each in batch.records()],
         }
     if allocation:

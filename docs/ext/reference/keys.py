@@ -93,13 +93,19 @@ def missing() -> dict[str, set[str]]:
     return found
 
 
+ERRORS = {"tolerances.profile": 0.02}
+"""What limits on errors need."""
+
+
 @cache
 def limits() -> dict[str, list[Limit]]:
     """Every limit by its key, as it is for each mechanism that may have it."""
     found: dict[str, list[Limit]] = {key: [] for key in ShortLimits.model_fields}
     for (mechanism, tip), key in product(PAIRINGS.values(), found):
         with suppress(BadInput):  # this follower has no such limit
-            scene = scene_of(mechanism, tip, full=True).replace(limits={key: 0.5})
+            scene = scene_of(mechanism, tip, full=True).replace(
+                limits={key: 0.5}, **ERRORS if key.endswith("_error") else {}
+            )
             found[key] += [limit for limit in resolve(scene).limits if limit.name == key]
     return found
 
