@@ -17,9 +17,10 @@ from camopt.motion.programme import JUMP_SIDE, Programme
 from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.space import boxes_of
+from camopt.smallest import cutting_planes
 from camopt.smallest.branch_and_bound import BoxSearch, branch_and_bound
 from camopt.smallest.closed_form import least_size
-from camopt.smallest.cutting_planes import FORMS, by_cutting_planes
+from camopt.smallest.cutting_planes import by_cutting_planes
 from camopt.smallest.linear_forms import ARM_FORM, FACE_FORM
 from camopt.smallest.result import GAP, gap_of
 from camopt.smallest.smallest import smallest
@@ -71,6 +72,10 @@ MADE = {
     oscillating.MECHANISM.name: arm,
     oscillating_flat.MECHANISM.name: face,
     cylindrical_oscillating.MECHANISM.name: groove,
+}
+FORMS = {
+    each.name: cutting_planes.FORMS[each.pressure]
+    for each in (oscillating.MECHANISM, oscillating_flat.MECHANISM, cylindrical_oscillating.MECHANISM)
 }
 """By mechanism: the cam and follower of a scene, from shares of the ranges of its sizes."""
 
