@@ -18,7 +18,7 @@ from camopt.problem.problem import resolve_design
 
 NAMES = (section.PROFILE_LENGTH, section.AREA, *section.CENTROID, section.POLAR_MOMENT)
 OPEN = [contact for contact in CONTACTS if not contact.startswith("groove")]
-DISCS = [n for n in shipped_scenes() if find_scene(n).cam.form == "disc" and n != "press-feed-by-pair"]
+DISCS = [n for n in shipped_scenes() if find_scene(n).mechanism.body.bounded and n != "press-feed-by-pair"]
 
 
 def scene_of(contact, law="cycloidal", **more):

@@ -35,7 +35,7 @@ KEYWAY = {"keyway_width": 4, "keyway_depth": 1.8, "keyway_angle": 37}
 WITHOUT: dict[str, None] = dict.fromkeys(KEYWAY)
 PLATE = {"thickness": 16, "bore": 12, **KEYWAY, "hub_diameter": 24, "hub_length": 30}
 CYLINDER = {"thickness": 70, "bore": 30, "groove_depth": 10, "density": 7800}
-DISCS = [n for n in shipped_scenes() if find_scene(n).cam.form == "disc" and n != "press-feed-by-pair"]
+DISCS = [n for n in shipped_scenes() if find_scene(n).mechanism.body.bounded and n != "press-feed-by-pair"]
 GROOVES = {
     "feeder": find_scene("feeder-with-stop"),
     **{

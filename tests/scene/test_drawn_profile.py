@@ -16,7 +16,7 @@ from camopt.scene.drawn_profile import elements_of
 from camopt.scene.dxf import profile_in
 
 CORNERED = ("uniform-knife-offset", "uniform-knife-radial")  # their profiles have corners
-SHIPPED = [name for name in shipped_scenes() if find_scene(name).cam.form == "disc" and name not in CORNERED]
+SHIPPED = [name for name in shipped_scenes() if find_scene(name).mechanism.body.bounded and name not in CORNERED]
 SMALL = [contact for contact in CONTACTS if cam_with(contact)["cam"]["form"] == "disc"]
 TURNED = [(name, rotation) for name in [*SHIPPED, *SMALL] for rotation in ("ccw", "cw")]
 
