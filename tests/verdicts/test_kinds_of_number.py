@@ -88,7 +88,7 @@ DRIVING = {
     "roller with a wedge": ("roller", WEDGE),
 }
 """Cams whose followers drive a tool, each with its contact and the one stage of its train."""
-PRESSED = {"interference": 0.02, "stiffness": 9000}
+PRESSED = {"interference": 0.02, "stiffness": 200_000}  # so that none lets go
 PAIRED = {
     "pair": (
         "offset-roller",
