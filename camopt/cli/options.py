@@ -1,5 +1,6 @@
 """Options of the command line: those that commands share, and what they change in a scene."""
 
+import re
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -57,6 +58,10 @@ def units_option(command: Callable[..., Any]) -> Callable[..., Any]:
     )(command)
 
 
+BARE_POINT = re.compile(r"[+-]?(\.\d+|\d+\.)")
+"""A number that TOML does not read."""
+
+
 class Setting(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
     """A key of the scene with a value as TOML has it; what is none is a text, and nothing clears the key."""
 
@@ -71,6 +76,8 @@ class Setting(click.ParamType):  # type: ignore[type-arg]  # generic from click 
         try:
             return key, tomllib.loads(f"value = {text}")["value"] if text else None
         except tomllib.TOMLDecodeError:
+            if BARE_POINT.fullmatch(text):
+                self.fail(f"{key} = {text}: TOML has digits on both sides of a point: {float(text)}", param, ctx)
             return key, text
 
 

@@ -7,7 +7,7 @@ as ``"h6"``, of a length, or of the diameter that a radius belongs to.
 from collections.abc import Iterator, Mapping
 from math import sqrt
 from numbers import Real
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
@@ -16,6 +16,7 @@ from camopt.mechanisms.follower import Tip
 from camopt.scene.iso286 import deviations
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, number_of
+from camopt.scene.sizes import SIGNED_SIZES
 from camopt.scene.tables import Length, NotNegative, Positive, SceneTable, whole_number
 
 RADII = ("roller_radius", "face_radius")
@@ -25,6 +26,8 @@ SPREADS = {"uniform": sqrt(3.0), "triangular": sqrt(6.0)}
 WITHIN = 3.0
 """The same of normal errors, at a Cpk of 1."""
 MOST_WAVES = 10_000
+HALF_TURN = 180.0
+"""A cam that is further off on its shaft is less off the other way, deg."""
 
 
 class Tolerance(SceneTable):
@@ -77,6 +80,10 @@ class FollowerTolerances(SceneTable):
 
 class Tolerances(SceneTable):
     """How far a real cam and its follower may be from what the scene says; errors that no key names are 0."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        key: f"not a known key; did you mean tolerances.follower.{key}?" for key in FollowerTolerances.model_fields
+    }
 
     follower: FollowerTolerances = FollowerTolerances()
     """Tolerances of the sizes of the follower."""
@@ -134,8 +141,19 @@ def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, na
             elif key in RADII and mechanism.two_sided:
                 yield place, None, "is held by the groove from both sides: how thick it is does not move it"
             else:
-                yield from _class(place, value, key, number_of(at(data, f"follower.{key}")))
+                size = number_of(at(data, f"follower.{key}"))
+                yield from _class(place, value, key, size)
+                yield from _above_zero(place, value, key, size)
+                yield from _capability(place, value)
+    for key in ("profile", "bore_eccentricity"):
+        size, off = number_of(at(data, f"cam.{mechanism.body.size}")), number_of(table.get(key))
+        if size is not None and off is not None and off >= size:
+            yield f"tolerances.{key}", off, f"must be below cam.{mechanism.body.size} ({size:g})"
     for key in ("phase", "face_tilt"):
+        yield from _capability(f"tolerances.{key}", table.get(key))
+        if any(each > HALF_TURN for each in _ends(table.get(key)) if each is not None):
+            why = f"must be at most {HALF_TURN:g} deg: what is turned further is turned less the other way"
+            yield f"tolerances.{key}", table[key], why
         if isinstance(table.get(key), str) or at(table, f"{key}.iso") is not None:
             yield f"tolerances.{key}", table[key], "must be an angle in deg: ISO 286 is for lengths"
     if table.get("face_tilt") is not None and (mechanism.motion.angular or not mechanism.flat_faced):
@@ -161,6 +179,27 @@ def _robust(data: Mapping[str, Any], table: Mapping[str, Any]) -> Iterator[Fault
         if of_class and at(data, f"search.{key}") is not None:
             why = f"is of a size that [search] varies: with search.robust give ± mm, or leave out search.{key}"
             yield f"tolerances.follower.{key}", value, why
+
+
+def _ends(value: Any) -> tuple[float | None, float | None]:
+    """How much larger and smaller a number may be by its tolerance, where they are given."""
+    if isinstance(value, Mapping):
+        return number_of(value.get("plus")), number_of(value.get("minus"))
+    return number_of(value), number_of(value)
+
+
+def _capability(place: str, value: Any) -> Iterator[Fault]:
+    """Check that a process capability is that of a normal distribution."""
+    if isinstance(value, Mapping) and value.get("distribution") in SPREADS and value.get("cpk") not in (None, 1.0):
+        why = f"a cpk is of a normal distribution, and this one is {value['distribution']}: leave out one of both"
+        yield f"{place}.cpk", value["cpk"], why
+
+
+def _above_zero(place: str, value: Any, key: str, size: float | None) -> Iterator[Fault]:
+    """Check that the least size is above 0."""
+    _, minus = _ends(value)
+    if size is not None and minus is not None and key not in SIGNED_SIZES and minus >= size > 0.0:
+        yield place, minus, f"must be below follower.{key} ({size:g}): no size is 0 or less"
 
 
 def _class(place: str, value: Any, key: str, size: float | None) -> Iterator[Fault]:

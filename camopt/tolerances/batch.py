@@ -34,11 +34,12 @@ from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
-from camopt.tolerances.draw import ANGLES, drawn, parts_of
 from camopt.tolerances.draw import Drawn as Off
+from camopt.tolerances.draw import drawn, parts_of
 from camopt.tolerances.largest import LargestErrors
 from camopt.tolerances.limited import is_of_errors, limited, worst_of
 from camopt.tolerances.recontact import RealCams
+from camopt.tolerances.touching import ANGLES
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
 
 CAMS = 2**16

@@ -19,11 +19,10 @@ from camopt.problem.sample import sobol
 from camopt.problem.zones import size_zones
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import WITHIN, Zone, zone_of
+from camopt.tolerances.touching import ANGLES
 
 PARTS = {"profile": ("cosine", "sine"), "bore_eccentricity": ("x", "y")}
 """What the two parts of an error are that is a complex number."""
-ANGLES = ("phase", "face_tilt")
-"""Keys of tolerances that are angles: rad inside, deg outside."""
 Drawn = dict[str, FloatArray]
 
 

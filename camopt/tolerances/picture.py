@@ -1,4 +1,4 @@
-"""The picture of motion errors: the worst case and the 99.73 % band over the turn, and what contributes to them."""
+"""The picture of motion errors: worst case and root sum square over the turn, and what contributes to them."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ from camopt.effects.motion import scale
 from camopt.problem.problem import resolve_design
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.tolerances.response import ORDERS
-from camopt.tolerances.turn import NAMES, TurnErrors, band_ends, worst, worst_ends
+from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band_ends, worst, worst_ends
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,13 +46,13 @@ def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") ->
     if bounded:
         for ends, colour, label in (
             (worst_ends(turn.sampled, order), LIGHT, "worst case"),
-            (band_ends(turn.sampled, order), DARK, "independent errors, 99.73 %"),
+            (band_ends(turn.sampled, order), DARK, BAND),
         ):
             axes.fill_between(angles, unit * ends.lower, unit * ends.upper, color=colour, lw=0, label=label)
         if error.at_deg is not None:
             axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":", label="where the worst case is largest")
     if np.isinf(error.worst):
-        where = f"between jumps; infinite at {error.at_deg:.6g} deg" if bounded else "no bound"
+        where = f"between jumps; infinite at {turn.impulses_said(order)}" if bounded else "no bound"
         axes.text(0.5, 0.5, where, transform=axes.transAxes, ha="center", va="center", color=MUTED)
     if not bounded:
         axes.set_yticks([])

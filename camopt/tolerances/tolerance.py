@@ -6,15 +6,16 @@ others; errors that are independent of each other have the root of the sum of th
     worst = Σ c·t,    band = |Σ c·m| + 3·√(Σ c²·σ²)
 
 with the answer c of the motion (``tolerances.response``), the zone's end t, its middle m and its standard deviation
-σ. The band holds 99.73 % of the cams at each cam angle, if the sum is normal: it nearly is if there are several
-errors of one order.
+σ. The band is the root sum square. If the sum is normal it holds 99.73 % of the cams at each cam angle: it nearly
+is if there are several errors of one order. With one that is uniform 3σ is beyond the worst case, which takes its
+place.
 
 Source: Greenwood and Chase, Worst case tolerance analysis with nonlinear problems, J. Eng. Ind. 110, 1988.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import degrees, inf
+from math import degrees, inf, isinf
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -31,12 +32,16 @@ from camopt.tables.layout import Table, table_of
 from camopt.tolerances.contributions import Contribution
 from camopt.tolerances.margins import Box, Margin, margins_table
 from camopt.tolerances.response import ORDERS
-from camopt.tolerances.touching import BORE_WAY
-from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances, worst
+from camopt.tolerances.touching import ANGLES, BORE_WAY
+from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band, no_tolerances, worst
 from camopt.tolerances.worst_case import WorstCase, WorstSearch
 
 DWELL_NODES = 33
 """Cam angles at which a dwell is looked at."""
+ASSUMED = (
+    "The root sum square takes errors as independent and their sum as normal: 99.73 % of the cams are within it at "
+    "each cam angle, fewer all over the turn: a batch of cams counts them."
+)
 
 
 class MotionError(NamedTuple):
@@ -55,7 +60,7 @@ class MotionError(NamedTuple):
     at_deg: float | None
     """The cam angle of the worst case; of an infinite one where it first is; None if it is so everywhere."""
     three_sigma: float
-    """The largest half-width of the band of independent errors."""
+    """The largest root sum square, |mean| + 3σ; no more than the worst case."""
     three_sigma_at_deg: float | None
     shares: dict[str, float]
     """What each tolerance contributes to the worst case, which is their sum; to an infinite one its own largest."""
@@ -124,7 +129,7 @@ class MotionErrors(HasHtml, Drawn):
             self._row("worst case", "worst"),
             *({"": key, **{each.name: each.shares[key] for each in self.errors}} for key in self.errors[0].shares),
             self._row("at cam angle, deg", "at_deg"),
-            self._row("independent errors, 99.73 %", "three_sigma"),
+            self._row(BAND, "three_sigma"),
             self._row("at cam angle, deg", "three_sigma_at_deg"),
         ]
         rows.append({"": "no cam exceeds, proved", NAMES[0]: self.worst_case.bound})
@@ -133,13 +138,13 @@ class MotionErrors(HasHtml, Drawn):
             rows.append({"": "change in a dwell", NAMES[0]: max(each.change for each in self.dwells)})
         units = {each.name: each.unit for each in self.errors}
         table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *NAMES], units=units)
-        return replace(table, note=f"{self.reason} {self._of_worst_cam}".strip())
+        return replace(table, note=f"{self.reason} {self._of_worst_cam} {ASSUMED}".strip())
 
     @property
     def _of_worst_cam(self) -> str:
         """The errors of the worst cam, and where it has its own."""
         worst = self.worst_case
-        units = {key: "deg" if key in ("phase", "face_tilt", BORE_WAY) else "mm" for key in worst.errors}
+        units = {key: "deg" if key in (*ANGLES, BORE_WAY) else "mm" for key in worst.errors}
         said = ", ".join(f"{key} {with_unit(each, units[key])}" for key, each in worst.errors.items())
         return f"The worst cam, at {number(round(worst.at_deg, 9))} deg: {said}."
 
@@ -201,9 +206,9 @@ def tolerance(scene: Scene) -> MotionErrors:
     turn = TurnErrors(scene, resolve_design(scene))
     if not turn.sampled:
         raise no_tolerances(turn.problem.file)
-    errors = tuple(_error(turn, order) for order in range(ORDERS))
-    margins, worst_case = Box.of(scene, turn.problem).margins, WorstSearch.of(turn).run()
-    return MotionErrors(scene, errors, worst_case, tuple(_dwells(turn)), " ".join(_reasons(turn)), margins)
+    worst_case, margins = WorstSearch.of(turn).run(), Box.of(scene, turn.problem).margins
+    errors, reason = tuple(_error(turn, order) for order in range(ORDERS)), " ".join(_reasons(turn, worst_case))
+    return MotionErrors(scene, errors, worst_case, tuple(_dwells(turn)), reason, margins)
 
 
 def _error(turn: TurnErrors, order: int) -> MotionError:
@@ -256,16 +261,18 @@ def _dwells(turn: TurnErrors) -> Iterator[DwellError]:
             yield DwellError(degrees(stroke.start), degrees(end), unit * sum(each.change() for each in found))
 
 
-def _reasons(turn: TurnErrors) -> Iterator[str]:
+def _reasons(turn: TurnErrors, worst_case: WorstCase) -> Iterator[str]:
     """Why errors are infinite, a sentence each."""
     if turn.problem.programme.corners:
         corner = turn.problem.programme.corners[0].at
         yield f"No bound is proved: the velocity of the motion jumps at {degrees(corner):.6g} deg."
+    elif isinf(worst_case.bound):
+        yield "No bound is proved: the tolerances are too large for it, or the time was over."
     if turn.impulses:
-        first = min(turn.impulses.values())
-        what = NAMES[first.order]
+        order = min(turn.impulses.values()).order
+        what = NAMES[order]
         yield (
-            f"The {what} of the motion jumps at {degrees(first.at):.6g} deg: where an error moves the jump, "
+            f"The {what} of the motion jumps at {turn.impulses_said(order)}: where an error moves the jump, "
             f"its own {what} is an impulse to first order; in truth it is a short, steep ramp."
         )
     if turn.scene.tolerances.profile is not None and turn.scene.tolerances.waves is None:

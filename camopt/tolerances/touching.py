@@ -29,6 +29,8 @@ from camopt.scene.tolerances import zone_of
 
 BORE, BORE_WAY = "bore_eccentricity", "bore_eccentricity_way"
 """The distance of the bore's axis, and in which direction of the ground it is when the point is touched, rad."""
+ANGLES = ("phase", "face_tilt")
+"""Keys of tolerances that are angles: rad inside, deg outside."""
 Errors = Mapping[str, Any]
 """By key of ``[tolerances]``, mm or rad, with BORE_WAY."""
 
@@ -43,7 +45,7 @@ def error_ends(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]
     if given.bore_eccentricity is not None:  # what is across the surface of a cylinder moves nothing
         found[BORE] = -given.bore_eccentricity if developed else 0.0, given.bore_eccentricity
         found |= {} if developed else {BORE_WAY: (-pi, pi)}
-    for key in ("phase", "face_tilt"):
+    for key in ANGLES:
         if (tolerance := getattr(given, key)) is not None:
             zone = zone_of(tolerance, key, 0.0).scaled(radians(1.0))
             found[key] = zone.lower, zone.upper

@@ -7,6 +7,7 @@ as high as the highest is looked at again between its neighbours: there they are
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from math import degrees
 from typing import NamedTuple
 
 import numpy as np
@@ -21,12 +22,16 @@ from camopt.tolerances.contributions import Contribution, contributions
 from camopt.tolerances.response import ORDERS
 
 NAMES = ("displacement", "velocity", "acceleration")
+BAND = "root sum square, 3σ"
+"""What the band of independent errors is called."""
 NODES = 24
 """Cam angles of a panel of the motion."""
 NEAR = 1e-3
 """Places this near to the highest, relative, are looked at again."""
 ZOOMS, FINER = 5, 33
 """How often, and with how many cam angles between the neighbours of the highest one."""
+SAID = 6
+"""How many cam angles of impulses are named."""
 SAME = 1e-9
 """Two sides of a jump that differ by less, relative to the largest of the turn, are the same."""
 Total = Callable[[list[Contribution], int], FloatArray]
@@ -56,10 +61,10 @@ def worst_ends(found: list[Contribution], order: int) -> Ends:
 
 
 def band_ends(found: list[Contribution], order: int) -> Ends:
-    """Those of independent errors of an order, three standard deviations to either side of their mean."""
-    middle = sum(each.middle[order] for each in found)
+    """The root sum square of an order: 3σ to either side of the mean, but within the worst case."""
+    middle, most = sum(each.middle[order] for each in found), worst_ends(found, order)
     half = WITHIN * np.sqrt(sum(np.square(each.deviation[order]) for each in found))
-    return Ends(middle - half, middle + half)
+    return Ends(np.maximum(middle - half, most.lower), np.minimum(middle + half, most.upper))
 
 
 def worst(found: list[Contribution], order: int) -> FloatArray:
@@ -68,7 +73,7 @@ def worst(found: list[Contribution], order: int) -> FloatArray:
 
 
 def band(found: list[Contribution], order: int) -> FloatArray:
-    """The band of independent errors of an order, at each cam angle: |mean| + 3σ."""
+    """The root sum square of an order, at each cam angle: |mean| + 3σ, but no more than the worst case."""
     return band_ends(found, order).magnitude
 
 
@@ -87,10 +92,12 @@ def highest(nodes: FloatArray, value: Callable[[FloatArray], FloatArray]) -> flo
 
 
 class Impulse(NamedTuple):
-    """An impulse of what a tolerance contributes: infinite from an order on, at a cam angle, rad."""
+    """The impulses of what a tolerance contributes: infinite from an order on, at some cam angles, rad."""
 
     order: int
     at: float
+    """The first of ``places``."""
+    places: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -116,6 +123,12 @@ class TurnErrors:
         jumps = {key: impulse.at for key, impulse in self.impulses.items() if impulse.order <= order}
         return jumps | {each.key: None for each in self.sampled if np.isinf(each.upper[order]).any()}
 
+    def impulses_said(self, order: int) -> str:
+        """The cam angles of the impulses of an order in words, the first ones of many."""
+        every = sorted({at for each in self.impulses.values() if each.order <= order for at in each.places})
+        said = ", ".join(f"{degrees(at):.6g}" for at in every[:SAID])
+        return f"{said} deg" + (f" and at {len(every) - SAID} more cam angles" if len(every) > SAID else "")
+
     @cached_property
     def impulses(self) -> dict[str, "Impulse"]:
         """The impulses of what tolerances contribute, by key of the tolerance; of those that have one.
@@ -134,7 +147,8 @@ class TurnErrors:
                     ends = (right.lower - left.lower)[order], (right.upper - left.upper)[order]
                 jumps = np.flatnonzero(np.abs(ends).max(axis=0) > SAME * worst([usual], order).max())
                 if jumps.size:
-                    found[left.key] = Impulse(order + 1, float(places[jumps[0]]))
+                    where = tuple(float(each) for each in places[jumps])
+                    found[left.key] = Impulse(order + 1, where[0], where)
         return found
 
     @cached_property

@@ -20,6 +20,7 @@ import numpy as np
 
 from camopt.effects.motion import scale
 from camopt.mechanisms import Designs
+from camopt.mistakes import BadInput, Mistake
 from camopt.motion.driven import tool_position
 from camopt.motion.programme import LEAST_JUMP, Programme
 from camopt.motion.table import ALL_STROKES
@@ -31,7 +32,7 @@ from camopt.numerics.sloped import Placed, Sloped, at_point, by_chain, range_of,
 from camopt.numerics.taylor import Taylor
 from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
-from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends, off_by
+from camopt.tolerances.touching import ANGLES, BORE, BORE_WAY, contact_of, error_ends, off_by
 from camopt.tolerances.turn import TurnErrors, highest
 from camopt.verdicts.claim_boxes import Answer, Parts, Search
 from camopt.verdicts.words import BROKEN, HELD
@@ -41,6 +42,8 @@ GAPS = (1e-5, 1e-4, 1e-3, 1e-2)
 WORSE = 8
 """How often a worse cam than the worst so far is taken for it."""
 SECONDS = 20.0
+HALVINGS = 12
+"""Of a tolerance that is too large, for the largest one that is not."""
 SAME_PLACE = 1e-9
 """Cam angles this near to each other are the same, rad."""
 SUMMED = 16.0 * GIVEN
@@ -236,7 +239,16 @@ class WorstSearch:
         return self.turn.problem
 
     def run(self) -> WorstCase:
-        """The worst cam that is found, and what no cam exceeds."""
+        """The worst cam that is found, and what no cam exceeds.
+
+        BadInput for tolerances so large that a follower has no place on its cam.
+        """
+        try:
+            return self._run()
+        except FloatingPointError:
+            raise self.lost() from None
+
+    def _run(self) -> WorstCase:
         unit = scale(self.problem.setup, 0)
         errors = self.first()
         angle, found = self.highest(errors)
@@ -305,7 +317,41 @@ class WorstSearch:
         return np.arctan2(at.up, at.across), np.arctan2(-at.up, -at.across)
 
     def error(self, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
-        return contact_of(self.problem, errors, angles).error
+        """FloatingPointError where a follower does not touch its cam."""
+        with np.errstate(invalid="ignore"):
+            found = contact_of(self.problem, errors, angles).error
+        if not np.isfinite(found).all():
+            raise FloatingPointError
+        return found
+
+    def lost(self) -> BadInput:
+        """The message on tolerances so large that a follower has no place on its cam: the first such, or all."""
+        keys = [[key] for key in self.ends if key not in (BORE, BORE_WAY)]
+        alone = [*keys, *([[BORE, BORE_WAY]] if BORE in self.ends else [])]
+        of = next((each for each in alone if not self._touched(each, 1.0)), [*self.ends])
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self._touched(of, middle) else (low, middle)
+        why = "so far off, a follower does not touch its cam all over the turn, or cannot be put together"
+        if of == [*self.ends] and len(alone) > 1:
+            why = f"{why}: at most {100.0 * low:.3g} % of these"
+            return BadInput([Mistake(self.problem.file, "tolerances", None, why, bare=True)])
+        unit = degrees(1.0) if of[0] in ANGLES else 1.0
+        most = unit * max(map(abs, self.ends[of[0]]))
+        why = f"{why}: at most about {low * most:.3g}"
+        return BadInput([Mistake(self.problem.file, f"tolerances.{of[0]}", most, why, bare=True)])
+
+    def _touched(self, keys: list[str], share: float) -> bool:
+        """Whether followers touch cams all over the turn with errors of some keys alone, up to a share of each."""
+        ends = {key: self.ends[key] for key in keys if key in self.ends}
+        shared = {key: (low * share, high * share) for key, (low, high) in ends.items()}
+        try:
+            search = replace(self, ends=shared | {key: ends[key] for key in ends if key == BORE_WAY})
+            search.highest(search.first())
+        except FloatingPointError:
+            return False
+        return True
 
     def highest(self, errors: Mapping[str, float]) -> tuple[float, float]:
         """Where on its profile a cam has its largest error, and this."""
@@ -320,7 +366,7 @@ class WorstSearch:
             found |= {BORE: abs(errors[BORE]), BORE_WAY: -sense * there + (pi if errors[BORE] < 0.0 else 0.0)}
         elif BORE in errors:
             found[BORE_WAY] = errors[BORE_WAY] - sense * angle
-        angles = {key: degrees(found[key]) for key in found if key in ("phase", "face_tilt", BORE_WAY)}
+        angles = {key: degrees(found[key]) for key in found if key in (*ANGLES, BORE_WAY)}
         if BORE in errors:
             angles[BORE_WAY] %= 360.0
         return found | angles

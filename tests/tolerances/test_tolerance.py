@@ -15,6 +15,7 @@ from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tolerances.response import Responses
 from camopt.tolerances.turn import TurnErrors, band, worst
+from camopt.tolerances.worst_case import WorstSearch
 from tests.support.cams import cam_with
 
 GIVEN = {
@@ -102,7 +103,10 @@ def test_no_profile_within_its_zone_and_waves_is_worse_and_a_cosine_is_as_bad():
 
 
 def test_a_band_is_that_of_random_cams():
-    """Its half is three standard deviations of 40,000 cams with errors spread as their tolerances say."""
+    """Its half is three standard deviations of 40,000 cams with errors spread as their tolerances say.
+
+    No cam is beyond the worst case, and the band is not either.
+    """
     spread = {"plus": 0.02, "minus": 0.02}
     given = {
         "follower.roller_radius": {**spread, "cpk": 1.2},
@@ -122,7 +126,7 @@ def test_a_band_is_that_of_random_cams():
         found = turn.at(angles)
         deviation = np.sqrt(sum(each.deviation[order] ** 2 for each in found))
         np.testing.assert_allclose(errors.std(axis=0), deviation, rtol=0.02)
-        np.testing.assert_allclose(band(found, order), 3 * deviation, rtol=1e-12)
+        np.testing.assert_allclose(band(found, order), np.minimum(3 * deviation, worst(found, order)), rtol=1e-12)
 
 
 TRAINS = {
@@ -155,7 +159,8 @@ def test_a_jump_of_the_motion_makes_its_error_infinite_with_a_reason():
     found = camopt.tolerance(scene_of(law="harmonic", given={"follower.offset": 0.02}))
     assert [np.isinf(each.worst) for each in found.errors] == [False, False, True]
     assert found.errors[2].at_deg == pytest.approx(0.0, abs=1e-9)
-    assert "The acceleration of the motion jumps at 0 deg" in found.reason
+    jumps = sorted({round(np.degrees(jump.at), 6) for jump in turn_errors(found.scene).problem.programme.jumps})
+    assert f"The acceleration of the motion jumps at {', '.join(f'{at:g}' for at in jumps)} deg" in found.reason
     flat = camopt.tolerance(scene_of("flat", "harmonic", {"profile": 0.02, "waves": 8}))
     assert flat.reason == ""
     assert flat.errors[2].worst == pytest.approx(0.02 * 64 * (420 * 2 * np.pi / 60) ** 2 / 1e3)
@@ -237,13 +242,53 @@ def test_a_mirrored_cam_has_the_same_errors():
         ({"face_tilt": 0.1}, "tolerances.face_tilt: is for a translating follower with a flat face"),
         ({"waves": 3}, "tolerances.waves = 3: goes with tolerances.profile, which is missing"),
         ({"profile": 0.0}, "tolerances.profile = 0.0: must be at least 1e-09"),
-        ({"roller_radius": 0.1}, "tolerances.roller_radius = 0.1: not a known key"),
+        (
+            {"roller_radius": 0.1},
+            "tolerances.roller_radius = 0.1: not a known key; did you mean tolerances.follower.roller_radius?",
+        ),
+        ({"follower.roller_radius": 14}, "tolerances.follower.roller_radius = 14.0: must be below follower.roller"),
+        ({"follower.roller_radius": {"minus": 99.0}}, "must be below follower.roller_radius (14)"),
+        ({"bore_eccentricity": 900.0}, "tolerances.bore_eccentricity = 900.0: must be below cam.base_radius ("),
+        ({"phase": {"minus": 181}}, "must be at most 180 deg"),
+        ({"phase": {"plus": 1, "distribution": "uniform", "cpk": 1.3}}, "tolerances.phase.cpk = 1.3: a cpk is of"),
     ],
 )
 def test_what_is_no_tolerance_is_told(given, said):
     with pytest.raises(BadInput) as refused:
         scene_of(given=given)
     assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("scene", "given", "key", "most"),
+    [
+        ("roller-1000rpm", {"bore_eccentricity": 40}, "bore_eccentricity", 35.0),
+        ("roller-1000rpm", {"follower.offset": 60, "phase": 0.1}, "follower.offset", 35.0),
+        ("rocker-valve", {"follower.arm_length": 20}, "follower.arm_length", None),
+        ("roller-1000rpm", {"follower.offset": 30, "bore_eccentricity": 30}, "", None),
+    ],
+)
+def test_tolerances_that_lose_the_cam_are_told_with_what_is_allowed(scene, given, key, most):
+    """An axis 20 mm off a pitch circle of 55 mm finds it until one is off by the other 35 mm, whichever it is."""
+    scene = camopt.find_scene(scene)
+    with pytest.raises(BadInput, match=f"tolerances{'.' if key else ''}{key}.*does not touch its cam") as told:
+        camopt.tolerance(scene.replace(tolerances=given))
+    allowed = str(told.value).rpartition("at most ")[2].removeprefix("about ")
+    if key:
+        size = float(allowed)
+        assert most is None or size == pytest.approx(most, rel=0.01)
+        smaller = WorstSearch.of(turn_errors(scene.replace(tolerances={key: 0.99 * size})))
+        assert np.isfinite(smaller.highest(smaller.first())).all()
+    else:
+        assert allowed.endswith("% of these")
+        assert 0.0 < float(allowed.split()[0]) < 100.0
+
+
+def test_one_uniform_error_has_no_root_sum_square_beyond_its_worst_case():
+    for kind, share in (("uniform", 1.0), ("triangular", 1.0), ("normal", 0.5)):
+        given = {"phase": {"plus": 0.1, "minus": 0.1, "distribution": kind, **({"cpk": 2.0} if share < 1 else {})}}
+        for each in camopt.tolerance(scene_of(given=given)).errors:
+            assert each.three_sigma == pytest.approx(share * each.worst, rel=1e-9)
 
 
 def test_a_class_needs_the_size_that_it_is_of():
