@@ -170,7 +170,7 @@ def curves_of(problem: Problem, cutter_radius: float | None = None) -> dict[str,
     Those of a groove are two of each, ``profile_left`` and ``profile_right``; a flat face has no pitch curve. Those
     of a second disc are ``second_pitch``, ``second_profile`` and ``second_cutter``.
     """
-    found, curve = distances(problem.setup.mechanism, problem.design, cutter_radius), curve_of(problem, 0.0)
+    found, curve = distances(problem.setup.mechanism, problem.half_width, cutter_radius), curve_of(problem, 0.0)
     curves = {name: replace(curve, distance=distance) for name, distance in found.items()}
     if (second := second_disc(problem)) is None:
         return curves

@@ -150,7 +150,7 @@ def _check(work: Workpiece, asked: Milling) -> None:
 
 def _of_groove(work: Workpiece, asked: Milling) -> Iterator[Mistake]:
     """A cutter clears a groove along its middle and its walls, to its depth, and leaves no more than there is."""
-    half, cutter, deep = float(work.problem.design.roller_radius[0]), asked.cutter_radius, work.part.groove_depth
+    half, cutter, deep = work.problem.half_width, asked.cutter_radius, work.part.groove_depth
     if asked.blank_diameter is not None:
         yield Mistake("camopt", "blank_diameter", asked.blank_diameter, "means nothing to a groove", bare=True)
     if cutter is not None and 0.0 < cutter < half * LEAST_CUTTER:
@@ -186,7 +186,7 @@ def _round(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, 
 def _in_groove(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, _Cut]:
     """The cuts in a groove by name: along its middle, and for a narrower cutter along both walls."""
     pitch = curves_of(work.problem)["pitch"]
-    room = float(work.problem.design.roller_radius[0]) - cutter_radius
+    room = work.problem.half_width - cutter_radius
     cuts = {"middle": _Cut(pitch, 0.0)}
     for name, left in {"roughing": roughing, "cutter": 0.0}.items() if room else ():
         for flank in work.problem.setup.mechanism.flanks if left or name == "cutter" else ():

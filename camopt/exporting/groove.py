@@ -66,6 +66,8 @@ class Groove:
     curve: CamCurve
     inner: float
     outer: float
+    half_width: float
+    """Radius of the roller and half its clearance, mm."""
     sections: int = SECTIONS
 
     @property
@@ -94,7 +96,7 @@ class Groove:
         angles, radii = angles[:, None], radii[None, :]
         y, y1, *_ = (row[:, None] for row in span.stroke.motion(angles[:, 0]))
         found = self.curve.mechanism.contact(design, lift, angles, y, y1)
-        mean, reach = design.size, side * design.roller_radius
+        mean, reach = design.size, side * self.half_width
         beside = found.x - mean * angles
         station = radii + 0.0 * angles
         for _ in range(GROOVE_ROUNDS):
@@ -121,7 +123,7 @@ def carved(work: Workpiece) -> Groove:
     """The groove of a cylindrical cam, of the depth in ``[part]``, with the mean radius in its middle."""
     mean, depth = float(work.problem.design.size[0]), work.part.groove_depth
     assert depth
-    return Groove(curve_of(work.problem, 0.0), mean - depth / 2, mean + depth / 2)
+    return Groove(curve_of(work.problem, 0.0), mean - depth / 2, mean + depth / 2, work.problem.half_width)
 
 
 def undercut_at(groove: Groove) -> float | None:

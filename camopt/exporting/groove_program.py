@@ -48,9 +48,11 @@ class Axes(NamedTuple):
     rotary: str
     lateral: float
     """The sign of Y where the angle about the axis of the cam grows, where the cutter is."""
+    plane: str
+    """What says that the cutter is along ``radial``: its length counts there."""
 
 
-AXES = dict(zip(ROTARY_AXES, (Axes("X", "Z", "A", -1.0), Axes("Z", "X", "C", 1.0)), strict=True))
+AXES = dict(zip(ROTARY_AXES, (Axes("X", "Z", "A", -1.0, "G17"), Axes("Z", "X", "C", 1.0, "G19")), strict=True))
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,7 @@ def write_groove(work: Workpiece, path: Path, asked: Milling) -> Export:
         DIALECTS[asked.control], asked.decimals, axes, outer, on_arm=bool(np.any(places.beside != 0.0))
     )
     _begin(program, work, asked, places, axes)
-    program.start(asked.tool, asked.spindle, asked.coolant)
+    program.start(asked.tool, asked.spindle, asked.coolant, axes.radial)
     program.radially(outer + CLEARANCE)
     program.over(places)
     above = -CLEARANCE
@@ -247,11 +249,12 @@ def _begin(program: Program, work: Workpiece, asked: Milling, places: Places, ax
     program.comment(f"{axes.along} zero: {zero}; Y and {axes.radial} zero: axis of the cam")
     program.comment(f"{axes.rotary} in deg: where the cutter is on the cam, right-handed about {axes.along};")
     program.comment(f"{axes.rotary} zero: cam angle 0 below the cutter")
-    program.say(*program.words.modes, *program.words.turning)
+    modes = (each.replace("G17", axes.plane) for each in program.words.modes)
+    program.say(*modes, *program.words.turning)
 
 
 def _narrower(work: Workpiece, cutter_radius: float) -> Iterator[str]:
     """A note on a cutter that is not as wide as the groove."""
-    left = float(work.problem.design.roller_radius[0]) - cutter_radius
+    left = work.problem.half_width - cutter_radius
     if left > 0.0:
-        yield f"the cutter is smaller than the roller: it roughs, and leaves {with_shown_unit(left)} on each wall"
+        yield f"the cutter is narrower than the groove: it roughs, and leaves {with_shown_unit(left)} on each wall"

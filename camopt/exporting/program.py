@@ -26,10 +26,10 @@ class Program:
         for each in templates:
             self.lines += each.format(units=self.words.units[system_shown()], **values).split("\n")
 
-    def start(self, tool: int | None, spindle: float | None, coolant: bool) -> None:
-        """Take the cutter, and switch on what turns and flows."""
+    def start(self, tool: int | None, spindle: float | None, coolant: bool, axis: str = "Z") -> None:
+        """Take the cutter, which is along an axis, and switch on what turns and flows."""
         if tool is not None:
-            self.say(*self.words.tool, tool=tool, speed=f"{spindle or 0:g}")
+            self.say(*self.words.tool, tool=tool, speed=f"{spindle or 0:g}", axis=axis)
         if spindle is not None:
             self.say(self.words.spindle, speed=f"{spindle:g}")
         if coolant:

@@ -40,14 +40,15 @@ def cam_curves(
     return CamCurves(pitch, normal, profile)
 
 
-def distances(mechanism: Mechanism, design: Designs, cutter_radius: float | None = None) -> dict[str, float]:
+def distances(mechanism: Mechanism, radius: float, cutter_radius: float | None = None) -> dict[str, float]:
     """Distance (mm) of each curve of one design along the normal of its pitch curve, or of its flat face, by name.
+
+    ``radius`` is that of the follower's round body with half its clearance.
 
     ``pitch`` (not for a flat face, which has no trace point), ``profile``, and ``cutter``, the path of the centre
     of a cutter, if its radius is given. A groove has ``profile_left`` and ``profile_right``, and two cutter paths
     likewise: left and right are seen along the motion of the roller in it.
     """
-    radius = float(design.roller_radius[0])
     found = {} if mechanism.flat_faced else {"pitch": 0.0}
     out = {"profile": -radius} | ({} if cutter_radius is None else {"cutter": cutter_radius - radius})
     for name, distance in out.items():

@@ -178,6 +178,11 @@ class Problem:
         return self.values.trains(numbers, angular=self.setup.angular)
 
     @property
+    def half_width(self) -> float:
+        """How far walls and profile are from the pitch curve: the roller's radius and half its clearance, mm."""
+        return float(self.design.roller_radius[0]) + 0.5 * float(self.setup.given.drive.clearance or 0.0)
+
+    @property
     def size_name(self) -> str:
         """The quantity of the size of the cam."""
         return self.setup.mechanism.body.size_quantity

@@ -206,7 +206,7 @@ def _groove(cam: TrueCam) -> Iterator[str]:
     if setup.mechanism.body.bounded or setup.mechanism.body.developed:
         return
     yield cam.say("Groove {} wide, about the path of the roller's centre.").format(
-        f"{said(2 * cam.roller)} {part.groove_fit or ''}".rstrip()
+        f"{said(2 * cam.problem.half_width)} {part.groove_fit or ''}".rstrip()
     )
     if part.groove_chamfer:
         yield cam.say("Edges of the groove chamfered {} × 45°.").format(said(part.groove_chamfer))

@@ -194,7 +194,19 @@ def test_a_program_of_four_axes_cuts_the_walls_of_a_groove(tmp_path, control, ro
 
 def test_a_cutter_that_is_smaller_than_the_roller_roughs(tmp_path):
     found = export(GROOVES["oscillating"](), tmp_path / "cam.nc", cutter_radius=7.0, feed=100.0)
-    assert "the cutter is smaller than the roller: it roughs, and leaves 1 mm on each wall" in found.notes
+    assert "the cutter is narrower than the groove: it roughs, and leaves 1 mm on each wall" in found.notes
+
+
+@pytest.mark.parametrize("name", ["feeder-with-stop", "face-groove-shutter"])
+def test_walls_are_apart_by_roller_and_clearance(tmp_path, name):
+    """In the curves, and as the radius of the cutter that takes the place of the roller."""
+    scene = find_scene(name).replace(**{"drive.clearance": 0.06})
+    half = scene.follower.roller_radius + 0.03
+    walls = [curve.distance for at, curve in curves_of(resolve_design(scene)).items() if at.startswith("profile")]
+    assert sorted(walls) == pytest.approx([-half, half])
+    assert export(scene, tmp_path / "cam.nc", cutter_radius=half, feed=200.0).curves
+    with pytest.raises(BadInput, match=f"at most {half:g} mm"):
+        export(scene, tmp_path / "wide.nc", cutter_radius=half + 0.01, feed=200.0)
 
 
 @pytest.mark.parametrize(("edits", "settings", "message"), [

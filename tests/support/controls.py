@@ -217,10 +217,15 @@ TURNING_MODES = {
 }
 
 
+PLANES = {"Z": "G17", "X": "G19"}
+"""Of arcs, to which the tool is square: its length counts along an axis."""
+
+
 def run_turning(program, control, along="X", radial="Z", rotary="A", clear=0.0):
     """A control of four axes that runs the program of a groove: fast moves keep above ``clear``, mm."""
     lines = [line.partition(" ")[2] if control == "heidenhain" else line for line in program.splitlines()]
-    modes, by_time, back, end = TURNING_MODES[control]
+    modes, by_time, back, end = (each.replace("G17", PLANES[radial]) for each in TURNING_MODES[control])
+    assert control != "heidenhain" or any(re.match(rf"TOOL CALL \d+ {radial} S", line) for line in lines)
     at = dict.fromkeys((along, "Y", radial, rotary))
     machine, set_up, rate = Turning(), not modes, None
     for line in lines:
