@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from camopt.front.sweep import sweep
     from camopt.measured.fit import fit
     from camopt.measured.fitted import Fit
-    from camopt.measured.inspection import Inspection, ProfileWave, ToleranceUse, inspect
+    from camopt.measured.inspection import Inspection, ToleranceUse, inspect
     from camopt.measured.profile import MeasuredProfile
+    from camopt.measured.waves import ProfileWave
     from camopt.mistakes import BadInput, CamoptError, Stopped, UnknownName, Unmet, Unsolved
     from camopt.motion import LAWS
     from camopt.quantities import QUANTITIES
@@ -83,7 +84,7 @@ _HOMES = {
     "Optimum": "smallest.optimise",
     "Passage": "studies.timing",
     "Price": "smallest.prices",
-    "ProfileWave": "measured.inspection",
+    "ProfileWave": "measured.waves",
     "QUANTITIES": "quantities",
     "Scene": "scene.scene",
     "Spectrum": "studies.spectrum",

@@ -125,12 +125,22 @@ def _names(given: click.Parameter) -> tuple[str | None, str]:
 
 def refuse_without(option: str, others: dict[str, Any]) -> None:
     """BadInput for each of some options that mean nothing without another."""
+    _refuse(f"belongs to {option}, which is not given", others)
+
+
+def refuse_with(option: str, others: dict[str, Any]) -> None:
+    """BadInput for each of some options that mean nothing with another."""
+    _refuse(f"does not go with {option}", others)
+
+
+def _refuse(why: str, others: dict[str, Any]) -> None:
+    """BadInput for each option that is given."""
     from camopt.mistakes import BadInput, Mistake
 
-    why = f"belongs to {option}, which is not given"
     given = {option_of(name): value for name, value in others.items() if value is not None}
-    if given:
-        raise BadInput([Mistake("camopt", name, value, why, bare=True) for name, value in given.items()])
+    shown = {name: str(value) if isinstance(value, Path) else value for name, value in given.items()}
+    if shown:
+        raise BadInput([Mistake("camopt", name, value, why, bare=True) for name, value in shown.items()])
 
 
 def changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:

@@ -173,7 +173,12 @@ def _resting(tables: Mapping[str, Any], radius: float, file: str) -> Problem:
 
 
 def met_by_follower(
-    profile: MeasuredProfile, points: MeasuredPoints, tables: Mapping[str, Any], file: str, keep_outliers: bool
+    profile: MeasuredProfile,
+    points: MeasuredPoints,
+    tables: Mapping[str, Any],
+    file: str,
+    keep_outliers: bool,
+    gaps_anywhere: bool = False,
 ) -> Touched:
     """The follower of a scene at the points of a profile."""
     profile.check(points)
@@ -182,7 +187,7 @@ def met_by_follower(
     kept = points.without(lost)
     room = _usual(kept, errors_of(kept))
     _check_repeats(kept, room.band)
-    return touched(problem, profile, points, lost, room)
+    return touched(problem, profile, points, lost, room, gaps_anywhere)
 
 
 def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:

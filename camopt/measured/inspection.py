@@ -7,34 +7,39 @@ with the answer g of the motion to the profile (``tolerances.response``). By lea
 
     e(θ) ≈ y'·phase + g·size + b₁·ε₁ + b₂·ε₂
 
-with the answers b to the axis of the bore, ε: the first harmonic of the deviation. What is left are waves. Smooth
-errors are those of the smoothing spline; what it leaves is noise.
+with the answers b to the axis of the bore, ε: the first harmonic of the deviation. What is left are waves
+(``measured.waves``). Smooth errors are those of the smoothing spline; what it leaves is noise, but for points that
+are off by more than eight times as much. These, outliers that were left out, and what the follower does not reach
+are told with their distances from the drawing, and count for the tolerance of the profile.
 
-A wave of amplitude 2σ·√(ln(20·K)/n) is met by the noise σ of n points among K waves in one file of twenty.
-
-Source: G. Wahba, Spline Models for Observational Data, ch. 4; Rayleigh's distribution of amplitudes of noise.
+Source: G. Wahba, Spline Models for Observational Data, ch. 4.
 """
 
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import degrees, inf, isfinite, log, sqrt
+from math import degrees, inf, isfinite, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camopt.effects.motion import scale, unit_of
 from camopt.measured.columns import PROFILES, TableColumns
 from camopt.measured.contact import position_of
 from camopt.measured.fit import met_by_follower
-from camopt.measured.profile import MeasuredProfile
-from camopt.measured.reading import MeasuredPoints, read_points
+from camopt.measured.noise import OUTLIER_OFF, noise_of
+from camopt.measured.outline import gaps
+from camopt.measured.profile import MeasuredProfile, Touched
+from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from, read_points
 from camopt.measured.smoothing import smoothed
+from camopt.measured.waves import ProfileWave, WavesFound, waves_of
 from camopt.mechanisms.body import DISC
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
+from camopt.numerics.neighbours import MEDIAN
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem, resolve_design
 from camopt.quantities.shown import HasHtml
@@ -42,36 +47,18 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import zone_of
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tolerances.contributions import contributions
 from camopt.tolerances.response import Responses
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.worst_case import WorstSearch
 
 TURNS, FITS = 1440, 6
 """In how many ways the cam is put on its shaft at first, and how often this is made better."""
-MOST_WAVES = 120
-PER_WAVE = 4
-"""Points of a wave, at least."""
-ONE_IN = 20.0
-"""Files in which noise looks like a wave."""
-SHOWN_WAVES = 6
-
-
-class ProfileWave(NamedTuple):
-    """A harmonic of the deviation of a profile along its normal.
-
-    Examples
-    --------
-    >>> turn = np.radians(np.arange(0, 360, 2))
-    >>> rough = (20 + 0.01 * np.cos(7 * turn)) * np.exp(1j * turn)
-    >>> points = camopt.MeasuredProfile(np.column_stack([rough.real, rough.imag]), "xy")
-    >>> camopt.inspect(points, camopt.find_scene("bucket-valve")).waves[0].number > 0
-    True
-    """
-
-    number: int
-    """In a turn."""
-    amplitude: float
-    """mm."""
+SHOWN_ROWS = 6
+LEAST_OFF = 1e-4
+"""Points that are off by less, mm, are not told."""
+NO_SUCH_CAM = 0.02
+"""Of the stroke: a cam that is further off is not the one of the drawing, or was read wrongly."""
 
 
 class ToleranceUse(NamedTuple):
@@ -98,6 +85,13 @@ class ToleranceUse(NamedTuple):
     def share(self) -> float | None:
         """Of what is allowed."""
         return None if self.allowed is None else self.found / self.allowed if self.allowed else inf
+
+
+class OffPoint(NamedTuple):
+    """A point far off its neighbours: its row, and its distance outside the profile of the drawing, mm."""
+
+    row: int
+    off: float
 
 
 @dataclass(frozen=True)
@@ -130,6 +124,18 @@ class Inspection(HasHtml):
         By how much the profile stands out all over, mm.
     angles, errors : ndarray
         Cam angles of the points, deg, and smooth errors of the tool there.
+    outliers : tuple of OffPoint
+        Points far off their neighbours, or not reached, the furthest first: ``row`` and ``off``, the distance
+        outside the profile of the drawing, mm, below 0 in a dent. They count for the profile, and for nothing else
+        unless outliers are kept.
+    gaps : tuple of (float, float)
+        Cam angles between which points are missing, deg.
+    unreached : tuple of int
+        Rows of points in hollows that the follower does not reach.
+    not_counted : tuple of str
+        Tolerances that have no part in what is allowed of the motion: the follower is nominal here.
+    far : bool
+        Whether it is so far off that it is hardly a cam of this drawing.
 
     Examples
     --------
@@ -153,10 +159,15 @@ class Inspection(HasHtml):
     size: float
     angles: FloatArray
     errors: FloatArray
+    outliers: tuple[OffPoint, ...] = ()
+    gaps: tuple[tuple[float, float], ...] = ()
+    unreached: tuple[int, ...] = ()
+    not_counted: tuple[str, ...] = ()
+    far: bool = False
 
     @property
     def within(self) -> bool | None:
-        """Whether no tolerance is exceeded; None if the scene has none of what was found."""
+        """Whether no tolerance is exceeded where points are; None if the scene has none of what was found."""
         shares = [each.share for each in self.used if each.share is not None]
         return None if not shares else max(shares) <= 1.0
 
@@ -170,17 +181,43 @@ class Inspection(HasHtml):
             moves = "" if each.moves is None else with_unit(each.moves, self.unit)
             rows.append([each.key, allowed, with_unit(each.found, each.unit), share, moves])
         kinds = [Cell(head, NUMERIC if head else "") for head in heads]
-        said = {None: "The scene has no tolerances", True: "Within all tolerances", False: "Beyond a tolerance"}
-        off = f"The tool is off by {with_unit(self.error, self.unit)} at {number(self.at_deg)} deg"
-        noise = f"noise of the points {with_unit(self.noise, 'mm')}"
-        turned = f"The cam is ahead of the angles of the points by {number(self.phase_deg)} deg"
-        note = f"{said[self.within]}. {off}; {noise}. {turned}. {self._of_waves}"
-        return Table.of(f"{os.path.basename(self.file)} against {self.scene.name}", kinds, rows, note)
+        return Table.of(f"{os.path.basename(self.file)} against {self.scene.name}", kinds, rows, self._note)
+
+    @property
+    def _note(self) -> str:
+        """What the table does not say, a sentence each."""
+        within = f"Within all tolerances{' where points are' if self.gaps else ''}"
+        said = {None: "The scene has no tolerances", True: within, False: "Beyond a tolerance"}
+        ahead = "ahead of" if self.phase_deg >= 0.0 else "behind"
+        told = [
+            said[self.within],
+            f"The tool is off by {with_unit(self.error, self.unit)} at {number(self.at_deg)} deg; "
+            f"noise of the points {with_unit(self.noise, 'mm')}",
+            f"The cam is {ahead} the angles of the points by {number(abs(self.phase_deg))} deg",
+            self._of_waves,
+        ]
+        if self.far:
+            told.append("That is no cam of this drawing: check rotation, probe, unit, and the angle 0 if aligned")
+        if self.outliers:
+            off = [f"row {each.row} by {with_unit(each.off, 'mm')}" for each in self.outliers]
+            told.append(f"Points far off their neighbours, which count for the profile: {_some(off)}")
+        if self.gaps:
+            ends = [f"from {low:.4g} to {high:.4g} deg" for low, high in self.gaps]
+            told.append(f"No points {_some(ends)}: what the profile is there, and waves there, are not known")
+        if self.unreached:
+            told.append(f"The follower does not reach {len(self.unreached)} points: rows {_some(self.unreached)}")
+        if self.not_counted:
+            told.append(f"Not in the motion that is allowed: {', '.join(self.not_counted)}")
+        return "".join(f"{each}. " for each in told).rstrip()
 
     @property
     def _of_waves(self) -> str:
-        some = ", ".join(f"{each.number} of {with_unit(each.amplitude, 'mm')}" for each in self.waves[:SHOWN_WAVES])
-        return f"Waves in a turn: {some}." if some else "No waves but those of noise."
+        some = [f"{each.number} of {with_unit(each.amplitude, 'mm')}" for each in self.waves]
+        if not some:
+            return "No waves but those of noise"
+        alike = next((each for each in self.used if each.key == "waves" and each.allowed is not None), None)
+        zone = f", as steep or curved as {alike.found:.4g} of the height of the zone" if alike else ""
+        return f"Waves in a turn: {_some(some)}{zone}"
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each tolerance."""
@@ -190,6 +227,11 @@ class Inspection(HasHtml):
     def shown_cam(self) -> Scene:
         """The drawing."""
         return self.scene
+
+
+def _some(words: Sequence[Any]) -> str:
+    """The first of some words."""
+    return ", ".join(map(str, words[:SHOWN_ROWS])) + (" and others" if len(words) > SHOWN_ROWS else "")
 
 
 def inspect(
@@ -223,7 +265,7 @@ def inspect(
     turn : float, optional
         The angle of one turn of the cam in the file.
     keep_outliers : bool, default False
-        Whether single points that are far off their neighbours count too.
+        Whether single points that are far off their neighbours count for the error of the tool and the waves too.
     aligned : bool, default False
         Whether the angle 0 of the points is that of the scene, as measured from the keyway: phase counts then.
 
@@ -261,8 +303,8 @@ def inspect(
         raise BadInput([Mistake("camopt", "lift_unit", lift_unit, "mm or inch for a profile")])
     read = TableColumns(columns, angle_unit, lift_unit or "mm", turn, PROFILES[profile.form])
     measured = read_points(profile.points, read)
-    seen = met_by_follower(profile, measured, scene.to_dict(), problem.file, keep_outliers)
-    return _Inspected(problem, scene, seen.positions.without(seen.lost), aligned).found()
+    seen = met_by_follower(profile, measured, scene.to_dict(), problem.file, keep_outliers, gaps_anywhere=True)
+    return _Inspected(problem, scene, measured, seen, aligned, keep_outliers).found()
 
 
 @dataclass(frozen=True)
@@ -271,14 +313,16 @@ class _Inspected:
 
     problem: Problem
     scene: Scene
-    points: MeasuredPoints
+    measured: MeasuredPoints
+    seen: Touched
     aligned: bool
+    keep_outliers: bool
 
     def found(self) -> Inspection:
         """What is told of the cam."""
         errors = self.off * self.answers[0]
         if self.aligned:
-            errors = errors + self._errors(0.0) - self._errors(self.zero)
+            errors = errors + self._of_phase
         place = int(np.abs(errors).argmax())
         unit, tool = scale(self.problem.setup, 0), self._at_tool(errors)
         used = tuple(self._used(place, unit * float(np.abs(tool).max())))
@@ -291,11 +335,16 @@ class _Inspected:
             unit_of(self.problem.setup, 0),
             self.noise,
             used,
-            self.waves,
+            self.waves.waves,
             (float(self.parts[2]), float(self.parts[3])),
             float(self.parts[1]),
             np.degrees(self.places),
             unit * tool,
+            self.outliers,
+            tuple(self._gaps()),
+            tuple(self.seen.unreached.tolist()),
+            tuple(self._not_counted()),
+            float(np.abs(errors).max()) > NO_SUCH_CAM * float(np.ptp(self.problem.programme.at(self.places)[0])),
         )
 
     def _used(self, place: int, moved: float) -> Iterator[ToleranceUse]:
@@ -303,21 +352,20 @@ class _Inspected:
         answer, bore = self.answers[0][place], self.bore
         apart = given.bore_eccentricity is not None
         rest = self.off - bore / self.answers[0] if apart else self.off
-        waves = None if given.waves is None else float(given.waves)
         rate = float(self._rate[place]) * unit
-        yield ToleranceUse(
-            "profile", "mm", float(np.abs(rest).max()), given.profile, rate * float(rest[place] * answer)
-        )
-        if self.waves or waves:
-            yield ToleranceUse("waves", "", float(max((w.number for w in self.waves), default=0)), waves, None)
+        found = self._outliers[1] - self._outliers[2] * apart
+        largest = float(np.abs([*rest, *found]).max())
+        yield ToleranceUse("profile", "mm", largest, given.profile, rate * float(rest[place] * answer))
+        if given.profile is not None and (self.waves.waves or given.waves):
+            allowed = None if given.waves is None else float(given.waves)
+            yield ToleranceUse("waves", "", self.waves.count_within(given.profile), allowed, None)
         if apart:
-            found = float(np.hypot(*self.parts[2:]))
-            yield ToleranceUse("bore_eccentricity", "mm", found, given.bore_eccentricity, rate * float(bore[place]))
+            away = float(np.hypot(*self.parts[2:]))
+            yield ToleranceUse("bore_eccentricity", "mm", away, given.bore_eccentricity, rate * float(bore[place]))
         if given.phase is not None and self.aligned:
             zone = zone_of(given.phase, "phase", 0.0)
-            yield ToleranceUse(
-                "phase", "deg", abs(self.phase), zone.upper if self.phase >= 0.0 else -zone.lower, None
-            )
+            end = zone.upper if self.phase >= 0.0 else -zone.lower
+            yield ToleranceUse("phase", "deg", abs(self.phase), end, rate * float(self._of_phase[place]))
         if given.profile is not None or apart:
             bound = WorstSearch.of(TurnErrors(self._drawing, self.problem)).run().bound
             yield ToleranceUse(
@@ -325,20 +373,30 @@ class _Inspected:
             )
 
     @cached_property
-    def positions(self) -> FloatArray:
-        """Positions of the follower, mm (rad)."""
-        lifts = self.points.lifts
-        return np.radians(lifts) if self.problem.setup.angular else lifts
+    def points(self) -> MeasuredPoints:
+        """Those without the outliers that are left out."""
+        return self.seen.positions.without(self.seen.lost)
 
     @cached_property
     def start(self) -> float:
         """The position on the base circle of the drawing."""
         return float(position_of(self.problem, self.problem.design)[0])
 
+    @cached_property
+    def positions(self) -> FloatArray:
+        """Positions of the follower, mm (rad)."""
+        lifts = self.points.lifts
+        return np.radians(lifts) if self.problem.setup.angular else lifts
+
     def _errors(self, zero: float) -> FloatArray:
         """Positions less those of a cam that is turned on its shaft."""
         there = np.mod(np.radians(self.points.angles) - zero, self.turn)
         return np.asarray(self.positions - self.start - self.problem.programme.at(there)[0])
+
+    @cached_property
+    def _of_phase(self) -> FloatArray:
+        """What it makes of the errors that the cam is ahead."""
+        return self._errors(0.0) - self._errors(self.zero)
 
     @property
     def turn(self) -> float:
@@ -397,34 +455,73 @@ class _Inspected:
 
     @cached_property
     def off(self) -> FloatArray:
-        """Smooth deviations along the normal, mm."""
-        return np.asarray(self.raw - self.curve.off)
+        """Smooth deviations along the normal, mm, and those of outliers that are kept."""
+        return np.asarray(self.raw - np.where(self.beyond & self.keep_outliers, 0.0, self.curve.off))
 
     @cached_property
     def curve(self) -> Any:
         return smoothed(replace(self.points, lifts=self.raw))
 
     @cached_property
-    def noise(self) -> float:
-        count = self.raw.size
-        return sqrt(float(self.curve.off @ self.curve.off) / (count - self.curve.freedom))
+    def beyond(self) -> NDArray[np.bool_]:
+        """Which points the smooth deviation leaves off by more than noise does."""
+        return np.asarray(np.abs(self.curve.off) > self._most)
 
     @cached_property
-    def waves(self) -> tuple[ProfileWave, ...]:
-        """Harmonics of the deviation from the second on, which noise does not explain."""
-        rest, most = self.raw - self.bore / self.answers[0], min(MOST_WAVES, self.raw.size // PER_WAVE)
-        orders = np.arange(1, most + 1)
-        turned = np.outer(np.radians(self.points.angles), orders)
-        columns = np.hstack([np.ones((rest.size, 1)), np.cos(turned), np.sin(turned)])
-        found = np.linalg.lstsq(columns, rest, rcond=None)[0][1:]
-        sizes = np.hypot(found[:most], found[most:])
-        least = 2.0 * self.noise * sqrt(log(ONE_IN * most) / rest.size)
-        waves = [
-            ProfileWave(int(k), float(size))
-            for k, size in zip(orders, sizes, strict=True)
-            if k > 1 and size > least
-        ]
-        return tuple(sorted(waves, key=lambda wave: -wave.amplitude))
+    def _most(self) -> float:
+        """What noise leaves of points, mm."""
+        usual = float(np.median(np.abs(self.curve.off))) / MEDIAN
+        return max(OUTLIER_OFF * max(noise_of(replace(self.points, lifts=self.raw)), usual), LEAST_OFF)
+
+    @cached_property
+    def noise(self) -> float:
+        left = self.curve.off[~self.beyond]
+        return sqrt(float(left @ left) / (left.size - self.curve.freedom))
+
+    @cached_property
+    def _outliers(self) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+        """Rows of points that were left out, not reached or beyond noise, the furthest first.
+
+        With their distances outside the profile of the drawing, mm, and what the axis of the bore makes of these.
+        """
+        every, kept = self.measured, np.isin(self.measured.rows, self.points.rows[~self.beyond])
+        rows = every.rows[~kept]
+        if not rows.size:
+            return rows, np.empty(0), np.empty(0)
+        off = self.seen.distances(self.problem, degrees(self.zero), rows)
+        of_row = dict(zip(self.points.rows.tolist(), self.bore / self.answers[0], strict=True))
+        known = np.isin(every.rows, self.points.rows)
+        made = np.array([of_row[row] for row in every.rows[known].tolist()])
+        axis = np.interp(every.angles[~kept], every.angles[known], made, period=FULL_TURN)
+        told = [k for k in np.argsort(-np.abs(off - axis)) if abs(off - axis)[k] > self._most]
+        return rows[told], off[told], axis[told]
+
+    @property
+    def outliers(self) -> tuple[OffPoint, ...]:
+        """With their distances."""
+        return tuple(OffPoint(int(row), float(off)) for row, off in zip(*self._outliers[:2], strict=True))
+
+    @cached_property
+    def waves(self) -> WavesFound:
+        """Those of the deviation, without the axis of the bore."""
+        off = np.where(self.beyond, self.off, self.raw) - self.bore / self.answers[0]
+        return waves_of(np.radians(self.points.angles), off, self.noise)
+
+    def _gaps(self) -> Iterator[tuple[float, float]]:
+        """Cam angles between which points are missing, deg."""
+        at = dict(zip(self.points.rows.tolist(), np.degrees(self.places).tolist(), strict=True))
+        kept = self.measured.only(np.flatnonzero(np.isin(self.measured.rows, self.points.rows)).tolist())
+        for k in gaps(kept):
+            ends = [at[int(kept.rows[place % kept.rows.size])] for place in (k, k + 1)]
+            low, high = ends if angle_from(*ends) < angle_from(*ends[::-1]) else ends[::-1]
+            yield low, high
+
+    def _not_counted(self) -> Iterator[str]:
+        """The keys of tolerances that are about nothing of what was measured."""
+        counted = self._drawing.tolerances
+        for each in contributions(self.scene, self.problem, np.zeros(1)):
+            if getattr(counted, each.key, None) is None:
+                yield each.key
 
     def _at_tool(self, errors: FloatArray) -> FloatArray:
         """What errors of the follower are at the tool."""

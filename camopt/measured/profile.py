@@ -126,11 +126,17 @@ class Touched(NamedTuple):
 
 
 def touched(
-    problem: Problem, profile: MeasuredProfile, points: MeasuredPoints, lost: Sequence[int], room: Room
+    problem: Problem,
+    profile: MeasuredProfile,
+    points: MeasuredPoints,
+    lost: Sequence[int],
+    room: Room,
+    gaps_anywhere: bool = False,
 ) -> Touched:
     """The follower at each of the points (angles and distances); the room is that of their noise.
 
-    Outliers, whose places are ``lost``, do not shape the curve.
+    Outliers, whose places are ``lost``, do not shape the curve. Points may be missing on the base circle, or
+    anywhere if the motion is not to be found from them.
 
     Raises
     ------
@@ -141,7 +147,7 @@ def touched(
         If the convex solver fails.
     """
     kept = points.without(lost)
-    between = _between(kept, room.band)
+    between = _between(kept, np.inf if gaps_anywhere else room.band)
     curve, side = _closed(kept, room), 1.0 if profile.form == "xy" else problem.design.sense
     smooth, normals = _curve(curve, points.angles, side)
     centres = points.lifts * smooth / np.abs(smooth)

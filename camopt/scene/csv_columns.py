@@ -1,25 +1,29 @@
 """Columns of numbers from CSV files, and messages for files of other kinds."""
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Mapping
 from pathlib import Path
 
 from camopt.mistakes import BadInput
 from camopt.storage.files import read_bytes, text_of
 
 MOST_SPANS = 2000  # of a law or load: each span of one is a panel of its own in every kernel
+NO_PREFIXES: Mapping[str, str] = {}
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 
 
-def read_columns(folder: Path | None, name: str, wanted: tuple[str, ...]) -> dict[str, list[float]]:
+def read_columns(
+    folder: Path | None, name: str, wanted: tuple[str, ...], prefixes: Mapping[str, str] = NO_PREFIXES
+) -> dict[str, list[float]]:
     """Columns of numbers of a CSV file, by their names; a ValueError says what is wrong with it.
 
-    ``name`` is relative to ``folder``; None if no file may be named.
+    ``name`` is relative to ``folder``; None if no file may be named. ``prefixes`` of a column may stand before its
+    numbers, as IT before a grade.
     """
     if folder is None:
         raise ValueError("must be the data themselves: the scene of a table names no files")
     try:
-        return _columns(text_of(read_bytes(folder / name)), wanted)
+        return _columns(text_of(read_bytes(folder / name)), wanted, prefixes)
     except (OSError, BadInput, ValueError, csv.Error) as trouble:
         reason = trouble.strerror if isinstance(trouble, OSError) else trouble
         if isinstance(trouble, BadInput):
@@ -37,7 +41,7 @@ def column_names(folder: Path, name: str) -> tuple[str, ...]:
         raise ValueError(f"must be {trouble.mistakes[0].allowed}") from None
 
 
-def _columns(text: str, wanted: tuple[str, ...]) -> dict[str, list[float]]:
+def _columns(text: str, wanted: tuple[str, ...], prefixes: Mapping[str, str]) -> dict[str, list[float]]:
     rows = csv.reader(text.splitlines())
     names = [name.strip() for name in next(rows, [])]
     absent = [name for name in wanted if name not in names]
@@ -47,20 +51,20 @@ def _columns(text: str, wanted: tuple[str, ...]) -> dict[str, list[float]]:
         raise ValueError(told or f"its first line has no {' and no '.join(absent)}")
     found: dict[str, list[float]] = {name: [] for name in wanted}
     for row in filter(None, rows):
-        for name, value in _numbers(row, names, wanted, rows.line_num):
-            found[name].append(value)
+        if len(row) > len(names):
+            count = f"{len(row)} values for {len(names)} columns"
+            raise ValueError(f"line {rows.line_num} has {count}; a number has no comma in it")
+        for name in wanted:
+            text = row[names.index(name)].strip() if names.index(name) < len(row) else ""
+            found[name].append(_number(text.removeprefix(prefixes.get(name, "")), name, rows.line_num))
         if len(found[wanted[0]]) > MOST_SPANS:
             raise ValueError(f"has more than {MOST_SPANS} rows")
     return found
 
 
-def _numbers(row: list[str], names: list[str], wanted: tuple[str, ...], line: int) -> Iterator[tuple[str, float]]:
-    """The wanted numbers of a row, with their names."""
-    if len(row) > len(names):
-        raise ValueError(f"line {line} has {len(row)} values for {len(names)} columns; a number has no comma in it")
-    for name in wanted:
-        text = row[names.index(name)] if names.index(name) < len(row) else ""
-        try:
-            yield name, float(text)
-        except ValueError:
-            raise ValueError(f"line {line} has no number for {name}: {text!r}") from None
+def _number(text: str, name: str, line: int) -> float:
+    """The number of a cell."""
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"line {line} has no number for {name}: {text!r}") from None

@@ -103,7 +103,7 @@ def _read(file: Path, keys: tuple[str, ...]) -> Prices:
     """Costs from a table with a column of grades, and one of costs, or one for each key."""
     try:
         names = column_names(file.parent, file.name)
-        read = partial(read_columns, file.parent, file.name)
+        read = partial(read_columns, file.parent, file.name, prefixes={"grade": "IT"})
         found = {key: read(("grade", key if key in names else "cost")) for key in keys}
     except ValueError as trouble:
         raise BadInput([Mistake(str(file), "costs", None, str(trouble), bare=True)]) from None

@@ -35,7 +35,10 @@ def cut(scene, angles):
 
 def measured(scene, turned=TURNED, noise=0.0002):
     angles = np.radians(np.arange(0.0, 360.0, 0.5))
-    points = cut(scene, angles) * np.exp(1j * np.radians(turned))
+    return with_noise(cut(scene, angles) * np.exp(1j * np.radians(turned)), noise)
+
+
+def with_noise(points, noise=0.0002):
     rng = np.random.default_rng(6)
     points = points + noise * (rng.normal(size=points.size) + 1j * rng.normal(size=points.size))
     return camopt.MeasuredProfile(np.column_stack([points.real, points.imag]), "xy")
@@ -103,6 +106,81 @@ def test_a_cam_that_is_off_its_axis_moves_an_arm_as_exact_contact_says(contact):
     used = {each.key: each for each in found.used}
     assert used["phase"].share == pytest.approx(0.4, abs=0.03)
     assert used["motion"].allowed > used["motion"].found
+
+
+ROLLER = drawn("offset-roller")
+ANGLES = np.radians(np.arange(0.0, 360.0, 0.5))
+
+
+def standing_out(off, keep=slice(None)):
+    """Points of a profile that stands out along its normal, mm, at ANGLES."""
+    points = camopt.cam_points(ROLLER, np.degrees(ANGLES))
+    profile = points["profile_x_mm"] + 1j * points["profile_y_mm"]
+    normal = points["profile_normal_x"] + 1j * points["profile_normal_y"]
+    return with_noise((profile + normal * off)[keep])
+
+
+@pytest.mark.parametrize("gap", [slice(0), slice(599, 720), slice(60, 100)], ids=["none", "dwell", "rise"])
+def test_waves_count_by_how_steep_and_curved_they_are(gap):
+    """A gap leaves them as they are; its ends are told."""
+    keep, scene = np.delete(np.arange(ANGLES.size), gap), ROLLER.replace(**{"tolerances.waves": 5})
+    for number, height in ((30, 0.0003), (45, 0.0005)):
+        found = camopt.inspect(standing_out(height * np.cos(number * ANGLES), keep), scene)
+        assert found.waves[0].number == number
+        assert found.waves[0].amplitude == pytest.approx(height, rel=0.1)
+        (waves,) = (each for each in found.used if each.key == "waves")
+        assert waves.found == pytest.approx(number * np.sqrt(height / GIVEN["profile"]), rel=0.1)
+        assert (found.within, waves.share <= 1.0) == (number == 30, number == 30)
+        missing = [*np.degrees(ANGLES[gap])]
+        ends = [(missing[0] - 0.5, (missing[-1] + 0.5) % 360.0)] if missing else []
+        assert np.allclose(np.exp(1j * np.radians(np.ravel(found.gaps) - np.ravel(ends))), 1.0, atol=0.01)
+        assert ("where points are" in found.table().note) == bool(missing and found.within)
+
+
+@pytest.mark.parametrize("keep_outliers", [False, True])
+def test_a_dent_is_told_by_its_row_and_is_beyond_the_profile(keep_outliers):
+    points = standing_out(np.where(np.arange(ANGLES.size) == 100, -0.2, 0.0))
+    found = camopt.inspect(points, ROLLER, keep_outliers=keep_outliers)
+    assert [each.row for each in found.outliers] == [101]
+    assert found.outliers[0].off == pytest.approx(-0.2, abs=0.002)
+    assert found.used[0].share == pytest.approx(10.0, rel=0.02)
+    assert not found.within
+    assert "row 101 by -0.2" in found.table().note
+
+
+def test_a_cam_that_is_none_of_the_drawing_and_a_phase_are_told():
+    behind = cut(ROLLER, ANGLES) * np.exp(-1j * np.radians(0.05))
+    aligned = camopt.inspect(
+        with_noise(behind), ROLLER.replace(**{"tolerances.follower.offset": 0.02}), aligned=True
+    )
+    assert "behind the angles of the points by 0.0" in aligned.table().note
+    assert aligned.not_counted == ("follower.offset",)
+    phase = {each.key: each for each in aligned.used}["phase"]
+    slope = resolve_design(ROLLER).programme.at(np.radians([aligned.at_deg]))[1, 0]
+    assert phase.moves == pytest.approx(np.radians(aligned.phase_deg) * slope, rel=0.01)
+    mirrored = camopt.inspect(with_noise(behind.conj()), ROLLER)
+    assert (aligned.far, mirrored.far) == (False, True)
+    assert "check rotation" in mirrored.table().note
+
+
+def test_the_command_refuses_what_does_not_go_with_points(command, tmp_path):
+    given = ["tolerance", "bucket-valve", "--measured", "cut.csv", "--profile", "xy"]
+    for others in (("--plot", "a.png"), ("--out", tmp_path), ("--cams", 9), ("--seed", 1), ("--allocate", 1)):
+        code, out, err = command(*given, *others)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert f"{others[0]} = " in err
+        assert "does not go with --measured" in err
+    assert "--costs = 'a.csv'" in command(*given, "--costs", "a.csv")[2]
+    table = camopt.cam_points(ROLLER, np.degrees(ANGLES))
+    file, scene = tmp_path / "own.csv", tmp_path / "own.toml"
+    names = ["cam_angle_deg", "profile_x_mm", "profile_y_mm"]
+    np.savetxt(
+        file, np.column_stack([table[name] for name in names]), delimiter=",", header=",".join(names), comments=""
+    )
+    scene.write_text(ROLLER.to_toml())
+    asked = ["tolerance", scene, "--measured", file, "--profile", "xy"]
+    assert command(*asked)[0] == 2
+    assert "Within all tolerances" in command(*asked, "--columns", "profile_x_mm,profile_y_mm")[1]
 
 
 def test_the_command_tells_which_tolerance_a_worn_cam_exceeds(command):

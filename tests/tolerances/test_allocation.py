@@ -84,7 +84,7 @@ def test_what_cannot_be_kept_or_is_no_cost_is_said(tmp_path):
 def test_the_command_allocates_by_a_file_of_costs(command, tmp_path):
     file, costs = tmp_path / "cut.toml", tmp_path / "costs.csv"
     file.write_text(scene_of("offset-roller", given=GIVEN).to_toml())
-    costs.write_text("grade,cost,follower.offset\n6,3,9\n7,1.5,8\n8,1,7\n9,0.7,1\n")
+    costs.write_text("grade,cost,follower.offset\n6,3,9\nIT7,1.5,8\n8,1,7\n9,0.7,1\n")
     code, out, err = command("tolerance", file, "--allocate", "0.09", "--costs", costs, "--out", tmp_path / "out")
     assert (code, "the loosest grades within ±0.09 mm" in out, "allocated.toml" in err) == (0, True, True)
     found = json.loads(command("tolerance", file, "--allocate", "0.09", "--costs", costs, "--json")[1])[

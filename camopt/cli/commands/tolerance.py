@@ -12,6 +12,7 @@ from camopt.cli.options import (
     OutputPlace,
     check_folder,
     output_options,
+    refuse_with,
     refuse_without,
     scene_options,
 )
@@ -51,6 +52,8 @@ FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
 )
 @click.option("--profile", type=click.Choice(("polar", "xy")), help="What the points are; as for fit.")
 @click.option("--probe", type=Measure("mm"), help="Radius of the ball whose centres the points are, mm.")
+@click.option("--columns", help="Names or numbers of the two columns of the points, such as 1,3; as for fit.")
+@click.option("--keep-outliers", is_flag=True, help="Single points far off count for the motion too.")
 @click.option("--aligned", is_flag=True, help="The angle 0 of the points is that of the scene: the phase counts.")
 def tolerance(
     scene: Any,
@@ -65,7 +68,7 @@ def tolerance(
     measured: Path | None,
     profile: str | None,
     probe: float | None,
-    aligned: bool,
+    **reading: Any,
 ) -> int:
     """Find how far the motion of a real cam may be off, by the tolerances of the scene.
 
@@ -88,8 +91,10 @@ def tolerance(
     from camopt.tolerances.tolerance import tolerance as run
 
     if measured is not None:
-        return _inspected(scene, measured, profile, probe or 0.0, aligned, as_json)
-    refuse_without("--measured", {"profile": profile, "probe": probe, "aligned": aligned or None})
+        others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": within, "costs": costs}
+        refuse_with("--measured", others)
+        return _inspected(scene, measured, profile, probe or 0.0, reading, as_json)
+    refuse_without("--measured", {"profile": profile, "probe": probe, **_given(reading)})
     if cams is None:
         refuse_without("--cams", {"seed": seed})
     if within is None:
@@ -117,14 +122,23 @@ def tolerance(
     return 0
 
 
-def _inspected(scene: Any, measured: Path, profile: str | None, probe: float, aligned: bool, as_json: bool) -> int:
+def _given(reading: dict[str, Any]) -> dict[str, Any]:
+    """Options that are given; None for a flag that is not."""
+    return {name: value or None for name, value in reading.items()}
+
+
+def _inspected(
+    scene: Any, measured: Path, profile: str | None, probe: float, reading: dict[str, Any], as_json: bool
+) -> int:
     """Show a measured cam against its drawing."""
     from camopt.cli import terminal
     from camopt.cli.commands.tolerance_report import print_inspection
     from camopt.measured.inspection import inspect
     from camopt.measured.profile import MeasuredProfile
 
-    found = inspect(MeasuredProfile(measured, profile or "", probe), scene, aligned=aligned)
+    columns = reading.pop("columns")
+    chosen = columns and [name.strip() for name in columns.split(",")]
+    found = inspect(MeasuredProfile(measured, profile or "", probe), scene, chosen, **reading)
     if as_json:
         print_inspection(found)
     else:

@@ -68,5 +68,9 @@ def print_inspection(found: Inspection) -> None:
         "eccentricity": found.eccentricity,
         "used": [finite(each) for each in found.records()],
         "waves": [each._asdict() for each in found.waves],
+        "outliers": [each._asdict() for each in found.outliers],
+        "gaps_deg": found.gaps,
+        "unreached_rows": found.unreached,
+        "not_counted": found.not_counted,
     }
     terminal.print_json(about)
