@@ -111,17 +111,19 @@ def crossing_columns(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         np.maximum.at(found, design, values)
         return found
 
-    columns: dict[str, Any] = {COUNT: np.bincount(design, minlength=count).astype(float)}
-    ends, speed = None, -flights.side * flights.slope
+    columns: dict[str, Any] = {}
+    ends, speed, crosses = None, -flights.side * flights.slope, np.ones(design.size, dtype=bool)
     if own.given.drive.clearance is not None:
         ends, speed = landed(case, flights, followers)
+        crosses = ends.crosses
         columns |= {SPEED: largest(speed), TIME: largest((speed > 0.0) * ends.length / omega * 1e3)}
         if LEADING in wanted:
             columns[LEADING] = largest(_leading(case, followers, flights, half_gap(case)))
+    columns[COUNT] = np.bincount(design, weights=crosses, minlength=count)
     if PLACE in wanted:
         columns[PLACE] = _at_largest(speed, flights, count)
     if case.setup.rolls and case.setup.mechanism.two_sided:
-        slip = 2.0 * omega * _trace_speeds(case, flights, ends)
+        slip = crosses * (2.0 * omega * _trace_speeds(case, flights, ends))
         radius = case.designs.roller_radius[design]
         columns |= {SLIP: largest(slip / 1e3), SPIN_CHANGE: largest(slip / radius * 30.0 / pi)}
         if SKIDDING in wanted:
@@ -135,6 +137,7 @@ def landed(case: Case, flights: Flights, followers: Followers) -> tuple[Landings
     count = flights.design.size
     begun = ~np.isin(np.arange(count), _after(flights)[ends.length > _until_next(flights)])
     omega = followers.omega[flights.setting]
+    ends = ends._replace(crosses=ends.crosses & begun)
     return ends, begun * ends.speed * omega * _lever(case)[flights.design] / 1e3
 
 

@@ -111,12 +111,16 @@ class Followers(NamedTuple):
 
 
 class Landings(NamedTuple):
-    """Where each flight ends: cam angle, rad, and panel; its length, rad; its speed there, mm (rad) by rad."""
+    """Where each flight ends: cam angle, rad, and panel; its length, rad; its speed there, mm (rad) by rad.
+
+    ``crosses`` is whether that is on the other flank: a flight may end on the one where it began.
+    """
 
     angle: FloatArray
     panel: IntArray
     length: FloatArray
     speed: FloatArray
+    crosses: BoolArray
 
 
 class HalfGap(NamedTuple):
@@ -146,7 +150,9 @@ def fly(programme: Programme, followers: Followers, flights: Flights, gap: HalfG
     """All flights to the flanks where they end."""
     flying = _departed(programme, followers, flights, gap)
     count = flights.design.size
-    landed = Landings(np.zeros(count), np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
+    landed = Landings(
+        np.zeros(count), np.zeros(count, np.int64), np.zeros(count), np.zeros(count), np.zeros(count, bool)
+    )
     index = np.arange(count)
     for _ in range(MOST_STEPS):
         if not index.size:
@@ -251,6 +257,7 @@ def _step(
     landed.panel[here], landed.length[here] = panel[ends], flown[ends]
     landed.angle[here] = np.mod((table.centre[panel] + place * width)[ends], 2.0 * np.pi)
     landed.speed[here] = np.abs(speed - np.where(returns, -half1, half1))[ends]
+    landed.crosses[here] = ~returns[ends]
     over = room <= length
     on = _Flying(
         np.where(over, (panel + 1) % table.centre.size, panel), np.where(over, -1.0, place), flown, way, speed

@@ -28,6 +28,7 @@ FOLLOWER_SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in F
 """The keys of sizes in ``[follower]``, and in ``[cam]``."""
 SEARCHED = (*FOLLOWER_SIZES, *CAM_SIZES)
 """Those in ``[search]``."""
+LOOSEST = 0.1  # of the radius of a roller: its largest clearance, which theory takes for small
 GUIDE_KEYS = ("guide_length", "overhang", "friction", "stem_diameter")
 """The keys of a guide in ``[follower.dynamics]``."""
 
@@ -176,6 +177,9 @@ def _drive(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[
         for place in _both(f"drive.{key}"):
             if at(data, place) is not None:
                 yield place, at(data, place), f"{own.words} has none"
+    gap, roller = length(data, "drive.clearance"), length(data, "follower.roller_radius")
+    if gap is not None and roller is not None and gap > LOOSEST * roller:
+        yield "drive.clearance", gap, f"must be at most a tenth of the roller's radius ({LOOSEST * roller:g})"
     if mechanism.further:
         yield from _of_two_contacts(data, mechanism)
 

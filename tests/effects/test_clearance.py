@@ -304,3 +304,31 @@ def test_what_a_quantity_of_a_crossing_lacks_is_told():
         Scene.from_dict(open_cam)
     cornered = evaluate(scene.replace(**{"motion.1.law": "uniform", "motion.3.law": "uniform"}))
     assert cornered["crossing_speed_max_m_s"] == np.inf
+
+
+def test_a_flight_back_to_the_same_wall_is_no_crossing():
+    """A load that hardly lets go: the roller lifts off twice, and lands where it was, with the spin that it has."""
+    motion = [
+        {"segment": "rise", "angle": 120, "lift": 24, "law": "modified-sine"},
+        {"segment": "dwell", "angle": 60},
+        {"segment": "return", "angle": 120, "lift": 24, "law": "modified-sine"},
+        {"segment": "dwell", "angle": 60},
+    ]
+    follower = {"motion": "oscillating", "contact": "roller", "roller_radius": 15, "arm_length": 90}
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "rotation": "ccw", "rpm": 300, "base_radius": 48.13},
+            "follower": {**follower, "centre_distance": 130, "dynamics": {"inertia": 0.05, "load": 26}},
+            "drive": {"kind": "groove", "clearance": 0.05},
+            "motion": motion,
+            "outputs": ["clearance"],
+        }
+    )
+    row = evaluate(scene)
+    assert (row["crossing_count"], row["slip_speed_max_m_s"], row["roller_spin_change_max_rpm"]) == (0.0, 0.0, 0.0)
+    assert 0.0 < row["crossing_speed_max_m_s"] < 1e-3  # of the landings
+    assert evaluate(scene.replace(**{"follower.dynamics.load": 0}))["crossing_count"] == 2.0
+    with pytest.raises(
+        BadInput, match=r"drive.clearance = 40.0: must be at most a tenth of the roller's radius \(1.5\)"
+    ):
+        scene.replace(**{"drive.clearance": 40.0})
