@@ -35,11 +35,11 @@ from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.draw import Drawn as Off
-from camopt.tolerances.draw import drawn, parts_of
+from camopt.tolerances.draw import beyond, drawn, parts_of
 from camopt.tolerances.largest import LargestErrors
 from camopt.tolerances.limited import is_of_errors, limited, worst_of
 from camopt.tolerances.recontact import RealCams
-from camopt.tolerances.touching import ANGLES
+from camopt.tolerances.touching import ANGLES, error_ends
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
 
 CAMS = 2**16
@@ -161,6 +161,8 @@ class Batch(HasHtml, Drawn):
         The nominal cam, with its ``[tolerances]``.
     cams, seed : int
         How many, and which draw.
+    outside : int
+        How many of them have an error outside of its tolerance, as the ends of a normal distribution are.
     held : Share
         The yield: the share of the cams that hold all limits.
     errors : tuple of ErrorSpread
@@ -183,6 +185,7 @@ class Batch(HasHtml, Drawn):
     scene: Scene
     cams: int
     seed: int
+    outside: int
     held: Share
     errors: tuple[ErrorSpread, ...]
     spreads: tuple[Spread, ...]
@@ -203,8 +206,16 @@ class Batch(HasHtml, Drawn):
             rows.append(self._row("limit held by", lambda each: each.held and _percent(each.held)))
         units = {each.name: each.unit for each in self.errors}
         title = f"{self.scene.name}: largest errors of the motions of {self.cams:,} cams"
-        note = "Variances are those where the band of independent errors is the widest."
+        note = f"{self._outside} Variances are those where the root sum square is the largest."
         return replace(table_of(title, rows, ["", *units], units=units), note=note)
+
+    @property
+    def _outside(self) -> str:
+        """How many cams no proof is of."""
+        if not self.outside:
+            return "All cams are within the tolerances."
+        few = "1 of the cams is" if self.outside == 1 else f"{self.outside:,} of the cams are"
+        return f"{few} outside of a tolerance, as ends of normal distributions are: no proof is of these."
 
     def _row(self, head: str, value: Callable[[ErrorSpread], float | str | None]) -> dict[str, Any]:
         """A row of the table; nothing where there is no value."""
@@ -229,7 +240,7 @@ class Batch(HasHtml, Drawn):
             by = ", ".join(f"{key.partition('.')[2]} {100.0 * part:.0f} %" for key, part in parts)
             rows.append([each.limit, _percent(each.held), *values, with_unit(each.worst, unit), by])
         kinds = [Cell(head, NUMERIC if head in heads[1:6] else "") for head in heads]
-        title = f"{self.scene.name}: {self.cams:,} cams within the tolerances of sizes"
+        title = f"{self.scene.name}: {self.cams:,} cams drawn by the tolerances of sizes"
         return Table.of(title, kinds, rows, "In brackets with a confidence of 95 %.")
 
     def records(self) -> list[dict[str, Any]]:
@@ -325,7 +336,8 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0) -> Batch:
     for each in largest:
         held &= each.values <= on_errors.get(each.column, inf)
     errors = tuple(_error(each, parts_of(off), on_errors.get(each.column)) for each in largest)
-    return Batch(scene, cams, seed, share_of(int(np.count_nonzero(held)), cams), errors, spreads, samples)
+    outside = int(np.count_nonzero(beyond(off, error_ends(scene, problem))))
+    return Batch(scene, cams, seed, outside, share_of(int(np.count_nonzero(held)), cams), errors, spreads, samples)
 
 
 def _variance(spread: ErrorSpread, key: str) -> float | None:

@@ -2,16 +2,18 @@
 
 A number has the distribution of its tolerance over its zone. The profile and the axis of the bore, whose tolerances
 are a zone to either side and a distance, have two normal parts each with a third of it as standard deviation: at
-each place of the profile, and in each direction of the axis, 99.73 % of the cams are within.
+each place of the profile, and in each direction of the axis, 99.73 % of the cams are within. Nothing is cut off a
+normal distribution: some cams are outside of the tolerances, and no proof is of these.
 
 Source: A. B. Owen, Scrambling Sobol' and Niederreiter-Xing points, J. Complexity 14 (1998).
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from math import radians
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
@@ -74,6 +76,15 @@ def _quantile(kind: str, zone: Zone, share: FloatArray) -> FloatArray:
     from scipy.special import ndtri
 
     return np.asarray(zone.middle + zone.deviation * ndtri(np.clip(share, 2.0**-60, 1.0 - 2.0**-53)))
+
+
+def beyond(errors: Drawn, ends: Mapping[str, tuple[float, float]]) -> NDArray[np.bool_]:
+    """Whether cams have an error outside of its tolerance, by the ends of each (``touching.error_ends``)."""
+    found = np.zeros(next(iter(errors.values())).size, dtype=bool)
+    for key, value in errors.items():
+        low, high = ends[key]
+        found |= np.abs(value) > high if np.iscomplexobj(value) else (value < low) | (value > high)
+    return found
 
 
 def parts_of(errors: Drawn) -> Drawn:

@@ -132,7 +132,7 @@ class MotionErrors(HasHtml, Drawn):
             self._row(BAND, "three_sigma"),
             self._row("at cam angle, deg", "three_sigma_at_deg"),
         ]
-        rows.append({"": "no cam exceeds, proved", NAMES[0]: self.worst_case.bound})
+        rows.append({"": "no cam within exceeds, proved", NAMES[0]: self.worst_case.bound})
         rows.append({"": "worst cam, by exact contact", NAMES[0]: abs(self.worst_case.error)})
         if self.dwells:
             rows.append({"": "change in a dwell", NAMES[0]: max(each.change for each in self.dwells)})

@@ -11,7 +11,8 @@ import camopt
 from camopt.mistakes import BadInput
 from camopt.problem.problem import resolve_design
 from camopt.tolerances.batch import share_of
-from camopt.tolerances.draw import drawn, parts_of
+from camopt.tolerances.draw import beyond, drawn, parts_of
+from camopt.tolerances.touching import error_ends
 from tests.tolerances.test_margins import scene_of
 
 FACE = camopt.find_scene("bucket-valve")
@@ -99,6 +100,18 @@ def test_drawn_sizes_have_the_distribution_that_is_asked():
     assert all(np.array_equal(errors[key], again[key]) for key in errors)
 
 
+@pytest.mark.parametrize(("own", "within"), [({}, erf(3 / sqrt(2))), ({"cpk": 0.5}, erf(1.5 / sqrt(2)))])
+def test_so_many_cams_are_outside_of_their_tolerances_as_normal_distributions_have(own, within):
+    """An axis is outside of a circle of 3σ in exp(−9/2) of the cams, a number outside of 3σ·cpk."""
+    scene, offset = FACE.replace(tolerances={"bore_eccentricity": 0.01}), {"plus": 0.5, "minus": 0.5}
+    scene = scene.replace(**{"tolerances.follower.offset": {**offset, **own}})
+    problem = resolve_design(scene)
+    share = beyond(drawn(scene, problem.design, 2**15, 0), error_ends(scene, problem)).mean()
+    assert share == pytest.approx(1.0 - within * (1.0 - np.exp(-4.5)), abs=1e-3)
+    even = FACE.replace(tolerances={"follower.offset": {**offset, "distribution": "uniform"}})
+    assert camopt.sample_cams(even, cams=500).outside == 0
+
+
 def test_the_interval_of_a_share_is_that_of_a_binomial_test():
     for count, cams in ((0, 50), (3, 50), (50, 50), (999, 1000)):
         known = stats.binomtest(count, cams).proportion_ci(0.95, method="exact")
@@ -108,10 +121,11 @@ def test_the_interval_of_a_share_is_that_of_a_binomial_test():
 def test_the_command_draws_cams(command, tmp_path):
     file = tmp_path / "cam.toml"
     file.write_text(scene_of("offset-roller").to_toml())
-    assert "cams within the tolerances" in command("tolerance", file, "--cams", "500")[1]
+    assert "cams drawn by the tolerances of sizes" in command("tolerance", file, "--cams", "500")[1]
     found = json.loads(command("tolerance", file, "--cams", "500", "--seed", "2", "--json")[1])["batch"]
     batch = camopt.sample_cams(scene_of("offset-roller"), cams=500, seed=2)
-    assert (found["cams"], found["seed"], found["held"]["share"]) == (500, 2, batch.held.share)
+    assert (found["cams"], found["seed"], found["outside"]) == (500, 2, batch.outside)
+    assert found["held"]["share"] == batch.held.share
     assert [each["worst"] for each in found["errors"]] == [each.worst for each in batch.errors]
     assert command("tolerance", file, "--seed", "2")[0] == 2
 
@@ -122,7 +136,8 @@ def test_what_each_cam_has_is_a_table_and_a_picture(command, tmp_path):
     file.write_text(scene.to_toml())
     assert command("tolerance", file, "--cams", "500", "--out", out)[0] == 0
     table, batch = camopt.load(out / "cams.parquet"), camopt.sample_cams(scene, cams=500)
-    assert (out / "cams.svg").read_text().startswith("<?xml")
+    picture = (out / "cams.svg").read_text()
+    assert all(text in picture for text in ("<?xml", f"500 cams drawn by the tolerances, {batch.outside} of them"))
     assert set(table.columns) == set(batch.samples)
     for name, column in batch.samples.items():
         assert np.array_equal(table[name], column.values)
@@ -132,6 +147,16 @@ def test_what_each_cam_has_is_a_table_and_a_picture(command, tmp_path):
     assert worst["phase_off_deg"] == batch.errors[0].parts["phase"]
     held = (table["pressure_angle_max_rise_deg"] <= batch.bounds["pressure_angle_max_rise_deg"]).mean()
     assert held == next(each.held.share for each in batch.spreads if each.limit == "pressure_angle")
+
+
+def test_a_limit_beyond_the_axis_of_a_histogram_is_on_its_side(tmp_path):
+    scene = scene_of("offset-roller").replace(**{"limits.pressure_angle": 5.0, "limits.curvature_radius": 0.5})
+    batch = camopt.sample_cams(scene.replace(**{"limits.pressure_angle_return": 89.0}), cams=64)
+    picture = camopt.plot(batch, tmp_path / "cams.svg")
+    said = {axes.get_title(loc="left"): [text.get_text() for text in axes.texts] for axes in picture.axes}
+    assert said["Pressure angle max rise, deg"] == ["← limit 5"]
+    assert said["Pressure angle max return, deg"] == ["limit 89 →"]
+    assert "99.73 % are above" in picture.axes[6].get_legend_handles_labels()[1]
 
 
 def test_what_cannot_be_drawn_is_said():

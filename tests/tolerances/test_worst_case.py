@@ -166,7 +166,7 @@ def test_where_the_velocity_jumps_no_bound_is_proved_and_it_is_said():
 def test_the_command_tells_the_bound_and_the_worst_cam(command, tmp_path):
     file = tmp_path / "cut.toml"
     file.write_text(toleranced("offset-roller").to_toml())
-    assert "no cam exceeds, proved" in command("tolerance", file)[1]
+    assert "no cam within exceeds, proved" in command("tolerance", file)[1]
     found = json.loads(command("tolerance", file, "--json")[1])["worst_case"]
     assert found["bound"] > abs(found["error"]) > 0.03
     corners = json.loads(command("tolerance", "uniform-knife-offset", "--set", "tolerances.phase=0.1", "--json")[1])

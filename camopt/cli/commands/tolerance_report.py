@@ -36,6 +36,7 @@ def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocati
         about["batch"] = {
             "cams": batch.cams,
             "seed": batch.seed,
+            "outside": batch.outside,
             "held": batch.held._asdict(),
             "errors": [
                 {**finite(each._asdict()), "held": each.held and each.held._asdict()} for each in batch.errors
