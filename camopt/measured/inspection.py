@@ -30,7 +30,7 @@ from camopt.measured.columns import PROFILES, TableColumns
 from camopt.measured.contact import position_of
 from camopt.measured.fit import met_by_follower
 from camopt.measured.noise import OUTLIER_OFF, noise_of
-from camopt.measured.outline import gaps
+from camopt.measured.outline import ANGLE_DIGITS, gaps
 from camopt.measured.profile import MeasuredProfile, Touched
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from, read_points
 from camopt.measured.smoothing import smoothed
@@ -471,7 +471,10 @@ class _Inspected:
     def _most(self) -> float:
         """What noise leaves of points, mm."""
         usual = float(np.median(np.abs(self.curve.off))) / MEDIAN
-        return max(OUTLIER_OFF * max(noise_of(replace(self.points, lifts=self.raw)), usual), LEAST_OFF)
+        angles = np.round(self.points.angles, ANGLE_DIGITS)  # the first point may be measured again as the last
+        return max(
+            OUTLIER_OFF * max(noise_of(replace(self.points, angles=angles, lifts=self.raw)), usual), LEAST_OFF
+        )
 
     @cached_property
     def noise(self) -> float:

@@ -148,6 +148,15 @@ def test_a_dent_is_told_by_its_row_and_is_beyond_the_profile(keep_outliers):
     assert "row 101 by -0.2" in found.table().note
 
 
+def test_the_first_point_may_stand_again_as_the_last():
+    """But for what rounding makes of its angle."""
+    cam = cut(ROLLER, np.append(ANGLES, 2 * np.pi)) * np.exp(1j * np.radians(0.01))
+    with np.errstate(all="raise"):
+        found = camopt.inspect(camopt.MeasuredProfile(np.column_stack([cam.real, cam.imag]), "xy"), ROLLER)
+    assert found.outliers == ()
+    assert found.size == pytest.approx(SIZE, abs=1e-5)
+
+
 def test_a_cam_that_is_none_of_the_drawing_and_a_phase_are_told():
     behind = cut(ROLLER, ANGLES) * np.exp(-1j * np.radians(0.05))
     aligned = camopt.inspect(
