@@ -7,10 +7,10 @@ import numpy as np
 
 from camopt.drawing.limit_lines import limit_lines
 from camopt.drawing.loads import by_way
-from camopt.drawing.panels import MarkedPeak, Panel, greatest_and_least, known, marked
+from camopt.drawing.panels import MarkedPeak, Panel, bounds, greatest_and_least, known, marked
 from camopt.drawing.picture import Picture, told
-from camopt.effects import Case, clearance, joints, vibration
-from camopt.effects.force import force_curve, weights
+from camopt.effects import Case, clearance, joints, preload, vibration
+from camopt.effects.force import force_curve, least_and_largest, over, weights
 from camopt.effects.loads import torque_curve, ways
 from camopt.effects.motion import scale
 from camopt.effects.peak import Variant
@@ -27,18 +27,25 @@ def dynamics_panels(picture: Picture) -> list[Panel]:
 
 
 def _force(picture: Picture) -> list[Panel]:
-    ends = ("contact_force_max_N", "contact_force_min_N")
-    if not known(picture, *ends):
+    problem, ends = picture.problem, ("contact_force_max_N", "contact_force_min_N")
+    paired = bool(problem.setup.mechanism.further)
+    if not known(picture, *(preload.names_of(problem.setup)[1:2] if paired else ends)):
         return []
-    problem = picture.problem
     values = picture.curve_values(force_curve(problem.setup, problem.design, problem.programme))
-    panel = Panel(
-        "Force along the motion", "N", values, greatest_and_least(picture, values, *ends), quantity=ends[0]
-    )
+    peaks = bounds(picture, values, _of_pair(picture)) if paired else greatest_and_least(picture, values, *ends)
+    panel = Panel("Force along the motion", "N", values, peaks, quantity="" if paired else ends[0])
     panel.peaks += _crossings(picture)
     panel.note = _below_zero(picture)
     panel.limits = limit_lines(picture, "contact_force_min_N")
     return [panel]
+
+
+def _of_pair(picture: Picture) -> tuple[float, float]:
+    """The largest and the least force of a follower with two contacts, which are no quantities of it."""
+    problem = picture.problem
+    lever = float(problem.design.arm_length[0]) if problem.setup.angular else 1.0
+    least, largest = least_and_largest(Case(problem.setup, problem.programme, problem.design))
+    return float(over(largest, lever).value), float(over(least, lever).value)
 
 
 def _crossings(picture: Picture) -> list[MarkedPeak]:

@@ -58,6 +58,7 @@ def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
 
 BETWEEN = "  ·  "  # things that stand in a line
 FIGURE_WIDTH = 15.5  # inches
+ACROSS = 200  # characters of a heading that go across the figure
 COLUMN_ENDS, COLUMN_WIDTH = (0.045, 0.54), 0.44  # left ends and width of diagrams, as shares of the figure
 TALL = 1.0333  # inches: a diagram
 Corners = tuple[float, float, float, float]
@@ -115,7 +116,9 @@ def _header(figure: Any, picture: Picture) -> None:
     shown = name if len(name) <= 90 else name[:89] + "…"
     inch = 1.0 / figure.get_figheight()
     figure.text(0.045, 1.0 - 0.42 * inch, shown, fontsize=PAGE_TITLE, fontweight="bold")
-    figure.text(0.045, 1.0 - 0.66 * inch, sizes_in_words(picture), fontsize=HEADING, color=MUTED)
+    sizes = sizes_in_words(picture)
+    fitting = HEADING * min(1.0, ACROSS / len(sizes))
+    figure.text(0.045, 1.0 - 0.66 * inch, sizes, fontsize=fitting, color=MUTED)
     figure.text(0.045, 1.0 - 0.87 * inch, results_in_words(picture), fontsize=HEADING, color=INK)
     if picture.exists:
         figure.text(
@@ -143,12 +146,15 @@ def sizes_in_words(picture: Picture) -> str:
         "arm_length_mm": "arm",
         "centre_distance_mm": "pivot at",
         "face_offset_mm": "face offset",
-        "second_base_radius_mm": "second disc: base radius",
-        "second_roller_radius_mm": "roller radius",
-        "second_offset_mm": "offset",
-        "second_arm_length_mm": "arm",
     }
     sizes = [f"{words} {told(values[key])}" for key, words in names.items() if values.get(key)]
+    seconds = {f"second_{key}": words for key, words in names.items() if f"second_{key}" in values}
+    own = [
+        f"{words} {told(values[key])}"
+        for key, words in seconds.items()
+        if values[key] != values[key.removeprefix("second_")]
+    ]
+    sizes += [f"second disc: {', '.join(own) or 'the same sizes'}"] if seconds else []
     laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]
     return BETWEEN.join([*words, *sizes, *laws])
 

@@ -105,7 +105,7 @@ def of_contacts(picture: Picture, made: Callable[[Picture], list[Panel]]) -> lis
 
 
 def with_second(panel: Panel, other: Panel) -> Panel:
-    """A diagram with the values of a second contact, where they differ."""
+    """A diagram with the values of a second contact, where they differ, and the worse of their peaks."""
     if all(np.array_equal(one, two) for one, two in zip(panel.values, other.values, strict=True)):
         return panel
     every = np.concatenate([*panel.values, *other.values])
@@ -116,7 +116,15 @@ def with_second(panel: Panel, other: Panel) -> Panel:
     )
     usual = (float(np.nanmin(every)), float(np.nanmax(every))) if np.isfinite(every).any() else None
     note = "  ·  ".join(filter(None, ("thin: second contact", panel.note)))
-    return replace(panel, other=other.values, span=span or usual, note=note)
+    return replace(panel, other=other.values, span=span or usual, note=note, peaks=_worse(panel.peaks, other.peaks))
+
+
+def _worse(peaks: list[MarkedPeak], others: list[MarkedPeak]) -> list[MarkedPeak]:
+    """Of the peaks of two contacts, if they have the same ones, the worse of each."""
+    if len(peaks) != len(others):
+        return peaks
+    pairs = zip(peaks, others, strict=True)
+    return [(min if one.least else max)(one, two, key=lambda peak: abs(peak.value)) for one, two in pairs]
 
 
 def _panels(picture: Picture) -> list[Panel]:

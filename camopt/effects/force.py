@@ -72,6 +72,9 @@ def changing_force(f, i, at):
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
+    """Nothing of a follower with two contacts: what keeps these is their preload (``effects.preload``)."""
+    if setup.mechanism.further:
+        return ()
     force = "N_m" if setup.angular else "N"
     rate = "N_m_per_rad" if setup.angular else "N_per_mm"
     names = (f"preload_required_{force}", f"spring_rate_required_{rate}", "jump_speed_rpm", "jump_speed_ratio")

@@ -59,7 +59,8 @@ def offers(setup: Setup) -> tuple[str, ...]:
         "dynamic_factor",
     )
     flat_swing = setup.angular and setup.mechanism.flat_faced  # its lever changes over the turn
-    return moving if flat_swing or setup.train else (*moving, "contact_force_elastic_min_N")
+    without = flat_swing or setup.train or setup.mechanism.further
+    return moving if without else (*moving, "contact_force_elastic_min_N")
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:

@@ -40,6 +40,7 @@ SECOND_FIELDS = {
     "drive.base_radius": "second_size",
 }
 """Likewise the sizes of a second contact of the follower, which has those of the first where they are not given."""
+SECOND_SIZE = SECOND_FIELDS["drive.base_radius"]
 OF_SECOND = frozenset(SECOND_FIELDS.values())
 SizeBounds = dict[str, tuple[float, float]]
 """Closed intervals of the sizes of a design, by field of Designs; equal ends where a size is fixed."""

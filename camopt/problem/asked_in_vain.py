@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from camopt.effects import Setup, lacking, offered
+from camopt.effects import Setup, lacking, offered, preload
 from camopt.mechanisms.pairs import HALVES_HAVE_TO, SAME_HALVES, half_turns
 from camopt.mistakes import Mistake, nearest
 from camopt.motion.programme import Programme
@@ -11,6 +11,9 @@ from camopt.problem.rows import VERDICT
 from camopt.quantities import EVERYTHING, QUANTITIES
 from camopt.scene.scene import Scene
 
+KEEPING, KEPT = ("force", "clearance"), ("contact_force_elastic_min_N",)
+"""Effects, and a quantity, that are of contacts kept by a spring or in a groove."""
+
 
 def out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
     """Mistakes for limits on quantities that the mechanism does not have, or for which the scene lacks data."""
@@ -18,9 +21,18 @@ def out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
     for key, bound in scene.limits.given.items():
         name = limited_quantity(key, setup)
         if key in OF_QUANTITIES and name not in offers:
-            why = f"needs {', '.join(lacks[name])}" if name in lacks else f"this mechanism has no {name}"
+            why = f"needs {', '.join(lacks[name])}" if name in lacks else _without(name, setup)
             mistakes.append(Mistake(scene.file, f"limits.{key}", bound, why, bare=True))
     return mistakes
+
+
+def _without(name: str, setup: Setup) -> str:
+    """That a mechanism has no such quantity; of what keeps contact elsewhere, what does so in place of it."""
+    none = f"this mechanism has no {name}"
+    if not setup.mechanism.further or (QUANTITIES[name].effect not in KEEPING and name not in KEPT):
+        return none
+    how = "neither contact lets go with enough preload"
+    return f"{none}: {how} (drive.interference, drive.stiffness), limits.{preload.RATIO} = 1"
 
 
 def not_offered(scene: Scene, setup: Setup) -> list[Mistake]:

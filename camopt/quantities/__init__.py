@@ -90,6 +90,13 @@ def _pair_quantities() -> list[Quantity]:
         Quantity("pair_preload_required_N_m", "P", "N·m", "preload", least),
         Quantity("interference_required_mm", "δ_0", "mm", "preload", needed),
         Quantity("interference_required_deg", "δ_0", "deg", "preload", needed),
+        Quantity(
+            "pair_preload_ratio",
+            "",
+            "",
+            "preload",
+            "Preload over the least with which no contact lets go; below 1 one does.",
+        ),
         *(
             Quantity(f"{place}_{name}", symbol, unit, "pair", f"{sentence} {words}")
             for name, symbol, unit, sentence in of_each

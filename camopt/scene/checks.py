@@ -10,6 +10,7 @@ from typing import Any
 
 from camopt.mechanisms import FIELDS, SECOND_FIELDS, Mechanism, mechanisms_for
 from camopt.mechanisms.body import BODIES
+from camopt.mechanisms.drive import PRELOAD
 from camopt.mechanisms.follower import FLAT, MOTIONS, Tip
 from camopt.scene.law_forms import NEAR_END, Fault
 from camopt.scene.load import check_load
@@ -176,12 +177,20 @@ def _drive(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[
     for key in (name for name in Drive.model_fields if name not in ("kind", *own.keys)):
         for place in _both(f"drive.{key}"):
             if at(data, place) is not None:
-                yield place, at(data, place), f"{own.words} has none"
+                yield place, at(data, place), _has_none(key, mechanism)
     gap, roller = length(data, "drive.clearance"), length(data, "follower.roller_radius")
     if gap is not None and roller is not None and gap > LOOSEST * roller:
         yield "drive.clearance", gap, f"must be at most a tenth of the roller's radius ({LOOSEST * roller:g})"
     if mechanism.further:
         yield from _of_two_contacts(data, mechanism)
+
+
+def _has_none(key: str, mechanism: Mechanism) -> str:
+    """That there is no such key of a drive; a size that another follower has, is none of this one."""
+    words = mechanism.drive.words
+    if mechanism.second_keys and f"drive.{key}" in SECOND_FIELDS:
+        return f"{words} with {mechanism.motion.words} follower has none; it has {', '.join(mechanism.second_keys)}"
+    return f"{words} has none"
 
 
 def _of_two_contacts(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[Fault]:
@@ -196,6 +205,14 @@ def _of_two_contacts(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[
                 yield key, at(data, key), why
     if data.get("tolerances"):
         yield "tolerances", None, f"of {words} tolerances are not computed: leave them out"
+    for key, other in (PRELOAD, PRELOAD[::-1]):
+        for place in _both(f"drive.{key}"):
+            if at(data, place) is not None and all(at(data, each) is None for each in _both(f"drive.{other}")):
+                yield (
+                    place,
+                    at(data, place),
+                    f"goes with drive.{other}, which is missing: together they are a preload",
+                )
     if mechanism.drive.one_disc and at(data, "follower.offset") not in (None, 0.0):
         yield "follower.offset", at(data, "follower.offset"), f"must be 0 with {words}"
 
@@ -289,9 +306,11 @@ def _fit_of_second(
     seen = {SECOND_FIELDS[key].removeprefix("second_"): size for key, size in own.items()}
     with suppress(KeyError):
         if own and (misfit := mechanism.misfit({**sizes, **seen})):
-            key, value, why = misfit
-            place = key.replace("follower.", "drive.")
-            yield (place if place in own else key), value, f"of the second disc: {why}"
+            place = misfit[0].replace("follower.", "drive.")
+            key = (
+                place if place in own else [*own][-1]
+            )  # the first disc fits: a size of the second one's own does not
+            yield key, own[key], f"of the second disc: {misfit[2]}"
 
 
 def _trace_radius(data: Mapping[str, Any], tip: Tip) -> float | None:

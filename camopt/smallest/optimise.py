@@ -9,7 +9,7 @@ import numpy as np
 
 from camopt.engines.progress import Progress, report_progress
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import SECOND_SIZE, SizeBounds
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
@@ -185,6 +185,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
         out_of_time |= now() > until or any(each.cut for each in answers)
         least = least_of(problem, answers)
         if least is not None:
+            least = _with_least_second(least, until)
             assert least.answer.design is not None
             alone, design = least.problem.alone(least.answer.design)
             found[laws] = _described(alone, replace(least.answer, design=design), until) | least.angles
@@ -274,6 +275,32 @@ def least_of(problem: Problem, answers: list[Answered]) -> Answered | None:
     return least._replace(answer=replace(least.answer, floor=min(each.answer.floor for each in answers)))
 
 
+def _with_least_second(least: Answered, until: float) -> Answered:
+    """The smallest cam with the least second disc that is found beside it, where that has a range of its own.
+
+    Feasibility is looked at on a geometric grid and the lowest change bisected, as in ``_clear_above``.
+    """
+    design, (low, high) = least.answer.design, least.bounds.get(SECOND_SIZE, (0.0, 0.0))
+    if design is None or low == high:
+        return least
+
+    def held(seconds: FloatArray) -> Any:
+        some = design.take(np.zeros(seconds.size, dtype=int))
+        return feasible(least.problem, some.with_values({SECOND_SIZE: seconds}))
+
+    found = float(design.second[SECOND_SIZE][0])
+    seconds = np.geomspace(low, found, RADII) if low > 0.0 else np.linspace(low, found, RADII)[1:]
+    first = int(np.argmax(held(seconds)))
+    under, over = (
+        float(seconds[max(first - 1, 0)]),
+        float(seconds[first]) if held(seconds[first:][:1])[0] else found,
+    )
+    while over - under > GAP * over and now() <= until:
+        middle = (under + over) / 2
+        under, over = (under, middle) if held(np.array([middle]))[0] else (middle, over)
+    return least._replace(answer=replace(least.answer, design=design.with_values({SECOND_SIZE: np.array([over])})))
+
+
 def _obstacle(answers: list[Answered], until: float) -> str:
     """Why no box of sizes holds a feasible design; box by box, where the reasons differ."""
     reasons = {}
@@ -324,6 +351,10 @@ def _warnings(problem: Problem, best: Design) -> Iterator[str]:
     if (ranges := free_of_train(problem)) and not best["proved"]:
         numbers = listed(each.key for each in ranges)
         yield f"the best of the trains that were tried in the ranges of {numbers}: no proof covers the others"
+    if SECOND_SIZE in problem.design.second and any(
+        each.field == SECOND_SIZE and each.is_free for each in problem.choices.sizes
+    ):
+        yield "drive.base_radius is the least that was found beside the smallest first disc: no proof covers it"
     if idle := [*_idle(problem, best["binding"])]:
         given = (
             "one value of many that hold the limits is given; a sweep with it among its objectives finds the best"

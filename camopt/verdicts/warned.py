@@ -1,4 +1,4 @@
-"""Warnings of a result: contact lost, stress at low speed, a steep groove, motion beyond the positions asked."""
+"""Warnings: contact lost, a preload too small, stress at low speed, a steep groove, motion beyond what is asked."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -11,6 +11,7 @@ from numpy.polynomial import polynomial
 
 from camopt.effects import Case, offered
 from camopt.effects.hertz import STRESS
+from camopt.effects.preload import RATIO
 from camopt.effects.pressure import BOTTOM
 from camopt.mistakes import Unmet
 from camopt.motion.joints import with_moves
@@ -34,7 +35,7 @@ SIDE_NAMES = {1.0: "above", -1.0: "below"}
 
 def warnings_of(problem: Problem) -> tuple[str, ...]:
     """Sentences on the problem's own design that its reader should know."""
-    told = (_lost_contact, _stressed_when_slow, _steep_groove, _beyond_what_was_asked)
+    told = (_lost_contact, _lets_go, _stressed_when_slow, _steep_groove, _beyond_what_was_asked)
     return tuple(sentence for each in told for sentence in each(problem))
 
 
@@ -50,6 +51,16 @@ def _lost_contact(problem: Problem) -> Iterator[str]:
         train = f"the elastic train (natural frequency {setup.dynamics.natural_frequency:g} Hz) loses contact"
         ask = "limits.contact_force_elastic = 0 asks for contact"
         yield f"{train}: {least}, that of a rigid one {_force(rigid)}; {ask}"
+
+
+def _lets_go(problem: Problem) -> Iterator[str]:
+    """A warning if two contacts have a preload with which one lets go, unless a limit says so already."""
+    if RATIO not in offered(problem.setup) or any(RATIO in limit.needs for limit in problem.limits):
+        return
+    (ratio,) = _quantities(problem, RATIO)
+    if ratio < 1.0:
+        least = f"the preload is {ratio:.4g} times the least with which neither contact lets go"
+        yield f"{least} at {problem.setup.rpm:g} rpm; limits.{RATIO} = 1 asks for that"
 
 
 def _stressed_when_slow(problem: Problem) -> Iterator[str]:

@@ -5,7 +5,7 @@ import pytest
 from support.cams import STEEL, SWUNG
 from support.pairs import pair
 
-from camopt import Scene, evaluate
+from camopt import BadInput, Scene, evaluate, optimise
 from camopt.effects.loads import Preloaded
 from camopt.numerics.curves import Linear, curve
 from camopt.problem.problem import resolve_design
@@ -39,7 +39,7 @@ def test_the_stress_of_each_contact_is_that_of_its_share(motion):
     scene = pair(np.random.default_rng(8), motion)
     scene["follower"]["dynamics"] = SWUNG if swings else {"mass": 3.0, "spring_rate": 2.0, "load": -30.0}
     scene["drive"] |= {"interference": 0.01, "stiffness": 30_000 if swings else 9_000}
-    scene |= {"materials": STEEL, "outputs": ["hertz", "pair", "force", "preload"]}
+    scene |= {"materials": STEEL, "outputs": ["hertz", "pair", "preload"]}
     cam, problem = evaluate(Scene.from_dict(scene)), resolve_design(Scene.from_dict(scene))
     angles, setup, mechanism = np.linspace(0.0, 2.0 * np.pi, 20001), problem.setup, problem.setup.mechanism
     state, unit = problem.programme.state(angles), 1e3 if swings else 1.0
@@ -74,3 +74,44 @@ def test_the_stress_of_each_contact_is_that_of_its_share(motion):
     assert cam[f"pair_preload_required_{names[0]}"] == pytest.approx(least / unit, rel=1e-6)
     share = cam[f"interference_required_{names[1]}"] / 0.01
     assert share == pytest.approx(least / preload, rel=1e-6)
+    assert cam["pair_preload_ratio"] == pytest.approx(preload / least, rel=1e-6)
+    assert bool(cam.warnings) == (cam["pair_preload_ratio"] < 1.0)
+
+
+def test_a_limit_on_the_preload_holds_up_to_the_speed_at_which_a_contact_lets_go():
+    """The force of the inertia alone grows with the square of the speed, and so the speed is known by hand."""
+    scene = pair(np.random.default_rng(8), "translating")
+    scene["follower"]["dynamics"] = {"mass": 3.0}
+    scene["drive"] |= {"interference": 0.01, "stiffness": 9_000}
+    scene |= {"limits": {"pair_preload_ratio": 1.0}}
+    ratio = evaluate(Scene.from_dict(scene))["pair_preload_ratio"]
+    speed = scene["cam"]["rpm"] * np.sqrt(ratio)
+    for rpm, held in ((speed * (1 - 1e-9), True), (speed * (1 + 1e-9), False)):
+        cam = evaluate(Scene.from_dict(scene | {"cam": scene["cam"] | {"rpm": rpm}}))
+        assert cam["feasible"] is held
+        assert not cam.warnings
+    search = {"search": {"drive.interference": {"start": 0.001, "stop": 0.02}}}
+    free = {"limits": {"pair_preload_ratio": 1.0, "pressure_angle": 60}, **search}
+    best = optimise(Scene.from_dict(scene | free)).best
+    assert best["pair_preload_ratio"] >= 1.0
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "says"),
+    [
+        ("limits", "jump_speed", "limits.pair_preload_ratio = 1"),
+        ("limits", "contact_force_min", "limits.pair_preload_ratio = 1"),
+        ("limits", "contact_force_elastic", "limits.pair_preload_ratio = 1"),
+        ("limits", "crossing_speed", "limits.pair_preload_ratio = 1"),
+        ("drive", "interference", "goes with drive.stiffness, which is missing"),
+        ("drive", "stiffness", "goes with drive.interference, which is missing"),
+        ("drive", "offset", "an oscillating follower has none; it has drive.arm_length"),
+    ],
+)
+def test_what_two_contacts_have_not_is_refused_with_what_they_have(table, key, says):
+    scene = pair(np.random.default_rng(8), "oscillating")
+    scene |= {"follower": scene["follower"] | {"dynamics": SWUNG}}
+    with pytest.raises(BadInput, match=says) as refused:
+        evaluate(Scene.from_dict(scene | {table: scene.get(table, {}) | {key: 5.0}}))
+    (mistake,) = refused.value.mistakes
+    assert mistake.key == f"{table}.{key}"

@@ -208,3 +208,17 @@ def test_a_pair_that_cannot_be_gets_one_clear_message(name):
     scene = Scene.from_dict(pair(np.random.default_rng(3), motion))
     with pytest.raises(BadInput, match=message):
         resolve_design(scene.replace(**changes))
+
+
+def test_a_second_disc_with_a_range_of_its_own_is_made_as_small_as_it_can_be():
+    """Two equal discs with one base radius for both have the same answer."""
+    scene = pair(np.random.default_rng(8), "translating")
+    for table, keys in {"cam": ("base_radius",), "drive": ("base_radius", "roller_radius", "offset")}.items():
+        for key in keys:
+            del scene[table][key]
+    scene |= {"limits": {"pressure_angle": 25}}
+    together = camopt.optimise(Scene.from_dict(scene)).best
+    apart = camopt.optimise(Scene.from_dict(scene | {"search": {"drive.base_radius": {"start": 10, "stop": 300}}}))
+    found = max(apart.best["base_radius_mm"], apart.best["second_base_radius_mm"])
+    assert found == pytest.approx(together["base_radius_mm"], rel=1e-8)
+    assert any("drive.base_radius" in said for said in apart.warnings)

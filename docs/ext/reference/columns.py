@@ -129,6 +129,7 @@ def of_points() -> Iterator[str]:
 def mechanisms() -> Iterator[str]:
     """Each pairing of cam and follower with its formulas."""
     formulas = [*(each.pressure for each in MECHANISMS.values()), *(each.outline for each in DRIVEN)]
+    formulas += [contact.seen for each in DRIVEN for contact in each.further]
     modules = dict.fromkeys(sys.modules[each.__module__] for each in formulas if each)
     for module in modules:
         title, *rest = prose(module.__doc__).split("\n", 1)
