@@ -16,7 +16,7 @@ from dataclasses import replace
 from math import inf
 
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import SECOND_SIZE, SizeBounds
 from camopt.numerics.clock import share
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.zones import Off
@@ -95,7 +95,23 @@ def _smallest(problem: Problem, bounds: SizeBounds, until: float) -> Smallest:
     found = _by_linear_limits(problem, bounds, until)
     if found.design is not None:
         return Smallest(found.design, found.floor)
-    return branch_and_bound(problem, bounds, found.floor, until)
+    low, high = bounds.get(SECOND_SIZE, (0.0, 0.0))
+    answer = branch_and_bound(problem, bounds, found.floor, share(until, 2) if low < high else until)
+    if answer.design is not None or answer.floor == inf or low == high:
+        return answer
+    return replace(answer, design=of_like_discs(problem, bounds, until))
+
+
+def of_like_discs(problem: Problem, bounds: SizeBounds, until: float) -> Designs | None:
+    """The smallest pair whose second disc is as large as the first, where that has a range of its own."""
+    both = tuple(pick(bounds[name][k] for name in ("size", SECOND_SIZE)) for k, pick in enumerate((max, min)))
+    if both[0] > both[1]:
+        return None
+    others = {name: size for name, size in problem.design.second.items() if name != SECOND_SIZE}
+    alike = replace(problem, design=replace(problem.design, second=others))
+    kept = {name: ends for name, ends in bounds.items() if name != SECOND_SIZE}
+    found = _smallest(alike, {**kept, "size": (both[0], both[1])}, until).design
+    return None if found is None else found.with_values({SECOND_SIZE: found.size})
 
 
 def _worth_a_look(problem: Problem, bounds: SizeBounds) -> SizeBounds:

@@ -1,6 +1,7 @@
 """Pairs of discs and yokes, against both contacts of one rigid follower on the profiles as they are cut."""
 
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from camopt.effects import Case
 from camopt.mechanisms.pairs import half_turns
 from camopt.mistakes import BadInput
 from camopt.numerics.curves import curve
-from camopt.problem.problem import resolve_design
+from camopt.problem.problem import resolve, resolve_design
+from camopt.problem.space import boxes_of
 from camopt.scene.scene import Scene
+from camopt.smallest.smallest import of_like_discs
 from camopt.verdicts.running import run_effects
 
 ANGLES = np.radians(np.arange(360.0) + 0.37)
@@ -222,3 +225,6 @@ def test_a_second_disc_with_a_range_of_its_own_is_made_as_small_as_it_can_be():
     found = max(apart.best["base_radius_mm"], apart.best["second_base_radius_mm"])
     assert found == pytest.approx(together["base_radius_mm"], rel=1e-8)
     assert any("drive.base_radius" in said for said in apart.warnings)
+    problem = resolve(apart.scene)
+    alike = of_like_discs(problem, boxes_of(problem)[0], inf)
+    assert alike.size == alike.second["second_size"] == pytest.approx(together["base_radius_mm"], rel=1e-8)
