@@ -19,7 +19,7 @@ from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 
 ANGLE_ERROR = 4e-16  # relative, of an angle from its tangent
-PITCH_POINT = {"pressure_angle_max_at_deg", "pitch_circle_radius_mm"}
+PITCH_POINT = "pressure_angle_max_at_deg"
 BOTTOM = "pressure_angle_max_bottom_deg"
 ANGLE_SCALE = Angle()
 STROKE_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
@@ -27,8 +27,7 @@ STROKE_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 
 def offers(setup: Setup) -> tuple[str, ...]:
     names = ["pressure_angle_max_deg", *(f"pressure_angle_max_{kind}_deg" for kind in STROKE_KINDS)]
-    names.append("pressure_angle_max_at_deg")
-    return (*names, BOTTOM if setup.mechanism.body.developed else "pitch_circle_radius_mm")
+    return (*names, PITCH_POINT, *((BOTTOM,) if setup.mechanism.body.developed else ()))
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -59,8 +58,7 @@ def _at_bottom(setup: Setup) -> Callable[[Designs, Programme], Any]:
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     kinds = {name: bit for name, bit in STROKE_KINDS.items() if case.programme.has(bit)}
     questions = [(bit, LARGEST_MAGNITUDE) for bit in kinds.values()]
-    pitch_point_wanted = bool(wanted & PITCH_POINT)
-    found = case.extremes(case.setup.mechanism.pressure, questions, located=pitch_point_wanted)
+    found = case.extremes(case.setup.mechanism.pressure, questions, located=PITCH_POINT in wanted)
     angles = ANGLE_SCALE.quantity(found.value, case.designs)
     largest = angles.max(axis=0)
     outer = ANGLE_SCALE.quantity(found.value + found.width, case.designs) + ANGLE_ERROR * largest
@@ -68,12 +66,9 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     for name, angle, top in zip(kinds, angles, outer, strict=True):
         columns[f"pressure_angle_max_{name}_deg"] = Bounded(angle, top - angle, largest)
     columns["pressure_angle_max_deg"] = Bounded(largest, outer.max(axis=0) - largest, largest)
-    if pitch_point_wanted:
+    if PITCH_POINT in wanted:
         pitch_point = np.take_along_axis(found.where, angles.argmax(axis=0)[None], axis=0)[0]
-        columns["pressure_angle_max_at_deg"] = np.degrees(pitch_point)
-        if "pitch_circle_radius_mm" in wanted:
-            travel = case.setup.mechanism.travel(case.designs, case.programme, pitch_point)
-            columns["pitch_circle_radius_mm"] = np.abs(travel.trace)
+        columns[PITCH_POINT] = np.degrees(pitch_point)
     if BOTTOM in wanted:
         columns[BOTTOM] = peak_column(case, peaks(case.setup)[BOTTOM])
     return columns

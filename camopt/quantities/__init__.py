@@ -226,7 +226,7 @@ _ALL = [
         "Largest |β| over the turn at the bottom of a groove, where it is steeper than at the mean radius.",
     ),
     Quantity("pressure_angle_max_at_deg", "θ_p", "deg", "pressure", "Cam angle of the pitch point (largest |β|)."),
-    Quantity("pitch_circle_radius_mm", "", "mm", "pressure", "Radius of the circle through the pitch point."),
+    Quantity("pitch_circle_radius_mm", "", "mm", "pitch_circle", "Radius of the circle through the pitch point."),
     Quantity("pitch_curvature_max_per_mm", "κ", "1/mm", "curvature", "Largest curvature of the pitch curve."),
     Quantity(
         "pitch_curvature_min_per_mm",
@@ -527,7 +527,7 @@ BOUNDED = {name: quantity for name, quantity in QUANTITIES.items() if quantity.r
 """Those that ``[limits]`` takes by their names."""
 EVERYTHING = "all"
 """The word in a scene's outputs that asks for every quantity."""
-GEOMETRY = ("sizes", "frame", "pair", "motion", "pressure", "curvature", "reach", "crossing")
+GEOMETRY = ("sizes", "frame", "pair", "motion", "pressure", "pitch_circle", "curvature", "reach", "crossing")
 """The effects that run where a scene names no outputs: those that every sweep of a cam's shape has a use for."""
 DISCIPLINES = tuple(dict.fromkeys(q.effect for q in QUANTITIES.values() if q.effect not in ("limits", "proof")))
 """Every effect that computes quantities, by name."""
