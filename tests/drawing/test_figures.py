@@ -125,14 +125,14 @@ DISCS = [name for name in shipped_scenes() if find_scene(name).cam.form == "disc
 @pytest.mark.parametrize("name", DISCS)
 def test_profile_is_a_roller_radius_from_the_pitch_curve_and_least_at_the_base_circle(name: str) -> None:
     scene = find_scene(name)
-    points = cam_points(scene, np.linspace(0, 360, 1441))
+    points, half_gap = cam_points(scene, np.linspace(0, 360, 1441)), 0.5 * (scene.drive.clearance or 0.0)
     profile = curve(points, profile_of(scene))
     if scene.follower.contact == "flat":
         assert "pitch_x_mm" not in points
     else:
-        radius = scene.follower.roller_radius or 0.0
+        radius = (scene.follower.roller_radius or 0.0) + half_gap
         np.testing.assert_allclose(np.abs(profile - curve(points, "pitch")), radius, rtol=0, atol=1e-12)
-    assert abs(np.abs(profile).min() - (scene.cam.base_radius or 0.0)) < 1e-9
+    assert abs(np.abs(profile).min() - ((scene.cam.base_radius or 0.0) - half_gap)) < 1e-9
 
 
 @pytest.mark.parametrize("name", [n for n in DISCS if find_scene(n).follower.contact == "roller"])
