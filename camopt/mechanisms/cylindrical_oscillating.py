@@ -20,13 +20,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.kernels.compile import inlined
 from camopt.mechanisms.body import CYLINDER
 from camopt.mechanisms.design import Designs, Mechanism, Misfit, without_roller
 from camopt.mechanisms.drive import GROOVED
 from camopt.mechanisms.follower import OSCILLATING, ROUND
 from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine
-from camopt.mechanisms.trace import speed_change, trace_curvature
+from camopt.mechanisms.trace import course_over_cylinder, speed_change, trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
@@ -92,27 +91,15 @@ class CylindricalOscillatingSpeedChange(NamedTuple):
     sense: FloatArray
 
 
-@inlined
-def course(f, i, at):
-    """w and s of the trace point, each with two derivatives by the cam angle."""
-    r, l, sense = f.mean_radius[i], f.arm_length[i], f.sense[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    s, across = r * cosine, r * sine
-    w = -(l * at.y1 + sense * across)
-    w1, s1 = -(l * at.y2 + sense * s * at.y1), -(across * at.y1)
-    w2, s2 = -(l * at.y3 + sense * (s1 * at.y1 + s * at.y2)), -(s * np.square(at.y1) + across * at.y2)
-    return w, w1, w2, s, s1, s2
-
-
 @formula(CylindricalOscillatingPitchCurvature)
 def pitch_curvature(f, i, at):
-    w, w1, w2, s, s1, s2 = course(f, i, at)
+    w, w1, w2, s, s1, s2 = course_over_cylinder(f, i, at)
     return trace_curvature(w, w1, w2, s, s1, s2, -f.sense[i] * at.y1, -f.sense[i] * at.y2)
 
 
 @formula(CylindricalOscillatingSpeedChange)
 def speed_changes(f, i, at):
-    w, w1, w2, s, s1, s2 = course(f, i, at)
+    w, w1, w2, s, s1, s2 = course_over_cylinder(f, i, at)
     return speed_change(w, w1, w2, s, s1, s2)
 
 

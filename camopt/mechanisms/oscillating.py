@@ -16,13 +16,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.kernels.compile import inlined
 from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import Designs, Mechanism, Misfit, drawn_by_point
 from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import OSCILLATING, ROUND
 from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine, turned_by
-from camopt.mechanisms.trace import speed_change, trace_curvature
+from camopt.mechanisms.trace import course_of_arm, speed_change, trace_curvature
 from camopt.motion.contact import OscillatingPoint
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -89,27 +88,15 @@ class OscillatingSpeedChange(NamedTuple):
     sense: FloatArray
 
 
-@inlined
-def course(f, i, at):
-    """w and s of the trace point, each with two derivatives by the cam angle."""
-    c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    q, sense = 1.0 + f.sense[i] * at.y1, f.sense[i]
-    w, s, along = sense * (l * q - c * cosine), c * sine, c * cosine
-    w1, s1 = l * at.y2 + sense * s * at.y1, along * at.y1
-    w2, s2 = l * at.y3 + sense * (s1 * at.y1 + s * at.y2), along * at.y2 - s * np.square(at.y1)
-    return w, w1, w2, s, s1, s2
-
-
 @formula(OscillatingPitchCurvature)
 def pitch_curvature(f, i, at):
-    w, w1, w2, s, s1, s2 = course(f, i, at)
+    w, w1, w2, s, s1, s2 = course_of_arm(f, i, at)
     return trace_curvature(w, w1, w2, s, s1, s2, 1.0 + f.sense[i] * at.y1, f.sense[i] * at.y2)
 
 
 @formula(OscillatingSpeedChange)
 def speed_changes(f, i, at):
-    w, w1, w2, s, s1, s2 = course(f, i, at)
+    w, w1, w2, s, s1, s2 = course_of_arm(f, i, at)
     return speed_change(w, w1, w2, s, s1, s2)
 
 

@@ -195,10 +195,15 @@ def test_a_groove_that_breaks_out_of_its_disc_is_not_feasible():
     assert row["edge_wall_min_mm"] < 0.0
 
 
+def tight():
+    """The shutter with a groove as wide as its roller."""
+    return find_scene("face-groove-shutter").replace(**{"drive.clearance": None, "limits.crossing_speed": None})
+
+
 @pytest.mark.parametrize("cutter", [6.0, 3.5])
 def test_a_program_in_the_plane_cuts_both_walls(tmp_path, cutter):
     """Read back by its lines: cuts as far from the pitch curve as the cutter is narrower, to the groove's depth."""
-    scene = find_scene("face-groove-shutter")
+    scene = tight()
     more = {"roughing": 0.5} if cutter < 6.0 else {}
     told = export(scene, tmp_path / "cam.nc", cutter_radius=cutter, feed=200.0, depth_step=4.0, **more)
     text = re.sub(r"\(.*?\)", "", (tmp_path / "cam.nc").read_text())
@@ -230,12 +235,12 @@ def test_a_program_in_the_plane_cuts_both_walls(tmp_path, cutter):
 )
 def test_a_program_that_would_spoil_a_groove_is_refused(tmp_path, settings, message):
     with pytest.raises(BadInput, match=message):
-        export(find_scene("face-groove-shutter"), tmp_path / "cam.nc", feed=100.0, **settings)
+        export(tight(), tmp_path / "cam.nc", feed=100.0, **settings)
 
 
 @pytest.mark.parametrize("curves", ["arcs", "spline"])
 def test_the_solid_has_the_volume_of_its_mass(tmp_path, curves):
-    scene = find_scene("face-groove-shutter").replace(**{"part.density": 7800.0})
+    scene = tight().replace(**{"part.density": 7800.0})
     found = export(scene, tmp_path / "cam.step", curves=curves)
     assert found.about["volume_mm3"] == pytest.approx(
         evaluate(scene.replace(outputs=["solid"]))["cam_mass_kg"] / 7.8e-6, rel=1e-5

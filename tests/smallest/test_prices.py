@@ -86,9 +86,9 @@ HELD = ("roller-1000rpm", "two-pauses", "belt-matching", "bucket-valve", "feeder
 HELD += (
     "clamp-by-wedge",
     "face-groove-shutter",
-    "press-feed-by-pair",
-    "press-ram-by-four-bar",
     "press-with-drift",
+    "press-ram-by-four-bar",
+    "press-feed-by-pair",
     "pump-of-constant-breadth",
     "pusher-by-lever",
     "rocker-valve",
