@@ -162,7 +162,7 @@ PRICED = {
 
 
 @pytest.mark.one_in(2)
-@pytest.mark.parametrize("key", PRICED[::-1])
+@pytest.mark.parametrize("key", [*PRICED][::-1])
 def test_a_bound_costs_what_the_smallest_cam_with_its_linkage_changes_by(key):
     """By multipliers, and by the smallest cam at another bound, whose linkage is another too."""
     found = optimise(PRICED[key])
