@@ -114,7 +114,7 @@ class ErrorSpread(NamedTuple):
     """displacement, velocity, acceleration, or the change in a dwell."""
     unit: str
     median: float
-    """Half of the cams have no larger |error| at any cam angle."""
+    """Half of the cams have no larger ``|error|`` at any cam angle."""
     of_95: float
     """The same of 95 % of the cams."""
     of_99_73: float

@@ -60,7 +60,7 @@ class MotionError(NamedTuple):
     at_deg: float | None
     """The cam angle of the worst case; of an infinite one where it first is; None if it is so everywhere."""
     three_sigma: float
-    """The largest root sum square, |mean| + 3σ; no more than the worst case."""
+    """The largest root sum square, ``|mean|`` + 3σ; no more than the worst case."""
     three_sigma_at_deg: float | None
     shares: dict[str, float]
     """What each tolerance contributes to the worst case, which is their sum; to an infinite one its own largest."""

@@ -85,7 +85,9 @@ def of_quantities(alike: list[Quantity]) -> Iterator[str]:
 
 
 def key_link(key: str) -> str:
-    """A link to a key of the scene, for keys that are documented ones."""
+    """A link to a key of the scene, or to a table, for those that are documented ones."""
+    if key in TABLES:
+        return f"{{ref}}`[{key}] <table-{key}>`"
     place, _, name = key.rpartition(".")
     known = place in TABLES and name in TABLES[place].model_fields
     return f"{{key}}`{key}`" if known else f"`{key}`"
