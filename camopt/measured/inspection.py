@@ -531,15 +531,23 @@ class _Inspected:
         train = self.problem.setup.train
         if train is None:
             return errors
-        stands = train.follower_at(tool_position(self.problem.programme, self.places))
-        first, moved = (np.asarray(train.tool(Taylor([each])).terms[0]) for each in (stands, stands + errors))
+        ends = (self._stands, self._stands + errors)
+        first, moved = (np.asarray(train.tool(Taylor([each])).terms[0]) for each in ends)
         return np.asarray(moved - first)
 
     @cached_property
     def _rate(self) -> FloatArray:
         """The ratio of the train."""
-        small = 1e-6
-        return np.asarray(self._at_tool(np.full(self.places.size, small)) / small)
+        train = self.problem.setup.train
+        if train is None:
+            return np.ones(self.places.size)
+        return np.asarray(train.tool(Taylor([self._stands, np.ones(self.places.size)])).terms[1])
+
+    @cached_property
+    def _stands(self) -> FloatArray:
+        """Where the follower is asked to be, from where the train starts."""
+        assert self.problem.setup.train is not None
+        return np.asarray(self.problem.setup.train.follower_at(tool_position(self.problem.programme, self.places)))
 
     @property
     def _drawing(self) -> Scene:

@@ -20,14 +20,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms import FIELDS
-from camopt.mechanisms.rest import Off as OffContact
 from camopt.mechanisms.rest import Shift
 from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor, direction
 from camopt.problem.problem import Problem
-from camopt.tolerances.touching import BORE
+from camopt.tolerances.touching import BORE, off_by
 
 Off = Mapping[str, FloatArray]
 """By how much cams are off, each (n,), by key of ``[tolerances]``, in mm or rad; complex of a profile with
@@ -85,9 +83,7 @@ class RealCams:
         y, y1, y2, y3 = problem.programme.at(self.within(places))
         motion = Taylor([y, y1, y2 / 2][: order + 1]), Taylor([y1, y2, y3 / 2][: order + 1])
         mechanism, place = problem.setup.mechanism, _line(places, order)
-        sizes = {FIELDS[key.partition(".")[2]]: by for key, by in off.items() if key.startswith("follower.")}
-        out = self._standing(off, places, order) + sizes.pop("roller_radius", 0.0)
-        given, angle = OffContact(sizes, out, tilt=off.get("face_tilt", 0.0)), place
+        given, angle = off_by({**off, "profile": self._standing(off, places, order)}), place
         for _ in range(TURNS if mechanism.body.developed and BORE in off else 1):
             given = given._replace(bore=self._axis(off, angle))
             rest = mechanism.rest(problem.design, problem.programme.lift, *motion, given)
