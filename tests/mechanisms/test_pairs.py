@@ -63,7 +63,7 @@ def test_both_rollers_of_a_rigid_follower_touch_both_discs_all_the_turn(motion):
             way = 1j * arm / np.abs(arm) if problem.setup.angular else 1j * np.ones_like(arm)
             seen = np.degrees(np.arctan(np.abs((normal * way.conj()).imag / (normal * way.conj()).real))).max()
             assert seen == pytest.approx(angle, rel=3e-3)
-            assert seen <= angle + 1e-6
+            assert seen <= angle + 1e-4  # the place of a nearest point is known to the root of rounding
             drawn = profiles(problem, np.linspace(0.0, 2.0 * np.pi, 7201)[:-1])[which]
             steps = np.diff(np.append(drawn, drawn[0]))
             bent = np.abs(np.angle(np.roll(steps, -1) / steps)) / np.abs(steps)
