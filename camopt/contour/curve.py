@@ -164,22 +164,29 @@ class CamCurve:
         return self.placed(Taylor([angle, 1.0, *[0.0] * (len(rows) - 3)]), y, y1)
 
 
-def curves_of(problem: Problem, cutter_radius: float | None = None) -> dict[str, CamCurve]:
-    """The curves of a problem's own design by name: ``pitch``, ``profile`` and, of a cutter, ``cutter``.
+class Disc(NamedTuple):
+    """One of the discs of a cam: an ordinary cam on the common shaft."""
 
-    Those of a groove are two of each, ``profile_left`` and ``profile_right``; a flat face has no pitch curve. Those
-    of a second disc are ``second_pitch``, ``second_profile`` and ``second_cutter``.
-    """
-    found, curve = distances(problem.setup.mechanism, problem.half_width, cutter_radius), curve_of(problem, 0.0)
-    curves = {name: replace(curve, distance=distance) for name, distance in found.items()}
-    if (second := second_disc(problem)) is None:
-        return curves
-    others = {name: replace(each, mirror=-1.0) for name, each in curves_of(second, cutter_radius).items()}
-    return curves | {f"second_{name}": each for name, each in others.items()}
+    problem: Problem
+    """Of this disc alone; that of a second one as it is seen in the mirror."""
+    mirror: float = 1.0
+    """−1 where that is the mirror image, in the x axis of the frame that both discs share."""
+
+    def curves(self, cutter_radius: float | None = None) -> dict[str, CamCurve]:
+        """Its curves in that frame by name: ``pitch``, ``profile`` and, of a cutter, ``cutter``.
+
+        Those of a groove are two of each, ``profile_left`` and ``profile_right``; a flat face has no pitch curve.
+        """
+        found = distances(self.problem.setup.mechanism, self.problem.half_width, cutter_radius)
+        curve = replace(curve_of(self.problem, 0.0), mirror=self.mirror)
+        return {name: replace(curve, distance=distance) for name, distance in found.items()}
 
 
-def second_disc(problem: Problem) -> Problem | None:
-    """The second disc of a pair as an ordinary cam of the reversed motion, seen in the mirror; None without one.
+def discs_of(problem: Problem) -> tuple[Disc, ...]:
+    """The discs of a problem's own design: the first one as it is, and that of a pair's second contact.
+
+    The second disc is an ordinary cam of the reversed motion, seen in the mirror (``mechanisms.pairs``). So
+    whatever is of one disc is asked of each.
 
     Raises
     ------
@@ -187,14 +194,25 @@ def second_disc(problem: Problem) -> Problem | None:
         If a train drives the pair: its motion reversed is not known in balls.
     """
     if not problem.setup.mechanism.second_keys:
-        return None
+        return (Disc(problem),)
     if problem.setup.train is not None:
         why = "the second disc of a pair that drives a train is not written yet: leave out [[train]]"
         raise BadInput([Mistake(problem.file, "train", None, why, bare=True)])
     (contact,) = problem.setup.mechanism.further
-    ordinary = replace(contact.mechanism, way=1.0)
-    setup, programme = replace(problem.setup, mechanism=ordinary), problem.programme.reversed
-    return replace(problem, setup=setup, programme=programme, design=contact.seen(problem.design))
+    ordinary = replace(problem.setup, mechanism=replace(problem.setup.mechanism, further=()))
+    first = replace(problem, setup=ordinary)
+    second = replace(first, programme=problem.programme.reversed, design=contact.seen(problem.design))
+    return Disc(first), Disc(second, mirror=-1.0)
+
+
+def curves_of(problem: Problem, cutter_radius: float | None = None) -> dict[str, CamCurve]:
+    """The curves of all discs by name, as ``Disc.curves`` has them; those of a second one as ``second_profile``."""
+    named = zip(DISC_NAMES, discs_of(problem), strict=False)
+    return {f"{of}{name}": curve for of, disc in named for name, curve in disc.curves(cutter_radius).items()}
+
+
+DISC_NAMES = ("", "second_")
+"""What the names of the curves of each disc begin with."""
 
 
 def curve_of(problem: Problem, distance: float) -> CamCurve:

@@ -1,7 +1,8 @@
 """The table ``[part]`` of a scene: the cam as a piece of steel, and whether its sizes go together.
 
-A disc cam is a plate with a bore, a keyway and a hub on one side, or a round plate with a groove in its face; a
-cylindrical cam is a cylinder with a groove; the mean radius is in the middle of its depth.
+A disc cam is a plate with a bore, a keyway and a hub on one side, or a round plate with a groove in its face. A
+conjugate pair is two such plates on one bore and hub, of one thickness. A cylindrical cam is a cylinder with a
+groove; the mean radius is in the middle of its depth.
 """
 
 import re
@@ -48,6 +49,7 @@ Fit = Annotated[str, BeforeValidator(partial(_is_fit, pattern=FIT, example="H7")
 ShaftFit = Annotated[str, BeforeValidator(partial(_is_fit, pattern=SHAFT_FIT, example="h9"))]
 TOWARDS_FOLLOWER = 90.0
 HUB, KEYWAY = DISC.part, ("keyway_width", "keyway_depth")
+USUAL_GAP = 0.25  # of the thickness: between both discs of a pair, which leaves the rollers room
 
 
 class Part(SceneTable):
@@ -59,6 +61,8 @@ class Part(SceneTable):
 
     thickness: Length | None = None
     """Thickness of the plate of a disc cam, or length of a cylindrical cam along its axis; mm."""
+    disc_gap: Length | None = None
+    """Gap between both plates of a conjugate pair, a quarter of their thickness if not given; mm."""
     bore: Annotated[Length | None, Field(json_schema_extra=or_text)] = None
     """Diameter of the bore, or a text of it and its fit, such as 30 H7; that of the shaft if not given; mm."""
     bore_fit: Fit | None = None
@@ -66,7 +70,7 @@ class Part(SceneTable):
     hub_diameter: Length | None = None
     """Diameter of the hub, at most that of the base circle; mm."""
     hub_length: Length | None = None
-    """Length of the whole hub, the plate included; mm."""
+    """Length of the whole hub, the plate included, or both plates and their gap; mm."""
     keyway: Literal["DIN 6885"] | None = None
     """Keyway of the standard for the bore, in place of its width and depth."""
     keyway_width: Length | None = None
@@ -123,9 +127,25 @@ class Part(SceneTable):
     """Language of the drawing."""
 
     @property
+    def plates(self) -> tuple[tuple[float, float], ...]:
+        """From where to where the plate of each disc is along the axis, mm; none of a thickness that is not known.
+
+        The last one stands at 0, and the first one is the nearest to who sees the front view.
+        """
+        if self.thickness is None:
+            return ()
+        feet = [0.0] if self.disc_gap is None else [self.thickness + self.disc_gap, 0.0]
+        return tuple((foot, foot + self.thickness) for foot in feet)
+
+    @property
+    def width(self) -> float:
+        """From the back of the last plate to the front of the first one, mm; 0 if it is not known."""
+        return max((high for _, high in self.plates), default=0.0)
+
+    @property
     def stands_on_hub(self) -> bool:
-        """Whether the hub is longer than the plate that it includes."""
-        return (self.hub_length or 0.0) > (self.thickness or 0.0)
+        """Whether the hub is longer than the plates that it includes."""
+        return (self.hub_length or 0.0) > self.width
 
     @property
     def bore_reach(self) -> float:
@@ -138,8 +158,10 @@ def reach_of(bore: float, width: float, depth: float) -> float:
     return hypot(bore / 2 + depth, width / 2) if width else bore / 2
 
 
-def resolved(part: Part, title: str, cam: Cam, materials: Materials, profile_tolerance: float | None) -> Part:
-    """The part, completed from other tables of the scene.
+def resolved(
+    part: Part, title: str, cam: Cam, materials: Materials, profile_tolerance: float | None, paired: bool
+) -> Part:
+    """The part, completed from other tables of the scene; of two discs if it is ``paired``.
 
     The bore is that of the shaft, material and density are those of the contact, the name is that of the scene.
     """
@@ -151,6 +173,7 @@ def resolved(part: Part, title: str, cam: Cam, materials: Materials, profile_tol
         "name": title,
         "profile_tolerance": profile_tolerance,
         "keyway_angle": TOWARDS_FOLLOWER if part.keyway_width else None,
+        "disc_gap": USUAL_GAP * part.thickness if paired and part.thickness else None,
     }
     return part.model_copy(update={key: v for key, v in elsewhere.items() if getattr(part, key) is None})
 
@@ -169,14 +192,17 @@ def check_part(
     for key in dict.fromkeys(key for other in EVERY_BODY for key in other.part if key not in body.part):
         if part.get(key) is not None:
             yield f"part.{key}", part[key], f"a {body.words} has none"
+    if part.get("disc_gap") is not None and not mechanism.second_keys:
+        yield "part.disc_gap", part["disc_gap"], "is that of a conjugate pair, and this cam has one disc"
     shaft, bore = length(data, "cam.shaft_diameter"), length(data, "part.bore")
     if shaft and bore and shaft != bore:
         yield "part.bore", bore, f"must be cam.shaft_diameter ({shaft:g}), or one of both is left out"
         return
     yield from _keyway(data, part)
     if body.closed:
-        base = length(data, f"cam.{body.size}")
-        yield from _hub(data, part, base) if body.bounded else ()
+        bases = [length(data, key) for key in (f"cam.{body.size}", "drive.base_radius")]
+        base = min((each for each in bases if each), default=None)
+        yield from _hub(data, part, base, 1 + bool(mechanism.second_keys)) if body.bounded else ()
         yield from _inside(data, base, "the base circle (radius {:g})")
         yield from _in_face(data)
     else:
@@ -210,15 +236,18 @@ def _keyway(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[Fault]
         yield "part.keyway_width", width, f"must be below the diameter of the bore ({bore:g})"
 
 
-def _hub(data: Mapping[str, Any], part: Mapping[str, Any], base: float | None) -> Iterator[Fault]:
+def _hub(data: Mapping[str, Any], part: Mapping[str, Any], base: float | None, discs: int) -> Iterator[Fault]:
     """A hub has a diameter and a length, is longer and wider than what it holds, and lies behind the profile."""
     given = [key for key in HUB if part.get(key) is not None]
     for key in (*HUB, "thickness") if given else ():
         if part.get(key) is None:
             yield f"part.{key}", None, f"missing; part.{given[0]} is that of a hub on a plate"
     whole, plate = length(data, "part.hub_length"), length(data, "part.thickness")
+    if plate and discs > 1:
+        plate = discs * plate + (length(data, "part.disc_gap") or USUAL_GAP * plate)
     if whole and plate and whole < plate:
-        yield "part.hub_length", whole, f"must be at least the thickness ({plate:g}), which it includes"
+        what = "the thickness" if discs == 1 else "two thicknesses and the gap"
+        yield "part.hub_length", whole, f"must be at least {what} ({plate:g}), which it includes"
     diameter, reach = length(data, "part.hub_diameter"), _reach(data)
     if diameter and reach and diameter <= 2 * reach:
         yield "part.hub_diameter", diameter, f"must be above {2 * reach:g}: the bore and its keyway are inside it"

@@ -228,7 +228,8 @@ class Scene(HasHtml, Drawn, SceneTable):
     @property
     def whole_part(self) -> Part:
         """The part, completed from other tables of the scene: bore, material, density, name."""
-        return resolved(self.part, self.name, self.cam, self.materials, self.tolerances.profile)
+        paired = bool(self.mechanism.second_keys)
+        return resolved(self.part, self.name, self.cam, self.materials, self.tolerances.profile, paired)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self.__dict__ == other.__dict__

@@ -5,8 +5,11 @@ import numpy as np
 import pytest
 from support.pairs import nearest, pair, profiles
 
-from camopt import BadInput, Scene, cam_points, export, find_scene
+from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene
+from camopt.contour.curve import discs_of
+from camopt.effects import Case
 from camopt.problem.problem import resolve_design
+from camopt.verdicts.running import run_effects
 
 RNG_SEED = 12
 
@@ -41,6 +44,15 @@ def test_points_of_the_second_disc_are_a_roller_radius_from_its_pitch_curve(scen
     turned = touched * np.exp(-1j * problem.design.sense * np.radians(points["cam_angle_deg"]))
     assert np.abs(turned - profile).max() < 1e-6
     assert (points["second_profile_curvature_per_mm"] > -1.0).all()
+
+
+def test_each_disc_is_an_ordinary_cam_with_the_quantities_of_its_contact(scene):
+    problem, names = resolve_design(scene), ("pressure_angle_max_deg", "profile_radius_min_mm", "outer_radius_mm")
+    found = evaluate(scene.replace(outputs=["all"]))
+    for place, disc in zip(("first", "second"), discs_of(problem), strict=True):
+        alone = run_effects(Case(disc.problem.setup, disc.problem.programme, disc.problem.design), names)
+        for name in names:
+            assert alone.column(name)[0] == pytest.approx(found[f"{place}_{name}"], rel=1e-8)
 
 
 def test_a_file_of_one_disc_refuses_a_pair(tmp_path):

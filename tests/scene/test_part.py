@@ -20,6 +20,9 @@ BASES = {
     "cylinder": find_scene("feeder-with-stop").replace(
         part=CYLINDER
     ),  # mean radius 100, highest at 65.2433, roller 9
+    "pair": find_scene("press-feed-by-pair").replace(
+        part={"thickness": 16, "hub_diameter": 80, "hub_length": 50}
+    ),  # base radius 62, shaft 50
 }
 BLANK = BASES["disc"].replace(**SHAFTLESS, part=None)
 ONE_MISTAKE = [
@@ -52,6 +55,10 @@ ONE_MISTAKE = [
         {"part.keyway_depth": 12.5, **HUBLESS},
         "part.keyway_depth = 12.5: must leave a wall to the base circle (radius 25)",
     ),
+    ("disc", {"part.disc_gap": 5}, "part.disc_gap = 5: is that of a conjugate pair, and this cam has one disc"),
+    ("pair", {"part.hub_length": 35.9}, "part.hub_length = 35.9: must be at least two thicknesses and the gap"),
+    ("pair", {"part.disc_gap": 19}, "part.hub_length = 50.0: must be at least two thicknesses and the gap (51)"),
+    ("pair", {"drive.base_radius": 39}, "part.hub_diameter = 80.0: must be at most twice the base radius (78)"),
     ("cylinder", {"part.bore": 184}, "part.bore = 184.0: must leave a wall to the bottom of the groove (radi"),
     ("cylinder", {"part.groove_depth": 130}, "part.keyway_depth = 4.4: must leave a wall to the bottom of the gro"),
     ("cylinder", {"part.groove_depth": 200}, "part.groove_depth = 200.0: must be below twice the mean radius (200"),
@@ -210,3 +217,11 @@ def test_a_part_is_read_and_written():
 def test_densities_are_those_of_the_unit_weights_of_shigley(name, unit_weight):
     """Table A-5 of Shigley has kN/m³ (carbon steel, stainless, grey cast iron, phosphor bronze)."""
     assert MATERIALS[name].density == pytest.approx(unit_weight * 1e3 / 9.81, abs=25.0)
+
+
+def test_plates_of_a_pair_are_a_gap_apart_the_first_in_front():
+    part = BASES["pair"].whole_part
+    assert (part.plates, part.width, part.stands_on_hub) == (((20.0, 36.0), (0.0, 16.0)), 36.0, True)
+    wide = BASES["pair"].replace(**{"part.disc_gap": 7.5, "part.hub_length": 39.5}).whole_part
+    assert (wide.plates, wide.stands_on_hub) == (((23.5, 39.5), (0.0, 16.0)), False)
+    assert (BASES["disc"].whole_part.plates, Part().plates) == (((0.0, 16.0),), ())
