@@ -72,6 +72,11 @@ class Setup:
         """The setup with the designs' own numbers in it: arrays, or ranges."""
         return replace(self, given=self.given.with_numbers(designs.numbers)) if designs.numbers else self
 
+    def half_width(self, designs: Designs) -> Any:
+        """How far walls and profile are from the pitch curves: the roller's radius and half its clearance, mm."""
+        clearance = self.at(designs).given.drive.clearance
+        return designs.roller_radius if clearance is None else designs.roller_radius + 0.5 * clearance
+
     @property
     def angular(self) -> bool:
         """Whether the follower oscillates, so that its displacement is an angle."""

@@ -10,9 +10,9 @@ The pivot of a follower that oscillates is at the distance c from the cam's axis
 
 which has to be more than the radius of its boss; below 0 the cam passes over the pivot.
 
-A groove in the face of a disc has an outer wall, at |C| + R_r where it is farthest: that is its R_out. What is left
-to the edge of a disc of the diameter D is the wall D/2 − R_out. The follower is beside such a disc, so nothing is
-said of its pivot.
+A groove in the face of a disc has an outer wall, at |C| + R_r where it is farthest, and half the clearance of the
+roller beyond that: that is its R_out. What is left to the edge of a disc of the diameter D is the wall D/2 − R_out.
+The follower is beside such a disc, so nothing is said of its pivot.
 
 Source: regrouped from Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
@@ -63,6 +63,15 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {EDGE_WALL: ("part.outer_diameter",)} if lacking else {}
 
 
+def _outermost(setup: Setup, designs: Designs, programme: Programme) -> Any:
+    """Curve of the distance of the outline from the axis; of a groove that of its wall, beside the roller."""
+    assert setup.mechanism.outline is not None
+    found = setup.mechanism.outline(designs, programme)
+    if setup.at(designs).given.drive.clearance is None:
+        return found
+    return found._replace(roller_radius=-setup.half_width(designs))
+
+
 def _to_pivot(
     outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme
 ) -> OutlineClearance:
@@ -81,9 +90,9 @@ def _centre_distance(designs: Designs) -> Any:
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    outline, edge = setup.mechanism.outline, (setup.solid.outer_diameter or 0.0) / 2.0
-    if outline is None:
+    if setup.mechanism.outline is None:
         return {}
+    outline, edge = partial(_outermost, setup), (setup.solid.outer_diameter or 0.0) / 2.0
     found = {
         RADIUS: Peak(((outline, ALL_STROKES),), LARGEST),
         CLEARANCE: Peak(((partial(_to_pivot, outline), ALL_STROKES),), LEAST, unit=_centre_distance),

@@ -9,8 +9,8 @@ in the cam's own frame, in which x and y are those of the ground at cam angle 0.
 arc of the roller about it, one of the motion of a flat face a straight edge. Where a profile is undercut, or
 crosses itself, all are those of the curve as it is drawn, whose loops count with their sign.
 
-A groove in the face of a disc is the band between its outer and its inner wall, z + R_r·n and z − R_r·n, with z the
-trace point; it is as long as its pitch curve.
+A groove in the face of a disc is the band between its outer and its inner wall, z + w·n and z − w·n, with z the
+trace point and w half the width of the groove, R_r and half the clearance; it is as long as its pitch curve.
 
 Integrals are by Gauss's rule on each panel of the motion (``numerics.quadrature``).
 Source: Bronshtein et al., Handbook of Mathematics, ch. 8 (line integrals).
@@ -107,10 +107,11 @@ def section_integrals(case: Case, designs: Designs, rule: Rule, side: float = IN
     travel = case.setup.mechanism.travel(_columns(designs), case.programme, angles.ravel())
     across = (len(designs), *angles.shape)
     normal = travel.normal.reshape(-1, *angles.shape)
-    point = travel.trace.reshape(across) + side * designs.roller_radius[:, None, None] * normal
+    reach = side * case.setup.half_width(designs)
+    point = travel.trace.reshape(across) + reach[:, None, None] * normal
     along = point @ rule.derivative.T - 1j * sense * table.half_width[:, None] * point
     total = _swept(sense, rule, point, normal, along, np.exp(-1j * sense * angles))
-    for corner in _at_corners(case, designs, rule, side):
+    for corner in _at_corners(case, designs, rule, reach):
         total += _swept(sense, rule, *corner)
     return total
 
@@ -127,7 +128,7 @@ def _swept(
     return np.array([part.sum(axis=1) for part in parts])
 
 
-def _at_corners(case: Case, designs: Designs, rule: Rule, side: float) -> Iterator[tuple[Any, ...]]:
+def _at_corners(case: Case, designs: Designs, rule: Rule, reach: FloatArray) -> Iterator[tuple[Any, ...]]:
     """The part of profiles at corners of the motion: an arc about the trace point, or an edge along a flat face."""
     share, half = 0.5 * (1.0 + rule.nodes), 0.5
     for corner in case.programme.corners:
@@ -138,7 +139,7 @@ def _at_corners(case: Case, designs: Designs, rule: Rule, side: float) -> Iterat
         )
         moved, turned = np.diff(trace, axis=1), np.angle(normal[:, 1:] / normal[:, :1])
         face = normal[:, :1] * np.exp(1j * turned * share)
-        radius = -side * designs.roller_radius[:, None]
+        radius = -reach[:, None]
         point = trace[:, :1] + moved * share - radius * face
         along = half * (moved - 1j * turned * radius * face)
         turn = np.full(rule.nodes.size, np.exp(-1j * designs.sense * corner.at))

@@ -116,7 +116,7 @@ def _cylinder(case: Case) -> tuple[Figure, Figure]:
     assert solid.thickness is not None
     assert solid.groove_depth is not None
     cylinder = disc(designs.size + solid.groove_depth / 2.0).without(_hollow(solid)).times(solid.thickness)
-    (_, *band), (_, *off) = (2.0 * designs.roller_radius * rows for rows in groove)
+    (_, *band), (_, *off) = (2.0 * case.setup.half_width(designs) * rows for rows in groove)
     return cylinder.without(Figure(band[0], 0.0, band[1])), Figure(off[0], 0.0, off[1])
 
 

@@ -5,7 +5,7 @@ are at R_r to both sides of it: the inner one pushes the roller outward, and its
 pulls it back. So every bend of the pitch curve is a hollow of one wall, and |κ|·R_r < 1 has to hold. The outer wall
 is farthest from the axis where the trace point C is:
 
-    R_out = max |C| + R_r
+    R_out = max |C| + R_r        (and half the clearance, where there is one)
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 1 (form-closed track cams).
 """

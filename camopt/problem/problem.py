@@ -180,7 +180,7 @@ class Problem:
     @property
     def half_width(self) -> float:
         """How far walls and profile are from the pitch curve: the roller's radius and half its clearance, mm."""
-        return float(self.design.roller_radius[0]) + 0.5 * float(self.setup.given.drive.clearance or 0.0)
+        return float(np.squeeze(self.setup.half_width(self.design)))
 
     @property
     def size_name(self) -> str:

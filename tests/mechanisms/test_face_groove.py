@@ -58,6 +58,25 @@ def test_a_groove_has_the_pitch_curve_of_an_open_cam_and_walls_on_both_sides_of_
 
 
 @pytest.mark.parametrize("contact", ROLLERS)
+def test_a_clearance_takes_its_half_off_the_wall_to_the_edge_and_its_width_off_the_mass(contact):
+    """Steiner: a band of the width w about a curve of the length L has the area w·L."""
+    tight = values(contact)[1]
+    loose = evaluate(face(contact, drive={"kind": "groove", "clearance": 0.8}))
+    off = 10.0 * 0.8 * tight["groove_length_mm"] * 7800e-9
+    assert loose["cam_mass_kg"] == pytest.approx(tight["cam_mass_kg"] - off, abs=1e-8 * off)
+    assert loose["edge_wall_min_mm"] == pytest.approx(tight["edge_wall_min_mm"] - 0.4, rel=1e-9)
+    assert loose["outer_radius_mm"] == pytest.approx(tight["outer_radius_mm"] + 0.4, rel=1e-9)
+
+
+def test_a_groove_round_a_cylinder_is_as_wide_as_its_roller_and_the_clearance():
+    """Its pitch curve does not depend on the roller."""
+    feeder = find_scene("feeder-with-stop").replace(outputs=["cam_mass_kg"])
+    radius = feeder.follower.roller_radius
+    loose = feeder.replace(**{"follower.roller_radius": radius - 0.2, "drive.clearance": 0.4})
+    assert evaluate(loose)["cam_mass_kg"] == pytest.approx(evaluate(feeder)["cam_mass_kg"], rel=1e-14)
+
+
+@pytest.mark.parametrize("contact", ROLLERS)
 def test_the_groove_is_taken_off_the_mass_of_its_disc(contact):
     """By areas of shapely: the round plate less bore and groove, about its own centre of gravity."""
     _, row, curves, (inner, outer) = values(contact)
