@@ -15,6 +15,7 @@ import numpy as np
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.peak import ConvexRadius, Cutter, Peak, size_of
 from camopt.effects.peak_columns import columns_of_ends, peak_column
+from camopt.mechanisms.design import itself
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
@@ -36,7 +37,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         assert mechanism.profile_radius is not None
         curves = ((mechanism.profile_radius, ALL_STROKES),)
         radius = Peak(curves, LEAST, jumps=pointed, unit=size_of, open_at_zero=True)
-        return {CONVEX: replace(radius, rises_with_body=mechanism.pitch_is_without)}
+        return {CONVEX: replace(radius, rises_with_body=mechanism.alike is not itself)}
     curves = ((mechanism.curvature, ALL_STROKES),)
     both = mechanism.two_sided  # either flank may be the sharper one
     most, least = (pointed, notched) if mechanism.body.convex > 0.0 else (notched, pointed)

@@ -46,7 +46,7 @@ class CurveNumbers:
         alike = {body} if mechanism.pitch_is_without else set()
         numbers = self._numbers(strides, [i for i in merged if i not in alike])
         designs = space.designs(numbers.ravel())
-        first, which = _alike(mechanism.pitch(designs))
+        first, which = _alike(mechanism.alike(designs), mechanism.parallel)
         whole = [self.shape[i] for i in merged]
         self._which = np.broadcast_to(which.reshape([1 if i in alike else self.shape[i] for i in merged]), whole)
         radii = space.axes.get(mechanism.parallel, space.problem.design.sizes[mechanism.parallel])
@@ -66,7 +66,7 @@ class CurveNumbers:
     def designs(self) -> Designs:
         """Designs that a point follows on the pitch curves, by number."""
         of_each = (self._of_others[:, None] + self._of_sums).ravel()
-        return self._space.problem.setup.mechanism.pitch(self._space.designs(of_each))
+        return self._space.problem.setup.mechanism.alike(self._space.designs(of_each))
 
     def of_block(self, first: int, last: int) -> BlockCurves:
         """The pitch curves of designs first … last − 1, which those of the next motion have too."""
@@ -103,10 +103,11 @@ def _merged(mechanism: Mechanism) -> tuple[str, ...]:
     return tuple(dict.fromkeys(("size", mechanism.parallel)))
 
 
-def _alike(curves: Designs) -> tuple[IntArray, IntArray]:
+def _alike(curves: Designs, parallel: str) -> tuple[IntArray, IntArray]:
     """The first one of each kind of pitch curves, and of which kind each is, by the order of their sizes."""
-    order = np.lexsort((curves.roller_radius, curves.size))
-    size, rest = curves.size[order], curves.roller_radius[order]
+    rests = getattr(curves, parallel)
+    order = np.lexsort((rests, curves.size))
+    size, rest = curves.size[order], rests[order]
     new = np.concatenate([[True], (size[1:] != size[:-1]) | (rest[1:] != rest[:-1])])
     which = np.empty(order.size, np.int64)
     which[order] = np.cumsum(new) - 1
@@ -115,7 +116,9 @@ def _alike(curves: Designs) -> tuple[IntArray, IntArray]:
 
 def curve_numbers(space: Space) -> CurveNumbers | None:
     """The numbers of the pitch curves of a space; None where they are not worth keeping, or too many to keep."""
-    mechanism = space.problem.setup.mechanism
+    mechanism, limits = space.problem.setup.mechanism, space.problem.limits
+    if mechanism.profile and not all(limit.of_curves == () or limit.is_of_motion for limit in limits):
+        return None
     merged = {field: values.size for field, values in space.axes.items() if field in _merged(mechanism)}
     ignored = merged.pop(mechanism.parallel, 1) if mechanism.pitch_is_without else 1
     if not space.axes or (sum(count > 1 for count in merged.values()) < 2 and not mechanism.pitch_is_without):

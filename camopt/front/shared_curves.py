@@ -70,7 +70,7 @@ class SharedCurves:
     """Verdicts on the designs of one motion from their pitch curves."""
 
     def __init__(self, space: Space, problem: Problem, numbers: CurveNumbers, wanted: frozenset[str]) -> None:
-        self._space, self._problem, self._numbers, self._wanted = space, problem, numbers, wanted
+        self._space, self._problem, self._numbers = space, problem, numbers
         count = len(numbers)
         self._locks = [Lock() for _ in range(0, count, numbers.part)]
         self._known = np.zeros(len(self._locks), dtype=bool)
@@ -81,7 +81,9 @@ class SharedCurves:
         self._half_width, self._no_cost = np.zeros((2, count))
         self._pending = problem.limits
         self._later = () if problem.programme.radii else told_by_curves(problem.limits, wanted)
-        self._wanted = wanted.union(*(limit.of_curves or () for limit in self._later))
+        named = wanted.union(*(limit.of_curves or () for limit in self._later))
+        self._of_pitch = frozenset[str]() if problem.setup.mechanism.profile else named
+        """The quantities that are found of pitch curves, for all designs that share one."""
 
     def verdicts(self, first: int, last: int, every: bool) -> BlockVerdicts:
         """The verdicts on designs first … last − 1.
@@ -182,7 +184,7 @@ class SharedCurves:
         curves = np.arange(part * self._numbers.part, min((part + 1) * self._numbers.part, len(self._numbers)))
         designs = self._numbers.designs.take(slice(curves[0], curves[-1] + 1))
         exists = self._problem.setup.mechanism.exists(designs, self._problem.programme)
-        found = screened_by_pitch(begun(self._problem, designs.take(exists)), self._wanted, self._later)
+        found = screened_by_pitch(begun(self._problem, designs.take(exists)), self._of_pitch, self._later)
         where = curves[exists][found.which]
         self._exists[curves], self._held[where] = exists, found.held
         for kept, columns in ((self._columns, found.rows.columns), (self._outward, found.rows.outward)):

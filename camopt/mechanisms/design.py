@@ -151,6 +151,12 @@ def without_size(designs: Designs) -> Designs:
     return replace(designs, size=np.zeros(len(designs)))
 
 
+def by_difference(designs: Designs) -> Designs:
+    """Designs of which a face, further from its pivot by as much as the base circle is larger, moves the whole
+    profile along its normal, with the face through the pivot."""
+    return replace(designs, size=designs.size - designs.face_offset, face_offset=np.zeros(len(designs)))
+
+
 def itself(designs: Designs) -> Designs:
     """Designs that share no pitch curve."""
     return designs
@@ -224,7 +230,9 @@ class Mechanism:
     """Curve of the derivative by the cam angle of the speed of the trace point over the cam, mm/rad²."""
     pitch: Callable[[Designs], Designs] = itself
     """For designs those with the same pitch curves that are alike if these are; of a flat face: the same but for
-    how far ``parallel`` has moved the profile."""
+    how far ``parallel`` has moved the profile. What effects find of pitch curves they find of these."""
+    profile: Callable[[Designs], Designs] | None = None
+    """As ``pitch``, where effects find of the pitch curve what ``parallel`` changes too."""
     parallel: str = "roller_radius"
     """The size, by field of ``Designs``, that moves the profile along its normal, as the roller does from a pitch
     curve (a flat face square to the motion: the base radius)."""
@@ -266,10 +274,15 @@ class Mechanism:
         return self.pitch in (without_roller, without_size)
 
     @property
+    def alike(self) -> Callable[[Designs], Designs]:
+        """For designs those with the same profiles, but for how far ``parallel`` has moved them."""
+        return self.profile or self.pitch
+
+    @property
     def of_pitch(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
         """Its curves that designs with the same pitch curve share."""
         if self.flat_faced:
-            return self.pressure, self.reach
+            return (self.reach,) if self.profile else (self.pressure, self.reach)
         return self.pressure, self.curvature, self.sliding, self.path, self.speeding
 
     @property

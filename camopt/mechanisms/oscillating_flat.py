@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms.body import DISC
-from camopt.mechanisms.design import Designs, Mechanism, Misfit
+from camopt.mechanisms.design import Designs, Mechanism, Misfit, by_difference
 from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import FLAT, OSCILLATING
 from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine
@@ -195,5 +195,7 @@ MECHANISM = Mechanism(
     shifts=_shifts,
     rest=_rest,
     misfit=_misfit,
+    profile=by_difference,
+    parallel="face_offset",
     on_profile=_on_profile,
 )

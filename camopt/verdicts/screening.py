@@ -137,8 +137,9 @@ def screened_by_pitch(candidates: Candidates, wanted: frozenset[str], later: tup
 def screened_beyond_pitch(candidates: Candidates, wanted: frozenset[str]) -> Screened:
     """As ``screened``, of designs of which everything is known that their pitch curves decide."""
     candidates = candidates.unrefuted(candidates.claims)
+    run = extended if candidates.problem.setup.mechanism.profile else beyond_pitch
     for effect, names in candidates.plan(wanted):
-        candidates = candidates.asked(beyond_pitch(candidates.rows, candidates.case, effect, names))
+        candidates = candidates.asked(run(candidates.rows, candidates.case, effect, names))
     return _with_verdict(candidates, wanted)
 
 
