@@ -169,6 +169,8 @@ class Disc(NamedTuple):
 
     problem: Problem
     """Of this disc alone; that of a second one as it is seen in the mirror."""
+    number: int = 1
+    """Which it is of the discs of a pair, from 1."""
     mirror: float = 1.0
     """−1 where that is the mirror image, in the x axis of the frame that both discs share."""
 
@@ -202,17 +204,24 @@ def discs_of(problem: Problem) -> tuple[Disc, ...]:
     ordinary = replace(problem.setup, mechanism=replace(problem.setup.mechanism, further=()))
     first = replace(problem, setup=ordinary)
     second = replace(first, programme=problem.programme.reversed, design=contact.seen(problem.design))
-    return Disc(first), Disc(second, mirror=-1.0)
+    return Disc(first), Disc(second, number=SECOND, mirror=-1.0)
 
 
-def curves_of(problem: Problem, cutter_radius: float | None = None) -> dict[str, CamCurve]:
-    """The curves of all discs by name, as ``Disc.curves`` has them; those of a second one as ``second_profile``."""
-    named = zip(DISC_NAMES, discs_of(problem), strict=False)
-    return {f"{of}{name}": curve for of, disc in named for name, curve in disc.curves(cutter_radius).items()}
+def curves_of(problem: Problem, cutter_radius: float | None = None, only: int | None = None) -> dict[str, CamCurve]:
+    """The curves of all discs by name, as ``Disc.curves`` has them; those of a second one as ``second_profile``.
+
+    Of a pair that is asked for, those of the disc with the number ``only``.
+    """
+    return {
+        ("second_" if disc.number == SECOND else "") + name: curve
+        for disc in discs_of(problem)
+        if only in (None, disc.number)
+        for name, curve in disc.curves(cutter_radius).items()
+    }
 
 
-DISC_NAMES = ("", "second_")
-"""What the names of the curves of each disc begin with."""
+SECOND = 2
+"""The number of the second disc of a pair."""
 
 
 def curve_of(problem: Problem, distance: float) -> CamCurve:

@@ -69,6 +69,16 @@ class ArcPath:
         return replace(self, vertices=factor * self.vertices)
 
     @property
+    def from_behind(self) -> "ArcPath":
+        """The path as it is seen from the other side of its plane, which is turned over about the y axis."""
+        return replace(self, vertices=-self.vertices.conjugate(), bulges=-self.bulges)
+
+    @property
+    def anticlockwise(self) -> bool:
+        """Whether it goes round the origin anticlockwise, by the area between its vertices."""
+        return bool((self.vertices[:-1].conjugate() * self.vertices[1:]).imag.sum() > 0.0)
+
+    @property
     def backwards(self) -> "ArcPath":
         """The path from its end to its start."""
         return ArcPath(self.vertices[::-1], -self.bulges[::-1], self.angles[::-1], self.spans[::-1])

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camopt.contour.curve import CamCurve, curves_of
+from camopt.contour.curve import CamCurve, curves_of, discs_of
 from camopt.drawing.picture import Picture
 from camopt.effects import Case
 from camopt.effects.motion import scale
 from camopt.exporting.loads import load_column, load_of, loads_at
 from camopt.exporting.spacing import checked_angles, in_steps, within_chord
+from camopt.mechanisms.body import WHICH_DISC
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
@@ -68,6 +69,7 @@ def cam_points(
     *,
     step: float | None = None,
     chord: float | None = None,
+    disc: int | None = None,
 ) -> dict[str, FloatArray]:
     """Points of a scene's cam: columns by name, each an array (n,) with one value for each cam angle.
 
@@ -79,7 +81,8 @@ def cam_points(
     ``profile_x_mm``, ``profile_y_mm``: ``pitch`` (not for a flat face, which has no trace point), ``profile``, and
     ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has ``profile_left`` and
     ``profile_right`` in place of ``profile``, that in the face of a disc ``profile_inner`` and ``profile_outer``,
-    and likewise two cutter paths.
+    and likewise two cutter paths. Of a conjugate pair there are both discs in one frame, those of the second one as
+    ``second_profile_x_mm``.
 
     Curves of disc cams have polar coordinates, too (``profile_radius_mm``, the distance from the axis, and
     ``profile_angle_deg`` from the x axis; ``pitch_radius_mm`` of the roller's centre). Of each profile also the
@@ -105,6 +108,8 @@ def cam_points(
         Cam angles in even steps of so many deg instead.
     chord : float, optional
         Cam angles so close that straight lines from point to point leave the curves by at most so many mm.
+    disc : int, optional
+        1 or 2: the disc of a conjugate pair whose curves are wanted alone.
 
     Returns
     -------
@@ -115,7 +120,7 @@ def cam_points(
     ------
     BadInput
         For a cutter radius that is not above 0, or larger than the groove; for cam angles outside 0 to 360, a step
-        or a chord that is not above 0, or more than one of the three.
+        or a chord that is not above 0, or more than one of the three; for a disc that the cam has not.
 
     Examples
     --------
@@ -124,8 +129,12 @@ def cam_points(
     [0.0, 43.75, 50.0]
     """
     problem = resolve_design(scene)
-    check_cutter(problem, cutter_radius)
-    curves = curves_of(problem, cutter_radius)
+    curves = curves_of(problem, cutter_radius, disc)
+    if not curves:
+        raise BadInput([Mistake("camopt", WHICH_DISC, disc, "the number of a disc of the cam")])
+    for each in discs_of(problem):
+        if disc in (None, each.number):
+            check_cutter(each.problem, cutter_radius)
     degrees = _degrees(problem, curves, angles, step, chord)
     radians = np.radians(degrees)
     displacement = problem.programme.at(radians)[0]

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from camopt.contour.curve import curves_of
+from camopt.contour.curve import SECOND, curves_of
 from camopt.effects import Case
 from camopt.exporting.endings import ENDINGS
 from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
+from camopt.mechanisms.body import WHICH_DISC
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.oddities import thin_walls
@@ -27,7 +28,7 @@ TORN = 1e-9  # mm
 COARSE = 0.25  # of the tolerance of the profile: no curve in a file should take more of it
 
 
-def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Export:
+def export(scene: Scene, path: str | os.PathLike[str], disc: int | None = None, **settings: Any) -> Export:
     """Write the cam of a scene to a file for a machine, a person or another program, as its ending says.
 
     Parameters
@@ -36,6 +37,9 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
         A validated scene whose sizes are given.
     path : str or os.PathLike
         The file; the table of endings and their settings is in docs/how-to/write-files.md.
+    disc : int, optional
+        1 or 2: the disc of a conjugate pair that is in the file alone. Without it both are; a program for a machine
+        is of one.
     **settings : float, int or str
         Of the kind of file, such as ``chord=0.001`` (mm) and ``curves="arcs"``, ``"spline"`` or ``"polyline"``.
 
@@ -61,16 +65,15 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
     """
     suffix = checked_suffix(path, "file", tuple(ENDINGS))
     write = writer(suffix)
-    mistakes = list(_unknown(suffix, write, settings))
+    mistakes = [*_unknown(suffix, write, settings), *_of_disc(scene, suffix, disc)]
     if mistakes:
         raise BadInput(mistakes)
     place = path_of(path)
     check_writable(place)
     problem = resolve_design(scene)
-    check_discs(problem, suffix)
     if ENDINGS[suffix].of_cam:
         check_makable(problem)
-    work = Workpiece(scene, problem)
+    work = Workpiece(scene, problem, disc)
     found: Export = write(work, place, **settings)
     coarse = _coarse(found, work.part.profile_tolerance) if "chord" in signature(write).parameters else ()
     inside = _from_inside(problem) if ENDINGS[suffix].of_plane else ()
@@ -123,12 +126,20 @@ def _unknown(suffix: str, write: Callable[..., Export], settings: Mapping[str, A
     return [Mistake("camopt", name, settings[name], why, bare=True) for name in settings if name not in known]
 
 
-def check_discs(problem: Problem, suffix: str) -> None:
-    """BadInput for a kind of file that is of one disc, where a cam has two."""
-    if problem.setup.mechanism.second_keys and not ENDINGS[suffix].of_pair:
-        both = ", ".join(name for name, ending in ENDINGS.items() if ending.of_pair)
-        why = f"a {suffix} file is of one disc, and a conjugate pair has two; both are in {both}"
-        raise BadInput([Mistake(problem.file, "drive.kind", None, why, bare=True)])
+def _of_disc(scene: Scene, suffix: str, disc: int | None) -> Iterator[Mistake]:
+    """A mistake where a file cannot be of this disc of a cam, or, without one, of both discs of a pair."""
+    ending, of_two = ENDINGS[suffix], bool(scene.mechanism.second_keys)
+    if disc is None and of_two and not ending.of_pair:
+        why = f"a {suffix} file is of one disc, and a conjugate pair has two"
+        if ending.of_disc:
+            yield Mistake("camopt", WHICH_DISC, None, f"{why}: give 1 or 2", bare=True)
+        else:
+            yield Mistake(scene.file, "drive.kind", None, why, bare=True)
+    elif disc is not None and not (ending.of_disc and of_two):
+        why = f"in a {suffix} file" if of_two else "for a cam of one disc"
+        yield Mistake("camopt", WHICH_DISC, disc, f"has no meaning {why}", bare=True)
+    elif disc not in (None, 1, SECOND):
+        yield Mistake("camopt", WHICH_DISC, disc, f"1 or {SECOND}")
 
 
 def check_makable(problem: Problem) -> None:

@@ -9,12 +9,13 @@ each control are in ``dialects``.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from camopt.contour.curve import CamCurve, curves_of
+from camopt.contour.curve import CamCurve
 from camopt.contour.deviation import deviation_bound
 from camopt.contour.follow import Followed, follow
 from camopt.contour.path import ArcPath
@@ -34,7 +35,6 @@ from camopt.exporting.program import Program
 from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
-from camopt.scene.part import Part
 from camopt.storage.files import write_text
 from camopt.storage.version import VERSION
 
@@ -90,27 +90,26 @@ def write(
 def _write_in_plane(work: Workpiece, path: Path, asked: Milling) -> Export:
     """Write a program that cuts the profile of a disc cam, or the groove in its face."""
     plunges = work.problem.setup.mechanism.two_sided
-    usual = work.part.groove_depth if plunges else _through(work.part)
+    usual = work.part.groove_depth if plunges else _through(work)
     asked = asked if asked.depth is not None else replace(asked, depth=usual)
     _check(work, asked)
     assert asked.cutter_radius is not None
     assert asked.feed is not None
-    check_cutter(work.problem, asked.cutter_radius)
+    check_cutter(work.only.problem, asked.cutter_radius)
     made = (_in_groove if plunges else _round)(work, asked.cutter_radius, asked.roughing)
     rounding = asked.chord, asked.last_digit, asked.largest_radius
-    cuts = {name: _rounded(cut.curve, *rounding) for name, cut in made.items()}
+    cuts = {name: _rounded(cut.curve, *rounding, work.from_behind) for name, cut in made.items()}
     outside = None if plunges else _outside(cuts, asked.cutter_radius, asked.blank_diameter)
     program = Program(DIALECTS[asked.control], asked.decimals)
-    _begin(
-        program, work, cuts, f"cutter radius {with_shown_unit(asked.cutter_radius, 'g')}, {asked.direction} milling"
-    )
+    how = f"cutter radius {with_shown_unit(asked.cutter_radius, 'g')}, {asked.direction} milling"
+    _begin(program, work, cuts, how)
     program.start(asked.tool, asked.spindle, asked.coolant)
     if asked.depth is not None:
         program.up(CLEARANCE)
     feeds, levels = {"roughing": asked.roughing_feed or asked.feed}, asked.levels
     for name, each in cuts.items():
         assert isinstance(each.path, ArcPath)
-        right = work.problem.design.sense * made[name].side > 0.0  # round a ccw cam it is clockwise
+        right = each.path.anticlockwise == (made[name].side < 0.0)
         followed = each.path if (asked.direction == "climb") == right else each.path.backwards
         feed = feeds.get(name.partition("_")[0], asked.feed)
         way = _Way(followed, made[name].lead, made[name].side, outside, feed)
@@ -125,9 +124,10 @@ def _write_in_plane(work: Workpiece, path: Path, asked: Milling) -> Export:
     return Export(path, told(cuts), notes=(*flat, *asked.left_out))
 
 
-def _through(part: Part) -> float | None:
-    """How deep the plate is cut, if its thickness is known: a little more, but not beside a hub."""
-    return part.thickness if part.thickness is None or part.stands_on_hub else part.thickness + OVERRUN
+def _through(work: Workpiece) -> float | None:
+    """How deep the plate is cut, if its thickness is known: a little more, but not into what is below."""
+    thickness = work.part.thickness
+    return None if thickness is None else thickness + min(OVERRUN, work.room_below / 2)
 
 
 # ----------------------------------------------------------------------------------------------------- settings
@@ -141,9 +141,9 @@ def _check(work: Workpiece, asked: Milling) -> None:
         mistakes.append(Mistake("camopt", "rotary", asked.rotary, why, bare=True))
     if work.problem.setup.mechanism.two_sided:
         mistakes += _of_groove(work, asked)
-    if asked.depth is not None and part.thickness is not None and part.stands_on_hub:
-        why = f"at most part.thickness ({part.thickness:g} mm): a hub is below"
-        mistakes += [Mistake("camopt", "depth", asked.depth, why)] if asked.depth > part.thickness else []
+    if asked.depth is not None and asked.depth > (most := (part.thickness or inf) + work.room_below):
+        below = "a hub" if work.disc is None else "the other disc"
+        mistakes.append(Mistake("camopt", "depth", asked.depth, f"at most {most:g} mm: {below} is below"))
     if mistakes:
         raise BadInput(mistakes)
 
@@ -178,14 +178,14 @@ class _Cut(NamedTuple):
 
 def _round(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, _Cut]:
     """The cuts round a cam by name, the last one on the profile."""
-    curve = curves_of(work.problem, cutter_radius)["cutter"]
+    curve = work.only.curves(cutter_radius)["cutter"]
     cuts = {"roughing": replace(curve, distance=curve.distance + roughing)} if roughing else {}
     return {name: _Cut(each, cutter_radius) for name, each in (cuts | {"cutter": curve}).items()}
 
 
 def _in_groove(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, _Cut]:
     """The cuts in a groove by name: along its middle, and for a narrower cutter along both walls."""
-    pitch = curves_of(work.problem)["pitch"]
+    pitch = work.only.curves()["pitch"]
     room = work.problem.half_width - cutter_radius
     cuts = {"middle": _Cut(pitch, 0.0)}
     for name, left in {"roughing": roughing, "cutter": 0.0}.items() if room else ():
@@ -195,7 +195,7 @@ def _in_groove(work: Workpiece, cutter_radius: float, roughing: float) -> dict[s
     return cuts
 
 
-def _rounded(curve: CamCurve, chord: float, digit: float, largest: float) -> Followed:
+def _rounded(curve: CamCurve, chord: float, digit: float, largest: float, from_behind: bool) -> Followed:
     """The path with the digits of the program, and its deviation, what the centres' digits add included."""
     found = follow(curve, "arcs", chord - DIGIT_SHARE * digit).path
     assert isinstance(found, ArcPath)
@@ -203,7 +203,8 @@ def _rounded(curve: CamCurve, chord: float, digit: float, largest: float) -> Fol
     vertices = np.round(path.vertices.real / digit) * digit + 1j * np.round(path.vertices.imag / digit) * digit
     flat = np.abs(path.bulges * path.chords) / 2 < digit / 2
     path = replace(path, vertices=vertices, bulges=np.where(flat, 0.0, path.bulges))
-    return Followed(path, deviation_bound(curve, path, chord - digit) + digit)
+    seen = path.from_behind if from_behind else path
+    return Followed(seen, deviation_bound(curve, path, chord - digit) + digit)
 
 
 def _straightened(curve: CamCurve, path: ArcPath, digit: float, largest: float) -> ArcPath:
@@ -275,8 +276,8 @@ class _Way(NamedTuple):
     @property
     def ends(self) -> tuple[complex, complex, float]:
         """Where the quarter circles begin and end, and their bulge: they bend away from the part."""
-        path, start, tangent = self.path, self.path.vertices[0], self.path.tangents[0][0]
-        around = self.side * np.sign((path.vertices[:-1].conjugate() * path.vertices[1:]).imag.sum())
+        start, tangent = self.path.vertices[0], self.path.tangents[0][0]
+        around = self.side if self.path.anticlockwise else -self.side
         middle = start - 1j * around * tangent * self.lead
         return middle - self.lead * tangent, middle + self.lead * tangent, -around * np.tan(np.pi / 8)
 
@@ -304,12 +305,32 @@ class _Way(NamedTuple):
 def _begin(program: Program, work: Workpiece, cuts: Mapping[str, Followed], how: str) -> None:
     """The head of the program, with what it is of."""
     program.say(*program.words.start)
-    program.comment(work.part.name or "cam")
+    program.comment(work.title)
     program.comment(f"camopt {VERSION}; {how}")
     for name, each in cuts.items():
         program.comment(
             f"{name}: {len(each.path)} {each.path.what}, within {with_shown_unit(each.deviation, '.6f')}"
         )
-    below = ", the hub below it" if work.part.stands_on_hub else ""
-    program.comment(f"zero: centre of the cam, top face of the plate{below}; X and Y as in the cam's drawing")
+    program.comment(f"zero: centre of the cam, top face of the plate{_below(work)}")
+    program.comment(f"X and Y {FROM_BEHIND if work.from_behind else AS_DRAWN}")
+    program.comment(_marks(work))
     program.say(*program.words.modes)
+
+
+def _below(work: Workpiece) -> str:
+    """What is below the plate."""
+    if work.room_below == inf:
+        return ""
+    return ", the hub below it" if work.disc is None else ", the other disc below it"
+
+
+def _marks(work: Workpiece) -> str:
+    """Where timing mark and keyway are as they are seen here, and which way the cam turns."""
+    anticlockwise, keyway = (work.problem.design.sense > 0.0) != work.from_behind, work.part.keyway_angle
+    marks = "timing mark along Y"
+    if keyway is not None:
+        marks += f", keyway at {180.0 - keyway if work.from_behind else keyway:g} deg from X"
+    return f"{marks}; the cam turns {'ccw' if anticlockwise else 'cw'}"
+
+
+AS_DRAWN, FROM_BEHIND = "as in the cam's drawing", "from behind the cam's drawing, turned over about Y"

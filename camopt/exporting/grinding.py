@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from camopt.contour.curve import CamCurve, SmoothPart, curves_of
+from camopt.contour.curve import CamCurve, SmoothPart
 from camopt.exporting.cam_points import check_cutter
 from camopt.exporting.exported import Export
 from camopt.exporting.spacing import in_steps
@@ -40,17 +40,18 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
         )
     if cutter_radius is None:
         raise BadInput([Mistake("camopt", "cutter_radius", None, "missing: the radius of the wheel", bare=True)])
-    check_cutter(problem, cutter_radius)
+    check_cutter(work.only.problem, cutter_radius)
     angles = in_steps(step)
-    radii = _radii(work, curves_of(problem, cutter_radius)["cutter"], angles)
+    radii = _radii(work, work.only.curves(cutter_radius)["cutter"], angles)
     lift_max = float(np.ptp(radii))
     unit, decimals = shown_unit("mm"), DECIMALS[system_shown()]
     centres, wheel = shown(radii, "mm"), shown(cutter_radius, "mm")
     lifts = centres - centres.min()
     lines = [
-        f"# {work.part.name}",
+        f"# {work.title}",
         f"# camopt {VERSION}; wheel or roller of radius {wheel:.9g} {unit}, moving straight towards the axis",
         "# angle_deg: of the wheel's centre about the axis, from the y axis of the drawing, as the cam angle grows",
+        f"# (in the drawing {'clockwise' if problem.design.sense > 0.0 else 'anticlockwise'})",
         f"# lift_{unit}: of the centre above its least distance from the axis, {centres.min():.{decimals}f} {unit}",
         f"# angle_deg lift_{unit} centre_{unit}",
         *(f"{a:.10g} {y:.{decimals}f} {r:.{decimals}f}" for a, y, r in zip(angles, lifts, centres, strict=True)),
@@ -60,9 +61,9 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
 
 
 def _turned(curve: CamCurve, span: SmoothPart, angles: FloatArray) -> FloatArray:
-    """Direction of the curve's points minus the cam angle, rad, from −π to π."""
-    points = curve.points(span, angles) / 1j * np.exp(1j * curve.sense * angles)
-    return np.asarray(-curve.sense * np.angle(points))
+    """Direction of the curve's points minus the cam angle, rad: within π of 0, or of π where the mirror puts it."""
+    points = curve.points(span, angles) / (1j * curve.mirror) * np.exp(1j * curve.sense * angles)
+    return np.asarray((0.0 if curve.mirror > 0.0 else np.pi) - curve.sense * np.angle(points))
 
 
 def _radii(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:

@@ -6,13 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.contour.curve import CamCurve, curves_of, cylinder_ends
+from camopt.contour.curve import CamCurve, cylinder_ends
 from camopt.contour.follow import Followed, check_kind, follow
 from camopt.contour.hole import bore_with_keyway
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.exporting.cam_points import check_cutter
 from camopt.exporting.workpiece import Workpiece
-from camopt.problem.problem import Problem
 
 MARK_OVERRUN = 0.06  # of the size: how far centre marks run on
 VISIBLE, THIN_LINE, CHAIN_LINE, DASHED = "visible", "thin", "chain", "dashed"
@@ -60,7 +59,7 @@ def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | N
     problem = work.problem
     check_kind(curves, chord)
     check_cutter(problem, cutter_radius)
-    followed = {name: follow(curve, curves, chord) for name, curve in _drawn(problem, cutter_radius).items()}
+    followed = {name: follow(curve, curves, chord) for name, curve in _drawn(work, cutter_radius).items()}
     layers = [Layer(name, _line(name), (each.path,)) for name, each in followed.items()]
     corners = np.concatenate([_corners(each.path) for each in followed.values()])
     layers += _developed(work, corners) if problem.setup.mechanism.body.developed else _round(work, corners)
@@ -70,10 +69,10 @@ def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | N
     return Plan(tuple(layers), followed, (low, high))
 
 
-def _drawn(problem: Problem, cutter_radius: float | None) -> dict[str, CamCurve]:
+def _drawn(work: Workpiece, cutter_radius: float | None) -> dict[str, CamCurve]:
     """The curves of the cam; the pitch curve of a knife edge, which is the profile, once."""
-    found = curves_of(problem, cutter_radius)
-    return {name: curve for name, curve in found.items() if name != "pitch" or problem.design.roller_radius[0]}
+    found, radius = work.curves(cutter_radius), work.problem.design.roller_radius[0]
+    return {name: curve for name, curve in found.items() if name != "pitch" or radius}
 
 
 def _line(curve: str) -> str:

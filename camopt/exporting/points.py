@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 
-from camopt.contour.curve import curves_of
 from camopt.contour.deviation import deviation_bound
 from camopt.contour.fit import lines_through
 from camopt.contour.follow import AIM, CHORD, check_kind
@@ -29,13 +28,13 @@ def write(
         raise BadInput([Mistake("camopt", "step", step, "not together with a chord: one of both", bare=True)])
     check_kind("polyline", CHORD if chord is None else chord)
     spacing = {"chord": AIM * (chord or CHORD)} if step is None else {"step": step}
-    columns = cam_points(work.scene, None, cutter_radius, **spacing)
+    columns = cam_points(work.scene, None, cutter_radius, disc=work.disc, **spacing)
     angles = np.radians(columns["cam_angle_deg"])
     curves = {
         name: CurveInFile(
             angles.size - 1, "lines", deviation_bound(curve, lines_through(curve, angles), chord or CHORD)
         )
-        for name, curve in curves_of(work.problem, cutter_radius).items()
+        for name, curve in work.curves(cutter_radius).items()
     }
     write_columns(columns, work.scene, path, path.suffix.lower())
     return Export(path, curves, {"points": angles.size})

@@ -225,8 +225,13 @@ def parts(shape: Shape, kind: Shape) -> list[Shape]:
 
 
 def measures(shape: Shape) -> dict[str, float]:
-    """Numbers of its faces and edges, and its volume in mm³."""
-    return {"faces": len(parts(shape, FACE)), "edges": len(parts(shape, EDGE)), "volume_mm3": volume_of(shape)}
+    """Numbers of its solids, faces and edges, and its volume in mm³."""
+    return {
+        "solids": len(parts(shape, SOLID)),
+        "faces": len(parts(shape, FACE)),
+        "edges": len(parts(shape, EDGE)),
+        "volume_mm3": volume_of(shape),
+    }
 
 
 def volume_of(shape: Shape) -> float:
@@ -236,6 +241,8 @@ def volume_of(shape: Shape) -> float:
     return float(found.Mass())
 
 
-def is_closed(shape: Shape) -> bool:
-    """Whether a shape is one closed solid, with faces that meet and that look outwards."""
-    return len(parts(shape, SOLID)) == 1 and bool(BRepCheck_Analyzer(shape).IsValid()) and volume_of(shape) > 0.0
+def is_closed(shape: Shape, count: int = 1) -> bool:
+    """Whether a shape is so many closed solids, with faces that meet and that look outwards."""
+    solids = parts(shape, SOLID)
+    valid = len(solids) == count and bool(BRepCheck_Analyzer(shape).IsValid())
+    return valid and all(volume_of(each) > 0.0 for each in solids)

@@ -1,18 +1,20 @@
 """The cam as a solid in its own frame: x and y as in the profile, z towards the viewer of the front view.
 
 A disc cam is a plate from z = 0 to its thickness, with a hub on the far side of that; bore and keyway go through
-both. A groove is in its far face, and the plate is round then. Its profile, or the walls of its groove, are
-followed by true arcs, by B-splines or by lines, within a deviation that is proved. For a cylindrical cam see
-``camopt.exporting.cylinder``.
+both. Of a conjugate pair the second disc stands on z = 0, and the first one before it, a gap apart
+(``Part.plates``). Their hub makes one solid of both, as of one blank: nothing can turn one against the other.
+Without it they are two, each keyed to the shaft. A groove is in the far face of a disc, whose plate is round then.
+Profiles, or the walls of a groove, are followed by true arcs, by B-splines or by lines, within a deviation that is
+proved. For a cylindrical cam see ``camopt.exporting.cylinder``.
 """
 
 from collections.abc import Iterator, Mapping
+from functools import reduce
 from typing import Any, NamedTuple
 
 from OCP.Standard import Standard_ConstructionError, Standard_Failure
 from OCP.StdFail import StdFail_NotDone
 
-from camopt.contour.curve import curves_of
 from camopt.contour.follow import check_kind, follow
 from camopt.contour.hole import bore_with_keyway
 from camopt.effects import Case
@@ -43,7 +45,7 @@ class CadSolid(NamedTuple):
 
 
 def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
-    """The solid of a cam, its profile or groove within ``chord`` mm of the true one.
+    """The solid of a cam, or those of a pair, profiles or groove within ``chord`` mm of the true ones.
 
     Raises
     ------
@@ -58,26 +60,36 @@ def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
         found = _MAKERS[work.problem.setup.mechanism.body](work, chord, curves)
     except CAD_ERRORS:
         found = None
-    if found is None or not shapes.is_closed(found.shape):
+    if found is None or not shapes.is_closed(found.shape, _count(work)):
         faults = f"faces cross each other, or are smaller than {shapes.TOUCHING_MM} mm"
         why = f"makes no valid solid at a chord of {chord:g} mm: {faults}"
         raise BadInput([Mistake(work.scene.file, "part", None, why, bare=True)])
     return found._replace(about=found.about | shapes.measures(found.shape))
 
 
-def _disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
+def _count(work: Workpiece) -> int:
+    """How many solids a cam is of: discs that no hub joins."""
+    return 1 if work.part.hub_diameter else len(work.discs)
+
+
+def _discs(work: Workpiece, chord: float, curves: str) -> CadSolid:
     check_kind(curves, chord)
-    profile = follow(curves_of(work.problem)["profile"], curves, chord - shapes.FLAT_ARC)
-    profile = profile._replace(deviation=profile.deviation + shapes.FLAT_ARC)
-    _check_wall(work, chord, profile.deviation)
-    body = _plate(work.part, shapes.closed_wire(profile.path))
-    return CadSolid(_with_bore(work.part, body), told({"profile": profile}), {})
+    followed, plates = {}, []
+    for name, curve in work.curves().items():
+        if name.endswith("profile"):
+            found = follow(curve, curves, chord - shapes.FLAT_ARC)
+            followed[name] = found._replace(deviation=found.deviation + shapes.FLAT_ARC)
+    _check_wall(work, chord, max(each.deviation for each in followed.values()))
+    for disc, profile in zip(work.discs, followed.values(), strict=True):
+        plates.append(shapes.extruded(shapes.closed_wire(profile.path), *work.part.plates[disc.number - 1]))
+    body = reduce(shapes.fused, [*plates, *_hub(work.part)] if work.disc is None else plates)
+    return CadSolid(_with_bore(work.part, body), told(followed), {})
 
 
 def _grooved_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
     check_kind(curves, chord)
     part, walls = work.part, {}
-    for name, curve in curves_of(work.problem).items():
+    for name, curve in work.curves().items():
         if name != "pitch":
             found = follow(curve, curves, chord - shapes.FLAT_ARC)
             walls[name] = found._replace(deviation=found.deviation + shapes.FLAT_ARC)
@@ -98,7 +110,7 @@ def _cylinder(work: Workpiece, chord: float, curves: str) -> CadSolid:
     return CadSolid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": off})
 
 
-_MAKERS = {DISC: _disc, FACE_GROOVE: _grooved_disc, CYLINDER: _cylinder}
+_MAKERS = {DISC: _discs, FACE_GROOVE: _grooved_disc, CYLINDER: _cylinder}
 """By body."""
 
 
@@ -107,7 +119,7 @@ def _lacks(work: Workpiece) -> Iterator[Mistake]:
     for key in body.solid:
         if getattr(part, key) is None:
             yield Mistake(scene.file, f"part.{key}", None, "missing; a solid needs it", bare=True)
-    base = float(work.problem.design.size[0])
+    base = _least_base(work)
     if body.closed and part.bore_reach >= base:
         why = f"must leave a wall to the base circle (radius {base:g}); a bore as wide leaves no solid"
         yield Mistake(scene.file, "cam.shaft_diameter", scene.cam.shaft_diameter, why, bare=True)
@@ -122,19 +134,24 @@ def _lacks(work: Workpiece) -> Iterator[Mistake]:
 
 def _check_wall(work: Workpiece, chord: float, deviation: float) -> None:
     """BadInput if the profile may be so far off that it meets the bore."""
-    wall = float(work.problem.design.size[0]) - work.part.bore_reach
+    wall = _least_base(work) - work.part.bore_reach
     if deviation >= wall:
         raise BadInput([Mistake("camopt", "chord", chord, f"smaller: the wall about the bore has {wall:.3g} mm")])
 
 
-def _plate(part: Part, profile: Shape) -> Shape:
-    """The plate with its hub."""
-    assert part.thickness
-    plate = shapes.extruded(profile, 0.0, part.thickness)
-    if not part.hub_diameter or not part.hub_length or part.hub_length - part.thickness <= shapes.TOUCHING_MM:
-        return plate
-    hub = shapes.extruded(shapes.circle_wire(part.hub_diameter / 2), part.thickness, part.hub_length)
-    return shapes.fused(plate, hub)
+def _least_base(work: Workpiece) -> float:
+    """The radius of the smallest base circle, mm."""
+    return min(float(each.problem.design.size[0]) for each in work.discs)
+
+
+def _hub(part: Part) -> Iterator[Shape]:
+    """What of the hub is between plates, and before the first one."""
+    if not part.hub_diameter:
+        return
+    plates = sorted(part.plates)
+    for (_, foot), (end, _) in zip(plates, [*plates[1:], (part.hub_length or 0.0, 0.0)], strict=True):
+        if end - foot > shapes.TOUCHING_MM:
+            yield shapes.extruded(shapes.circle_wire(part.hub_diameter / 2), foot, end)
 
 
 def _with_bore(part: Part, body: Shape) -> Shape:
@@ -142,5 +159,5 @@ def _with_bore(part: Part, body: Shape) -> Shape:
     if not part.bore:
         return body
     outline = shapes.closed_wire(bore_with_keyway(part)) if part.keyway_width else shapes.circle_wire(part.bore / 2)
-    whole = max(part.thickness or 0.0, part.hub_length or 0.0)
+    whole = max(part.width, part.hub_length or 0.0)
     return shapes.cut(body, shapes.extruded(outline, -OVERCUT, whole + OVERCUT))

@@ -33,7 +33,7 @@ def write(work: Workpiece, path: Path, chord: float = CHORD, curves: str = "arcs
         writer = STEPControl_Writer()
         Interface_Static.SetIVal_s(CURVES_TWICE, 0)
         writer.Transfer(solid.shape, STEPControl_AsIs)
-        name = part.name or "cam"
+        name = work.title
         _name(writer, name, part.number or name, part.designer or "")
         if writer.Write(str(partial)) != IFSelect_RetDone:
             raise OSError(f"{path}: Open CASCADE could not write it")

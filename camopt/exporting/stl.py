@@ -10,14 +10,12 @@ import numpy as np
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.StlAPI import StlAPI_Writer
 
-from camopt.contour.curve import curves_of
 from camopt.contour.follow import CHORD, SHORTEST_CHORD, check_kind
 from camopt.exporting.exported import Export
 from camopt.exporting.solid import solid_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
-from camopt.problem.problem import Problem
 from camopt.storage.files import whole_file
 from camopt.storage.version import VERSION
 
@@ -32,7 +30,7 @@ FLOAT32_ERROR = 2.0**-24 * 2.0**0.5  # of the largest coordinate: what single pr
 def write(work: Workpiece, path: Path, chord: float = CHORD) -> Export:
     """Write the solid of a cam that has a thickness; the deviations told include the rounding of the file."""
     check_kind("polyline", chord)
-    aim = max(SHARE * chord - _rounded(work.problem), SHORTEST_CHORD)
+    aim = max(SHARE * chord - _rounded(work), SHORTEST_CHORD)
     solid = solid_of(work, aim, "polyline")
     BRepMesh_IncrementalMesh(solid.shape, aim, False, MOST_TURN)
     with whole_file(path) as partial:
@@ -51,10 +49,11 @@ def write(work: Workpiece, path: Path, chord: float = CHORD) -> Export:
     return Export(path, curves, solid.about | {"triangles": len(triangles), "volume_mm3": volume(triangles)})
 
 
-def _rounded(problem: Problem) -> float:
+def _rounded(work: Workpiece) -> float:
     """Estimate of how far single precision moves points of a profile, mm."""
-    curve = next(iter(curves_of(problem).values()))
-    return FLOAT32_ERROR * float(np.abs(curve.at(np.linspace(0.0, 2.0 * np.pi, SIZE_ANGLES), curve.points)).max())
+    angles = np.linspace(0.0, 2.0 * np.pi, SIZE_ANGLES)
+    points = [curve.at(angles, curve.points) for curve in work.curves().values()]
+    return FLOAT32_ERROR * float(np.abs(points).max())
 
 
 def read_triangles(path: Path) -> FloatArray:

@@ -81,6 +81,8 @@ CYLINDER = Body(
 BODIES: dict[str, Body] = {body.form: body for body in (DISC, CYLINDER)}
 """By form: the usual one of each."""
 EVERY_BODY = (DISC, FACE_GROOVE, CYLINDER)
+WHICH_DISC = "disc"
+"""What messages call the number of one of the discs of a pair."""
 
 
 INNER_SIDE = -1.0

@@ -2,7 +2,7 @@
 
 import re
 import sys
-from math import asin, pi, sqrt
+from math import pi
 
 import numpy as np
 import pytest
@@ -14,17 +14,16 @@ from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 from OCP.Geom import Geom_BSplineSurface
 from OCP.GeomAbs import GeomAbs_BSplineCurve, GeomAbs_Circle, GeomAbs_Line
-from OCP.IFSelect import IFSelect_RetDone
-from OCP.STEPControl import STEPControl_Reader
 from OCP.TopoDS import TopoDS
 from support.cams import cam_with
 from support.depth import covering
+from support.solids import enclosed, hole, solids_in
 
 from camopt import BadInput, Scene, evaluate, export, find_scene, shipped_scenes
 from camopt.exporting import shapes, step, stl
 from camopt.exporting.groove import carved, undercut_at
 from camopt.exporting.solid import solid_of
-from camopt.exporting.step import quiet, text
+from camopt.exporting.step import text
 from camopt.exporting.stl import is_watertight, read_triangles, volume
 from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.geometry import cam_curves
@@ -63,11 +62,7 @@ def kinds(solid):
 
 def read_back(path):
     """The one solid of a STEP file."""
-    reader = STEPControl_Reader()
-    with quiet():
-        assert reader.ReadFile(str(path)) == IFSelect_RetDone
-        reader.TransferRoots()
-    (solid,) = shapes.parts(reader.OneShape(), shapes.SOLID)
+    (solid,) = solids_in(path)
     return solid
 
 
@@ -82,18 +77,6 @@ def true_profile(scene, count=40_001):
     angles = np.sort(np.append(np.linspace(0.0, 2 * pi, count), starts))
     found = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
     return found.pitch - problem.design.roller_radius * found.normal
-
-
-def enclosed(points):
-    """The area inside of points of a closed line, mm² (Green's theorem)."""
-    return abs((points.conjugate() * np.roll(points, -1)).imag.sum()) / 2
-
-
-def hole(part):
-    """The area of bore and keyway, mm²: the keyway beyond the circle of the bore."""
-    r, w = part["bore"] / 2, part.get("keyway_width", 0.0)
-    under = w / 2 * sqrt(r * r - w * w / 4) + r * r * asin(w / 2 / r)  # ∫√(r² − x²) dx from −w/2 to w/2
-    return pi * r * r + w * (r + part.get("keyway_depth", 0.0)) - under
 
 
 def furthest(points, lines):

@@ -3,15 +3,21 @@
 import ezdxf
 import numpy as np
 import pytest
-from support.pairs import nearest, pair, profiles
+import shapely
+from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+from support.controls import run_iso
+from support.pairs import centres, nearest, pair, profiles, yoke
+from support.solids import enclosed, extents, hole, section, solids_in
 
 from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene
 from camopt.contour.curve import discs_of
 from camopt.effects import Case
+from camopt.exporting import shapes
 from camopt.problem.problem import resolve_design
 from camopt.verdicts.running import run_effects
 
 RNG_SEED = 12
+DENSE = np.linspace(0.0, 2.0 * np.pi, 20001)[:-1]
 
 
 @pytest.fixture(params=["translating", "oscillating"])
@@ -55,11 +61,162 @@ def test_each_disc_is_an_ordinary_cam_with_the_quantities_of_its_contact(scene):
             assert alone.column(name)[0] == pytest.approx(found[f"{place}_{name}"], rel=1e-8)
 
 
-def test_a_file_of_one_disc_refuses_a_pair(tmp_path):
-    scene = find_scene("press-feed-by-pair")
-    with pytest.raises(
-        BadInput, match=r"a \.pdf file is of one disc, and a conjugate pair has two; both are in \.dxf"
-    ):
-        export(scene, tmp_path / "pair.pdf")
-    export(find_scene("pump-of-constant-breadth"), tmp_path / "pump.pdf")
-    assert (tmp_path / "pump.pdf").exists()
+NC = {"cutter_radius": 5.0, "feed": 300.0}
+PLATES = {"thickness": 12, "bore": 20, "keyway_width": 4, "keyway_depth": 1.8, "keyway_angle": 37}
+HUB = {"hub_diameter": 44, "hub_length": 40}
+
+
+def ring(path):
+    return shapely.linearrings(np.column_stack([path.real, path.imag]))
+
+
+def around(machine, count):
+    """The closed part of a way: so many moves that end where the one before them ends."""
+    moves = machine.cuts[0].moves
+    ends = np.array([move[-1] for move in moves])  # to what the centres' digits leave
+    (first,) = 1 + np.flatnonzero(np.abs(ends[count:] - ends[:-count]) < 1e-3)
+    return np.concatenate(moves[first : first + count])
+
+
+def paths_of(scene, file):
+    """The paths of the cutter in programs of both discs, in the frame of the drawing, and the largest deviation."""
+    found, off = [], 0.0
+    for disc in (1, 2) if scene.mechanism.second_keys else (None,):
+        told = export(scene, file, disc=disc, **NC)
+        path = around(run_iso(file.read_text()), told.curves["cutter"].elements)
+        found.append(-path.conjugate() if disc == 2 else path)
+        off = max(off, told.curves["cutter"].deviation_mm)
+    return found, off
+
+
+@pytest.mark.parametrize("kind", ["translating", "oscillating", "breadth", "diameter"])
+def test_both_contacts_touch_what_programs_cut_at_every_step_of_the_turn(kind, tmp_path):
+    """The rigid follower at its position, 360 times in the turn, and the contour that a control reads."""
+    rng = np.random.default_rng(RNG_SEED)
+    scene = Scene.from_dict((yoke if kind in ("breadth", "diameter") else pair)(rng, kind))
+    problem, angles = resolve_design(scene), np.radians(np.arange(0.0, 360.0))
+    paths, off = paths_of(scene, tmp_path / "disc.nc")
+    turned = np.exp(-1j * problem.design.sense * angles)
+    places = enumerate(paths if len(paths) == 2 else paths * 2)
+    assert off <= 0.001
+    for which, path in places:
+        if kind == "breadth":
+            sign, lift = (1.0, -1.0)[which], problem.programme.lift
+            y = problem.programme.at(angles)[0]
+            face = problem.design.size[0] + (y if sign > 0.0 else lift - y)
+            reached = [(path * turn.conjugate() / 1j).real.max() for turn in sign * turned]
+            gaps = face + NC["cutter_radius"] - reached
+        else:
+            seen = centres(problem, angles)[which] * turned
+            radius = [problem.design, problem.setup.mechanism.further[0].seen(problem.design)][which].roller_radius
+            away = shapely.distance(shapely.points(seen.real, seen.imag), ring(path))
+            gaps = np.abs(away) - np.abs(radius - NC["cutter_radius"])
+        assert np.abs(gaps).max() < off + 1e-5  # of the dense points
+
+
+def test_points_of_both_discs_touch_their_rollers_at_every_step_of_the_turn(scene, tmp_path):
+    told = export(scene, tmp_path / "pair.csv")
+    table, problem = np.genfromtxt(tmp_path / "pair.csv", delimiter=",", names=True), resolve_design(scene)
+    angles = np.radians(np.arange(0.0, 360.0))
+    turned = np.exp(-1j * problem.design.sense * angles)
+    second = problem.setup.mechanism.further[0].seen(problem.design)
+    for which, design in enumerate((problem.design, second)):
+        name = ("profile", "second_profile")[which]
+        seen, line = centres(problem, angles)[which] * turned, table[f"{name}_x_mm"] + 1j * table[f"{name}_y_mm"]
+        gaps = shapely.distance(shapely.points(seen.real, seen.imag), ring(line)) - design.roller_radius
+        assert np.abs(gaps).max() <= told.curves[name].deviation_mm + 1e-9
+
+
+@pytest.mark.parametrize("part", [{**PLATES, **HUB}, PLATES])
+def test_an_assembly_has_both_profiles_a_gap_apart_on_one_bore(scene, part, tmp_path):
+    """One solid on a hub, or two without: the volume by Green's formula, ends, and sections at both middles."""
+    scene = scene.replace(part=part)
+    told = export(scene, tmp_path / "pair.step", chord=0.01)
+    solids = solids_in(tmp_path / "pair.step")
+    assert told.about["solids"] == len(solids) == (1 if "hub_diameter" in part else 2)
+    assert all(shapes.is_closed(each) for each in solids)
+    profiles_ = [np.append(each, each[0]) for each in profiles(resolve_design(scene), DENSE)]
+    hub = np.pi * (part.get("hub_diameter", 0.0) / 2) ** 2 * (40 - 24) if "hub_diameter" in part else 0.0
+    through = 40 if "hub_diameter" in part else 24
+    volume = sum(shapes.volume_of(each) for each in solids)
+    assert volume == pytest.approx(12 * sum(map(enclosed, profiles_)) + hub - through * hole(part), rel=2e-5)
+    heights = [height for each in solids for height in extents(each)[2]]
+    assert (min(heights), max(heights)) == pytest.approx((0.0, 40.0 if "hub_diameter" in part else 27.0), abs=1e-5)
+    for profile, middle in zip(profiles_, (21.0, 6.0), strict=True):
+        cut = np.concatenate([points for each in solids for points in section(each, middle)])
+        outside = np.abs(cut) > 25.0
+        rim = shapely.points(cut[outside].real, cut[outside].imag)
+        assert shapely.distance(rim, ring(profile)).max() <= 0.01 + 1e-5
+        assert np.diff(np.sort(np.angle(cut[outside]))).max() < 0.3  # all round
+
+
+@pytest.mark.parametrize("disc", [1, 2, None])
+def test_a_program_cuts_the_solid_that_lies_as_it_says(disc, tmp_path):
+    """The cutter stays its radius away from the solid, which is turned over about Y where it is cut from behind."""
+    scene = find_scene("press-feed-by-pair") if disc else find_scene("exhaust-valve")
+    hub = {"hub_length": 40, "hub_diameter": 1.9 * scene.cam.base_radius}
+    scene = scene.replace(part={"thickness": 12, **hub})
+    export(scene, tmp_path / "cam.step")
+    told = export(scene, tmp_path / "cam.nc", disc=disc, **NC)
+    (solid,), machine = solids_in(tmp_path / "cam.step"), run_iso((tmp_path / "cam.nc").read_text())
+    assert ("from behind" in machine.comments[4]) == (disc != 1)
+    assert machine.cuts[0].depth == {1: -13.0, 2: -13.0, None: -12.0}[disc]
+    top = 27.0 if disc == 1 else 0.0
+    for point in around(machine, told.curves["cutter"].elements)[::1999]:
+        x, z = (point.real, top - 6.0) if disc == 1 else (-point.real, 6.0)
+        away = BRepExtrema_DistShapeShape(shapes.vertex((x, point.imag, z)), solid).Value()
+        assert away == pytest.approx(5.0, abs=0.0025)
+
+
+def test_a_wheel_that_follows_the_table_of_the_second_disc_touches_its_profile(scene, tmp_path):
+    export(scene, tmp_path / "disc.p", disc=2, cutter_radius=8.0, step=0.5)
+    angle, _, centre = np.loadtxt(tmp_path / "disc.p").T
+    problem = resolve_design(scene)
+    wheel = centre * 1j * np.exp(-1j * problem.design.sense * np.radians(angle))
+    away = shapely.distance(shapely.points(wheel.real, wheel.imag), ring(profiles(problem, DENSE)[1]))
+    assert away == pytest.approx(8.0, abs=2e-5)
+
+
+def test_a_file_of_one_disc_has_the_curves_of_that_disc(scene, tmp_path):
+    for disc, first in ((1, ""), (2, "second_")):
+        for ending in (".csv", ".dxf", ".svg"):
+            assert set(export(scene, tmp_path / f"a{ending}", disc=disc).curves) == {
+                f"{first}pitch",
+                f"{first}profile",
+            }
+        assert set(cam_points(scene, [0.0], disc=disc)) < set(cam_points(scene, [0.0]))
+    with pytest.raises(BadInput, match="disc = 3: must be the number of a disc of the cam"):
+        cam_points(scene, [0.0], disc=3)
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "settings", "message"),
+    [
+        (
+            "press-feed-by-pair",
+            "a.nc",
+            {},
+            r"disc: a \.nc file is of one disc, and .* has two: give 1 or 2",
+        ),
+        ("press-feed-by-pair", "a.p", {"disc": 3}, "disc = 3: must be 1 or 2"),
+        ("press-feed-by-pair", "a.txt", {"disc": 1}, r"disc = 1: has no meaning in a \.txt file"),
+        (
+            "press-feed-by-pair",
+            "a.pdf",
+            {},
+            r"drive.kind: a \.pdf file is of one disc, and a",
+        ),
+        ("press-feed-by-pair", "a.step", {}, "part.thickness: missing; a solid needs it"),
+        ("pump-of-constant-breadth", "a.nc", {"disc": 1}, "disc = 1: has no meaning for a cam of one disc"),
+    ],
+)
+def test_a_disc_that_cannot_be_is_said(name, file, settings, message, tmp_path):
+    with pytest.raises(BadInput, match=message):
+        export(find_scene(name), tmp_path / file, **settings)
+
+
+def test_what_is_below_a_disc_ends_its_program(tmp_path):
+    scene = find_scene("press-feed-by-pair").replace(part={"thickness": 12, "hub_diameter": 90, "hub_length": 40})
+    with pytest.raises(BadInput, match=r"depth = 15.1: must be at most 15 mm: the other disc is below"):
+        export(scene, tmp_path / "a.nc", disc=1, depth=15.1, **NC)
+    export(scene.replace(part={"thickness": 12}), tmp_path / "a.nc", disc=1, depth=15.1, **NC)

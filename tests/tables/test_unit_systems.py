@@ -371,7 +371,7 @@ def test_a_program_in_inch_cuts_the_profile(tmp_path, control, inch):
     cut = machine.cuts[-1]
     assert [each.depth for each in machine.cuts] == pytest.approx([-0.25, -0.5])
     assert {*cut.feeds} == {10.0}
-    closed = 25.4 * np.concatenate(cut.moves[2:-2])
+    closed = -25.4 * np.concatenate(cut.moves[2:-2]).conjugate()  # its hub is below: from behind
     problem = resolve_design(scene)
     true = true_points(problem, curves_of(problem, 5.0)["cutter"].distance)
     off = max(furthest(closed, true), furthest(true, closed))

@@ -14,6 +14,7 @@ from camopt.exporting.endings import ENDINGS
 @click.argument("file", type=OutputPlace(*ENDINGS))
 @scene_options
 @output_options
+@click.option("--disc", type=int, help="Of a conjugate pair, the disc that is in the file alone: 1 or 2.")
 @click.option("--chord", type=Measure("mm"), help="Largest deviation from the true curve, mm; 0.001 by default.")
 @click.option("--curves", help="What curves are made of: arcs (the default), spline or polyline.")
 @click.option(
