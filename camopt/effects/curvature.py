@@ -90,7 +90,7 @@ def _of_arcs(case: Case) -> dict[str, Any]:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    return _flat(case) if case.setup.mechanism.curvature is None else _trace_point(case)
+    return _flat(case) if case.setup.mechanism.curvature is None else _trace_point(case, wanted)
 
 
 def _flat(case: Case) -> dict[str, Any]:
@@ -101,32 +101,27 @@ def _flat(case: Case) -> dict[str, Any]:
     return {CONVEX: least, "undercut": least.value <= 0.0}
 
 
-def _trace_point(case: Case) -> dict[str, Any]:
-    roller = case.designs.roller_radius
+def _trace_point(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    roller, both = case.designs.roller_radius, case.setup.mechanism.two_sided
     (most, least), (highest, lowest) = map(case.found.__getitem__, PITCH_PAIR), map(case.far, PITCH_PAIR)
-    sharpest, sharper = np.maximum(most, 0.0), np.maximum(highest, 0.0)
-    concave, deeper = np.maximum(-least, 0.0), np.maximum(-lowest, 0.0)
-    both = case.setup.mechanism.two_sided
     if both:
-        sharpest, sharper = np.maximum(sharpest, concave), np.maximum(sharper, deeper)
-    radius, widest = _inverse(sharpest), _inverse(concave)
-    cutter = {} if both else {CUTTER: Bounded(roller + widest, _inwards(widest, deeper), roller + widest)}
-    return {
-        CONVEX: Bounded(radius - roller, _inwards(radius, sharper), radius),
-        "undercut": np.where(roller > 0.0, sharpest, 0.0) * roller >= 1.0,
-    } | cutter
+        most, highest = np.maximum(most, -least), np.maximum(highest, -lowest)
+    radius, inwards = _radius(most, highest)
+    columns: dict[str, Any] = {CONVEX: Bounded(radius - roller, inwards, radius)}
+    if "undercut" in wanted:
+        columns["undercut"] = np.where(roller > 0.0, np.maximum(most, 0.0), 0.0) * roller >= 1.0
+    if CUTTER in wanted and not both:
+        radius, inwards = _radius(-least, -lowest)
+        columns[CUTTER] = Bounded(roller + radius, inwards, roller + radius)
+    return columns
 
 
-def _inverse(curvature: FloatArray) -> FloatArray:
-    """Radius of a curvature ≥ 0."""
-    with np.errstate(divide="ignore"):
-        return np.asarray(1.0 / curvature)
-
-
-def _inwards(radius: FloatArray, curvature: FloatArray) -> FloatArray:
-    """From a finite radius to the smaller one of a larger curvature."""
-    finite = np.where(np.isfinite(radius), radius, 0.0)
-    return np.where(np.isfinite(radius), np.minimum(_inverse(np.maximum(curvature, 0.0)), finite) - finite, 0.0)
+@np.errstate(divide="ignore", invalid="ignore")
+def _radius(curvature: FloatArray, larger: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The radius of a curvature, infinite where that is 0 or less; how far one is from that of a larger."""
+    radius = 1.0 / np.maximum(curvature, 0.0)
+    inwards = np.minimum(1.0 / np.maximum(larger, 0.0) - radius, 0.0)
+    return radius, np.where(np.isfinite(radius), inwards, 0.0)
 
 
 EFFECT = Effect("curvature", offers, run, reads=reads, of_pitch=of_pitch, peaks=peaks, of_contact=True)

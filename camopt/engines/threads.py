@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 from camopt.engines import Item, Result
+from camopt.kernels.compiling import READY
 
 
 @dataclass(frozen=True)
@@ -20,10 +21,10 @@ class Threads:
     ) -> Iterator[Result]:
         """What work gives for each item, as ``Engine`` says.
 
-        The first comes from this thread, so that an interrupt ends it while it compiles kernels.
+        While no kernel is ready, the first comes from this thread, so that an interrupt ends it while it compiles.
         """
         waiting = ((item,) for item in items)
-        yield from map(work, islice(waiting, 1))
+        yield from map(work, islice(waiting, 0 if READY else 1))
         with ThreadPoolExecutor(self.workers) as pool:
             running: deque[Future[Result]] = deque()
             try:

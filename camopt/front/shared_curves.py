@@ -18,7 +18,7 @@ from camopt.front.pareto import row_costs, undominated
 from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.sorting_out import Block, Curves, Range, counted, gathered_of
-from camopt.problem.limit import Limit, OnCurves
+from camopt.problem.limit import Limit, OnCurves, needs_of
 from camopt.problem.problem import Problem, strictest
 from camopt.problem.rows import Columns, Rows
 from camopt.problem.space import Space
@@ -98,9 +98,8 @@ class SharedCurves:
         block = Block(curves, bodies, first % self._numbers.shape[-1] - window.start)
         counts, least = counted(known, block, sizes)
         most = np.full(sizes, np.inf) if cost is None else self._most(least, window)
-        held, open_ = gathered_of(known, block, counts, np.full(sizes, np.inf) if every else most)
+        held, compared, open_ = gathered_of(known, block, counts, most, every)
         surely, perhaps = (Sharing(first + i, curves[i]) for i in (held, open_))
-        compared = known.cost[surely.curves] <= most[(block.place + held) % sizes]
         if cost is None and not every and len(surely):
             objectives = self._problem.objectives
             left = undominated(row_costs(self.feasible(surely, frozenset(objectives)), objectives))
@@ -161,12 +160,18 @@ class SharedCurves:
 
     def _known_of(self, candidates: Candidates, curves: IntArray, names: frozenset[str]) -> Candidates:
         """With what their curves say of the quantities that are called for."""
-        called = {name for _, needed in candidates.plan(names) for name in needed}
+        plan, setup = candidates.plan(names), self._problem.setup
+        called = {name for _, needed in plan for name in needed}
+        judged, half_width = needs_of(candidates.pending), self._half_width[curves]
+        if np.all(half_width <= self._problem.accuracy):  # or balls narrow them all
+            called_far = called & judged.union(*(effect.reads(setup) for effect, _ in plan))
+        else:
+            called_far = called
         columns, outward = (
-            {name: values[curves] for name, values in kept.items() if name in called}
-            for kept in (self._columns, self._outward)
+            {name: values[curves] for name, values in kept.items() if name in some}
+            for kept, some in ((self._columns, called), (self._outward, called_far))
         )
-        rows = Rows(columns, candidates.rows.count, outward, self._half_width[curves])
+        rows = Rows(columns, candidates.rows.count, outward, half_width)
         return replace(candidates, rows=rows)
 
     def _search(self, parts: IntArray) -> None:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from camopt.kernels.arguments import kind_of
+from camopt.kernels.compiling import READY
 
 if TYPE_CHECKING:
     from camopt.kernels.kernel_cache import KernelFile
@@ -80,6 +81,7 @@ class Kernel(KernelPart):
             with COMPILE_LOCK:
                 if kinds not in self.made:
                     self.made[kinds] = self._loaded(kinds)
+                    READY.append(self.py_func.__qualname__)
         return self.made[kinds]
 
     def _loaded(self, kinds: Kinds) -> "MachineCode":

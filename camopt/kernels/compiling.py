@@ -1,4 +1,4 @@
-"""Compilation of kernels: its time in this process, and a message when it begins."""
+"""Compilation of kernels: its time in this process, and a message when it begins; and whether some are ready."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -27,6 +27,8 @@ class Compiling:
 
 
 COMPILING = Compiling()
+READY: list[str] = []
+"""The kernels whose machine code is loaded, by name, once for each kind of arguments."""
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """The designs of a block sorted out by what their pitch curves tell: kernels, for they pass over every design.
 
 First they are counted, and the least cost of those of each size of the cam is found. From that follows what a
-design of each size may cost without another one that is better; those that cost no more are gathered.
+design of each size may cost without another one that is better; those that cost no more are gathered, or all.
 """
 
 from typing import NamedTuple
@@ -59,14 +59,24 @@ def counted(known: Curves, block: Block, sizes: int) -> tuple[Counts, FloatArray
     return Counts(*counts.tolist()), least
 
 
-def gathered_of(known: Curves, block: Block, counts: Counts, most: FloatArray) -> tuple[IntArray, IntArray]:
-    """The designs that surely hold all limits and cost at most what those of their size may, and all that may hold.
+class Gathered(NamedTuple):
+    """Designs of a block, by number in it."""
 
-    Each by its number in the block.
-    """
-    held, open_, found = np.empty(counts.held, np.int64), np.empty(counts.open, np.int64), np.zeros(1, np.int64)
-    gather_block(known, block.curves, block.bodies, block.place, most, (held, open_, found))
-    return held[: found[0]], open_
+    held: IntArray
+    """Those that surely hold all limits, or such of them as cost at most what those of their size may."""
+    cheap: NDArray[np.bool_]
+    """Which of these cost no more than that."""
+    open: IntArray
+    """Those that may hold all limits."""
+
+
+def gathered_of(known: Curves, block: Block, counts: Counts, most: FloatArray, every: bool) -> Gathered:
+    """Designs of a block that hold all limits: ``every`` one, or those of each size that cost at most so much."""
+    held, open_ = np.empty(counts.held, np.int64), np.empty(counts.open, np.int64)
+    found = Gathered(held, np.empty(counts.held, np.bool_), open_)
+    count = np.zeros(1, np.int64)
+    gather_block(known, block.curves, block.bodies, block.place, most, every, found, count)
+    return Gathered(found.held[: count[0]], found.cheap[: count[0]], found.open)
 
 
 @compiled_for_many
@@ -104,33 +114,33 @@ def _within(those, curves, bodies):
 
 
 @compiled_for_many
-def gather_block(known, curves, bodies, place, most, found):
+def gather_block(known, curves, bodies, place, most, every, found, count):
     """Fill the designs of a block that are wanted, and how many of those hold all limits for certain."""
-    gather_designs(known, curves, bodies, place, most, found)
+    gather_designs(known, curves, bodies, place, most, every, found, count)
 
 
 @called_by_kernels
-def gather_designs(known, curves, bodies, place, most, found):
+def gather_designs(known, curves, bodies, place, most, every, found, count):
     """As ``gather_block``."""
-    held, open_, count = found
     told, some = 0, 0
     for i in range(curves.size):
         curve, body = curves[i], bodies[i]
         if (known.surely.least[curve] <= body) & (body <= known.surely.most[curve]):
-            if known.cost[curve] <= most[place]:
-                held[told] = i
+            cheap = known.cost[curve] <= most[place]
+            if every or cheap:
+                found.held[told], found.cheap[told] = i, cheap
                 told += 1
         elif (known.perhaps.least[curve] <= body) & (body <= known.perhaps.most[curve]):
-            open_[some] = i
+            found.open[some] = i
             some += 1
         place = place + 1 if place + 1 < most.size else 0
     count[0] = told
 
 
 @gather_designs.uncompiled
-def _gather_designs_in_python(known, curves, bodies, place, most, found):
-    held, open_, count = found
+def _gather_designs_in_python(known, curves, bodies, place, most, every, found, count):
     surely, perhaps = (_within(those, curves, bodies) for those in (known.surely, known.perhaps))
-    open_[:], told = np.flatnonzero(perhaps & ~surely), np.flatnonzero(surely)
-    told = told[known.cost[curves[told]] <= most[(place + told) % most.size]]
-    held[: told.size], count[0] = told, told.size
+    found.open[:], told = np.flatnonzero(perhaps & ~surely), np.flatnonzero(surely)
+    cheap = known.cost[curves[told]] <= most[(place + told) % most.size]
+    told, cheap = (told, cheap) if every else (told[cheap], cheap[cheap])
+    found.held[: told.size], found.cheap[: told.size], count[0] = told, cheap, told.size

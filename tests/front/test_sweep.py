@@ -10,6 +10,7 @@ import pytest
 from support.depth import covering
 
 from camopt import QUANTITIES, BadInput, Scene, evaluate, find_scene, load, optimise, sweep
+from camopt.engines import threads as threads_engine
 from camopt.engines.threads import Threads
 from camopt.front.compared import binding_limits, next_smaller_cams, to_compare
 from camopt.problem.problem import resolve
@@ -262,11 +263,13 @@ def test_rise_and_return_laws_vary_on_their_own(scene):
     assert set(sweep(free).best) <= {"harmonic / poly345", "cycloidal / poly345"}
 
 
-def test_the_first_block_of_a_sweep_is_worked_on_where_an_interrupt_ends_it():
+@pytest.mark.parametrize("ready", [False, True])
+def test_the_first_block_of_a_sweep_is_worked_on_where_an_interrupt_ends_it(ready, monkeypatch):
     """While it compiled kernels in a thread of its own, an interrupt was answered after all of them."""
+    monkeypatch.setattr(threads_engine, "READY", ["some kernel"] if ready else [])
     space, threads = space_of(resolve(find_scene("roller-1000rpm"))), []
     work = lambda blocks: threads.append(current_thread()) or blocks[0]  # noqa: E731
     found = Threads(2).in_order(work, [*space.blocks(40_000)])
     assert list(found) == list(space.blocks(40_000))
-    assert threads[0] is main_thread()
+    assert (threads[0] is main_thread()) is not ready
     assert main_thread() not in threads[1:]

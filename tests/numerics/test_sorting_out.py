@@ -61,5 +61,9 @@ def test_a_block_is_sorted_out_as_one_design_after_another(sizes):
         expected, cheapest, told, open_ = one_by_one(known, block, sizes, most)
         assert tuple(counts) == expected
         assert np.array_equal(least, cheapest)
-        held, left = gathered_of(known, block, counts, most)
-        assert (held.tolist(), left.tolist()) == (told, open_)
+        found = gathered_of(known, block, counts, most, every=False)
+        assert (found.held.tolist(), found.open.tolist()) == (told, open_)
+        assert found.cheap.all()
+        whole = gathered_of(known, block, counts, most, every=True)
+        assert (whole.held.size, whole.open.tolist()) == (counts.held, open_)
+        assert whole.held[whole.cheap].tolist() == told
