@@ -44,6 +44,8 @@ class GivenErrors:
     bore: float = 0.0
     phase: Band = NO_BAND
     tilt: Band = NO_BAND
+    is_square: bool = False
+    """Whether a follower that rests stands square to its cam, whatever the design: it translates, not offset."""
 
     @property
     def is_lopsided(self) -> bool:

@@ -23,19 +23,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Case, Effect, Setup
+from camopt.effects.error_rates import rate_curve
 from camopt.effects.given import NO_BAND, GivenErrors
-from camopt.effects.peak import InDegrees, Peak, Scale, Times
+from camopt.effects.motion import derivative_scale, error_names
+from camopt.effects.peak import InDegrees, Peak, PerDesign, Scale, Times
 from camopt.effects.peak_columns import peak_column
 from camopt.mechanisms.design import Designs
-from camopt.motion.programme import Programme
+from camopt.motion.programme import LEAST_JUMP, Programme
 from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import LARGEST, FloatArray
 from camopt.numerics.curves import curve, formula
 from camopt.numerics.trigonometry import turned
-from camopt.quantities import displacement_unit
 
-TOLERANCES = ("tolerances",)
-"""The key that a scene lacks without any."""
+TOLERANCES, WAVES = ("tolerances",), ("tolerances.waves",)
+"""The keys that a scene lacks without any, and for the slope of the profile."""
 
 
 class TraceError(NamedTuple):
@@ -156,18 +157,15 @@ def error_curve(setup: Setup, given: GivenErrors, side: float, designs: Designs,
     return ArmError(trace, pressure.cosine, pressure.sine, across, nearer)
 
 
-def names_of(setup: Setup) -> tuple[str, str]:
-    """The quantities: over the turn, and in dwells."""
-    unit = displacement_unit(angular=setup.tool_turns)
-    return f"position_error_max_{unit}", f"dwell_error_max_{unit}"
-
-
 def offers(setup: Setup) -> tuple[str, ...]:
-    return names_of(setup) if _ratio(setup) is not None else ()
+    return error_names(setup) if _ratio(setup) is not None else ()
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    return {} if setup.errors is not None else dict.fromkeys(offers(setup), TOLERANCES)
+    given, names = setup.errors, offers(setup)
+    if given is None:
+        return dict.fromkeys(names, TOLERANCES)
+    return dict.fromkeys(names[1:3], WAVES) if given.profile and given.waves is None else {}
 
 
 def _ratio(setup: Setup) -> float | None:
@@ -183,14 +181,37 @@ def peaks(setup: Setup) -> Mapping[str, Peak]:
     scale: Scale = InDegrees(1, factor) if setup.tool_turns else Times(factor)
     sides = (1.0, -1.0) if given.is_lopsided else (1.0,)
     curves = tuple((partial(error_curve, setup, given, side), ALL_STROKES) for side in sides)
-    return {names_of(setup)[0]: Peak(curves, LARGEST, scale)}
+    names = error_names(setup)
+    found = {names[0]: Peak(curves, LARGEST, scale)}
+    for order in (1, 2) if given.waves or not given.profile else ():
+        rates = tuple((partial(rate_curve, setup, given, order, side), ALL_STROKES) for side in sides)
+        unit = derivative_scale(setup, order)
+        unit = unit if factor == 1.0 else PerDesign(unit, lambda designs: factor)
+        found[names[order]] = Peak(rates, LARGEST, unit, partial(_jumps, setup, given, order))
+    return found
+
+
+def _jumps(setup: Setup, given: GivenErrors, order: int, programme: Programme) -> bool:
+    """Whether a jump of the motion makes an error of velocity (1) or acceleration (2) infinite, in every design.
+
+    Each does that changes the normal. Where a follower stands square to its cam, what is off along the normal
+    answers with √(1 + T²), which has no jump in its slope.
+    """
+    mechanism = setup.mechanism
+    if mechanism.flat_faced and not setup.angular and given.phase == NO_BAND and given.tilt == NO_BAND:
+        return False
+    even = given.is_square and not given.bore and given.phase == NO_BAND and given.sizes.keys() <= {"roller_radius"}
+    jumps = [jump for jump in programme.jumps if jump.order <= order]
+    if even and order == 2 and not programme.corners:
+        speeds = programme.at(np.array([jump.at for jump in jumps]))[1] if jumps else np.empty(0)
+        return bool(np.any(np.abs(speeds) > LEAST_JUMP * programme.table.most[:, 1].max()))
+    return bool(jumps)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    position, dwell = names_of(case.setup)
-    found: dict[str, Any] = {}
-    if position in wanted:
-        found[position] = peak_column(case, peaks(case.setup)[position])
+    *rates, dwell = error_names(case.setup)
+    every = peaks(case.setup)
+    found: dict[str, Any] = {name: peak_column(case, every[name]) for name in rates if name in wanted}
     if dwell in wanted:
         found[dwell] = _in_dwells(case)
     return found

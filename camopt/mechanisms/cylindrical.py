@@ -15,7 +15,7 @@ from camopt.mechanisms.rest import ContactPoint, Off, Rest
 from camopt.mechanisms.trace import speed_change, trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import formula
+from camopt.numerics.curves import formula, further_formula
 
 
 class CylindricalPressureAngle(NamedTuple):
@@ -39,6 +39,11 @@ class CylindricalPitchCurvature(NamedTuple):
 @formula(CylindricalPressureAngle)
 def pressure_angle(f, i, at):
     return at.y1 / f.mean_radius[i], at.y2 / f.mean_radius[i]
+
+
+@further_formula(CylindricalPressureAngle)
+def pressure_angle_further(f, i, at):
+    return at.y1 / f.mean_radius[i], at.y2 / f.mean_radius[i], at.y3 / f.mean_radius[i], at.y4 / f.mean_radius[i]
 
 
 @formula(CylindricalPath)

@@ -28,7 +28,7 @@ from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine
 from camopt.mechanisms.trace import course_over_cylinder, speed_change, trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import formula
+from camopt.numerics.curves import formula, further_formula, quotient, turned_series
 from camopt.numerics.trigonometry import turned
 
 
@@ -68,6 +68,19 @@ def pressure_angle(f, i, at):
     cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
     tangent = (l / r * at.y1 + f.sense[i] * sine) / cosine
     return tangent, (l / r * at.y2 + f.sense[i] * cosine * at.y1 + tangent * sine * at.y1) / cosine
+
+
+@further_formula(CylindricalOscillatingPressureAngle)
+def pressure_angle_further(f, i, at):
+    cosine, (s, s1, s2, s3) = turned_series(f.cosine[i], f.sine[i], at)
+    ratio, sense = f.arm_length[i] / f.mean_radius[i], f.sense[i]
+    w = (
+        ratio * at.y1 + sense * s,
+        ratio * at.y2 + sense * s1,
+        ratio * at.y3 + sense * s2,
+        ratio * at.y4 + sense * s3,
+    )
+    return quotient(w, cosine)
 
 
 @formula(CylindricalOscillatingPath)

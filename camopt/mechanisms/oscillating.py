@@ -25,7 +25,7 @@ from camopt.mechanisms.trace import course_of_arm, speed_change, trace_curvature
 from camopt.motion.contact import OscillatingPoint
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import formula
+from camopt.numerics.curves import formula, further_formula, quotient, turned_series
 from camopt.numerics.stable import sum_of
 from camopt.numerics.trigonometry import turned
 
@@ -56,6 +56,15 @@ def pressure_angle(f, i, at):
     cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
     tangent = (l * (1.0 + f.sense[i] * at.y1) - c * cosine) / (c * sine)
     return tangent, (l * f.sense[i] * at.y2 / c + (sine - tangent * cosine) * at.y1) / sine
+
+
+@further_formula(OscillatingPressureAngle)
+def pressure_angle_further(f, i, at):
+    (c, c1, c2, c3), (s, s1, s2, s3) = turned_series(f.cosine[i], f.sine[i], at)
+    ratio = f.arm_length[i] / f.centre_distance[i]
+    swung = ratio * f.sense[i]
+    w = (ratio + swung * at.y1 - c, swung * at.y2 - c1, swung * at.y3 - c2, swung * at.y4 - c3)
+    return quotient(w, (s, s1, s2, s3))
 
 
 class OscillatingPitchSpeed(NamedTuple):

@@ -21,7 +21,7 @@ from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine
 from camopt.motion.contact import OscillatingFace
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import formula
+from camopt.numerics.curves import formula, further_formula, quotient, turned_series
 from camopt.numerics.trigonometry import turned
 
 
@@ -98,6 +98,14 @@ def reach(f, i, at):
     cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
     q = 1.0 + f.sense[i] * at.y1
     return c * cosine / q, -c * (sine * at.y1 + cosine * f.sense[i] * at.y2 / q) / q
+
+
+@further_formula(OscillatingFlatReach)
+def reach_further(f, i, at):
+    c, sense = f.centre_distance[i], f.sense[i]
+    (cosine, cosine1, cosine2, cosine3), _ = turned_series(f.cosine[i], f.sine[i], at)
+    turning = (1.0 + sense * at.y1, sense * at.y2, sense * at.y3, sense * at.y4)
+    return quotient((c * cosine, c * cosine1, c * cosine2, c * cosine3), turning)
 
 
 class OscillatingFlatOutline(NamedTuple):

@@ -54,7 +54,7 @@ class Reversed(NamedTuple):
 
 @formula(Reversed)
 def reversed_curve(f, i, at):
-    return curve(f.curve, i, State(f.lift[i] - at.y, -at.y1, -at.y2, -at.y3, None))
+    return curve(f.curve, i, State(f.lift[i] - at.y, -at.y1, -at.y2, -at.y3, None, -at.y4))
 
 
 def _reversed(make: Callable[[Designs, Programme], Any]) -> Callable[[Designs, Programme], Reversed]:

@@ -25,7 +25,7 @@ from camopt.mechanisms.trace import speed_change, trace_curvature
 from camopt.motion.contact import TranslatingPoint
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import formula
+from camopt.numerics.curves import formula, further_formula, quotient
 from camopt.numerics.stable import difference_of_squares_root
 
 
@@ -41,6 +41,11 @@ def pressure_angle(f, i, at):
     s = f.height[i] + at.y
     tangent = (at.y1 - f.lead[i]) / s
     return tangent, (at.y2 - tangent * at.y1) / s
+
+
+@further_formula(TranslatingPressureAngle)
+def pressure_angle_further(f, i, at):
+    return quotient((at.y1 - f.lead[i], at.y2, at.y3, at.y4), (f.height[i] + at.y, at.y1, at.y2, at.y3))
 
 
 class TranslatingPitchSpeed(NamedTuple):

@@ -90,7 +90,7 @@ class TrainLoad:
     def tabulated(self, table: MotionTable, strokes: IntArray) -> TrainLoadTable:
         """The load on the panels of a turn, which are cut where it has corners; ``strokes`` numbers theirs."""
         made = self._on_panels(table, FITTED)
-        errors = SEEN * table.error[: len(table.centre)].T
+        errors = SEEN * table.error[: len(table.centre), :4].T
         apart = np.eye(len(errors), len(errors) + 1, 1)[..., None] * errors[:, None]
         seen, *moved = np.moveaxis(self._on_panels(table, LOOKED_AT, apart), 1, 0)
         brought = np.sum([np.abs(each - seen).max(axis=2) for each in moved], axis=0) / SEEN

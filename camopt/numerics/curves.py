@@ -13,13 +13,18 @@ Uncompiled, the same formulas run on arrays and on intervals (``numerics.interva
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-from camopt.kernels.compile import chosen_by_type
+import numpy as np
+
+from camopt.kernels.compile import chosen_by_type, inlined
 from camopt.numerics import FloatArray
 from camopt.numerics.state import State
+from camopt.numerics.trigonometry import turned
 
+FurtherFormula = TypeVar("FurtherFormula", bound=Callable[..., tuple[Any, Any, Any, Any]])
 CurveFormula = TypeVar("CurveFormula", bound=Callable[..., tuple[Any, Any]])
 
 COMPILED: dict[type, Callable[..., tuple[Any, Any]]] = {}
+FURTHER: dict[type, Callable[..., tuple[Any, Any, Any, Any]]] = {}
 WITH_LOAD: set[type] = set()
 
 
@@ -46,6 +51,45 @@ def formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormula], Cu
         return function
 
     return register
+
+
+def further(f: Any, i: Any, at: State) -> tuple[Any, Any, Any, Any]:
+    """Value of curve ``f`` for design ``i``, and three derivatives by the cam angle: the last one has y''''."""
+    return FURTHER[type(f)](f, i, at)
+
+
+@chosen_by_type(further)
+def _further(f, i, at):
+    return FURTHER.get(f)
+
+
+def further_formula(owner: type) -> Callable[[FurtherFormula], FurtherFormula]:
+    """Register a function as what ``further`` gives of the curve type ``owner``."""
+
+    def register(function: FurtherFormula) -> FurtherFormula:
+        FURTHER[owner] = function
+        return function
+
+    return register
+
+
+@inlined
+def quotient(w, s):
+    """w/s with three derivatives, from those of both."""
+    t = w[0] / s[0]
+    t1 = (w[1] - t * s[1]) / s[0]
+    t2 = (w[2] - 2.0 * t1 * s[1] - t * s[2]) / s[0]
+    return t, t1, t2, (w[3] - 3.0 * t2 * s[1] - 3.0 * t1 * s[2] - t * s[3]) / s[0]
+
+
+@inlined
+def turned_series(cosine, sine, at):
+    """Cosine and sine of an angle turned on by y, each with three derivatives."""
+    c, s = turned(cosine, sine, at.y)
+    c1, s1, square = -s * at.y1, c * at.y1, np.square(at.y1)
+    c2, s2 = -s * at.y2 - c * square, c * at.y2 - s * square
+    c3 = -s * at.y3 - 3.0 * c * at.y1 * at.y2 + s * at.y1 * square
+    return (c, c1, c2, c3), (s, s1, s2, c * at.y3 - 3.0 * s * at.y1 * at.y2 - c * at.y1 * square)
 
 
 class Linear(NamedTuple):

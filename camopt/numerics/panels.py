@@ -1,8 +1,8 @@
 """Polynomials on panels, for kernels: values, and jets over a panel or a group, or over a part of a panel.
 
 A table has ``coefficients`` (P, TABLE_DEGREE + 1) in powers of u ∈ [−1, 1], ``half_width`` (P,), and over its rows,
-P panels and groups of them, ``low`` and ``high`` of y and three derivatives by the cam angle, ``most`` of five, and
-``error``.
+P panels and groups of them, ``low``, ``high`` and ``error`` of y and four derivatives by the cam angle, and
+``most`` of six.
 """
 
 import numpy as np
@@ -28,6 +28,15 @@ def derivatives(table, panel, u):
 
 
 @inlined
+def fourth(table, panel, u):
+    """y'''' by cam angle on a panel."""
+    value = 0.0
+    for k in range(TABLE_DEGREE, 3, -1):
+        value = value * u + k * (k - 1.0) * (k - 2.0) * (k - 3.0) * table.coefficients[panel, k]
+    return value / np.square(np.square(table.half_width[panel]))
+
+
+@inlined
 def jets_over_row(table, row):
     """y and three derivatives over a whole panel or group, in jets."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
@@ -35,8 +44,23 @@ def jets_over_row(table, row):
         Jet(low[0], high[0], error[0], most[1], most[2], most[3]),
         Jet(low[1], high[1], error[1], most[2], most[3], most[4]),
         Jet(low[2], high[2], error[2], most[3], most[4], most[5]),
-        Jet(low[3], high[3], error[3], most[4], most[5], np.inf),
+        Jet(low[3], high[3], error[3], most[4], most[5], most[6]),
     )
+
+
+@inlined
+def fourth_over_row(table, row):
+    """y'''' over a whole panel or group, in jets."""
+    low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
+    return Jet(low[4], high[4], error[4], most[5], most[6], np.inf)
+
+
+@inlined
+def fourth_over_part(table, panel, u, r):
+    """As ``fourth_over_row``, over the part [u − r, u + r] of a panel."""
+    most, y4 = table.most[panel], fourth(table, panel, u)
+    room = r * table.half_width[panel] * most[5]
+    return Jet(y4 - room, y4 + room, table.error[panel][4], most[5], most[6], np.inf)
 
 
 @inlined
@@ -52,5 +76,5 @@ def jets_over_part(table, panel, u, r):
         Jet(y - w * d1, y + w * d1, error[0], d1, d2, d3),
         Jet(y1 - w * d2, y1 + w * d2, error[1], d2, d3, most[4]),
         Jet(y2 - w * d3, y2 + w * d3, error[2], d3, most[4], most[5]),
-        Jet(-d3, d3, error[3], most[4], most[5], np.inf),
+        Jet(y3 - w * most[4], y3 + w * most[4], error[3], most[4], most[5], most[6]),
     )

@@ -28,7 +28,14 @@ from camopt.numerics.loading import (
     loaded_part,
     loaded_row,
 )
-from camopt.numerics.panels import derivatives, jets_over_part, jets_over_row
+from camopt.numerics.panels import (
+    derivatives,
+    fourth,
+    fourth_over_part,
+    fourth_over_row,
+    jets_over_part,
+    jets_over_row,
+)
 from camopt.numerics.state import State
 
 GROUPED = 4  # panels of a group
@@ -36,7 +43,13 @@ CONVERTED = 1e-10  # relative, for rounding in the ranges below
 LEAST_VALUE = 1e-12  # of a polynomial's largest value: less is rounding
 NEARLY_REAL = 1e-6  # imaginary part of a root that is taken for real: a double root, and no change of sign
 PLACED = 1.5  # errors of the cam angle, in roundings of the stroke's
-TABLE_ERRORS = (4.0, 8.0, 32.0, 512.0)  # errors of y … as tabulated, in roundings of the largest in the stroke
+TABLE_ERRORS = (
+    4.0,
+    8.0,
+    32.0,
+    512.0,
+    16384.0,
+)  # errors of y … as tabulated, in roundings of the largest in the stroke
 
 
 class MotionTable(NamedTuple):
@@ -47,13 +60,13 @@ class MotionTable(NamedTuple):
     half_width: FloatArray  # (P,) cam angle from u = 0 to u = 1
     first_panel: NDArray[np.int64]  # (Q + 1,) of each piece; its first node is first_panel + its number
     kind: NDArray[np.int64]  # (Q,) a bit that says what the piece is
-    nodes: FloatArray  # (N, 4) y, y', y'', y''' at panel ends, one-sided at the ends of a piece
+    nodes: FloatArray  # (N, 5) y, y', y'', y''', y'''' at panel ends, one-sided at the ends of a piece
     group: NDArray[np.int64]  # (P,) the row below of the neighbours that a panel is grouped with
     # rows below: P panels, then G groups of a few neighbours in the same piece
-    low: FloatArray  # (P + G, 4) least y, y', y'', y'''
-    high: FloatArray  # (P + G, 4) and the largest
-    most: FloatArray  # (P + G, 6) largest magnitudes of y and its first five derivatives
-    error: FloatArray  # (P + G, 4) bounds of the error of y, y', y'', y'''
+    low: FloatArray  # (P + G, 5) least y, y', y'', y''', y''''
+    high: FloatArray  # (P + G, 5) and the largest
+    most: FloatArray  # (P + G, 7) largest magnitudes of y and its first six derivatives
+    error: FloatArray  # (P + G, 5) bounds of the error of y, y', y'', y''', y''''
     load: LoadTable | TrainLoadTable | None  # what curves get with the motion
 
 
@@ -94,21 +107,22 @@ def of_some_rows(table: MotionTable, rows: NDArray[np.intp]) -> MotionTable:
 def motion(table, panel, u):
     """The state on a panel."""
     y, y1, y2, y3 = derivatives(table, panel, u)
-    return State(y, y1, y2, y3, loaded(table.load, panel, u * table.half_width[panel]))
+    load = loaded(table.load, panel, u * table.half_width[panel])
+    return State(y, y1, y2, y3, load, fourth(table, panel, u))
 
 
 @inlined
 def node_motion(table, node):
     """The state at a node."""
     y = table.nodes[node]
-    return State(y[0], y[1], y[2], y[3], loaded_node(table.load, node, 0.0))
+    return State(y[0], y[1], y[2], y[3], loaded_node(table.load, node, 0.0), y[4])
 
 
 @inlined
 def row_jets(table, row):
     """The state over a whole panel or group, in jets."""
     y, y1, y2, y3 = jets_over_row(table, row)
-    return State(y, y1, y2, y3, loaded_row(table.load, row, 0.0))
+    return State(y, y1, y2, y3, loaded_row(table.load, row, 0.0), fourth_over_row(table, row))
 
 
 @inlined
@@ -116,16 +130,19 @@ def part_jets(table, panel, u, r):
     """The state over the part [u − r, u + r] of a panel, in jets: mean values from its middle."""
     y, y1, y2, y3 = jets_over_part(table, panel, u, r)
     h = table.half_width[panel]
-    return State(y, y1, y2, y3, loaded_part(table.load, panel, (u * h, r * h)))
+    load = loaded_part(table.load, panel, (u * h, r * h))
+    return State(y, y1, y2, y3, load, fourth_over_part(table, panel, u, r))
 
 
 def node_values(table: Any, first_panel: NDArray[np.int64]) -> FloatArray:
-    """Values and derivatives (N, 4) at the ends of all panels; where two of a piece meet, as the second has it."""
+    """Values and derivatives (N, 5) at the ends of all panels; where two of a piece meet, as the second has it."""
     panels = np.arange(len(table.coefficients))
     pieces = np.repeat(np.arange(len(first_panel) - 1), np.diff(first_panel))
-    nodes = np.empty((len(panels) + len(first_panel) - 1, 4))
+    nodes = np.empty((len(panels) + len(first_panel) - 1, 5))
     for side in (1, 0):
-        nodes[panels + pieces + side] = np.stack(derivatives(table, panels, 2.0 * side - 1.0), axis=1)
+        u = 2.0 * side - 1.0
+        rows = (*derivatives(table, panels, u), fourth(table, panels, u))
+        nodes[panels + pieces + side] = np.stack(rows, axis=1)
     return nodes
 
 
@@ -170,27 +187,27 @@ def ranges(
     ``stroke`` numbers the stroke of each panel: a law's rounding is that of its largest value in the stroke, or, on
     panels of a small share of it, what rounding of the cam angle makes of its slope.
     """
-    low, high = np.empty((6, len(half_width))), np.empty((6, len(half_width)))
+    low, high = np.empty((7, len(half_width))), np.empty((7, len(half_width)))
     series: NDArray[np.floating[Any]] = coefficients.T
-    for order in range(6):
+    for order in range(7):
         series = polynomial.polyder(series, min(order, 1))
         values = bernstein(len(series) - 1) @ series / half_width**order
         room = CONVERTED * np.abs(values).max(axis=0)
         low[order], high[order] = values.min(axis=0) - room, values.max(axis=0) + room
     most = np.maximum(-low, high)
-    error = np.empty((4, len(half_width)))
+    error = np.empty((5, len(half_width)))
     brought = np.zeros(len(half_width))
     turned = PLACED * UNIT * np.bincount(stroke, 2.0 * half_width)[stroke]
-    for order in (3, 2, 1, 0):
+    for order in (4, 3, 2, 1, 0):
         peak = np.zeros(stroke.max() + 1)
         np.maximum.at(peak, stroke, most[order])
         rounded = np.maximum(TABLE_ERRORS[order] * UNIT * peak[stroke], turned * most[order + 1])
-        brought = rounded + half_width * brought
-        error[order] = brought
+        error[order] = rounded + half_width * brought
+        brought = error[order] if order < 4 else brought  # of y'''' nothing is made but slopes
     starts = np.flatnonzero(np.diff(group, prepend=-1))  # a group's first panel
     return (
-        np.vstack([low[:4].T, np.minimum.reduceat(low[:4].T, starts)]),
-        *(np.vstack([x.T, np.maximum.reduceat(x.T, starts)]) for x in (high[:4], most, error)),
+        np.vstack([low[:5].T, np.minimum.reduceat(low[:5].T, starts)]),
+        *(np.vstack([x.T, np.maximum.reduceat(x.T, starts)]) for x in (high[:5], most, error)),
     )
 
 

@@ -31,3 +31,5 @@ class State(NamedTuple):
     y2: Any
     y3: Any
     load: Load | TrainForces | None = None
+    y4: Any = 0.0
+    """What slopes of curves take that have y''' in their values; 0 where no slope is asked."""

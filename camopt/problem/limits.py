@@ -52,7 +52,12 @@ PART_LIMITS = {
     "unbalance": "unbalance_g_mm",
 }
 """Short keys of limits on the cam as a part, likewise."""
-ERROR_LIMITS = {"position_error": "position_error_max_mm", "dwell_error": "dwell_error_max_mm"}
+ERROR_LIMITS = {
+    "position_error": "position_error_max_mm",
+    "velocity_error": "velocity_error_max_m_s",
+    "acceleration_error": "acceleration_error_max_m_s2",
+    "dwell_error": "dwell_error_max_mm",
+}
 """Short keys of limits on errors by tolerances, likewise."""
 OF_QUANTITIES = LOAD_LIMITS | PART_LIMITS | ERROR_LIMITS | {name: name for name in BOUNDED}
 """All keys that bound just one quantity from one side."""

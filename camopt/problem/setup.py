@@ -59,6 +59,7 @@ def _errors(scene: Scene) -> GivenErrors | None:
         profile=given.profile or 0.0,
         waves=given.waves,
         bore=given.bore_eccentricity or 0.0,
+        is_square=not (scene.mechanism.motion.angular or scene.follower.offset or scene.search.offset),
         **{key: Band(each.lower, each.upper) for key, each in angles.items()},
     )
 

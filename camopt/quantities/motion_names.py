@@ -80,13 +80,29 @@ def motion_mean(derivative: str, *, angular: bool, timed: bool) -> str:
 
 
 def error_quantities() -> list[Quantity]:
-    return [
-        Quantity(f"{name}_{unit}", "", unit, "motion_errors", f"{sentence} by tolerances, to first order.")
-        for name, sentence in (
-            ("position_error_max", "Largest error of the position of follower or tool over the turn"),
-            ("dwell_error_max", "Largest change of the position in a dwell"),
+    """Of position, velocity and acceleration, and of the position in a dwell."""
+    of_all, either = "Largest error of the {} of follower or tool over the turn", (False, True)
+    found = [
+        (
+            error_quantity(0, angular=angular, timed=True),
+            displacement_unit(angular=angular),
+            of_all.format("position"),
         )
-        for unit in ("mm", "deg")
+        for angular in either
+    ]
+    found += [
+        (
+            error_quantity(order, angular=angular, timed=timed),
+            motion_unit(name, angular=angular, timed=timed),
+            of_all.format(name),
+        )
+        for (order, name), timed, angular in product(enumerate([*DERIVATIVES][:2], 1), (True, False), either)
+    ]
+    in_dwell = "Largest change of the position in a dwell"
+    found += [(dwell_error_quantity(angular=each), displacement_unit(angular=each), in_dwell) for each in either]
+    return [
+        Quantity(name, "", unit, "motion_errors", f"{sentence} by tolerances, to first order.")
+        for name, unit, sentence in found
     ]
 
 

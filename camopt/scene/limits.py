@@ -81,6 +81,10 @@ class ShortLimits(SceneTable):
     """Largest |power| of the camshaft; W."""
     position_error: Length | None = None
     """Largest error of the tool's position by the tolerances, to first order; mm, oscillating deg."""
+    velocity_error: Positive | None = None
+    """Largest error of the tool's velocity by the tolerances, likewise; m/s, oscillating rad/s."""
+    acceleration_error: Positive | None = None
+    """Largest error of the tool's acceleration by the tolerances, likewise; m/s², oscillating rad/s²."""
     dwell_error: Length | None = None
     """Largest change of the tool's position in a dwell by the tolerances, likewise; mm, oscillating deg."""
 

@@ -115,7 +115,7 @@ class Driven:
 
     def part(self, some: slice) -> "Driven":
         """That of some of them."""
-        y, y1, y2, y3, load = self.state
+        y, y1, y2, y3, load, _ = self.state
         y, y1, y2, y3 = (_some(each, some) for each in (y, y1, y2, y3))
         if load is not None:
             load = type(load)(*(_some(each, some) for each in load))
@@ -155,7 +155,7 @@ def over_boxes(
     problem: Problem, boxes: Designs, places: ToolPlaces, where: IntArray, radicands: list[Sloped]
 ) -> Driven:
     """That of all designs of boxes, each at a place of its own; adds the radicands that have to be positive."""
-    error = problem.programme.tool.table.error.max(axis=0)
+    error = problem.programme.tool.table.error.max(axis=0)[:4]
     rows = zip(places.motion[:, where], error, strict=False)
     motion = tuple(widened(Interval(row - e, row + e)) for row, e in rows)
     trains = _placed(problem, boxes, radicands)

@@ -156,14 +156,15 @@ def _excesses(
 
 
 def rounded(state: State, programme: Programme) -> State:
-    """A state at cam angles with the rounding of their laws in y, y' and y'', and of what a train brings."""
+    """A state at cam angles with the rounding of their laws, and of what a train brings."""
     table = programme.table
-    y, y1, y2 = (Interval(x - e, x + e) for x, e in zip(state[:3], table.error.max(axis=0)[:3], strict=True))
+    errors = table.error.max(axis=0)[:4]
+    y, y1, y2, y3 = (Interval(x - e, x + e) for x, e in zip(state[:4], errors, strict=True))
     load = state.load
     if isinstance(table.load, TrainLoadTable):
         off = [error for force in table.load for error in force.error[:, :2].max(axis=0)]
         load = TrainForces(*(Interval(x - e, x + e) for x, e in zip(cast(TrainForces, load), off, strict=True)))
-    return State(y, y1, y2, state.y3, load)
+    return State(y, y1, y2, y3, load)
 
 
 def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:

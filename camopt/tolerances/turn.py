@@ -88,7 +88,8 @@ def highest(nodes: FloatArray, value: Callable[[FloatArray], FloatArray]) -> flo
         found = value(inside.ravel()).reshape(inside.shape)
         k, column = found.argmax(axis=0), np.arange(tops.size)
         low, high = inside[np.maximum(k - 1, 0), column], inside[np.minimum(k + 1, FINER - 1), column]
-    return float(inside[k, column][found.max(axis=0).argmax()])
+    places, heights = np.concatenate([inside[k, column], nodes]), np.concatenate([found.max(axis=0), values])
+    return float(places[heights.argmax()])
 
 
 class Impulse(NamedTuple):

@@ -233,7 +233,7 @@ def state_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: Sloped
     acceleration = part(2, jerk)
     velocity = part(1, acceleration.value)
     displacement = part(0, velocity.value)
-    return State(displacement, velocity, acceleration, 0.0, _load_over(table, panel, angle))
+    return State(displacement, velocity, acceleration, jerk, _load_over(table, panel, angle))
 
 
 def _by_angle(angle: Sloped, slope: Interval) -> Interval:

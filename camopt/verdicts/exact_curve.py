@@ -31,8 +31,8 @@ def of_curve(made: Any) -> ExactCurve:
     def values(motion: list[Ball]) -> tuple[Any, Any]:
         if isinstance(made, Derivative):
             return motion[made.order], motion[made.order + 1]
-        y, y1, y2, y3, _, *load = motion
-        return curve(made, ..., State(y, y1, y2, y3, LOADS[len(load)](*load)))
+        y, y1, y2, y3, y4, *load = motion
+        return curve(made, ..., State(y, y1, y2, y3, LOADS[len(load)](*load), y4))
 
     return values
 

@@ -18,7 +18,7 @@ def lopsided(given):
 
 
 def errors_of(scene):
-    """The two quantities of a scene, by the start of their names."""
+    """The quantities of a scene, by the start of their names."""
     found = camopt.evaluate(scene.replace(outputs=["motion_errors"]))
     return {name.partition("_error")[0]: found[name] for name in found if "_error_max" in name}
 
@@ -31,14 +31,38 @@ def test_they_are_those_of_the_series_of_the_answers(contact, rotation, given):
     """Whose coefficients are those of exact contact in 40 digits (test_response)."""
     scene = scene_of(contact, given=given(given_of(contact)), rotation=rotation)
     found, known = errors_of(scene), camopt.tolerance(scene)
-    assert found["position"] == pytest.approx(known.errors[0].worst, rel=1e-12)
+    for name, each in zip(("position", "velocity", "acceleration"), known.errors, strict=True):
+        assert found[name] == pytest.approx(each.worst, rel=1e-11)
     assert found["dwell"] == pytest.approx(max(each.change for each in known.dwells), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("contact", "law", "given", "infinite"),
+    [
+        ("roller", "harmonic", {"profile": 0.02, "waves": 5, "follower.roller_radius": 0.01}, []),
+        ("roller", "parabolic", {"follower.roller_radius": 0.01}, ["acceleration"]),
+        ("offset-roller", "harmonic", {"profile": 0.02, "waves": 5}, ["acceleration"]),
+        ("flat", "parabolic", {"profile": 0.02, "waves": 5, "bore_eccentricity": 0.01}, []),
+        ("flat", "harmonic", {"phase": 0.01}, ["acceleration"]),
+        ("groove", "linear", {"phase": 0.01}, ["velocity", "acceleration"]),
+        ("groove", "harmonic", {"profile": 0.02, "waves": 5}, []),
+    ],
+)
+def test_where_the_motion_jumps_they_are_infinite_as_series_have_it(contact, law, given, infinite):
+    scene = scene_of(contact, law, given)
+    found, known = errors_of(scene), camopt.tolerance(scene).errors
+    for name, each in zip(("velocity", "acceleration"), known[1:], strict=True):
+        assert np.isinf(found[name]) == (name in infinite)
+        assert found[name] == pytest.approx(each.worst, rel=1e-11)
 
 
 def test_at_the_tool_they_are_those_of_a_constant_ratio_and_of_no_other_train():
     given = {"profile": 0.02, "phase": 0.05}
     scene = scene_of("arm", given=given, train=[{"stage": "ratio", "radius": -30}])
-    assert errors_of(scene)["position"] == pytest.approx(camopt.tolerance(scene).errors[0].worst, rel=1e-12)
+    found, known = errors_of(scene.replace(**{"tolerances.waves": 7})), camopt.tolerance(scene)
+    assert found["position"] == pytest.approx(known.errors[0].worst, rel=1e-12)
+    known = camopt.tolerance(scene.replace(**{"tolerances.waves": 7})).errors[2]
+    assert found["acceleration"] == pytest.approx(known.worst, rel=1e-11)
     rocker = scene_of("roller", given=given, train=[TRAINS["roller"]], limits={"position_error": 0.1})
     with pytest.raises(BadInput, match="has no position_error_max"):
         camopt.evaluate(rocker)
@@ -47,15 +71,18 @@ def test_at_the_tool_they_are_those_of_a_constant_ratio_and_of_no_other_train():
 def test_a_limit_needs_tolerances():
     with pytest.raises(BadInput, match=r"limits\.position_error = 0\.02: needs tolerances"):
         camopt.evaluate(camopt.find_scene("bucket-valve").replace(**{"limits.position_error": 0.02}))
+    scene = scene_of("roller", given={"profile": 0.02}, limits={"velocity_error": 0.01})
+    with pytest.raises(BadInput, match=r"limits\.velocity_error = 0\.01: needs tolerances\.waves"):
+        camopt.evaluate(scene)
 
 
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "swinging-face", "groove-arm"])
 def test_a_limit_is_proved_on_either_side_of_the_error(contact):
-    scene = scene_of(contact, given=lopsided(given_of(contact)))
-    worst = errors_of(scene)["position"]
-    for share, verdict in ((1 + 1e-9, "held"), (1 - 1e-9, "broken")):
-        limited = scene.replace(**{"limits.position_error": worst * share})
-        assert camopt.certify(limited)["position_error"] == verdict
+    scene = scene_of(contact, "poly4567", given=lopsided(given_of(contact)))
+    for name, worst in errors_of(scene).items():
+        for share, verdict in ((1 + 1e-9, "held"), (1 - 1e-9, "broken")):
+            limited = scene.replace(**{f"limits.{name}_error": worst * share})
+            assert camopt.certify(limited)[f"{name}_error"] == verdict
 
 
 def test_the_smallest_cam_with_a_limit_is_that_of_its_closed_form():
@@ -73,6 +100,22 @@ def test_the_smallest_cam_with_a_limit_is_that_of_its_closed_form():
     assert best["proved"]
     assert best["binding"] == ["position_error"]
     assert best["position_error_max_mm"] == pytest.approx(bound, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["velocity", "acceleration"])
+def test_the_smallest_cam_just_holds_a_limit_on_velocity_or_acceleration(name):
+    """And a smaller one is refuted in balls, a robust box of its sizes proved."""
+    scene = scene_of("offset-roller", "poly4567", given=given_of("offset-roller"))
+    bound = 0.97 * errors_of(scene)[name]
+    asked = scene.replace(search={"base_radius": [20, 200]}, limits={f"{name}_error": bound})
+    best = camopt.optimise(asked).best
+    assert best["proved"]
+    assert best["binding"] == [f"{name}_error"]
+    for share, verdict in ((1.0, "held"), (1.0 - 1e-6, "broken")):
+        cam = asked.replace(**{"cam.base_radius": best["base_radius_mm"] * share})
+        assert camopt.certify(cam)[f"{name}_error"] == verdict
+    room = best.scene.replace(**{f"limits.{name}_error": 1.01 * bound, "search.robust": True})
+    assert camopt.certify(room)[f"{name}_error"] == "held"
 
 
 def test_a_batch_has_the_yield_of_the_limit():

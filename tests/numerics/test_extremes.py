@@ -401,8 +401,8 @@ def jets_of_parts(table, middle, reach, found):
     for panel in range(middle.size):
         whole = reach[panel] == 1.0
         at = row_jets(table, panel) if whole else part_jets(table, panel, middle[panel], reach[panel])
-        jets = (at.y, at.y1, at.y2, at.y3)
-        for order in range(4):
+        jets = (at.y, at.y1, at.y2, at.y3, at.y4)
+        for order in range(5):
             z, row = jets[order], found[panel, order]
             row[0], row[1], row[2], row[3], row[4], row[5] = z.low, z.high, z.error, z.first, z.second, z.third
 
@@ -414,24 +414,24 @@ def test_jets_of_a_part_of_a_panel_hold_the_motion_there(law, reach):
     turn = programme(law, angular=False)
     table, rng = turn.table, np.random.default_rng(1)
     middle = rng.uniform(reach - 1, 1 - reach, table.centre.size) if reach < 1 else np.zeros(table.centre.size)
-    found = np.empty((middle.size, 4, len(JET_FIELDS)))
+    found = np.empty((middle.size, 5, len(JET_FIELDS)))
     jets_of_parts(table, middle, np.full(middle.size, reach), found)
     points = middle[:, None] + reach * np.linspace(-1, 1, 33)
     derivatives = np.array([
-        [polynomial.polyval(u, polynomial.polyder(c, k)) / h**k for k in range(6)]
+        [polynomial.polyval(u, polynomial.polyder(c, k)) / h**k for k in range(7)]
         for c, h, u in zip(table.coefficients, table.half_width, points, strict=True)
     ])  # fmt: skip
     most_of_panel = table.most[: middle.size]  # the other rows are of groups
     scale = np.abs(derivatives).max(axis=(0, 2))
     arc = reach * table.half_width
-    for order in range(4):
+    for order in range(5):
         low, high, error, *most = found[:, order].T
         values, room = derivatives[:, order], 1e-9 * scale[order]
         assert np.all(low <= values.min(axis=1) + 1e-14 * scale[order])
         assert np.all(values.max(axis=1) - 1e-14 * scale[order] <= high)
         assert np.array_equal(error, table.error[: middle.size, order])
         for k, bound in enumerate(most, order + 1):
-            if k > 5:
+            if k > 6:
                 assert np.isinf(bound).all()
                 continue
             largest = np.abs(derivatives[:, k]).max(axis=1)
