@@ -29,7 +29,7 @@ ROOMS = {
     "trains": "numerics",
     "motion": "mistakes numerics trains",
     "mechanisms": "kernels numerics motion",
-    "effects": "quantities numerics trains motion mechanisms",
+    "effects": "kernels quantities numerics trains motion mechanisms",
     "scene": "mistakes quantities storage numerics trains motion mechanisms",
     "problem": "mistakes quantities numerics trains motion mechanisms effects scene",
     "tables": "mistakes quantities storage numerics motion scene problem",
