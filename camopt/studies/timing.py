@@ -1,12 +1,12 @@
 """Timing: at which cam angles the follower passes a given lift, on the way out and on the way back.
 
 Where it does so is a root of the motion's polynomial on a panel, found to rounding. A follower that rests at the
-lift is not above it.
+lift is not above it. With tolerances, all cams within them pass it between two cam angles (``tolerances.passing``).
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import degrees
+from math import degrees, radians
 from numbers import Real
 from typing import Any, NamedTuple
 
@@ -24,6 +24,8 @@ from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.layout import Table, table_of
+from camopt.tolerances.passing import Passing
+from camopt.tolerances.turn import TurnErrors
 
 DEFAULT_SHARE = 0.5  # of the largest lift, where a scene gives no lash
 SAME_PLACE = 1e-12  # rad: roots nearer to each other are one, at the end of a panel
@@ -51,6 +53,12 @@ class Passage(NamedTuple):
     """The velocity where it passes outward, in ``Timing.velocity_unit``."""
     falling: float
     """The velocity where it passes inward, below 0."""
+    rises_earliest_deg: float | None = None
+    """With ``[tolerances]``: no cam within them passes it outward sooner, to first order; before the start of the
+    turn if need be, and infinite where some cam does not pass it."""
+    rises_latest_deg: float | None = None
+    falls_earliest_deg: float | None = None
+    falls_latest_deg: float | None = None
 
 
 @dataclass(frozen=True)
@@ -79,7 +87,10 @@ class Timing(HasHtml):
 
     def records(self) -> list[dict[str, float]]:
         """A mapping for each passage; with angles of the crank, of a scene that gives its speed."""
-        return [each._asdict() | self._of_crank(each) for each in self.passages]
+        found = [
+            {name: value for name, value in each._asdict().items() if value is not None} for each in self.passages
+        ]
+        return [each | self._of_crank(each) for each in found]
 
     def table(self) -> Table:
         """A row for each passage."""
@@ -93,9 +104,9 @@ class Timing(HasHtml):
         names = dict.fromkeys(name for row in rows for name in row)
         return table_of(f"{self.scene.name}: above a lift", rows, names, units=units)
 
-    def _of_crank(self, passage: Passage) -> dict[str, float]:
+    def _of_crank(self, passage: dict[str, float]) -> dict[str, float]:
         """The cam angles as angles of the crank, which is at 0 with the cam, where the scene gives its speed."""
-        angles = passage._asdict() if self.scene.by_crank else {}
+        angles = passage if self.scene.by_crank else {}
         suffix = "_deg"
         return {
             f"{name.removesuffix(suffix)}_crank{suffix}": TURNS_OF_CRANK * angle
@@ -110,7 +121,8 @@ def timing(scene: Scene, lifts: Iterable[float] | None = None) -> Timing:
     Parameters
     ----------
     scene : Scene
-        Its sizes play no part.
+        Its sizes play no part, but for its ``[tolerances]``: with these, and sizes, the earliest and the latest cam
+        angle of each passage are found too.
     lifts : iterable of float, optional
         From the lowest position, mm (deg), each above 0 and below the largest. By default the lash of the scene
         (``follower.dynamics.lash``), or else half of the largest lift.
@@ -144,7 +156,21 @@ def timing(scene: Scene, lifts: Iterable[float] | None = None) -> Timing:
     if wrong:
         raise BadInput([Mistake(problem.file, "lift", each, allowed) for each in wrong])
     found = [each for lift in levels for each in _passages(programme, float(lift), scale(setup, 1))]
+    if not problem.missing and (turn := TurnErrors(scene, problem)).sampled:
+        found = [_within_tolerances(each, Passing(turn, each.lift * programme.unit)) for each in found]
     return Timing(scene, tuple(found), unit_of(setup, 1))
+
+
+def _within_tolerances(passage: Passage, passing: Passing) -> Passage:
+    """A passage with the cam angles between which all cams pass."""
+    rises = passing.about(radians(passage.rises_at_deg), outward=True)
+    falls = passing.about(radians(passage.falls_at_deg), outward=False)
+    return passage._replace(
+        rises_earliest_deg=degrees(rises.earliest),
+        rises_latest_deg=degrees(rises.latest),
+        falls_earliest_deg=degrees(falls.earliest),
+        falls_latest_deg=degrees(falls.latest),
+    )
 
 
 def _passages(programme: Programme, lift: float, by_angle: float) -> list[Passage]:

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from camopt.motion.driven import tool_position
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
+from camopt.tolerances.recontact import RealCams
 from camopt.tolerances.response import Responses
 from camopt.tolerances.turn import TurnErrors, band, worst
 from camopt.tolerances.worst_case import WorstSearch
@@ -339,3 +341,35 @@ def test_the_command_says_why_an_error_is_infinite_and_shows_no_rounding_of_an_a
     assert "without tolerances.waves: give it, such as waves = 20." in " ".join(out.split())
     places = [line.split()[-1] for line in out.splitlines() if "at cam angle" in line]
     assert places == ["0", "0"]
+
+
+def test_real_cams_pass_a_lift_between_the_earliest_and_the_latest_angle():
+    """300 cams by exact contact; those at the ends of all errors nearly reach both."""
+    scene = scene_of("offset-roller", given={"follower.offset": 0.3, "profile": 0.1, "phase": 0.2})
+    (told,) = camopt.timing(scene, [3.0]).passages
+    problem, rng = resolve_design(scene), np.random.default_rng(3)
+    ends = np.array([[0.3], [0.1], [np.radians(0.2)]])
+    cams = np.hstack([rng.uniform(-ends, ends, (3, 292)), ends * np.array([*product((-1, 1), repeat=3)]).T])
+    found = []
+    places = np.linspace(0.0, 2 * np.pi, 2001)[:-1]
+    for cam in cams.T:
+        off = {
+            key: np.full(places.size, each)
+            for key, each in zip(("follower.offset", "profile", "phase"), cam, strict=True)
+        }
+        moved = RealCams(problem).motion(off, places, 0)
+        theta, above = moved.angle.terms[0], moved.tool.terms[0] - 3.0
+        out, back = (np.flatnonzero((above[:-1] * side < 0) & (above[1:] * side >= 0))[0] for side in (1, -1))
+        found.append(
+            [theta[k] - above[k] * (theta[k + 1] - theta[k]) / (above[k + 1] - above[k]) for k in (out, back)]
+        )
+    low, high = np.degrees(np.min(found, axis=0)), np.degrees(np.max(found, axis=0))
+    width = np.array(
+        [told.rises_latest_deg - told.rises_earliest_deg, told.falls_latest_deg - told.falls_earliest_deg]
+    )
+    early, late = (
+        np.array([getattr(told, f"{way}_{end}_deg") for way in ("rises", "falls")])
+        for end in ("earliest", "latest")
+    )
+    assert np.all((early - 0.01 * width < low) & (low < early + 0.01 * width))  # the second order is left out
+    assert np.all((late - 0.01 * width < high) & (high < late + 0.01 * width))

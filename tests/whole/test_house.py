@@ -67,7 +67,7 @@ ROOMS = {
     ),
     "studies": (
         "mistakes quantities storage engines numerics motion mechanisms effects scene problem tables verdicts "
-        "smallest drawing"
+        "smallest drawing tolerances"
     ),
     "reporting": (
         "mistakes kernels quantities storage numerics motion mechanisms scene problem tables verdicts tolerances "

@@ -19,14 +19,18 @@ from camopt.cli.options import DEFAULT_SCENE, Command, output_options, scene_opt
     help="A lift from the lowest position, mm (deg); repeatable. By default the lash, or else half of the largest.",
 )
 def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> int:
-    """Find where in the turn the follower passes a lift, as a valve's opening and closing."""
+    """Find where in the turn the follower passes a lift, as a valve's opening and closing.
+
+    A scene with [tolerances] has the earliest and the latest cam angle of all cams within them beside each.
+    """
     from camopt.cli import terminal
+    from camopt.problem.rows import finite
     from camopt.studies.timing import timing as run
 
     result = run(scene, lifts or None)
     if as_json:
         about = {"scene": scene.name, "velocity_unit": result.velocity_unit}
-        terminal.print_json({**about, "passages": result.records()})
+        terminal.print_json({**about, "passages": [finite(each) for each in result.records()]})
     else:
         terminal.show(result.table())
     return 0
