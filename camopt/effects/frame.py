@@ -7,11 +7,19 @@
 with s₀ and ψ₀ of each contact at its lowest, and the lift h (``mechanisms.pairs``).
 """
 
+from functools import partial
+from math import pi
 from typing import Any
 
 import numpy as np
 
 from camopt.effects.case import Case, Effect, Setup
+from camopt.effects.peak import AS_IT_IS, Peak, Times
+from camopt.mechanisms.design import Designs
+from camopt.motion.programme import Programme
+from camopt.motion.table import ALL_STROKES
+from camopt.numerics import LARGEST
+from camopt.numerics.curves import Linear
 
 DISTANCE, ANGLE, BREADTH = "roller_distance_mm", "subtending_angle_deg", "breadth_mm"
 
@@ -23,15 +31,34 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    mechanism, lift, first = case.setup.mechanism, case.programme.lift, case.designs
+    (name,) = offers(case.setup)
+    return {name: _scale(case.setup).factor * _apart(case.setup, case.designs, case.programme)}
+
+
+def peaks(setup: Setup) -> dict[str, Peak]:
+    """As the largest value of a curve that is the same at every cam angle: searches and proofs ask that."""
+    curves = ((partial(_curve, setup), ALL_STROKES),)
+    return {name: Peak(curves, LARGEST, _scale(setup)) for name in offers(setup)}
+
+
+def _scale(setup: Setup) -> Times:
+    return Times(180.0 / pi) if setup.angular else AS_IT_IS
+
+
+def _curve(setup: Setup, designs: Designs, programme: Programme) -> Linear:
+    none = np.zeros(len(designs))
+    return Linear(none, none, none, _apart(setup, designs, programme) + none)
+
+
+def _apart(setup: Setup, designs: Designs, programme: Programme) -> Any:
+    """How far apart the contacts are, mm or rad."""
+    mechanism, lift = setup.mechanism, programme.lift
     (contact,) = mechanism.further
-    second, (name,) = contact.seen(first), offers(case.setup)
+    second = contact.seen(designs)
     if mechanism.start is None:
-        return {name: first.size + second.size + lift}
-    along = mechanism.start(first) + mechanism.start(second) + lift
-    if case.setup.angular:
-        return {name: np.rad2deg(1.0) * along}
-    return {name: np.sqrt(np.square(second.offset - first.offset) + np.square(along))}
+        return designs.size + second.size + lift
+    along = mechanism.start(designs) + mechanism.start(second) + lift
+    return along if setup.angular else np.sqrt(np.square(second.offset - designs.offset) + np.square(along))
 
 
-EFFECT = Effect("frame", offers, run, is_of_sizes=True)
+EFFECT = Effect("frame", offers, run, is_of_sizes=True, peaks=peaks)

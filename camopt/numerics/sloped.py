@@ -207,6 +207,9 @@ class Quotient(np.lib.mixins.NDArrayOperatorsMixin):
             return Quotient(*FRACTIONS[ufunc](*(as_quotient(x) for x in inputs)))
         return ufunc(*(x.divided() if isinstance(x, Quotient) else x for x in inputs))
 
+    def __getitem__(self, index: Any) -> "Quotient":
+        return Quotient(*(part if np.isscalar(part) else part[index] for part in (self.above, self.below)))
+
     def divided(self) -> Sloped:
         """As a range, without bounds where the denominator may be 0."""
         above, below = as_sloped(self.above, self.below), as_sloped(self.below, self.above)

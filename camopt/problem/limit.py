@@ -96,6 +96,10 @@ class Limit(ABC):
         """The curves that decide it, for searches, proofs and pictures; none if it is not decided by curves."""
         return ()
 
+    def claims_at(self, contact: int) -> tuple[Claim, ...]:
+        """Those of one contact of a follower that has more, by its number; none that several contacts decide."""
+        return ()
+
     @property
     def mean(self) -> MeanClaim | None:
         """The mean of a curve that decides it, if there is one."""
@@ -134,6 +138,11 @@ class Limit(ABC):
     def least_size(self) -> float:
         """A base (mean) radius below which no design meets it."""
         return self.implied.least_size
+
+    @property
+    def least_base(self) -> float:
+        """A base radius of any disc below which no design meets it."""
+        return self.bound / 2.0 if self.of_base else 0.0
 
     @property
     def most_size(self) -> float:
@@ -218,6 +227,11 @@ class QuantityLimit(Limit):
         if not isinstance(self.form, Peak):
             return self.others
         return tuple(claim for peak in (self.form, *self.further) for claim in claims_of(peak, self.bound))
+
+    def claims_at(self, contact: int) -> tuple[Claim, ...]:
+        if not (self.further and isinstance(self.form, Peak)):
+            return ()
+        return claims_of((self.form, *self.further)[contact], self.bound)
 
     @cached_property
     def mean(self) -> MeanClaim | None:

@@ -40,9 +40,9 @@ class Bisection(ABC):
             chosen, rest = self.split(boxes)
             seen += len(chosen)
             boxes = rest.and_(self.narrowed(chosen).halved())
-        return float(np.min(boxes.low["size"], initial=self.floor))
+        return float(np.min(boxes.least, initial=self.floor))
 
     def left(self, boxes: Boxes, done: Any) -> Boxes:
         """The boxes without those that need no further search, though they may hold a feasible cam."""
-        self.floor = float(np.min(boxes.low["size"][done], initial=self.floor))
+        self.floor = float(np.min(boxes.least[done], initial=self.floor))
         return boxes.take(~done)

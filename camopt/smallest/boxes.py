@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -31,18 +32,37 @@ class Boxes:
     """Up to this size boxes are cut in the middle, mm; beyond, where one spans multiples, at the geometric mean."""
     units: dict[str, float]
     """What each of them is of the order of."""
+    discs: tuple[str, ...] = ("size",)
+    """The sizes, by field, the largest of which is to be least."""
 
     @classmethod
-    def one(cls, ends: SizeBounds, scale: float, variables: Mapping[str, Variable] | None = None) -> "Boxes":
+    def one(
+        cls,
+        ends: SizeBounds,
+        scale: float,
+        variables: Mapping[str, Variable] | None = None,
+        discs: tuple[str, ...] = ("size",),
+    ) -> "Boxes":
         """The box between the given ends; what is none of the variables is a length."""
         low, high = ({n: np.array([end[k]]) for n, end in ends.items()} for k in (0, 1))
         free = tuple(n for n, (a, b) in ends.items() if b > a)
         known = variables or {}
         units = {n: known[n].order(scale) if n in known else scale for n in free}
-        return cls(low, high, np.array([free.index("size")]), free, scale, units)
+        side = next(free.index(disc) for disc in discs if disc in free)
+        return cls(low, high, np.array([side]), free, scale, units, discs)
 
     def __len__(self) -> int:
         return int(self.low["size"].size)
+
+    @property
+    def least(self) -> FloatArray:
+        """The least size of each."""
+        return reduce(np.maximum, (self.low[disc] for disc in self.discs))
+
+    @property
+    def most(self) -> FloatArray:
+        """The largest size of each."""
+        return reduce(np.maximum, (self.high[disc] for disc in self.discs))
 
     @property
     def narrow(self) -> Any:
@@ -62,7 +82,7 @@ class Boxes:
 
     def below(self, most: float) -> "Boxes":
         """The boxes without what is larger than a size."""
-        return replace(self, high={**self.high, "size": np.minimum(self.high["size"], most)})
+        return replace(self, high={**self.high, **{d: np.minimum(self.high[d], most) for d in self.discs}})
 
     def narrowed(self, low: dict[str, FloatArray], high: dict[str, FloatArray], side: Any) -> "Boxes":
         """The boxes with other ends of the sizes that have a range, and other sides to be cut, if wide enough."""
@@ -97,7 +117,7 @@ class Boxes:
     def _middle(self, name: str) -> FloatArray:
         low, high = self.low[name], self.high[name]
         even = (low + high) / 2
-        if name != "size":
+        if name not in self.discs:
             return even
         wide = high > 2.0 * np.maximum(low, self.scale)
         return np.where(wide, spread(low, high, self.scale, 3)[1], even)

@@ -16,7 +16,7 @@ import numpy as np
 
 from camopt.effects.crossing_boxes import KnownCrossings
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SizeBounds
+from camopt.mechanisms.design import SECOND_SIZE, SizeBounds
 from camopt.numerics.clock import now
 from camopt.numerics.interval import Interval
 from camopt.problem.claims import AnyClaim
@@ -26,7 +26,7 @@ from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import NUDGES, negligible
 from camopt.smallest.enclosure import Examined, claims_on_size, designs_at, examined, means_on_size, representatives
 from camopt.smallest.excesses import Excesses, cut_by, widest
-from camopt.smallest.first_look import FEW_VALUES, VALUES, coarse_grid, first_look, largest_size, scale_of
+from camopt.smallest.first_look import FEW_VALUES, VALUES, Look, coarse_grid, first_look, largest_size, scale_of
 from camopt.smallest.result import (
     Smallest,
     first_feasible,
@@ -34,6 +34,7 @@ from camopt.smallest.result import (
     gap_of,
     known_crossings,
     proved_feasible,
+    size_of,
 )
 from camopt.verdicts.screening import feasible
 
@@ -41,25 +42,37 @@ BOX_BATCH = 512  # boxes examined together, at most, to stop in time
 UNKNOWN = -1  # which side to cut
 
 
-def branch_and_bound(problem: Problem, bounds: SizeBounds, floor: float = 0.0, until: float = inf) -> Smallest:
+def branch_and_bound(
+    problem: Problem,
+    bounds: SizeBounds,
+    floor: float = 0.0,
+    until: float = inf,
+    *,
+    discs: tuple[str, ...] = ("size",),
+    start: Designs | None = None,
+) -> Smallest:
     """Least feasible size over a box of designs.
 
     ``floor`` is a size that no feasible design is known to undercut; infinite if there is none. After ``until``
-    (``clock.now``) the best so far is the answer, not proved.
+    (``clock.now``) the best so far is the answer, not proved. ``discs`` are the sizes, by field, the largest of
+    which is meant, and ``start`` a feasible design, if one is known.
     """
-    look = first_look(problem, bounds, VALUES if floor < inf else FEW_VALUES, until)
-    least = max(bounds["size"][0], floor, negligible(problem, bounds))
-    most = largest_size(problem, bounds) if look.design is None else float(look.design.size[0])
+    look = Look(start) if start else first_look(problem, bounds, VALUES if floor < inf else FEW_VALUES, until)
+    none = max(negligible(problem, bounds), floor if len(discs) == 1 else 0.0)
+    most = largest_size(problem, bounds) if look.design is None else float(size_of(look.design, discs)[0])
     if look.design is None and not look.hopeless:
         most = _last_assembled(problem, bounds, most)
-    if look.hopeless or most <= least:
-        return Smallest(look.design, inf, look.nearest)
-    boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(problem, bounds), problem.choices.variables)
+    ends = {disc: (max(bounds[disc][0], none), min(bounds[disc][1], most)) for disc in discs}
+    if look.design is not None and most <= floor + gap_of(look.design):
+        return Smallest(look.design, floor, look.nearest, discs)
+    if look.hopeless or most <= floor or max(most - low for low, _ in ends.values()) <= 0.0:
+        return Smallest(look.design, inf, look.nearest, discs)
+    boxes = Boxes.one({**bounds, **ends}, scale_of(problem, bounds), problem.choices.variables, discs)
     crossings = known_crossings(problem)
     claims: list[AnyClaim] = [*claims_on_size(problem), *means_on_size(problem)]
-    search = BoxSearch(problem, claims, crossings, look.design, until)
-    floor = search.bisect(boxes, until)
-    return Smallest(search.incumbent, floor, look.nearest)
+    search = BoxSearch(problem, claims, crossings, look.design, until, discs)
+    found = search.bisect(boxes, until)
+    return Smallest(search.incumbent, max(found, floor), look.nearest, discs)
 
 
 @dataclass
@@ -76,12 +89,18 @@ class BoxSearch(Bisection):
     """The smallest feasible design so far."""
     until: float = inf
     """When to stop (``clock.now``)."""
+    discs: tuple[str, ...] = ("size",)
+    """The sizes, by field, the largest of which is least."""
+
+    def size(self, designs: Designs) -> Any:
+        """The size of designs."""
+        return size_of(designs, self.discs)
 
     def split(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
         """The boxes to look at next, and the rest: the smallest cams, or the widest while none is feasible."""
         if len(boxes) <= BOX_BATCH:
             return boxes, boxes.take(slice(0, 0))
-        low, high = boxes.low["size"], boxes.high["size"]
+        low, high = boxes.least, boxes.most
         order = np.argsort(low if self.incumbent is not None else low / high, kind="stable")
         return boxes.take(order[:BOX_BATCH]), boxes.take(order[BOX_BATCH:])
 
@@ -90,12 +109,12 @@ class BoxSearch(Bisection):
         boxes = self.without_crossings(boxes)
         self.improve(boxes.take(boxes.side == UNKNOWN))
         if self.incumbent is not None:
-            boxes = self.left(boxes, boxes.low["size"] >= self.incumbent.size[0] - gap_of(self.incumbent))
-            boxes = boxes.below(self.incumbent.size[0])
+            least = self.size(self.incumbent)[0]
+            boxes = self.left(boxes, boxes.least >= least - gap_of(self.incumbent)).below(least)
         if not len(boxes):
             return boxes
         designs = boxes.designs(self.problem.design)
-        seen = examined(self.problem, self.claims, designs, list(boxes.free))
+        seen = examined(self.problem, self.claims, designs, list(boxes.free), self.discs)
         unseen = boxes.side == UNKNOWN
         side = np.where(unseen, seen.side, boxes.side)
         settled = self.settled(seen, seen.level & unseen & ~seen.empty)
@@ -111,13 +130,13 @@ class BoxSearch(Bisection):
         index = np.flatnonzero(alike)
         alike[index[feasible(problem, seen.inside.take(index))]] = False
         inside = seen.inside.take(alike)
-        inside = inside.take(np.argsort(inside.size, kind="stable"))
+        inside = inside.take(np.argsort(self.size(inside), kind="stable"))
         first = first_that(inside, lambda one: now() < self.until and self.proved(problem, one))
         if first is None:
             return alike
         if not self.problem.has_last or self.proved(self.problem, first):
             self.incumbent = first
-        return alike & (seen.inside.size < first.size)
+        return alike & (self.size(seen.inside) < self.size(first))
 
     def proved(self, problem: Problem, design: Designs) -> bool:
         """Whether a design is feasible, decided in balls where doubles do not tell, before the time is over."""
@@ -130,7 +149,7 @@ class BoxSearch(Bisection):
         the one design looked at is not seen to cross itself.
         """
         side = np.full(len(boxes), UNKNOWN)
-        if self.crossings is None:
+        if self.crossings is None or "size" not in boxes.free:
             return replace(boxes, side=side)
         designs, free = boxes.designs(self.problem.design), boxes.free
         possible = ~self.problem.setup.mechanism.impossible(designs, self.problem.programme)
@@ -152,15 +171,42 @@ class BoxSearch(Bisection):
         """Make the least feasible of the middles of boxes, also at their least and largest size, the incumbent."""
         low, high = boxes.low, boxes.high
         for share in (0.0, 0.5, 1.0):
-            points = designs_at(self.problem, low, high, share)
+            points = designs_at(self.problem, low, high, share, self.discs)
             if share == 0.0:  # where the curvature of the base circle decides, but for rounding
-                points = replace(
-                    points, size=np.minimum(points.size + NUDGES[-1] * points.prime_radius, high["size"])
-                )
-            points = points.take(points.size < (inf if self.incumbent is None else self.incumbent.size[0]))
-            points = points.take(np.argsort(points.size, kind="stable"))
+                nudge = NUDGES[-1] * points.prime_radius
+                points = points.with_values({d: np.minimum(points.sizes[d] + nudge, high[d]) for d in self.discs})
+            points = points.take(self.size(points) < (inf if self.incumbent is None else self.size(self.incumbent)))
+            points = points.take(np.argsort(self.size(points), kind="stable"))
             found = first_feasible(self.problem, points, self.crossings, self.until)
             self.incumbent = found or self.incumbent
+
+
+class DiscSearch(BoxSearch):
+    """A search for a size that one disc of a pair cannot be below, from the limits at its contact alone.
+
+    It ends at the size of the incumbent, or where there is a smaller disc that these limits allow.
+    """
+
+    most_boxes = 20_000
+
+    def improve(self, boxes: Boxes) -> None:
+        """Nothing: other limits are not looked at."""
+
+    def settled(self, seen: Examined, alike: Any) -> Any:
+        return np.zeros_like(alike)
+
+
+def floor_of_disc(problem: Problem, bounds: SizeBounds, pair: Designs, disc: str, until: float = inf) -> float:
+    """A size that one disc of a pair cannot be below, whatever the other is; up to that of a given pair."""
+    second = disc == SECOND_SIZE
+    others = pair.second if not second else [name.removeprefix("second_") for name in pair.second]
+    ends = bounds | {name: (float(pair.sizes[name][0]),) * 2 for name in others}
+    ends[disc] = max(bounds[disc][0], negligible(problem, bounds)), float(pair.sizes[disc][0])
+    if ends[disc][0] >= ends[disc][1]:
+        return ends[disc][0]
+    claims = claims_on_size(problem, lambda limit: limit.claims_at(int(second)))
+    search = DiscSearch(problem, claims, None, pair, until, (disc,))
+    return search.bisect(Boxes.one(ends, scale_of(problem, bounds), problem.choices.variables, (disc,)), until)
 
 
 def _last_assembled(problem: Problem, bounds: SizeBounds, most: float) -> float:

@@ -7,7 +7,7 @@ the box is empty; if it is above 0 at one end of a size, that end is cut off.
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 (interval Newton).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -26,6 +26,7 @@ from camopt.numerics.loading import TrainLoadTable
 from camopt.numerics.sloped import as_quotient, as_sloped
 from camopt.numerics.state import State, TrainForces
 from camopt.problem.claims import AnyClaim, Claim, MeanClaim
+from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.problem.zones import Off, moved
 from camopt.smallest.combined import combined
@@ -37,9 +38,11 @@ from camopt.verdicts.sloped_designs import sloped_boxes
 Present = TypeVar("Present", Claim, MeanClaim, AnyClaim)
 
 
-def claims_on_size(problem: Problem) -> list[Claim]:
+def claims_on_size(
+    problem: Problem, of: Callable[[Limit], Sequence[Claim]] = lambda limit: limit.claims
+) -> list[Claim]:
     """The claims of the limits that depend on the sizes of the cam, or on numbers that it brings."""
-    claims = [of_designs(claim) for limit in problem.limits if not limit.is_of_motion for claim in limit.claims]
+    claims = [of_designs(claim) for limit in problem.limits if not limit.is_of_motion for claim in of(limit)]
     return [each for off in ({}, *problem.offs) for each in (claims if not off else [at(c, off) for c in claims])]
 
 
@@ -74,11 +77,17 @@ def means_on_size(problem: Problem) -> list[MeanClaim]:
     return [limit.mean for limit in problem.limits if limit.mean is not None and not limit.is_of_motion]
 
 
-def designs_at(problem: Problem, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float) -> Designs:
+def designs_at(
+    problem: Problem,
+    low: dict[str, FloatArray],
+    high: dict[str, FloatArray],
+    share: float,
+    discs: Sequence[str] = ("size",),
+) -> Designs:
     """One design of each box: its middle, but at a given share of the way from least to largest size."""
     middle = {name: (low[name] + high[name]) / 2 for name in low}
-    size = low["size"] + share * (high["size"] - low["size"])
-    return problem.design.with_values({**middle, "size": size})
+    sizes = {disc: low[disc] + share * (high[disc] - low[disc]) for disc in discs}
+    return problem.design.with_values({**middle, **sizes})
 
 
 class Examined(NamedTuple):
@@ -97,7 +106,13 @@ class Examined(NamedTuple):
     """The ends between which the feasible designs lie, (n,) of each free size."""
 
 
-def examined(problem: Problem, claims: Sequence[AnyClaim], box: Designs, free: list[str]) -> Examined:
+def examined(
+    problem: Problem,
+    claims: Sequence[AnyClaim],
+    box: Designs,
+    free: list[str],
+    discs: Sequence[str] = ("size",),
+) -> Examined:
     """The limits over boxes, each at the cam angles where it is worst for one design of the box.
 
     The side to cut is the one across which the excess over the worst limit changes the most; the longest, where no
@@ -114,7 +129,9 @@ def examined(problem: Problem, claims: Sequence[AnyClaim], box: Designs, free: l
         span = Interval(low[:, index] - point, high[:, index] - point)
         with np.errstate(all="ignore"):
             over = _excesses(problem, present, box.take(index), inside.take(index), free)
-            together = combined(over, span, free.index("size")) if len(free) > 1 else over
+            together = over
+            for disc in set(discs).intersection(free) if len(free) > 1 else ():
+                together = combined(together, span, free.index(disc))
             level[index] = over.nowhere
             side[index] = widest(over, span)
             low[:, index], high[:, index], empty[index] = cut_by(together, low[:, index], high[:, index], point)

@@ -15,7 +15,7 @@ from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.scene.tables import LARGEST_VALUE
 from camopt.smallest.grid_refinement import nearest_miss
-from camopt.smallest.result import first_feasible, known_crossings, proved_feasible
+from camopt.smallest.result import discs_of, first_feasible, known_crossings, proved_feasible, size_of
 from camopt.verdicts.judging import bound_excesses, least_excess
 
 VALUES, FEW_VALUES = 9, 4  # of a free size in the coarse grid; few where there is no feasible design to find
@@ -38,7 +38,7 @@ def first_look(problem: Problem, bounds: SizeBounds, values: int = VALUES, until
     """The best designs of a coarse grid, with ``values`` of each free size but the cam's; ends after ``until``."""
     points = coarse_grid(problem, bounds, problem.programme.lift, values)
     points = points.take(problem.setup.mechanism.exists(points, problem.programme))
-    points = points.take(np.argsort(points.size, kind="stable"))
+    points = points.take(np.argsort(size_of(points, discs_of(bounds)), kind="stable"))
     crossings = known_crossings(problem)
     for block in _blocks(points, until):
         found = first_feasible(problem, block, crossings, until)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.mechanisms.design import SECOND_SIZE
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
@@ -90,6 +91,12 @@ class Freedom:
         longest = sizes + int(np.argmax(self.at[sizes:]))
         steps[longest, sizes:] -= self.scales[longest]
         return np.delete(steps, longest, axis=1)
+
+    @cached_property
+    def discs(self) -> list[int]:
+        """The numbers of the variables the largest of which is the size: of a pair both, the larger one first."""
+        found = [k for k, each in enumerate(self.of_designs) if each.field in ("size", SECOND_SIZE)]
+        return sorted(found, key=lambda k: -float(self.at[k]))
 
     @property
     def ends(self) -> Iterator[End]:

@@ -10,6 +10,7 @@ from camopt.mechanisms.design import SizeBounds
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
+from camopt.smallest.result import discs_of, size_of
 from camopt.verdicts.judging import bound_excesses, least_excess
 from camopt.verdicts.screening import feasible
 
@@ -31,9 +32,11 @@ def shrink_on_grids(
 ) -> Designs | None:
     """A feasible design near the given one, which need not be feasible, as small as grids show; None if none is."""
 
+    discs = discs_of(bounds)
+
     def smallest(designs: Designs, excess: FloatArray) -> int:
         worst = np.max(excess, axis=0, initial=-inf)
-        size = np.where(worst <= 0.0, designs.size, inf)
+        size = np.where(worst <= 0.0, size_of(designs, discs), inf)
         return int(np.lexsort((worst, size))[0])  # of one size the one with the most room
 
     found = _zoomed(problem, bounds, design, smallest, zooms, until)

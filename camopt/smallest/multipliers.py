@@ -113,7 +113,10 @@ def rates(freedom: Freedom, bounds: Sequence[ActiveBound]) -> dict[str, Rates]:
     from scipy.optimize import linprog, nnls
 
     keys = dict.fromkeys(bound.key for bound in bounds)
-    goal = freedom.directions[0]
+    larger, *other = freedom.discs
+    goal = freedom.directions[larger]
+    if other and freedom.at[larger] - freedom.at[other[0]] <= BINDS * freedom.scales[larger]:
+        bounds = [*bounds, ActiveBound("", 0.0, "mm", "≤", freedom.directions[other] - goal, 0.0)]  # not larger
     columns = np.vstack([np.empty((0, goal.size)), *(bound.gradients for bound in bounds)]).T
     size = np.linalg.norm(columns, axis=0)
     size[size == 0.0] = 1.0

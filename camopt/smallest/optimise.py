@@ -9,7 +9,7 @@ import numpy as np
 
 from camopt.engines.progress import Progress, report_progress
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SECOND_SIZE, SizeBounds
+from camopt.mechanisms.design import SizeBounds
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
@@ -52,7 +52,7 @@ class Optimum(HasHtml):
 
     - ``binding``: the limits that it just meets, so that it cannot be smaller;
     - ``proved``: whether it is proved that no feasible design of that law is smaller by more than 1e-9 of the prime
-      radius;
+      radius; of two discs that both have a range it is the larger one that counts, and the other one beside it;
     - ``gap_mm``: by how much a feasible design might be smaller;
     - ``angles_deg``: the angles of all segments, if ``[search]`` varies some;
     - ``every_cam``, with ``search.robust``: whether every cam within the tolerances of its sizes holds every limit:
@@ -124,8 +124,9 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
 
     The base radius is free, within the range that ``[search]`` gives it, if any. For other sizes and numbers, such
     as a spring rate, a range in ``[search]`` means any value in it, and a list one of its values; what ``[search]``
-    does not name stays as it is in the scene. Where the proof for ranges of numbers of the train takes too long,
-    the answer is the best of the trains that were tried all over them and on the way down from there.
+    does not name stays as it is in the scene. Of two discs that both have a range the larger one is made least, and
+    then the other one beside it, by its own sizes. Where the proof for ranges of numbers of the train takes too
+    long, the answer is the best of the trains that were tried all over them and on the way down from there.
 
     With ``search.robust`` every cam whose sizes are within ``[tolerances]`` has to hold the limits too, as one of
     its own; the size that is found is nominal. It is proved that no smaller cam is robust; that this one is, is
@@ -173,6 +174,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     problem = freed_of(problem)
     found: dict[str, dict[str, Any]] = {}
     cams: dict[str, Problem] = {}
+    sizes: dict[str, float] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
     obstacles: dict[str, str] = {}
     out_of_time, programmes = False, laws_of(problem)
@@ -185,16 +187,15 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
         out_of_time |= now() > until or any(each.cut for each in answers)
         least = least_of(problem, answers)
         if least is not None:
-            least = _with_least_second(least, until)
             assert least.answer.design is not None
             alone, design = least.problem.alone(least.answer.design)
             found[laws] = _described(alone, replace(least.answer, design=design), until) | least.angles
             found[laws] |= _nominal(problem.with_programme(programme), turns, until)
-            cams[laws] = replace(least.problem, design=least.answer.design)
+            cams[laws], sizes[laws] = replace(least.problem, design=least.answer.design), least.answer.size
             continue
         obstacles[laws] = _obstacle(answers, max(until, share(end, len(programmes) - done)))
         misses += [_missed(each.problem, each.answer.nearest) for each in answers if each.answer.nearest]
-    order = sorted(found, key=lambda laws: float(found[laws][problem.size_name]))
+    order = sorted(found, key=lambda laws: sizes[laws])
     ranked = ByLaw((laws, Design(found[laws], scene)) for laws in order)
     nearest = None if found else _least(misses, scene)
     best = next(iter(ranked.values()), None)
@@ -275,32 +276,6 @@ def least_of(problem: Problem, answers: list[Answered]) -> Answered | None:
     return least._replace(answer=replace(least.answer, floor=min(each.answer.floor for each in answers)))
 
 
-def _with_least_second(least: Answered, until: float) -> Answered:
-    """The smallest cam with the least second disc that is found beside it, where that has a range of its own.
-
-    Feasibility is looked at on a geometric grid and the lowest change bisected, as in ``_clear_above``.
-    """
-    design, (low, high) = least.answer.design, least.bounds.get(SECOND_SIZE, (0.0, 0.0))
-    if design is None or low == high:
-        return least
-
-    def held(seconds: FloatArray) -> Any:
-        some = design.take(np.zeros(seconds.size, dtype=int))
-        return feasible(least.problem, some.with_values({SECOND_SIZE: seconds}))
-
-    found = float(design.second[SECOND_SIZE][0])
-    seconds = np.geomspace(low, found, RADII) if low > 0.0 else np.linspace(low, found, RADII)[1:]
-    first = int(np.argmax(held(seconds)))
-    under, over = (
-        float(seconds[max(first - 1, 0)]),
-        float(seconds[first]) if held(seconds[first:][:1])[0] else found,
-    )
-    while over - under > GAP * over and now() <= until:
-        middle = (under + over) / 2
-        under, over = (under, middle) if held(np.array([middle]))[0] else (middle, over)
-    return least._replace(answer=replace(least.answer, design=design.with_values({SECOND_SIZE: np.array([over])})))
-
-
 def _obstacle(answers: list[Answered], until: float) -> str:
     """Why no box of sizes holds a feasible design; box by box, where the reasons differ."""
     reasons = {}
@@ -351,10 +326,6 @@ def _warnings(problem: Problem, best: Design) -> Iterator[str]:
     if (ranges := free_of_train(problem)) and not best["proved"]:
         numbers = listed(each.key for each in ranges)
         yield f"the best of the trains that were tried in the ranges of {numbers}: no proof covers the others"
-    if SECOND_SIZE in problem.design.second and any(
-        each.field == SECOND_SIZE and each.is_free for each in problem.choices.sizes
-    ):
-        yield "drive.base_radius is the least that was found beside the smallest first disc: no proof covers it"
     if idle := [*_idle(problem, best["binding"])]:
         given = (
             "one value of many that hold the limits is given; a sweep with it among its objectives finds the best"
@@ -386,7 +357,7 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
     excess = worst_excesses(problem, problem.limits, design)[:, 0]
     values = rows.records()[0]
     quantities = {name: values[name] for name in in_order(values)}
-    smaller = replace(design, size=design.size - BINDS * design.prime_radius)
+    smaller = _moved(answer, -BINDS * design.prime_radius)
     stopped = str(evaluate_rows(problem, smaller, frozenset(), until).column("violated")[0]).split(",")
     binding = [
         limit.name
@@ -402,6 +373,13 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
         "clear_above_mm": clear,
         **({"every_cam": worst(_verdicts_within(problem, design, until))} if problem.zones else {}),
     }
+
+
+def _moved(answer: Smallest, by: FloatArray) -> Designs:
+    """The cam of an answer with the sizes that it makes least larger by some lengths, mm."""
+    assert answer.design is not None
+    moved = answer.design.take(np.zeros(by.size, dtype=int))
+    return moved.with_values({disc: moved.sizes[disc] + by for disc in answer.discs})
 
 
 def _nominal(problem: Problem, turns: SegmentAngles, until: float) -> dict[str, Any]:
@@ -422,8 +400,9 @@ def _verdicts_within(problem: Problem, design: Designs, until: float) -> Iterato
 def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:
     """The least size above which no size looked at is shown to break a limit, the other sizes being the optimum's.
 
-    Feasibility is looked at on a geometric grid, from ten times the prime radius down, and the last change found is
-    bisected, until the time is over. An infeasible gap narrower than the grid can be missed.
+    Of a pair both discs are larger by as much, where both are free, and the size is that of the first. Feasibility
+    is looked at on a geometric grid, from ten times the prime radius down, and the last change found is bisected,
+    until the time is over. An infeasible gap narrower than the grid can be missed.
     """
     design = answer.design
     assert design is not None
@@ -431,7 +410,7 @@ def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:
     sizes = size + prime_radius * np.geomspace(1e-6, 10.0, RADII)
 
     def held(sizes: FloatArray) -> Any:
-        return feasible(problem, replace(design.take(np.zeros(sizes.size, dtype=int)), size=sizes), perhaps=True)
+        return feasible(problem, _moved(answer, sizes - size), perhaps=True)
 
     if not held(sizes[-1:])[0]:
         return inf

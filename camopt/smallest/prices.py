@@ -29,9 +29,9 @@ BOUND_ROUNDING = 1e-9  # of a bound
 class Price:
     """The price of a bound that a smallest cam just meets.
 
-    ``price`` and ``tightened`` are derivatives: how the size (base radius, or mean radius of a cylindrical cam)
-    changes per unit of the bound, for small changes. Those of free laws are of what these
-    minimise, in its unit in place of mm, and have no cam without the bound.
+    ``price`` and ``tightened`` are derivatives: how the size (base radius, of two free discs that of the larger
+    one, or mean radius of a cylindrical cam) changes per unit of the bound, for small changes. Those of free laws
+    are of what these minimise, in its unit in place of mm, and have no cam without the bound.
 
     Attributes
     ----------

@@ -2,18 +2,32 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import reduce
 from math import inf
+from typing import Any
 
 import numpy as np
 
 from camopt.effects.crossing_boxes import KnownCrossings
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import SECOND_SIZE, SizeBounds
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.verdicts.judging import LAST_AT_ONCE, evaluate_rows
 from camopt.verdicts.screening import feasible
 
 GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
+
+
+def discs_of(bounds: SizeBounds) -> tuple[str, ...]:
+    """The sizes, by field of designs, the largest of which is to be least: of a pair both, if both have a range."""
+    low, high = bounds.get(SECOND_SIZE, (0.0, 0.0))
+    return ("size", SECOND_SIZE) if low < high else ("size",)
+
+
+def size_of(designs: Designs, discs: tuple[str, ...]) -> Any:
+    """The largest of some sizes of each design."""
+    return reduce(np.maximum, (designs.sizes[disc] for disc in discs))
 
 
 @dataclass(frozen=True)
@@ -25,16 +39,20 @@ class Smallest:
     """A size that no feasible design of these bounds undercuts, mm; infinite if there is none."""
     nearest: Designs | None = None
     """Without a design: the one of those looked at that exceeds its limits the least."""
+    discs: tuple[str, ...] = ("size",)
+    """The sizes, by field, the largest of which is least."""
+    beside: float = 0.0
+    """By how much the smaller disc of a pair may be smaller beside the larger one, mm."""
 
     @property
     def size(self) -> float:
         """The size of the design; infinite if there is none."""
-        return inf if self.design is None else float(self.design.size[0])
+        return inf if self.design is None else float(size_of(self.design, self.discs)[0])
 
     @property
     def gap(self) -> float:
         """By how much a feasible design of these bounds may be smaller, mm; 0 where none exists at all."""
-        return 0.0 if self.size <= self.floor else float(self.size - self.floor)
+        return max(self.beside, 0.0 if self.size <= self.floor else float(self.size - self.floor))
 
     @property
     def proved(self) -> bool:

@@ -6,6 +6,9 @@ size: a branch-and-bound over boxes of designs, from there on. What is left when
 size to within ``gap_of``. Limits that are asked last come last here too: no cam that holds them is smaller than the
 smallest one that holds all others, and most often that one does.
 
+Of a pair whose discs both have a range the larger one is made least, and then the other beside it. The pair of like
+discs comes first: where one of them cannot be smaller by the limits at its own contact, it is the answer.
+
 Where all cams within tolerances have to hold the limits, those at the corners of the zones are looked at with each
 design. If the proof over the whole box then finds another cam that breaks one, that is added, and so on: no robust
 cam is smaller than the smallest of those that hold them for some cams of the box. (Exchange method: J. W.
@@ -20,16 +23,17 @@ from camopt.mechanisms.design import SECOND_SIZE, SizeBounds
 from camopt.numerics.clock import share
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.zones import Off
-from camopt.smallest.branch_and_bound import branch_and_bound
+from camopt.smallest.branch_and_bound import branch_and_bound, floor_of_disc
 from camopt.smallest.closed_form import NUDGES, closed_form, least_size, nudged
 from camopt.smallest.cutting_planes import Cut, by_cutting_planes
 from camopt.smallest.first_look import first_look, largest_size
 from camopt.smallest.grid_refinement import CLOSE, NEAR, shrink_on_grids
-from camopt.smallest.result import Smallest
+from camopt.smallest.result import Smallest, discs_of
 from camopt.verdicts.limit_boxes import ends_within, limit_over_box
 from camopt.verdicts.screening import feasible
 from camopt.verdicts.words import BROKEN
 
+ALIKE = 1e-6  # relative: discs whose sizes differ by no more are as large as each other
 EXCHANGES = 8
 """How often a cam within the tolerances that breaks a limit is added to those that have to hold it."""
 
@@ -64,9 +68,9 @@ def _worse(problem: Problem, design: Designs | None, until: float) -> Off | None
 def _of_those_known(problem: Problem, bounds: SizeBounds, until: float) -> Smallest:
     """As ``smallest``, with those cams that are known to have to hold the limits."""
     answer = _smallest(problem.without_last, bounds, share(until, 2) if problem.has_last else until)
-    if answer.design is None or not problem.has_last or feasible(problem, answer.design)[0]:
-        return answer
-    return branch_and_bound(problem, bounds, min(answer.floor, answer.size), until)
+    if answer.design is not None and problem.has_last and not feasible(problem, answer.design)[0]:
+        answer = branch_and_bound(problem, bounds, min(answer.floor, answer.size), until, discs=answer.discs)
+    return _with_least_other(problem, bounds, answer, until) if len(answer.discs) > 1 else answer
 
 
 def small(
@@ -78,32 +82,39 @@ def small(
     """
     problem, bounds = exactly(problem), _worth_a_look(problem, bounds)
     found = _by_linear_limits(problem, bounds, until)
+    discs = discs_of(bounds)
     if found.design is not None or found.floor == inf:
-        return Smallest(found.design, found.floor)
+        return Smallest(found.design, found.floor, discs=discs)
     bounds = {**bounds, "size": (found.floor, bounds["size"][1])}
     zooms = CLOSE if closely else NEAR
     design = None if near is None else shrink_on_grids(problem, bounds, near, zooms, until)
     if design is None:
         look = first_look(problem, bounds, until=until)
         if look.design is None:
-            return Smallest(None, inf if look.hopeless else found.floor, look.nearest)
+            return Smallest(None, inf if look.hopeless else found.floor, look.nearest, discs)
         design = shrink_on_grids(problem, bounds, look.design, zooms, until)
-    return Smallest(design, found.floor)
+    return Smallest(design, found.floor, discs=discs)
 
 
 def _smallest(problem: Problem, bounds: SizeBounds, until: float) -> Smallest:
     found = _by_linear_limits(problem, bounds, until)
+    discs = discs_of(bounds)
     if found.design is not None:
-        return Smallest(found.design, found.floor)
-    low, high = bounds.get(SECOND_SIZE, (0.0, 0.0))
-    answer = branch_and_bound(problem, bounds, found.floor, share(until, 2) if low < high else until)
-    if answer.design is not None or answer.floor == inf or low == high:
-        return answer
-    return replace(answer, design=of_like_discs(problem, bounds, until))
+        return Smallest(found.design, max(found.floor, *(bounds[disc][0] for disc in discs)), discs=discs)
+    if len(discs) == 1 or found.floor == inf:
+        return branch_and_bound(problem, bounds, found.floor, until, discs=discs)
+    floor, start = found.floor, of_like_discs(problem, bounds, share(until, 2))
+    for disc in discs:
+        if start is None:
+            break
+        less = start.with_values({disc: start.sizes[disc] * (1.0 - ALIKE)})
+        if not feasible(problem, less)[0]:  # else it is not this disc that makes the pair so large
+            floor = max(floor, floor_of_disc(problem, bounds, start, disc, share(until, 2)))
+    return branch_and_bound(problem, bounds, floor, until, discs=discs, start=start)
 
 
 def of_like_discs(problem: Problem, bounds: SizeBounds, until: float) -> Designs | None:
-    """The smallest pair whose second disc is as large as the first, where that has a range of its own."""
+    """The smallest pair whose discs are as large as each other, where both have a range."""
     both = tuple(pick(bounds[name][k] for name in ("size", SECOND_SIZE)) for k, pick in enumerate((max, min)))
     if both[0] > both[1]:
         return None
@@ -114,11 +125,37 @@ def of_like_discs(problem: Problem, bounds: SizeBounds, until: float) -> Designs
     return None if found is None else found.with_values({SECOND_SIZE: found.size})
 
 
+def _with_least_other(problem: Problem, bounds: SizeBounds, answer: Smallest, until: float) -> Smallest:
+    """The smallest pair with the other disc as small as it can be beside the larger one, by its own sizes alone.
+
+    Where both are as large, each is tried.
+    """
+    if answer.design is None:
+        return answer
+    sizes = {disc: float(answer.design.sizes[disc][0]) for disc in answer.discs}
+    other = [disc for disc, size in sizes.items() if size <= min(sizes.values()) + ALIKE * answer.size]
+    found = [_least_disc(problem, bounds, answer.design, disc, share(until, len(other))) for disc in other]
+    best = min(found, key=lambda each: each.size)
+    return replace(answer, design=best.design, beside=best.gap)
+
+
+def _least_disc(problem: Problem, bounds: SizeBounds, design: Designs, disc: str, until: float) -> Smallest:
+    """The least of one disc of a pair, by those of its sizes that the other has not."""
+    own = design.second if disc == SECOND_SIZE else [name.removeprefix("second_") for name in design.second]
+    ends = {name: (float(value[0]), float(value[0])) for name, value in design.values.items()}
+    ends |= {name: bounds[name] for name in own}
+    return branch_and_bound(problem, ends, 0.0, until, discs=(disc,), start=design)
+
+
 def _worth_a_look(problem: Problem, bounds: SizeBounds) -> SizeBounds:
     """The bounds between the least and the largest size that may be feasible; of an empty range one end alone."""
     low, high = bounds["size"]
     most = max(min([high, *(limit.most_size for limit in problem.limits)]), low)
-    return {**bounds, "size": (min(least_size(problem, bounds), largest_size(problem, bounds)), most)}
+    found = {**bounds, "size": (min(least_size(problem, bounds), largest_size(problem, bounds)), most)}
+    if len(discs_of(bounds)) > 1:
+        low, high = bounds[SECOND_SIZE]
+        found[SECOND_SIZE] = min(max(low, *(limit.least_base for limit in problem.limits)), high), high
+    return found
 
 
 def _by_linear_limits(problem: Problem, bounds: SizeBounds, until: float = inf) -> Cut:
