@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from camopt.measured.fit import fit
     from camopt.measured.fitted import Fit
     from camopt.measured.inspection import Inspection, ToleranceUse, inspect
+    from camopt.measured.pair_inspection import PairInspection, inspect_pair
     from camopt.measured.profile import MeasuredProfile
     from camopt.measured.waves import ProfileWave
     from camopt.mistakes import BadInput, CamoptError, Stopped, UnknownName, Unmet, Unsolved
@@ -82,6 +83,7 @@ _HOMES = {
     "MotionError": "tolerances.tolerance",
     "MotionErrors": "tolerances.tolerance",
     "Optimum": "smallest.optimise",
+    "PairInspection": "measured.pair_inspection",
     "Passage": "studies.timing",
     "Price": "smallest.prices",
     "ProfileWave": "measured.waves",
@@ -113,6 +115,7 @@ _HOMES = {
     "frontier": "synthesis.frontier",
     "harmonics": "studies.harmonics",
     "inspect": "measured.inspection",
+    "inspect_pair": "measured.pair_inspection",
     "load": "tables.table",
     "merge": "front.parts",
     "optimise": "smallest.optimise",
@@ -163,6 +166,7 @@ __all__ = [
     "MotionError",
     "MotionErrors",
     "Optimum",
+    "PairInspection",
     "Passage",
     "Price",
     "ProfileWave",
@@ -198,6 +202,7 @@ __all__ = [
     "frontier",
     "harmonics",
     "inspect",
+    "inspect_pair",
     "load",
     "merge",
     "optimise",

@@ -24,9 +24,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
+from camopt.contour.curve import Disc, discs_of
 from camopt.effects.motion import scale, unit_of
-from camopt.measured.columns import PROFILES, TableColumns
+from camopt.measured.columns import MM_PER_UNIT, PROFILES, TableColumns
 from camopt.measured.contact import position_of
 from camopt.measured.fit import met_by_follower
 from camopt.measured.noise import OUTLIER_OFF, noise_of
@@ -36,6 +38,7 @@ from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from, read_
 from camopt.measured.smoothing import smoothed
 from camopt.measured.waves import ProfileWave, WavesFound, waves_of
 from camopt.mechanisms.body import DISC
+from camopt.mechanisms.design import FIELDS
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
@@ -296,33 +299,97 @@ def inspect(
     >>> round(abs(complex(*found.eccentricity)), 4), found.within
     (0.01, True)
     """
+    columns_ = TableColumns(columns, angle_unit, lift_unit or "mm", turn)
+    (found,) = inspected([profile], scene, columns_, keep_outliers, aligned)
+    return found.found()
+
+
+def inspected(
+    profiles: Sequence[MeasuredProfile], scene: Scene, columns: TableColumns, keep_outliers: bool, aligned: bool
+) -> "list[InspectedDisc]":
+    """The follower on measured points of each disc of a cam, in order, which are on the shaft as they fit best.
+
+    All have one angle on the shaft: points of two discs have the same angle 0 and the same axes.
+    """
     problem = resolve_design(scene)
     if problem.setup.mechanism.body != DISC:
         raise BadInput([Mistake(problem.file, "cam.form", scene.cam.form, "disc: a profile is that of a disc cam")])
-    if lift_unit not in (None, "mm", "inch"):
-        raise BadInput([Mistake("camopt", "lift_unit", lift_unit, "mm or inch for a profile")])
-    read = TableColumns(columns, angle_unit, lift_unit or "mm", turn, PROFILES[profile.form])
-    measured = read_points(profile.points, read)
-    seen = met_by_follower(profile, measured, scene.to_dict(), problem.file, keep_outliers, gaps_anywhere=True)
-    return _Inspected(problem, scene, measured, seen, aligned, keep_outliers).found()
+    if columns.lift_unit not in MM_PER_UNIT:
+        raise BadInput([Mistake("camopt", "lift_unit", columns.lift_unit, "mm or inch for a profile")])
+    discs = discs_of(problem)
+    if len(profiles) != len(discs):
+        why = f"{len(discs)}: a file, or an array, of points for each disc of the cam"
+        raise BadInput([Mistake("camopt", "measured", len(profiles), why)])
+    found = [
+        _met(disc, profile, scene, columns, keep_outliers, aligned)
+        for disc, profile in zip(discs, profiles, strict=True)
+    ]
+    zero = _common_zero(found)
+    return [replace(each, zero=zero) for each in found]
+
+
+def _met(
+    disc: Disc, profile: MeasuredProfile, scene: Scene, columns: TableColumns, keep_outliers: bool, aligned: bool
+) -> "InspectedDisc":
+    """The follower of a disc on measured points; those of a second one are taken as they are in the mirror."""
+    measured = read_points(profile.points, replace(columns, kind=PROFILES[profile.form]))
+    if disc.mirror < 0.0:
+        measured = profile.mirrored(measured)
+    tables = _tables(disc, scene)
+    seen = met_by_follower(profile, measured, tables, disc.problem.file, keep_outliers, gaps_anywhere=True)
+    return InspectedDisc(disc, scene, measured, seen, aligned, keep_outliers)
+
+
+def _tables(disc: Disc, scene: Scene) -> dict[str, Any]:
+    """The tables of a scene, with the sizes of the follower at one disc, and the way that this turns."""
+    tables, design = scene.to_dict(), disc.problem.design
+    sizes = {key: float(getattr(design, FIELDS[key])[0]) for key in scene.mechanism.follower_keys(scene.tip)}
+    tables["cam"] = {**tables["cam"], "rotation": "ccw" if design.sense > 0.0 else "cw"}
+    tables["follower"] = {**tables["follower"], **sizes}
+    return tables
+
+
+def _common_zero(discs: "Sequence[InspectedDisc]") -> float:
+    """The angle of the points where the cam angle is 0, rad, at which all discs of a cam fit best."""
+    tried = np.linspace(0.0, discs[0].turn, 1 if discs[0].aligned else TURNS, endpoint=False)
+    off = [sum(float(np.var(disc.errors_at(each))) for disc in discs) for each in tried]
+    zero = float(tried[int(np.argmin(off))])
+    for _ in range(FITS):
+        each = [disc.columns_at(zero) for disc in discs]
+        own = block_diag(*(columns[:, 1:] for columns in each))
+        columns = np.column_stack([np.concatenate([columns[:, 0] for columns in each]), own])
+        errors = np.concatenate([disc.errors_at(zero) for disc in discs])
+        zero -= float(np.linalg.lstsq(columns, errors, rcond=None)[0][0])
+    return zero
 
 
 @dataclass(frozen=True)
-class _Inspected:
+class InspectedDisc:
     """Positions of the follower on a measured profile, by cam angle."""
 
-    problem: Problem
+    disc: Disc
     scene: Scene
     measured: MeasuredPoints
     seen: Touched
     aligned: bool
     keep_outliers: bool
+    zero: float = 0.0
+    """The angle of the points where the cam angle is 0, rad."""
+
+    @property
+    def problem(self) -> Problem:
+        """Of this disc alone."""
+        return self.disc.problem
+
+    @cached_property
+    def errors(self) -> FloatArray:
+        """Smooth errors of the follower's own motion on this disc, mm (rad), at ``places``."""
+        errors = self.off * self.answers[0]
+        return np.asarray(errors + self._of_phase if self.aligned else errors)
 
     def found(self) -> Inspection:
-        """What is told of the cam."""
-        errors = self.off * self.answers[0]
-        if self.aligned:
-            errors = errors + self._of_phase
+        """What is told of the disc."""
+        errors = self.errors
         place = int(np.abs(errors).argmax())
         unit, tool = scale(self.problem.setup, 0), self._at_tool(errors)
         used = tuple(self._used(place, unit * float(np.abs(tool).max())))
@@ -336,7 +403,7 @@ class _Inspected:
             self.noise,
             used,
             self.waves.waves,
-            (float(self.parts[2]), float(self.parts[3])),
+            (float(self.parts[2]), self.disc.mirror * float(self.parts[3])),
             float(self.parts[1]),
             np.degrees(self.places),
             unit * tool,
@@ -388,7 +455,7 @@ class _Inspected:
         lifts = self.points.lifts
         return np.radians(lifts) if self.problem.setup.angular else lifts
 
-    def _errors(self, zero: float) -> FloatArray:
+    def errors_at(self, zero: float) -> FloatArray:
         """Positions less those of a cam that is turned on its shaft."""
         there = np.mod(np.radians(self.points.angles) - zero, self.turn)
         return np.asarray(self.positions - self.start - self.problem.programme.at(there)[0])
@@ -396,23 +463,13 @@ class _Inspected:
     @cached_property
     def _of_phase(self) -> FloatArray:
         """What it makes of the errors that the cam is ahead."""
-        return self._errors(0.0) - self._errors(self.zero)
+        return self.errors_at(0.0) - self.errors_at(self.zero)
 
     @property
     def turn(self) -> float:
         return self.problem.programme.strokes[-1].end
 
-    @cached_property
-    def fitted(self) -> tuple[float, FloatArray]:
-        """The angle of the points where the cam angle is 0, rad, and what makes the errors: phase, size, bore."""
-        tried = np.linspace(0.0, self.turn, 1 if self.aligned else TURNS, endpoint=False)
-        zero = tried[int(np.argmin([float(np.var(self._errors(each))) for each in tried]))]
-        for _ in range(FITS):
-            parts = np.asarray(np.linalg.lstsq(self._columns(zero), self._errors(zero), rcond=None)[0])
-            zero -= parts[0]
-        return float(zero), parts
-
-    def _columns(self, zero: float) -> FloatArray:
+    def columns_at(self, zero: float) -> FloatArray:
         """How the errors answer to phase, size and the axis of the bore."""
         alone = replace(self.problem, setup=replace(self.problem.setup, train=None))
         answers = Responses(alone, np.mod(np.radians(self.points.angles) - zero, self.turn))
@@ -420,17 +477,14 @@ class _Inspected:
         return np.column_stack([slope, answers.to_profile[0], *(each[0] for each in answers.to_bore)])
 
     @property
-    def zero(self) -> float:
-        return self.fitted[0]
-
-    @property
     def phase(self) -> float:
         """By how much the cam is ahead, deg."""
         return (180.0 - degrees(self.zero)) % 360.0 - 180.0
 
-    @property
+    @cached_property
     def parts(self) -> FloatArray:
-        return self.fitted[1]
+        """What makes the errors: phase, size and bore."""
+        return np.asarray(np.linalg.lstsq(self.columns_at(self.zero), self.errors_at(self.zero), rcond=None)[0])
 
     @cached_property
     def places(self) -> FloatArray:
@@ -440,7 +494,7 @@ class _Inspected:
     @cached_property
     def answers(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Of the follower to the profile, and to the two directions of the bore."""
-        _, *found = self._columns(self.zero).T
+        _, *found = self.columns_at(self.zero).T
         return found[0], found[1], found[2]
 
     @cached_property
@@ -451,7 +505,7 @@ class _Inspected:
     @cached_property
     def raw(self) -> FloatArray:
         """Deviations along the normal with their noise, mm."""
-        return self._errors(self.zero) / self.answers[0]
+        return self.errors_at(self.zero) / self.answers[0]
 
     @cached_property
     def off(self) -> FloatArray:

@@ -10,7 +10,7 @@ profile elsewhere, are left out: those of hollows narrower than the roller, or o
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from numbers import Real
 from typing import NamedTuple
@@ -78,6 +78,13 @@ class MeasuredProfile:
             mistakes.append(Mistake("camopt", "probe", self.probe, f"a radius from 0 to {LARGEST_PROBE:g} mm"))
         if mistakes:
             raise BadInput(mistakes)
+
+    def mirrored(self, points: MeasuredPoints) -> MeasuredPoints:
+        """Its points as they are in the mirror, y → −y, where the cam turns the other way."""
+        half, way = FULL_TURN / 2.0, -1.0 if self.form == "xy" else 1.0
+        angles = angle_from(0.0, half + way * points.angles)
+        order = np.argsort(angles, kind="stable")
+        return replace(points, angles=angles[order], lifts=points.lifts[order], rows=points.rows[order])
 
     def check(self, points: MeasuredPoints) -> None:
         """Whether its points can be those of a ball on a cam."""

@@ -49,11 +49,11 @@ ROOMS = {
         "mistakes quantities storage engines numerics motion mechanisms effects scene problem tables verdicts "
         "smallest drawing"
     ),
+    "contour": "mistakes numerics motion mechanisms scene problem verdicts",
     "measured": (
         "mistakes quantities storage numerics motion mechanisms effects scene problem tables verdicts tolerances "
-        "drawing synthesis"
+        "drawing synthesis contour"
     ),
-    "contour": "mistakes numerics motion mechanisms scene problem verdicts",
     "comparing": (
         "mistakes quantities storage numerics mechanisms scene problem tables verdicts drawing front synthesis"
     ),

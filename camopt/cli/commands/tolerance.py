@@ -48,7 +48,10 @@ FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
 )
 @click.option("--seed", type=click.IntRange(0), help="Which of all such draws; 0 unless given.")
 @click.option(
-    "--measured", type=click.Path(path_type=Path), help="Show the error of a cam by points of its --profile alone."
+    "--measured",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    help="Show the error of a cam by points of its --profile alone; of a conjugate pair twice, a file a disc.",
 )
 @click.option("--profile", type=click.Choice(("polar", "xy")), help="What the points are; as for fit.")
 @click.option("--probe", type=Measure("mm"), help="Radius of the ball whose centres the points are, mm.")
@@ -65,7 +68,7 @@ def tolerance(
     seed: int | None,
     within: float | None,
     costs: Path | None,
-    measured: Path | None,
+    measured: tuple[Path, ...],
     profile: str | None,
     probe: float | None,
     **reading: Any,
@@ -81,7 +84,8 @@ def tolerance(
     ISO 286 of which no cam moves the tool further off.
 
     With --measured points of a cut profile stand against the scene: the error of motion of this cam, how much of
-    each tolerance it uses, and its waves.
+    each tolerance it uses, and its waves. Of a conjugate pair and of a yoke they show, too, by how much the
+    distance of both contacts varies, and what is left of interference and preload.
     """
     from camopt.cli import terminal
     from camopt.cli.commands.tolerance_report import print_json, show
@@ -90,7 +94,7 @@ def tolerance(
     from camopt.tolerances.batch import sample_cams
     from camopt.tolerances.tolerance import tolerance as run
 
-    if measured is not None:
+    if measured:
         others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": within, "costs": costs}
         refuse_with("--measured", others)
         return _inspected(scene, measured, profile, probe or 0.0, reading, as_json)
@@ -128,21 +132,28 @@ def _given(reading: dict[str, Any]) -> dict[str, Any]:
 
 
 def _inspected(
-    scene: Any, measured: Path, profile: str | None, probe: float, reading: dict[str, Any], as_json: bool
+    scene: Any,
+    measured: tuple[Path, ...],
+    profile: str | None,
+    probe: float,
+    reading: dict[str, Any],
+    as_json: bool,
 ) -> int:
     """Show a measured cam against its drawing."""
-    from camopt.cli import terminal
-    from camopt.cli.commands.tolerance_report import print_inspection
+    from camopt.cli.commands.tolerance_report import print_inspection, print_pair, show_measured
     from camopt.measured.inspection import inspect
+    from camopt.measured.pair_inspection import inspect_pair
     from camopt.measured.profile import MeasuredProfile
 
     columns = reading.pop("columns")
     chosen = columns and [name.strip() for name in columns.split(",")]
-    found = inspect(MeasuredProfile(measured, profile or "", probe), scene, chosen, **reading)
-    if as_json:
-        print_inspection(found)
-    else:
-        terminal.show(found.table())
+    profiles = [MeasuredProfile(file, profile or "", probe) for file in measured]
+    if scene.mechanism.further or len(profiles) > 1:
+        pair = inspect_pair(profiles, scene, chosen, **reading)
+        print_pair(pair) if as_json else show_measured([*pair.discs, pair])
+        return 0
+    found = inspect(profiles[0], scene, chosen, **reading)
+    print_inspection(found) if as_json else show_measured([found])
     return 0
 
 

@@ -1,9 +1,11 @@
 """What ``camopt tolerance`` prints."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from camopt.cli import terminal
 from camopt.measured.inspection import Inspection
+from camopt.measured.pair_inspection import PairInspection
 from camopt.problem.rows import finite
 from camopt.scene.scene import Scene
 from camopt.tolerances.allocation import Allocation
@@ -55,9 +57,25 @@ def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocati
     terminal.print_json(about)
 
 
+def show_measured(found: Sequence[Inspection | PairInspection]) -> None:
+    """Print the tables of a measured cam."""
+    for each in found:
+        terminal.show(each.table())
+
+
 def print_inspection(found: Inspection) -> None:
     """Print what was found of a measured cam as JSON."""
-    about = {
+    terminal.print_json(_of_disc(found))
+
+
+def print_pair(found: PairInspection) -> None:
+    """Print what was found of a measured cam with two contacts as JSON."""
+    discs = [_of_disc(each) for each in found.discs]
+    terminal.print_json({"scene": found.scene.name, "discs": discs, "pair": found.records()})
+
+
+def _of_disc(found: Inspection) -> dict[str, Any]:
+    return {
         "scene": found.scene.name,
         "error": found.error,
         "at_deg": found.at_deg,
@@ -74,4 +92,3 @@ def print_inspection(found: Inspection) -> None:
         "unreached_rows": found.unreached,
         "not_counted": found.not_counted,
     }
-    terminal.print_json(about)
