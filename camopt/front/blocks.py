@@ -9,7 +9,7 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from camopt.front.curve_numbers import CurveNumbers
+from camopt.front.curve_numbers import CurveNumbers, OwnCurves
 from camopt.front.pareto import best_of_laws, non_dominated
 from camopt.front.shared_curves import SharedCurves
 from camopt.mechanisms.design import BoolArray
@@ -90,6 +90,7 @@ class Blocks:
         every: bool = False,
         kept: bool = True,
         size: int = BLOCK,
+        own: bool = False,
     ) -> None:
         """Cut a space.
 
@@ -107,13 +108,15 @@ class Blocks:
             Whether batches keep rows for the table of designs.
         size : int, default 65536
             The most designs of a block.
+        own : bool, default False
+            Whether the pitch curve of each design tells all of it, where they share none.
         """
         self.space, self.size = space, size
         self._names, self._every, self._kept = frozenset(names), every, kept
         self._parts = list(space.parts())
         counts = [-(-(stop - start) // size) for _, start, stop in self._parts]
         self._ends = np.cumsum(counts).tolist()
-        self._numbers = numbers
+        self._numbers, self._own = numbers, own
         self._curves: WeakValueDictionary[int, SharedCurves] = WeakValueDictionary()
         self._latest: SharedCurves | None = None  # keeps those of the motion that is worked on
         self._one_at_a_time = Lock()
@@ -146,7 +149,7 @@ class Blocks:
         """Evaluate one block."""
         part, first, last = self._designs(number)
         problem, *_ = self._parts[part]
-        block = self._of_curves(part, problem, first, last) if self._numbers else self._alone(problem, first, last)
+        block = self._block(part, problem, first, last)
         objectives, rows = problem.objectives, block.rows.only(self._names)
         front = non_dominated(rows.take(block.compared), objectives)
         kept = rows if self._kept else rows.take(np.arange(0))
@@ -163,6 +166,15 @@ class Blocks:
             best=best_of_laws(front, objectives),
         )
 
+    def _block(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:
+        """Designs first … last − 1 by their pitch curves, if these tell all or are shared, or each by itself."""
+        if self._numbers:
+            return self._of_curves(self._curves_of(part, problem), first, last)
+        if self._own:
+            own = OwnCurves(self.space, first, last)
+            return self._of_curves(SharedCurves(self.space, problem, own, self._names), first, last)
+        return self._alone(problem, first, last)
+
     def _alone(self, problem: Problem, first: int, last: int) -> BlockResult:
         """Designs first … last − 1, of which each is looked at alone."""
         designs = self.space.designs(np.arange(first, last))
@@ -176,9 +188,8 @@ class Blocks:
             rows = rows.take(feasible(problem, designs.take(which)))
         return BlockResult(len(designs), rows.count, rows, effort, np.ones(rows.count, dtype=bool))
 
-    def _of_curves(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:
+    def _of_curves(self, shared: SharedCurves, first: int, last: int) -> BlockResult:
         """The same by what their pitch curves say of them."""
-        shared = self._curves_of(part, problem)
         told = shared.verdicts(first, last, every=self._kept)
         rows, count, compared, effort = (
             shared.feasible(told.surely, self._names),

@@ -98,6 +98,25 @@ class CurveNumbers:
         return np.asarray(sum(np.ix_(*steps), np.zeros((1,) * len(steps), dtype=np.intp)))
 
 
+class OwnCurves:
+    """The pitch curves of designs first … last − 1 of a motion, one of each, numbered as they are."""
+
+    def __init__(self, space: Space, first: int, last: int) -> None:
+        mechanism, designs = space.problem.setup.mechanism, space.designs(np.arange(first, last))
+        self.shape = tuple(values.size for values in space.axes.values()) or (1,)
+        self.designs, self._radii = mechanism.alike(designs), designs.sizes[mechanism.parallel]
+        self.bodies = Bodies(self._radii.min(), self._radii.max())
+        self.part = min(AT_ONCE, last - first)
+
+    def __len__(self) -> int:
+        return len(self.designs)
+
+    def of_block(self, first: int, last: int) -> BlockCurves:
+        """The pitch curves of the same designs."""
+        count = len(self)
+        return BlockCurves(np.arange(count), self._radii, np.arange(-(-count // self.part)))
+
+
 def _merged(mechanism: Mechanism) -> tuple[str, ...]:
     """The sizes that a pitch curve has in one, or has not."""
     return tuple(dict.fromkeys(("size", mechanism.parallel)))

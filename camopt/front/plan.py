@@ -14,6 +14,7 @@ import numpy as np
 from camopt.engines import Engine
 from camopt.front.blocks import BLOCK, SHARING_BLOCK, Batch, Blocks, merged
 from camopt.front.curve_numbers import CurveNumbers, curve_numbers
+from camopt.front.shared_curves import curves_tell_all
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.numerics.distinct import distinct
 from camopt.problem.problem import Problem, resolve
@@ -109,9 +110,16 @@ class SweepPlan:
         return None if self.keep == "all" or self.problem.offs else curve_numbers(self.space)
 
     @cached_property
+    def by_own_curves(self) -> bool:
+        """Whether designs share no pitch curve, but that of each tells all of it."""
+        if self.numbers_of_curves or self.keep in TABLED or self.problem.offs:
+            return False
+        return curves_tell_all(self.problem, frozenset(self.row_names))
+
+    @cached_property
     def block(self) -> int:
         """The most designs of a block."""
-        return self.most or (SHARING_BLOCK if self.numbers_of_curves else BLOCK)
+        return self.most or (SHARING_BLOCK if self.numbers_of_curves or self.by_own_curves else BLOCK)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -143,9 +151,8 @@ class SweepPlan:
     @cached_property
     def blocks(self) -> Blocks:
         """The blocks of the space."""
-        return Blocks(
-            self.space, self.row_names, self.numbers_of_curves, self.keep == "all", self.keep in TABLED, self.block
-        )
+        every, kept, own = self.keep == "all", self.keep in TABLED, self.by_own_curves
+        return Blocks(self.space, self.row_names, self.numbers_of_curves, every, kept, self.block, own)
 
     def question(self, part: int = 1, parts: int = 1) -> SweepKey:
         """The question, or that of one of several equal parts."""

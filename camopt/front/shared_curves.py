@@ -1,4 +1,4 @@
-"""Pitch curves that designs of a space share: each is searched once, for all rollers.
+"""What pitch curves tell of designs; those that designs of a space share are searched once, for all rollers.
 
 The pitch curve of a disc cam depends on base radius and roller radius by their sum alone, that of a cylindrical cam
 not on the roller at all. So a space that varies both has fewer pitch curves than designs. Those of one motion are
@@ -13,9 +13,9 @@ import numpy as np
 
 from camopt.effects import EFFECTS
 from camopt.effects.peak import Bodies
-from camopt.front.curve_numbers import CurveNumbers
+from camopt.front.curve_numbers import CurveNumbers, OwnCurves
 from camopt.front.pareto import row_costs, undominated
-from camopt.mechanisms.design import BoolArray
+from camopt.mechanisms.design import BoolArray, itself
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.sorting_out import Block, Curves, Range, counted, gathered_of
 from camopt.problem.limit import Limit, OnCurves, needs_of
@@ -69,7 +69,9 @@ class BlockVerdicts(NamedTuple):
 class SharedCurves:
     """Verdicts on the designs of one motion from their pitch curves."""
 
-    def __init__(self, space: Space, problem: Problem, numbers: CurveNumbers, wanted: frozenset[str]) -> None:
+    def __init__(
+        self, space: Space, problem: Problem, numbers: CurveNumbers | OwnCurves, wanted: frozenset[str]
+    ) -> None:
         self._space, self._problem, self._numbers = space, problem, numbers
         count = len(numbers)
         self._locks = [Lock() for _ in range(0, count, numbers.part)]
@@ -210,6 +212,13 @@ def told_by_curves(limits: tuple[Limit, ...], wanted: frozenset[str]) -> tuple[L
         return ()
     found = (limit for limit in limits if limit.is_of_motion or limit.of_curves != limit.needs)
     return tuple(limit for limit in found if not wanted.issuperset(limit.needs))
+
+
+def curves_tell_all(problem: Problem, wanted: frozenset[str]) -> bool:
+    """Whether pitch curves tell of all limits, and of some without the quantities that they need."""
+    mechanism = problem.setup.mechanism
+    own = mechanism.alike is itself or mechanism.profile or problem.programme.radii
+    return not own and bool(told_by_curves(problem.limits, wanted))
 
 
 def bodies_of(curves: Candidates, bodies: Bodies) -> OnCurves:

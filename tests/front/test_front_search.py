@@ -26,7 +26,7 @@ from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
 from camopt.front.pareto import LARGEST_COST, non_dominated, row_costs
 from camopt.front.plan import column_names, compared_names, with_objectives
-from camopt.front.shared_curves import SharedCurves
+from camopt.front.shared_curves import SharedCurves, curves_tell_all
 from camopt.front.streaming import gathered
 from camopt.numerics import dominance
 from camopt.numerics.dominance import Dominators, Known
@@ -122,7 +122,9 @@ def limits_of(cam, rng):
 
 def streamed(space, names, size, write, kept=True):
     """What is seen of a space that is swept block by block."""
-    blocks = Blocks(space, names, curve_numbers(space), kept=kept, size=size)
+    numbers = curve_numbers(space)
+    own = not (kept or numbers) and curves_tell_all(space.problem, frozenset(names))
+    blocks = Blocks(space, names, numbers, kept=kept, size=size, own=own)
     batches = Threads(2).in_order(lambda numbers: blocks.batch(*numbers), range(len(blocks)))
     return gathered(space, batches, size, write, lambda done, total: None)
 
