@@ -46,6 +46,8 @@ class GivenErrors:
     tilt: Band = NO_BAND
     is_square: bool = False
     """Whether a follower that rests stands square to its cam, whatever the design: it translates, not offset."""
+    of_links: bool = False
+    """Whether links of the train may be off too."""
 
     @property
     def is_lopsided(self) -> bool:

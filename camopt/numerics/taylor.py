@@ -71,6 +71,12 @@ class Taylor:
             found.append(left / other.terms[0])
         return Taylor(found)
 
+    def __rtruediv__(self, other: Any) -> "Taylor":
+        return Taylor((self * 0.0 + other).terms).__truediv__(self)
+
+    def __abs__(self) -> "Taylor":
+        return self.__mul__(np.sign(self.terms[0]))
+
     def root(self) -> "Taylor":
         """The square root."""
         found = [np.sqrt(self.terms[0])]
@@ -78,6 +84,11 @@ class Taylor:
             left = term - _sum_of_products(found[1:], found[:0:-1]) if k else term
             found.append(left / (found[0] * 2.0))
         return Taylor(found)
+
+
+def _as_series(x: Any, like: Any) -> Taylor:
+    """What does not change, as a series beside another one."""
+    return x if isinstance(x, Taylor) else like * 0.0 + x
 
 
 def _sum_of_products(a: Sequence[Any], b: Sequence[Any]) -> Any:
@@ -138,12 +149,14 @@ TAYLOR_RULES: dict[np.ufunc, Callable[..., Taylor]] = {
     np.add: lambda a, b: a + b if isinstance(a, Taylor) else b + a,
     np.subtract: lambda a, b: a - b if isinstance(a, Taylor) else -b + a,
     np.multiply: lambda a, b: a * b if isinstance(a, Taylor) else b * a,
-    np.true_divide: lambda a, b: a / b,
+    np.true_divide: lambda a, b: a / b if isinstance(a, Taylor) else b.__rtruediv__(a),
     np.negative: lambda a: -a,
     np.square: lambda a: a * a,
     np.sqrt: Taylor.root,
     np.sin: lambda a: direction(a).sine,
     np.cos: lambda a: direction(a).cosine,
     np.arcsin: lambda a: angle_of((1.0 - a * a).root(), a),
+    np.arctan2: lambda y, x: angle_of(_as_series(x, y), _as_series(y, x)),
+    np.sign: lambda a: np.sign(a.terms[0]),
 }
 """What numpy's functions are of a series, where one is among their arguments."""

@@ -25,7 +25,7 @@ from camopt.problem.limits import limits_of
 from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.problem.variables import Variable, is_of_train, variables_of
-from camopt.problem.zones import Off, corners, moved, robust_zones
+from camopt.problem.zones import Off, corners, moved, nominal_of, robust_zones
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
@@ -138,6 +138,17 @@ class Problem:
         limits = tuple(given.get((limit.name, limit.bound), limit) for limit in self.limits)  # some may be left out
         return replace(changed, limits=limits), replace(design, numbers={})
 
+    def settled(self, design: Designs) -> "tuple[Problem, Designs]":
+        """As ``alone``, but the design still brings what tolerances of a robust cam move."""
+        kept = {key: value for key, value in design.numbers.items() if key in self.zones}
+        changed, bare = self.alone(design.without(kept))
+        return changed, bare.with_values(kept)
+
+    @cached_property
+    def nominal(self) -> Off:
+        """The numbers of the scene, by key: sizes, and all that it gives besides."""
+        return nominal_of(self.variables, self.design, self.setup.given.values)
+
     def without(self, key: str) -> "Problem":
         """The problem without the bound of a key, and without all limits that it gives."""
         names = {limit.name for limit in self.limits if limit.key == key}
@@ -176,6 +187,12 @@ class Problem:
     def trains(self, numbers: Mapping[str, Any]) -> Train:
         """The trains with other numbers, by key of the scene: arrays, or ranges with slopes."""
         return self.values.trains(numbers, angular=self.setup.angular)
+
+    def train_off(self, errors: Mapping[str, Any]) -> Train:
+        """The trains whose links are off, by key of the scene, in its units; other errors move no link."""
+        own = {key: self.nominal[key] + by for key, by in errors.items() if is_of_train(key)}
+        assert self.setup.train is not None
+        return self.trains(own) if own else self.setup.train
 
     @property
     def half_width(self) -> float:
@@ -267,7 +284,29 @@ class SceneValues:
 
 
 def resolve(scene: Scene) -> Problem:
-    """Turn a validated scene into inside units: mm, s, rad."""
+    """Turn a validated scene into inside units: mm, s, rad.
+
+    Raises
+    ------
+    BadInput
+        For a robust search of numbers whose tolerances are not the same for all of their values.
+    """
+    problem = _resolved(scene)
+    given = scene.tolerances.numbers if scene.search.robust else {}
+    classes = [each for each in problem.variables if each.is_searched and each.key in given and given[each.key].iso]
+    if classes:
+        raise BadInput(
+            [Mistake(scene.file, f"tolerances.{v.key}", given[v.key].iso, _of_class(v)) for v in classes]
+        )
+    return problem
+
+
+def _of_class(searched: Variable) -> str:
+    return f"± mm: with search.robust no class of a size that [search] varies; or leave out {searched.searched}"
+
+
+def _resolved(scene: Scene) -> Problem:
+    """As ``resolve``, of a design that a search leaves as it is."""
     if not isinstance(scene, Scene):
         raise BadInput([Mistake("camopt", "scene", scene, "a Scene, such as find_scene or Scene.from_toml give")])
     variables = variables_of(scene)
@@ -309,7 +348,7 @@ def resolve(scene: Scene) -> Problem:
         missing=tuple(missing),
         accuracy=scene.accuracy.relative_error,
         values=values,
-        zones=(zones := robust_zones(scene, design)),
+        zones=(zones := robust_zones(scene, variables, nominal_of(variables, design, setup.given.values))),
         offs=tuple(corners(zones)),
     )
 
@@ -322,7 +361,7 @@ def resolve_design(scene: Scene) -> Problem:
     BadInput
         For each size, or other number, that it leaves to a search.
     """
-    problem = resolve(scene)
+    problem = _resolved(scene)
     if mistakes := missing(problem):
         raise BadInput(mistakes)
     return problem

@@ -5,6 +5,9 @@ for each setting only of what decides which limits there are.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from camopt.effects import lacking
 from camopt.mistakes import BadInput, Mistake
@@ -40,18 +43,32 @@ def problems_of(problem: Problem, settings: Sequence[Setting] = ({},)) -> tuple[
 
 
 def freed_of(problem: Problem) -> Problem:
-    """The problem of designs that bring the numbers which its ``[search]`` varies.
+    """The problem of designs that bring the numbers which its ``[search]`` varies, and those that tolerances move.
 
     Raises
     ------
     BadInput
         If a quantity that the problem calls for cannot be computed with the least of one of the numbers.
     """
-    ends = {each.key: each.ends for each in problem.choices.numbers if each.is_ranged}
+    return _freed(problem, {each.key: each.ends for each in problem.choices.numbers if each.is_ranged})
+
+
+def toleranced(problem: Problem) -> Problem:
+    """The problem whose design brings the numbers that its tolerances move; raises as ``freed_of``."""
+    return _freed(problem, {})
+
+
+def _freed(problem: Problem, searched: Mapping[str, tuple[float, float]]) -> Problem:
+    zones = {key: each for key, each in problem.zones.items() if key not in problem.design.sizes}
+    own = {key: problem.nominal[key] for key in zones if key not in searched}
+    ends = {**searched, **{key: (value, value) for key, value in own.items()}}
     if not ends:
         return problem
+    for key, zone in zones.items():
+        ends[key] = ends[key][0] + zone.lower, ends[key][1] + zone.upper
     in_settings(problem, [{key: least for key, (least, _) in ends.items()}])
-    return problem.freed({key: largest for key, (_, largest) in ends.items()})
+    freed = problem.freed({key: largest for key, (_, largest) in ends.items()})
+    return replace(freed, design=freed.design.with_values({key: np.array([value]) for key, value in own.items()}))
 
 
 def in_settings(problem: Problem, settings: Iterable[Setting]) -> list[Problem]:

@@ -11,7 +11,8 @@ from camopt.quantities import NUMBER_COLUMNS
 from camopt.scene.load import constant_and_changing
 from camopt.scene.materials import MATERIALS
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import zone_of
+from camopt.scene.sizes import FOLLOWER_SIZES
+from camopt.scene.tolerances import moves_tool, zone_of
 from camopt.scene.train import train_from
 
 
@@ -32,7 +33,8 @@ def setup_of(scene: Scene) -> Setup:
 
 def _numbers(scene: Scene) -> dict[str, float | None]:
     """The numbers of a scene by key, with those of its materials where it only names them."""
-    numbers, given = scene.numbers((*NUMBER_COLUMNS, *filter(is_of_train, scene.search.numbers))), scene.materials
+    of_train = filter(is_of_train, (*scene.search.numbers, *scene.tolerances.numbers))
+    numbers, given = scene.numbers((*NUMBER_COLUMNS, *of_train)), scene.materials
     load, _ = constant_and_changing(load_and_unit(scene)[0], 1.0)
     numbers["follower.dynamics.load"] = load
     for body in ("cam", "follower"):
@@ -46,13 +48,18 @@ def _numbers(scene: Scene) -> dict[str, float | None]:
 def _errors(scene: Scene) -> GivenErrors | None:
     """What ``[tolerances]`` says; a class of ISO 286 is of the size that the scene gives."""
     given = scene.tolerances
-    zones = {key: zone_of(each, key, getattr(scene.follower, key) or 0.0) for key, each in given.follower if each}
+    zones = {
+        key: zone_of(given.numbers[f"follower.{key}"], key, getattr(scene.follower, key) or 0.0)
+        for key in FOLLOWER_SIZES
+        if f"follower.{key}" in given.numbers
+    }
     angles = {
         key: zone_of(each, key, 0.0).scaled(radians(1.0))
         for key, each in (("phase", given.phase), ("tilt", given.face_tilt))
         if each
     }
-    if not (zones or angles or given.profile or given.bore_eccentricity):
+    of_links = any(is_of_train(key) and moves_tool(key) for key in given.numbers)
+    if not (zones or angles or given.profile or given.bore_eccentricity or of_links):
         return None
     return GivenErrors(
         {FIELDS[key]: Band(each.lower, each.upper) for key, each in zones.items()},
@@ -60,6 +67,7 @@ def _errors(scene: Scene) -> GivenErrors | None:
         waves=given.waves,
         bore=given.bore_eccentricity or 0.0,
         is_square=not (scene.mechanism.motion.angular or scene.follower.offset or scene.search.offset),
+        of_links=of_links,
         **{key: Band(each.lower, each.upper) for key, each in angles.items()},
     )
 

@@ -156,13 +156,13 @@ def variables_of(scene: Scene) -> tuple[Variable, ...]:
     stages = _stage_quantities(scene)
     named = {key: key.partition(".")[2] for key in mechanism.keys(scene.tip)}
     seconds = {key: SECOND_FIELDS[key] for key in mechanism.second_keys}
-    given = scene.numbers(seconds)
+    given, toleranced = scene.numbers(seconds), scene.tolerances.numbers
     return (
         *(Variable(k, "size", n, FIELDS[n], columns[FIELDS[n]], sizes.get(n)) for k, n in named.items()),
         *(
             Variable(key, "size", key, name, columns[name], sizes.get(key))
             for key, name in seconds.items()
-            if given[key] is not None or key in sizes
+            if given[key] is not None or key in sizes or key in toleranced
         ),
         *(
             Variable(key, "shared" if key in SHARED else "number", key, key, name, numbers.get(key))

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
-from camopt.mechanisms import FIELDS, SECOND_FIELDS, Mechanism, mechanisms_for
+from camopt.mechanisms import SECOND_FIELDS, Mechanism, mechanisms_for
 from camopt.mechanisms.body import BODIES
 from camopt.mechanisms.drive import PRELOAD
 from camopt.mechanisms.follower import FLAT, MOTIONS, Tip
@@ -18,17 +18,13 @@ from camopt.scene.mapping import at, length, number_of, segments
 from camopt.scene.own_laws import check_laws, law_names
 from camopt.scene.part import check_part, run_of_groove
 from camopt.scene.profile import check_profile, highest_on_profile
-from camopt.scene.sizes import SIGNED_SIZES, mechanism_in, sizes_in
+from camopt.scene.sizes import FOLLOWER_SIZES, SEARCHED, SIGNED_SIZES, mechanism_in, sizes_in
 from camopt.scene.spring import spring_faults
-from camopt.scene.tables import Cam, Drive, Follower
+from camopt.scene.tables import Drive, Follower
 from camopt.scene.tolerances import check_tolerances
 from camopt.scene.train import Lifts, check_train, lifts_through
 from camopt.scene.turn import LEAST_MOVE, POSITIONED, check_law, check_turn, highest_of
 
-FOLLOWER_SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in FIELDS) for table in (Follower, Cam))
-"""The keys of sizes in ``[follower]``, and in ``[cam]``."""
-SEARCHED = (*FOLLOWER_SIZES, *CAM_SIZES)
-"""Those in ``[search]``."""
 LOOSEST = 0.1  # of the radius of a roller: its largest clearance, which theory takes for small
 GUIDE_KEYS = ("guide_length", "overhang", "friction", "stem_diameter")
 """The keys of a guide in ``[follower.dynamics]``."""

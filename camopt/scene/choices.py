@@ -1,14 +1,15 @@
 """The choice of ``[search]`` for a number of the scene: a range or a list of values."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Self, get_args, get_origin
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError, model_validator
 
 from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.scene.checks import SEARCHED
 from camopt.scene.complaints import mistakes_of
+from camopt.scene.sizes import SEARCHED
 from camopt.scene.tables import Anywhere, Cam, Follower, Length, Positive, SceneNumber, SceneTable, as_list
 
 
@@ -81,7 +82,31 @@ def _choices() -> TypeAdapter[Any]:
     return TypeAdapter(NumberChoice)
 
 
-def free_numbers(table: type[SceneTable], given: Any, where: str = "") -> dict[str, Any]:
+Read = Callable[[Any, Any, str], Any]
+"""From the type of a number, what is given for it, and its place to what is checked; raises BadInput."""
+
+
+def _choice(number: Any, value: Any, where: str) -> Any:
+    """The choice of ``[search]`` for one number."""
+    try:
+        choice = _choices().validate_python(value.model_dump() if isinstance(value, StepRange) else value)
+    except ValidationError as error:
+        raise BadInput(mistakes_of(error, NumberRange, where)) from None
+    if mistakes := list(_out_of_bounds(TypeAdapter(number), choice, where)):
+        raise BadInput(mistakes)
+    return choice
+
+
+@dataclass(frozen=True)
+class Reader:
+    """What reads values that a table of the scene has for numbers of another one."""
+
+    read: Read = _choice
+    sizes: bool = False
+    """Whether sizes are among the numbers; ``[search]`` has them in a place of their own."""
+
+
+def free_numbers(table: type[SceneTable], given: Any, where: str = "", reader: Reader = Reader()) -> dict[str, Any]:
     """The choices for numbers of a table of the scene, and of tables in it, by key; ``where`` leads to the table.
 
     Raises
@@ -96,7 +121,7 @@ def free_numbers(table: type[SceneTable], given: Any, where: str = "") -> dict[s
     mistakes: list[Mistake] = []
     for key, value in given.items():
         try:
-            chosen[key] = _free(table, key, value, f"{where}.{key}")
+            chosen[key] = _free(table, key, value, f"{where}.{key}", reader)
         except BadInput as error:
             mistakes += error.mistakes
     if mistakes:
@@ -104,7 +129,7 @@ def free_numbers(table: type[SceneTable], given: Any, where: str = "") -> dict[s
     return {key: choice for key, choice in chosen.items() if choice != {}}
 
 
-def free_rows(table: type[SceneTable], given: Any) -> dict[str, Any]:
+def free_rows(table: type[SceneTable], given: Any, reader: Reader = Reader()) -> dict[str, Any]:
     """The choices for numbers of the rows of a list of tables, by the number of the row from 1.
 
     Raises
@@ -122,7 +147,7 @@ def free_rows(table: type[SceneTable], given: Any) -> dict[str, Any]:
             if not (row.isdecimal() and row == str(int(row)) != "0"):
                 why = "not the number of a row, counted from 1"
                 raise BadInput([Mistake("", f"{where}.{row}", values, why, bare=True)])
-            chosen[row] = free_numbers(table, values, f"{where}.{row}")
+            chosen[row] = free_numbers(table, values, f"{where}.{row}", reader)
         except BadInput as error:
             mistakes += error.mistakes
     if mistakes:
@@ -130,12 +155,12 @@ def free_rows(table: type[SceneTable], given: Any) -> dict[str, Any]:
     return chosen
 
 
-def _free(table: type[SceneTable], key: str, value: Any, where: str) -> Any:
-    """The choice for one number of a table, or the choices for those of a table in it."""
-    numbers = numbers_of(table)
+def _free(table: type[SceneTable], key: str, value: Any, where: str, reader: Reader) -> Any:
+    """What is read of one number of a table, or of those of a table in it."""
+    numbers = numbers_of(table, sizes=reader.sizes)
     number = numbers.get(key)
     if isinstance(number, type):
-        return free_numbers(number, value, where)
+        return free_numbers(number, value, where, reader)
     if number is None:
         known = [name for name, hint in numbers.items() if not isinstance(hint, type)]
         why = (
@@ -144,18 +169,15 @@ def _free(table: type[SceneTable], key: str, value: Any, where: str) -> Any:
             else f"not a number of this table; {nearest(key, known)}"
         )
         raise BadInput([Mistake("", where, value, why, bare=True)])
-    try:
-        choice = _choices().validate_python(value.model_dump() if isinstance(value, StepRange) else value)
-    except ValidationError as error:
-        raise BadInput(mistakes_of(error, NumberRange, where)) from None
-    if mistakes := list(_out_of_bounds(TypeAdapter(number), choice, where)):
-        raise BadInput(mistakes)
-    return choice
+    return reader.read(number, value, where)
 
 
-def numbers_of(table: type[SceneTable]) -> dict[str, Any]:
-    """The keys of a table that ``[search]`` may free, each with the type of its number, or the table in it."""
-    left_out = {*_sizes_of(table), *table.read_as}
+def numbers_of(table: type[SceneTable], *, sizes: bool = False) -> dict[str, Any]:
+    """The keys of a table that ``[search]`` may free, each with the type of its number, or the table in it.
+
+    With those of sizes, if asked, which ``[search]`` has in a place of their own.
+    """
+    left_out = {*(() if sizes else _sizes_of(table)), *table.read_as}
     fields = {key: field for key, field in table.model_fields.items() if key not in left_out}
     found = {key: _free_in(field.rebuild_annotation()) for key, field in fields.items()}
     return {key: hint for key, hint in found.items() if hint is not None}

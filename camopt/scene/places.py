@@ -9,7 +9,7 @@ from textwrap import dedent
 from camopt.quantities import OF_SPRING, OF_TOOL
 from camopt.scene.choices import StepRange
 from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, SceneTable, Segment, Through
-from camopt.scene.tolerances import FollowerTolerances, Tolerance
+from camopt.scene.tolerances import Tolerance
 from camopt.scene.train import TrainStage
 
 TOP = ""
@@ -30,7 +30,6 @@ def tables_of(scene: type[SceneTable]) -> dict[str, type[SceneTable]]:
         "motion.through": Through,
         "profile": ProfileElement,
         "train": TrainStage,
-        "tolerances.follower": FollowerTolerances,
         "tolerances.KEY": Tolerance,
         "laws.NAME": OwnLaw,
         "search.KEY": StepRange,
@@ -51,12 +50,17 @@ def said_of(model: type[SceneTable], key: str) -> tuple[str, str]:
     return (sentence, unit) if mark else (text.removesuffix("."), "")
 
 
+def without_choice(key: str) -> str:
+    """The key of a number of the scene, of which another table says something."""
+    return key.removeprefix("search.").removeprefix("tolerances.")
+
+
 def is_angle(key: str, angular: bool, tool_turns: bool, straight: bool) -> bool:
     """Whether the motion that a key is about is an angle: that of the follower for its loads, else of the tool.
 
     The motion of a spring on an arm is none if it is a straight one.
     """
-    key = key.removeprefix("search.")
+    key = without_choice(key)
     if straight and key in OF_SPRING:
         return False
     return angular if key.startswith("follower.") and key not in OF_TOOL else tool_turns

@@ -51,7 +51,7 @@ from camopt.scene.tables import (
     or_text,
 )
 from camopt.scene.text import is_typed, parsed, plain
-from camopt.scene.tolerances import Tolerances
+from camopt.scene.tolerances import Tolerances, read_measured
 from camopt.scene.train import MOST_STAGES, TrainStage, tool_turns
 from camopt.storage.files import read_bytes
 from camopt.storage.manifest import settled_path
@@ -256,6 +256,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         tables = with_named_laws(given, own_law_tables(given))
         unread += read_keyway(tables)
         unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
+        unread += read_measured(tables, folder)
         by_crank = isinstance(cam := tables.get("cam"), dict) and "rpm_of_crank" in cam
         unread += read_speed(tables)
         read_profile(tables)

@@ -1,6 +1,6 @@
 """The JSON Schema of scenes, made from the tables and their docstrings: for editors and linters of TOML."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter
 
@@ -8,6 +8,7 @@ from camopt.scene.choices import NumberChoice, NumberRange, numbers_of
 from camopt.scene.places import said_of, tables_of
 from camopt.scene.scene import Scene
 from camopt.scene.tables import SceneTable
+from camopt.scene.tolerances import GivenTolerance
 from camopt.storage.version import SITE
 
 DIALECT = "http://json-schema.org/draft-07/schema#"
@@ -26,10 +27,12 @@ def scene_schema(site: str = SITE) -> dict[str, Any]:
     """The schema of a whole scene; with links to the reference where the address of the site is known."""
     made = Scene.model_json_schema()
     tables = {name: _described(_shaped(each), *MODELS[name], site) for name, each in made.pop("$defs").items()}
-    for name in ("cam", "follower", "materials"):
-        tables["Search"]["properties"][name] |= _free(TABLES[name], f"search.{name}", site)
-    stage = _free(TABLES["train"], "search.train", site)
-    tables["Search"]["properties"]["train"] |= {"additionalProperties": False, "patternProperties": {ROW: stage}}
+    for table, choice in (("Search", NumberChoice), ("Tolerances", GivenTolerance)):
+        reads = _Reads(table.lower(), choice, sizes=table == "Tolerances", site=site)
+        for name in ("cam", "follower", "drive", "materials"):
+            tables[table]["properties"][name] |= reads.numbers(TABLES[name], name)
+        rows = {"additionalProperties": False, "patternProperties": {ROW: reads.numbers(TABLES["train"], "train")}}
+        tables[table]["properties"]["train"] |= rows
     tables["NumberRange"] = _described(_shaped(NumberRange.model_json_schema()), "search.KEY", NumberRange, site)
     top = _described(_shaped(made), *MODELS["Scene"], site)
     about = {"$schema": DIALECT, "title": "camopt scene"}
@@ -90,12 +93,22 @@ def _describe(schema: dict[str, Any], model: type[SceneTable], name: str, key: s
         schema["x-taplo"] = {"links": {"key": page}}
 
 
-def _free(table: type[SceneTable], place: str, site: str) -> dict[str, Any]:
-    """The numbers of a table as ``[search]`` takes them: each a range or a list."""
-    choice = _shaped(TypeAdapter(NumberChoice).json_schema())
-    properties: dict[str, Any] = {}
-    for name, inner in numbers_of(table).items():
-        nested = isinstance(inner, type) and issubclass(inner, SceneTable)
-        properties[name] = _free(inner, f"{place}.{name}", site) if nested else {"anyOf": [*choice["anyOf"]]}
-        _describe(properties[name], table, name, place.removeprefix("search.") + f".{name}", site)
-    return {"type": "object", "additionalProperties": False, "properties": properties}
+class _Reads(NamedTuple):
+    """A table that has something of numbers of other ones."""
+
+    place: str
+    what: Any
+    """The type of what it has of a number."""
+    sizes: bool
+    """Whether of sizes too."""
+    site: str
+
+    def numbers(self, table: type[SceneTable], place: str) -> dict[str, Any]:
+        """The numbers of another table as it takes them."""
+        choice = _shaped(TypeAdapter(self.what).json_schema())
+        properties: dict[str, Any] = {}
+        for name, inner in numbers_of(table, sizes=self.sizes).items():
+            nested = isinstance(inner, type) and issubclass(inner, SceneTable)
+            properties[name] = self.numbers(inner, f"{place}.{name}") if nested else {"anyOf": [*choice["anyOf"]]}
+            _describe(properties[name], table, name, f"{place}.{name}", self.site)
+        return {"type": "object", "additionalProperties": False, "properties": properties}

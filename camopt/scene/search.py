@@ -7,9 +7,9 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from camopt.mechanisms import SECOND_FIELDS
-from camopt.scene.checks import SEARCHED
 from camopt.scene.choices import Choice, Chosen, NumberRange, StepRange, free_numbers, free_rows
 from camopt.scene.mapping import leaves
+from camopt.scene.sizes import SEARCHED
 from camopt.scene.tables import (
     Cam,
     Drive,

@@ -3,12 +3,17 @@
 from collections.abc import Mapping
 from typing import Any
 
-from camopt.mechanisms import Mechanism, mechanism_for
+from camopt.mechanisms import FIELDS, Mechanism, mechanism_for
 from camopt.mechanisms.body import BODIES
 from camopt.mechanisms.drive import DRIVES
 from camopt.mechanisms.follower import MOTIONS, TIPS, Tip
 from camopt.scene.mapping import at, length, number_of
+from camopt.scene.tables import Cam, Follower
 
+FOLLOWER_SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in FIELDS) for table in (Follower, Cam))
+"""The keys of sizes in ``[follower]``, and in ``[cam]``."""
+SEARCHED = (*FOLLOWER_SIZES, *CAM_SIZES)
+"""Those in ``[search]``."""
 SIGNED_SIZES = {"offset": 0.0, "face_offset": None}
 """Sizes that may be 0 or below, each with what it is where a scene does not give it."""
 

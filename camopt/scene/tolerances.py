@@ -1,37 +1,73 @@
-"""The table ``[tolerances]`` of a scene: by how much the sizes of a real cam and follower may be off.
+"""The table ``[tolerances]`` of a scene: by how much numbers of a real cam, its follower and train may be off.
 
 A tolerance is a number, ± in the unit of its key; a table with ``plus`` and ``minus``; or a class of ISO 286, such
 as ``"h6"``, of a length, or of the diameter that a radius belongs to.
 """
 
 from collections.abc import Iterator, Mapping
+from functools import cache, partial
 from math import sqrt
 from numbers import Real
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-from pydantic import BeforeValidator, Field
+import numpy as np
+from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
-from camopt.mechanisms import Mechanism
+from camopt.mechanisms import SECOND_FIELDS, Mechanism
 from camopt.mechanisms.follower import Tip
+from camopt.mistakes import BadInput
+from camopt.quantities import OF_STAGE
+from camopt.scene.choices import Reader, free_numbers, free_rows, numbers_of
+from camopt.scene.complaints import mistakes_of
+from camopt.scene.csv_columns import MOST_SPANS, read_columns
 from camopt.scene.iso286 import deviations
 from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import at, number_of
-from camopt.scene.sizes import SIGNED_SIZES
-from camopt.scene.tables import Length, NotNegative, Positive, SceneTable, whole_number
+from camopt.scene.mapping import at, leaves, number_of
+from camopt.scene.sizes import CAM_SIZES, FOLLOWER_SIZES, SEARCHED, SIGNED_SIZES
+from camopt.scene.tables import (
+    Cam,
+    Drive,
+    Follower,
+    Length,
+    Materials,
+    NotNegative,
+    Positive,
+    SceneNumber,
+    SceneTable,
+    Within,
+    whole_number,
+)
+from camopt.scene.train import CARRIED, TrainStage, keys_of_stage, stages_in
 
-RADII = ("roller_radius", "face_radius")
+RADII = ("roller_radius", "face_radius", "radius")
 """Keys whose class of ISO 286 is that of a diameter."""
 SPREADS = {"uniform": sqrt(3.0), "triangular": sqrt(6.0)}
 """How many standard deviations half of a zone is, of what ends with it."""
 WITHIN = 3.0
 """The same of normal errors, at a Cpk of 1."""
 MOST_WAVES = 10_000
+ANGLES = ("phase", "face_tilt")
+"""Keys of tolerances that are angles of their own."""
 HALF_TURN = 180.0
 """A cam that is further off on its shaft is less off the other way, deg."""
+NUMBERED: dict[str, type[SceneTable]] = {
+    "cam": Cam,
+    "follower": Follower,
+    "drive": Drive,
+    "materials": Materials,
+    "train": TrainStage,
+}
+"""The tables of a scene whose numbers may have tolerances."""
+
+
+def _measured(value: Any) -> Any:
+    """Errors of parts, of which a single one is a list too; a file and its column stay a text, which is told."""
+    return tuple(value) if isinstance(value, list) else value
 
 
 class Tolerance(SceneTable):
-    """How far a size may be from what the scene says, and how it is spread over parts."""
+    """How far a number may be from what the scene says, and how it is spread over parts."""
 
     plus: NotNegative = 0.0
     """How much larger it may be; in the unit of the number."""
@@ -43,6 +79,26 @@ class Tolerance(SceneTable):
     """How parts are spread over the zone."""
     cpk: Positive = 1.0
     """Process capability of a normal distribution: half of the zone is 3·cpk standard deviations; no unit."""
+    values: (
+        Annotated[
+            tuple[SceneNumber, ...],
+            Field(min_length=1, max_length=MOST_SPANS),
+            BeforeValidator(_measured, json_schema_input_type=str | list[float]),
+        ]
+        | None
+    ) = None
+    """Measured errors of parts (what was measured less the nominal number), or a column of a CSV file, as
+    "rollers.csv:error": parts are spread as these are, and unless ``plus`` and ``minus`` are given their ends are
+    those of the zone; in the unit of the number."""
+    batch: str | None = None
+    """A name that tolerances have in common whose errors go together in a cam, as of rollers of one lot."""
+    shared: Annotated[float, Within(gt=0, le=1)] = 1.0
+    """Share of the variance that errors of a batch have in common: two have the correlation √(s₁·s₂); no unit."""
+
+    @property
+    def of_measured(self) -> bool:
+        """Whether parts are spread as some that were measured."""
+        return self.values is not None
 
 
 def _as_tolerance(value: Any) -> Any:
@@ -55,38 +111,64 @@ def _as_tolerance(value: Any) -> Any:
     raise ValueError("a number, a class of ISO 286 such as 'h6', or a table with plus and minus")
 
 
-Given = (
-    Annotated[Tolerance, BeforeValidator(_as_tolerance, json_schema_input_type=NotNegative | str | Tolerance)]
-    | None
-)
+GivenTolerance = Annotated[
+    Tolerance, BeforeValidator(_as_tolerance, json_schema_input_type=NotNegative | str | Tolerance)
+]
+Given = GivenTolerance | None
 
 
-class FollowerTolerances(SceneTable):
-    """Tolerances of the sizes of the follower, each ± a number, a class of ISO 286, or a table."""
+@cache
+def _tolerances() -> TypeAdapter[Any]:
+    """The validator of a tolerance, made when needed."""
+    return TypeAdapter(Given)
 
-    roller_radius: Given = None
-    """Of the radius of the roller; mm."""
-    face_radius: Given = None
-    """Of the radius of a spherical face; mm."""
-    offset: Given = None
-    """Of the offset; mm."""
-    arm_length: Given = None
-    """Of the length of the arm; mm."""
-    centre_distance: Given = None
-    """Of the distance from the pivot to the cam's axis; mm."""
-    face_offset: Given = None
-    """Of the distance of an oscillating flat face from its pivot; mm."""
+
+def _read(number: Any, value: Any, where: str) -> Tolerance | None:
+    """The tolerance of a number of another table."""
+    try:
+        found: Tolerance | None = _tolerances().validate_python(value)
+    except ValidationError as error:
+        raise BadInput(mistakes_of(error, Tolerance, where)) from None
+    return found
+
+
+READER = Reader(_read, sizes=True)
 
 
 class Tolerances(SceneTable):
-    """How far a real cam and its follower may be from what the scene says; errors that no key names are 0."""
+    """How far a real cam and its follower may be from what the scene says; errors that no key names are 0.
+
+    ``cam``, ``follower``, ``drive``, ``train`` and ``materials`` hold tolerances of numbers by the keys that these
+    have in the scene, as ``follower.roller_radius``, ``follower.dynamics.spring_rate`` or ``train.1.coupler``. The
+    sizes of the follower and the links of a train move the tool; all of them move what limits are about.
+    """
 
     elsewhere: ClassVar[Mapping[str, str]] = {
-        key: f"not a known key; did you mean tolerances.follower.{key}?" for key in FollowerTolerances.model_fields
+        key: f"not a known key; did you mean tolerances.{'cam' if key in CAM_SIZES else 'follower'}.{key}?"
+        for key in SEARCHED
     }
 
-    follower: FollowerTolerances = FollowerTolerances()
-    """Tolerances of the sizes of the follower."""
+    cam: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Cam, reader=READER))] = Field(
+        default_factory=dict
+    )
+    """Tolerances of numbers of ``[cam]``: of the speed, and of the base (mean) radius of a cam that is another one
+    with the motion which is asked."""
+    follower: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Follower, reader=READER))] = Field(
+        default_factory=dict
+    )
+    """Tolerances of sizes of the follower, and of numbers of ``[follower.dynamics]``."""
+    drive: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Drive, reader=READER))] = Field(
+        default_factory=dict
+    )
+    """Tolerances of sizes and other numbers of ``[drive]``."""
+    materials: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Materials, reader=READER))] = Field(
+        default_factory=dict
+    )
+    """Tolerances of numbers of ``[materials]``."""
+    train: Annotated[dict[str, Any], BeforeValidator(partial(free_rows, TrainStage, reader=READER))] = Field(
+        default_factory=dict
+    )
+    """Tolerances of numbers of ``[[train]]``, by the number of the stage."""
     profile: Length | None = None
     """Of the profile along its normal, ±; mm."""
     waves: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_WAVES)] | None = None
@@ -98,6 +180,18 @@ class Tolerances(SceneTable):
     face_tilt: Given = None
     """Of the angle of a translating flat face to the square of its motion; deg."""
 
+    @property
+    def numbers(self) -> dict[str, Tolerance]:
+        """The tolerances of numbers of the scene, by key of these."""
+        tables = {name: getattr(self, name) for name in NUMBERED}
+        return {key: each for key, each in sorted(leaves(tables)) if isinstance(each, Tolerance)}
+
+    @property
+    def spread(self) -> dict[str, Tolerance]:
+        """Those, and of angles, by key: all that are a number each."""
+        angles = {key: getattr(self, key) for key in ANGLES}
+        return self.numbers | {key: each for key, each in angles.items() if each is not None}
+
 
 class Zone(NamedTuple):
     """How far a number may be from its nominal value, and how it is spread, in the unit of its key."""
@@ -106,10 +200,7 @@ class Zone(NamedTuple):
     upper: float
     deviation: float
     """Standard deviation."""
-
-    @property
-    def middle(self) -> float:
-        return (self.lower + self.upper) / 2
+    mean: float = 0.0
 
     def scaled(self, unit: float) -> "Zone":
         """The zone in another unit."""
@@ -117,48 +208,101 @@ class Zone(NamedTuple):
 
 
 def zone_of(given: Tolerance, key: str, size: float) -> Zone:
-    """The zone of a size; ValueError for a class of ISO 286 that there is not for it."""
-    if given.iso is None:
-        lower, upper = -given.minus, given.plus
-    else:
+    """The zone of a number, by the last part of its key; ValueError for a class of ISO 286 that it has not."""
+    if given.iso is not None:
         share = 0.5 if key in RADII else 1.0
         lower, upper = (share * each for each in deviations(given.iso, abs(size) / share))
+    elif given.values is not None and not given.plus and not given.minus:
+        lower, upper = min(given.values), max(given.values)
+    else:
+        lower, upper = -given.minus, given.plus
+    if given.values is not None:
+        return Zone(lower, upper, float(np.std(given.values)), float(np.mean(given.values)))
     half = (upper - lower) / 2
-    return Zone(lower, upper, half / SPREADS.get(given.distribution, WITHIN * given.cpk))
+    return Zone(lower, upper, half / SPREADS.get(given.distribution, WITHIN * given.cpk), (lower + upper) / 2)
+
+
+def moves_tool(key: str) -> bool:
+    """Whether what is off by a key of ``[tolerances]`` moves the tool of a cam which is cut as it should be.
+
+    Of numbers, a size of the follower does, and a link of a train. Another base (mean) radius makes another cam
+    with the same motion, further out: that is taken up where the follower is mounted. Speeds, springs, masses and
+    materials move no tool; loads bend nothing here.
+    """
+    table, _, rest = key.partition(".")
+    if table == "train":
+        return rest.partition(".")[2] not in CARRIED
+    return table not in NUMBERED or (table == "follower" and rest in FOLLOWER_SIZES)
+
+
+# ----------------------------------------------------------------------------------------------------- files
+
+
+def read_measured(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
+    """Put measured errors in place of each file that a tolerance names, in ``data`` itself.
+
+    ``folder`` is where files are looked for; None if none may be named.
+    """
+    for place, given in (*_numbers_in(data.get("tolerances")), *_angles_in(data.get("tolerances"))):
+        named = given.get("values") if isinstance(given, dict) else None
+        if not isinstance(named, str):
+            continue
+        file, _, column = named.rpartition(":")
+        try:
+            if not (file and column):
+                raise ValueError("must be a list of numbers, or a file and its column, as rollers.csv:error")
+            given["values"] = read_columns(folder, file, (column,))[column]
+        except ValueError as trouble:
+            yield f"tolerances.{place}.values", named, str(trouble)
+
+
+def _numbers_in(table: Any) -> Iterator[tuple[str, Any]]:
+    """What the plain table has for numbers of the scene, by key of these."""
+    for name in NUMBERED if isinstance(table, Mapping) else ():
+        given = table.get(name)
+        for key, value in given.items() if isinstance(given, Mapping) else ():
+            nested = isinstance(value, Mapping) and (name == "train" or key == "dynamics")
+            for last, each in value.items() if nested else [("", value)]:
+                yield ".".join(filter(None, (name, str(key), str(last)))), each
+
+
+def _angles_in(table: Any) -> Iterator[tuple[str, Any]]:
+    for key in ANGLES if isinstance(table, Mapping) else ():
+        yield key, table.get(key)
+
+
+# ----------------------------------------------------------------------------------------------------- checks
 
 
 def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, name: str) -> Iterator[Fault]:
-    """Check that there is what a tolerance is of, and that each class of ISO 286 has a zone for its size."""
+    """Check that there is what a tolerance is of, and that it has a zone which leaves a number."""
     table = data.get("tolerances")
     if not isinstance(table, Mapping):
         return
-    given = table.get("follower")
-    for key, value in given.items() if isinstance(given, Mapping) else ():
-        place = f"tolerances.follower.{key}"
-        if key in FollowerTolerances.model_fields and value is not None:
-            if key not in mechanism.follower_keys(tip):
-                yield place, None, f"a {name} has no {key.replace('_', ' ')}"
-            elif key in RADII and mechanism.two_sided:
-                yield place, None, "is held by the groove from both sides: how thick it is does not move it"
-            else:
-                size = number_of(at(data, f"follower.{key}"))
-                yield from _class(place, value, key, size)
-                yield from _above_zero(place, value, key, size)
-                yield from _capability(place, value)
+    for key, value in _numbers_in(table):
+        if value is None or _hint_of(key) is None:  # which is said
+            continue
+        place = f"tolerances.{key}"
+        if why := _of_nothing(data, key, mechanism, tip, name):
+            yield place, None, why
+            continue
+        size = number_of(at(data, key) if not key.startswith("train.") else _of_train(data, key))
+        yield from _class(place, value, key, size)
+        yield from _left(place, value, key, size)
+        yield from _spread(place, value)
     for key in ("profile", "bore_eccentricity"):
         size, off = number_of(at(data, f"cam.{mechanism.body.size}")), number_of(table.get(key))
         if size is not None and off is not None and off >= size:
             yield f"tolerances.{key}", off, f"must be below cam.{mechanism.body.size} ({size:g})"
-    for key in ("phase", "face_tilt"):
-        yield from _capability(f"tolerances.{key}", table.get(key))
-        if any(each > HALF_TURN for each in _ends(table.get(key)) if each is not None):
+    for key, value in _angles_in(table):
+        yield from _spread(f"tolerances.{key}", value)
+        if any(each > HALF_TURN for each in _ends(value) if each is not None):
             why = f"must be at most {HALF_TURN:g} deg: what is turned further is turned less the other way"
-            yield f"tolerances.{key}", table[key], why
-        if isinstance(table.get(key), str) or at(table, f"{key}.iso") is not None:
-            yield f"tolerances.{key}", table[key], "must be an angle in deg: ISO 286 is for lengths"
+            yield f"tolerances.{key}", value, why
+        if isinstance(value, str) or at(table, f"{key}.iso") is not None:
+            yield f"tolerances.{key}", value, "must be an angle in deg: ISO 286 is for lengths"
     if table.get("face_tilt") is not None and (mechanism.motion.angular or not mechanism.flat_faced):
         yield "tolerances.face_tilt", None, "is for a translating follower with a flat face"
-    yield from _robust(data, table)
     if table.get("waves") is not None and table.get("profile") is None:
         yield "tolerances.waves", table["waves"], "goes with tolerances.profile, which is missing"
     if table.get("profile") is not None and at(data, "part.profile_tolerance") is not None:
@@ -169,16 +313,56 @@ def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, na
         )
 
 
-def _robust(data: Mapping[str, Any], table: Mapping[str, Any]) -> Iterator[Fault]:
-    """Check that searched sizes have tolerances that are the same for all of their values."""
-    given = table.get("follower")
-    if at(data, "search.robust") is not True or not isinstance(given, Mapping):
-        return
-    for key, value in given.items():
-        of_class = isinstance(value, str) or at(given, f"{key}.iso") is not None
-        if of_class and at(data, f"search.{key}") is not None:
-            why = f"is of a size that [search] varies: with search.robust give ± mm, or leave out search.{key}"
-            yield f"tolerances.follower.{key}", value, why
+def _of_nothing(data: Mapping[str, Any], key: str, mechanism: Mechanism, tip: Tip, name: str) -> str:
+    """Why there is nothing that a tolerance is of; "" if there is."""
+    table, _, rest = key.partition(".")
+    last = rest.rpartition(".")[2]
+    if key == "cam.shaft_diameter":
+        return "has none: give the shaft its largest diameter, and its fit to the drawing (part.bore_fit)"
+    if rest in SEARCHED and table in ("cam", "follower"):
+        if key not in mechanism.keys(tip):
+            return f"a {name} has no {last.replace('_', ' ')}"
+        if last in RADII and mechanism.two_sided:
+            return "is held by the groove from both sides: how thick it is does not move it"
+        return ""
+    if key in SECOND_FIELDS:
+        return "" if key in mechanism.second_keys else f"{mechanism.drive.words} has none"
+    if table == "train":
+        return _of_no_stage(data, rest)
+    named = table == "materials" and at(data, f"materials.{last.partition('_')[0]}") is not None
+    if at(data, key) is None and at(data, f"search.{key}") is None and not named:
+        return f"is of {key}, which the scene does not give"
+    return f"is of {key}, which changes over the turn" if isinstance(at(data, key), list) else ""
+
+
+def _of_no_stage(data: Mapping[str, Any], rest: str) -> str:
+    """The same of a number of a train, by the number of the stage and its key."""
+    number, _, last = rest.partition(".")
+    stages = stages_in(data)
+    if not (number.isdecimal() and 0 < int(number) <= len(stages)):
+        count = "1 stage" if len(stages) == 1 else f"{len(stages) or 'no'} stages"
+        return f"the train of the scene has {count}"
+    stage = stages[int(number) - 1]
+    if last not in keys_of_stage(str(stage.get("stage"))):
+        return f"this stage, {stage.get('stage')}, has no {last}"
+    if isinstance(stage.get(last), list):
+        return f"is of train.{rest}, which changes over the turn"
+    return "" if stage.get(last) is not None else f"is of train.{rest}, which the scene does not give"
+
+
+def _of_train(data: Mapping[str, Any], key: str) -> Any:
+    """The number of a stage by its key in the scene."""
+    _, number, last = key.split(".")
+    return stages_in(data)[int(number) - 1].get(last)
+
+
+def _hint_of(key: str) -> Any:
+    """The type of a number of a scene by its key, with its bounds; None if it is none."""
+    table, *rest = key.split(".")
+    found: Any = NUMBERED[table]
+    for name in rest[1:] if table == "train" else rest:
+        found = numbers_of(found, sizes=True).get(name) if isinstance(found, type) else None
+    return None if isinstance(found, type) else found
 
 
 def _ends(value: Any) -> tuple[float | None, float | None]:
@@ -188,31 +372,59 @@ def _ends(value: Any) -> tuple[float | None, float | None]:
     return number_of(value), number_of(value)
 
 
-def _capability(place: str, value: Any) -> Iterator[Fault]:
-    """Check that a process capability is that of a normal distribution."""
-    if isinstance(value, Mapping) and value.get("distribution") in SPREADS and value.get("cpk") not in (None, 1.0):
+def _spread(place: str, value: Any) -> Iterator[Fault]:
+    """Check that there is one distribution, and that its capability is that of a normal one."""
+    if not isinstance(value, Mapping):
+        return
+    if value.get("distribution") in SPREADS and value.get("cpk") not in (None, 1.0):
         why = f"a cpk is of a normal distribution, and this one is {value['distribution']}: leave out one of both"
         yield f"{place}.cpk", value["cpk"], why
+    for key in ("distribution", "cpk"):
+        if value.get("values") is not None and value.get(key) is not None:
+            yield (
+                f"{place}.{key}",
+                value[key],
+                "has measured values, which are a distribution: leave out one of both",
+            )
+    if value.get("shared") is not None and value.get("batch") is None:
+        yield f"{place}.shared", value["shared"], "goes with the name of a batch, which is missing"
 
 
-def _above_zero(place: str, value: Any, key: str, size: float | None) -> Iterator[Fault]:
-    """Check that the least size is above 0."""
-    _, minus = _ends(value)
-    if size is not None and minus is not None and key not in SIGNED_SIZES and minus >= size > 0.0:
-        yield place, minus, f"must be below follower.{key} ({size:g}): no size is 0 or less"
+def _left(place: str, value: Any, key: str, size: float | None) -> Iterator[Fault]:
+    """Check that the least and the largest number are ones that the scene may have."""
+    plus, minus = _ends(value)
+    if isinstance(value, Mapping) and isinstance(value.get("values"), list):
+        found = [each for each in map(number_of, value["values"]) if each is not None]
+        plus, minus = (plus, minus) if plus or minus or not found else (max(found), -min(found))
+    last = key.rpartition(".")[2]
+    if size is not None and minus is not None and last in SEARCHED and last not in SIGNED_SIZES:
+        if minus >= size > 0.0:
+            yield place, minus, f"must be below {key} ({size:g}): no size is 0 or less"
+        return
+    for side, off in ((1.0, plus), (-1.0, minus)):
+        if size is None or not off:
+            continue
+        try:
+            TypeAdapter(_hint_of(key)).validate_python(size + side * off)
+        except ValidationError as error:
+            (allowed,) = (each.allowed for each in mistakes_of(error, Tolerance, place))
+            yield place, off, f"takes {key} ({size:g}) to {size + side * off:g}, which must be {allowed}"
 
 
 def _class(place: str, value: Any, key: str, size: float | None) -> Iterator[Fault]:
-    """Check a tolerance of a length: it is a zone, of plus and minus or of a class."""
+    """Check a class of ISO 286: of a length, which has a zone in it."""
     name = value if isinstance(value, str) else value.get("iso") if isinstance(value, Mapping) else None
     if not isinstance(name, str):
         return
-    if isinstance(value, Mapping) and not {"plus", "minus"}.isdisjoint(value):
+    last = key.rpartition(".")[2]
+    if last not in SEARCHED and key not in SECOND_FIELDS and OF_STAGE.get(last) != "mm":
+        yield place, name, f"{key} is no length that a class of ISO 286 is of: give ± a number"
+    elif isinstance(value, Mapping) and not {"plus", "minus"}.isdisjoint(value):
         yield place, name, "has a class and plus or minus: give one of both"
     elif size is None:
-        yield place, name, f"needs follower.{key}: a class of ISO 286 is of a size"
+        yield place, name, f"needs {key}: a class of ISO 286 is of a size"
     else:
         try:
-            zone_of(Tolerance(iso=name), key, size)
+            zone_of(Tolerance(iso=name), last, size)
         except ValueError as trouble:
             yield place, name, str(trouble)

@@ -12,7 +12,7 @@ from typing import Any
 from camopt.mistakes import Mistake
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.mapping import given_at_follower
-from camopt.scene.places import LISTS, TOP, is_angle, said_of, unit_for
+from camopt.scene.places import LISTS, TOP, is_angle, said_of, unit_for, without_choice
 from camopt.scene.sizes import mechanism_in
 from camopt.scene.spring import is_straight
 from camopt.scene.tables import SceneTable
@@ -26,6 +26,8 @@ MIXED = re.compile(r"\b(\d+)\s+(\d+/\d+)\b(?!\.)")
 """A whole number and a fraction, as lengths in inch are written."""
 NO_UNIT = "no unit"
 """What the text of a key says whose numbers have none."""
+SHARES = ("cpk", "shared")
+"""Keys of a tolerance that are not in the unit of its number."""
 EXACT = 15
 """Digits to which a converted number is rounded: those that a rounding error cannot reach."""
 Models = Mapping[str, type[SceneTable]]
@@ -68,7 +70,7 @@ class _Reader:
         found = {}
         for key, value in given.items():
             where = f"{place}.{key}".lstrip(".")
-            stands = "laws.NAME" if known == "laws" else f"{known}.{key}".removeprefix("search.").lstrip(".")
+            stands = "laws.NAME" if known == "laws" else without_choice(f"{known}.{key}".lstrip("."))
             if known == "" and key == "laws" and isinstance(value, Mapping):
                 found[key] = self.table(value, model, where, "laws")
             elif stands in self.models:
@@ -81,7 +83,7 @@ class _Reader:
 
     def is_angle(self, where: str) -> bool:
         """Whether what a key is about turns: of a stage of a train, what that moves."""
-        stage = re.match(r"(?:search\.)?train\.(\d+)\.", where)
+        stage = re.match(r"train\.(\d+)\.", without_choice(where))
         if where.startswith("motion.") and given_at_follower(self.scene):
             return self.angular
         turns = tool_turns(self.stages[: int(stage[1])] if stage else self.stages, self.angular)
@@ -90,7 +92,8 @@ class _Reader:
     def tables(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:
         if isinstance(value, list):
             return [self.tables(each, model, f"{place}.{row}", known) for row, each in enumerate(value, start=1)]
-        if place == f"search.{known}" and known in LISTS and isinstance(value, Mapping):  # by the number of the row
+        by_row = known in LISTS and place != known == without_choice(place)
+        if by_row and isinstance(value, Mapping):
             return {row: self.tables(each, model, f"{place}.{row}", "") for row, each in value.items()}
         return self.table(value, model, place, known) if isinstance(value, Mapping) else value
 
@@ -99,7 +102,10 @@ class _Reader:
         if isinstance(value, list):
             return [self.value(each, unit, f"{where}.{row}") for row, each in enumerate(value, start=1)]
         if isinstance(value, Mapping):
-            return {key: self.value(each, unit, f"{where}.{key}") for key, each in value.items()}
+            return {
+                key: self.value(each, "" if key in SHARES else unit, f"{where}.{key}")
+                for key, each in value.items()
+            }
         if not (unit and isinstance(value, str) and TYPED.fullmatch(value)):
             return value
         try:

@@ -128,7 +128,10 @@ def _nearest_of_all(
     One that is off by δe and δR needs R_p ≥ √((e + δe)² + s₀(e + δe)²) − δR: convex in e, as the largest of all is.
     """
     sense, slope = problem.design.sense, np.array(lines)[:, :, None]
-    offs = [(sense * off.get("offset", 0.0), off.get("roller_radius", 0.0)) for off in ({}, *problem.offs)]
+    offs = [
+        (sense * off.get("offset", 0.0), off.get("roller_radius", 0.0) + off.get("size", 0.0))
+        for off in ({}, *problem.offs)
+    ]
 
     def primes(leads: FloatArray) -> FloatArray:
         found = [np.full_like(leads, least)]
@@ -162,7 +165,7 @@ def nudged(problem: Problem, design: Designs, bounds: SizeBounds) -> Designs | N
 
 def _numbers(problem: Problem, bounds: SizeBounds) -> dict[str, FloatArray]:
     """Values of free numbers all over their ranges, by key; those in the middle first."""
-    free = sorted(problem.setup.free)
+    free = sorted(problem.setup.free & bounds.keys())
     if not free:
         return {}
     shares = np.array(list(product(np.linspace(0.0, 1.0, NUMBER_SHARES), repeat=len(free)))).T

@@ -188,7 +188,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
         least = least_of(problem, answers)
         if least is not None:
             assert least.answer.design is not None
-            alone, design = least.problem.alone(least.answer.design)
+            alone, design = least.problem.settled(least.answer.design)
             found[laws] = _described(alone, replace(least.answer, design=design), until) | least.angles
             found[laws] |= _nominal(problem.with_programme(programme), turns, until)
             cams[laws], sizes[laws] = replace(least.problem, design=least.answer.design), least.answer.size

@@ -61,7 +61,7 @@ def _worse(problem: Problem, design: Designs | None, until: float) -> Off | None
     for limit in problem.limits:
         found = limit_over_box(problem, limit, design, ends, until)
         if found.verdict == BROKEN and found.witness is not None:
-            return {f: float(found.witness.sizes[f][0] - design.sizes[f][0]) for f in ends}
+            return {f: float(found.witness.values[f][0] - design.values[f][0]) for f in ends}
     return None
 
 

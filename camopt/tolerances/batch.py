@@ -17,29 +17,32 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from math import inf
+from math import inf, isfinite
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from camopt.effects.motion import error_names, scale, unit_of
-from camopt.mechanisms import FIELDS, Designs
+from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, resolve_design
+from camopt.problem.zones import error_zones
 from camopt.quantities import QUANTITIES
 from camopt.quantities.shown import Drawn, HasHtml
 from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
+from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.draw import Drawn as Off
 from camopt.tolerances.draw import beyond, drawn, parts_of
 from camopt.tolerances.largest import LargestErrors
 from camopt.tolerances.limited import is_of_errors, limited, worst_of
+from camopt.tolerances.margins import Box
 from camopt.tolerances.recontact import RealCams
-from camopt.tolerances.touching import ANGLES, error_ends
+from camopt.tolerances.touching import error_ends, error_unit
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
 
 CAMS = 2**16
@@ -49,6 +52,8 @@ AT_ONCE = 2**16
 CLASSES = 64
 """Of a size, for the variance that it explains."""
 CONFIDENCE = 0.95
+IN_NAMES = str.maketrans({"/": "_per_", "·": "_", "²": "2", "µ": "u"})
+"""What signs of units are in names of columns."""
 TAIL = 0.00135
 """Of a normal distribution beyond three standard deviations, on one side."""
 SHARES = (0.5, 0.95, 0.9973)
@@ -94,7 +99,7 @@ class Spread(NamedTuple):
     worst: float
     """Of all cams of the batch."""
     sizes: dict[str, float]
-    """Those of that cam that have tolerances, by key of the scene, mm."""
+    """The numbers of that cam that have tolerances, by key of the scene, in its units."""
     variances: dict[str, float]
     """The share of the variance that each size explains, by key; 0 if the quantity is the same for all."""
 
@@ -237,10 +242,10 @@ class Batch(HasHtml, Drawn):
             unit = QUANTITIES[each.quantity].unit
             values = [number(shown(value, unit)) for value in (each.low, each.median, each.high)]
             parts = sorted(each.variances.items(), key=lambda part: -part[1])
-            by = ", ".join(f"{key.partition('.')[2]} {100.0 * part:.0f} %" for key, part in parts)
+            by = ", ".join(f"{key.removeprefix('follower.')} {100.0 * part:.0f} %" for key, part in parts)
             rows.append([each.limit, _percent(each.held), *values, with_unit(each.worst, unit), by])
         kinds = [Cell(head, NUMERIC if head in heads[1:6] else "") for head in heads]
-        title = f"{self.scene.name}: {self.cams:,} cams drawn by the tolerances of sizes"
+        title = f"{self.scene.name}: {self.cams:,} cams drawn by the tolerances"
         return Table.of(title, kinds, rows, "In brackets with a confidence of 95 %.")
 
     def records(self) -> list[dict[str, Any]]:
@@ -270,7 +275,7 @@ class Batch(HasHtml, Drawn):
         write_columns(self.samples, self.scene, path)
 
 
-def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0) -> Batch:
+def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | None = None) -> Batch:
     """Draw cams whose errors are spread as the tolerances of a scene say: their motions, and which hold the limits.
 
     The motion is that of the nominal profile with all errors of a cam, where its follower comes to rest on it. For
@@ -285,6 +290,9 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0) -> Batch:
         How many, at most 16,777,216; Sobol points are the most even for a power of 2.
     seed : int, default 0
         Which of all such draws.
+    within : float, optional
+        The largest error of the tool's position that counts as held, mm (deg); else that of the scene's limit
+        ``position_error``, if it has one.
 
     Returns
     -------
@@ -307,36 +315,40 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0) -> Batch:
     >>> round(camopt.sample_cams(scene, cams=2**14).held.share, 2)
     0.8
     """
+    if within is not None and not (isinstance(within, int | float) and isfinite(within) and within > 0.0):
+        raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
     if not isinstance(cams, int) or not 1 <= cams <= MOST_CAMS:
         raise BadInput([Mistake("camopt", "cams", cams, f"a whole number from 1 to {MOST_CAMS:,}")])
     problem = resolve_design(scene)
-    off = drawn(scene, problem.design, cams, seed)
+    off = drawn(scene, problem.nominal, cams, seed)
     if not off:
         raise no_tolerances(problem.file)
-    sizes = {FIELDS[key]: float(problem.design.sizes[FIELDS[key]][0]) + by for key, by in sizes_of(off)}
-    spreads: tuple[Spread, ...] = ()
-    held, samples = np.ones(cams, dtype=bool), dict(_errors_sampled(off))
-    turn = TurnErrors(scene, problem)
-    largest = [*_largest(turn, off)]
+    box, spreads = Box.of(scene, problem), tuple[Spread, ...]()
+    held, samples = np.ones(cams, dtype=bool), dict(_errors_sampled(scene, off))
+    turn, moving = TurnErrors(scene, problem), {key: each for key, each in off.items() if moves_tool(key)}
+    largest = [*_largest(turn, moving)] if moving else []
     samples |= {each.column: Sampled(each.unit, each.sentence, each.values) for each in largest}
-    if sizes:
+    if own := {v.field: box.problem.nominal[key] + off[key] for key, v in box.variables.items() if v.is_ranged}:
         limits = [
             limit
-            for limit in problem.without_last.limits
+            for limit in box.problem.without_last.limits
             if limit.shown and not (limit.is_of_motion or is_of_errors(limit))
         ]
-        every = problem.design.take(np.zeros(cams, dtype=int)).with_values(sizes)
-        excess, values = evaluated(problem, limits, every)
+        every = box.problem.design.take(np.zeros(cams, dtype=int)).with_values(own)
+        excess, values = evaluated(box.problem, limits, every)
         held = np.all(excess <= 0.0, axis=0)
-        spreads = tuple(_spreads(limits, excess, values, {key: sizes[FIELDS[key]] for key, _ in sizes_of(off)}))
+        numbers = {key: own[v.field] for key, v in box.variables.items() if v.field in own}
+        spreads = tuple(_spreads(limits, excess, values, numbers))
         for limit, each in zip(limits, values, strict=True):
             known = QUANTITIES[limit.shown[0]]
             samples[known.name] = Sampled(known.unit, known.sentence, each)
     on_errors = {limit.shown[0]: limit.bound for limit in problem.limits if is_of_errors(limit)}
+    on_errors |= {} if within is None else {error_names(problem.setup)[0]: within}
     for each in largest:
         held &= each.values <= on_errors.get(each.column, inf)
-    errors = tuple(_error(each, parts_of(off), on_errors.get(each.column)) for each in largest)
-    outside = int(np.count_nonzero(beyond(off, error_ends(scene, problem))))
+    errors = tuple(_error(each, parts_of(moving), on_errors.get(each.column)) for each in largest)
+    ends = {key: (zone.lower, zone.upper) for key, zone in error_zones(scene, problem.nominal).items()}
+    outside = int(np.count_nonzero(beyond(off, ends | error_ends(scene, problem))))
     return Batch(scene, cams, seed, outside, share_of(int(np.count_nonzero(held)), cams), errors, spreads, samples)
 
 
@@ -345,19 +357,12 @@ def _variance(spread: ErrorSpread, key: str) -> float | None:
     return 100.0 * spread.variances[key] if spread.variances else None
 
 
-def sizes_of(off: Off) -> Iterator[tuple[str, FloatArray]]:
-    """The errors of sizes of the follower, by key in ``[follower]``."""
-    for key, by in off.items():
-        table, _, name = key.partition(".")
-        if table == "follower":
-            yield name, by
-
-
-def _errors_sampled(off: Off) -> Iterator[tuple[str, Sampled]]:
+def _errors_sampled(scene: Scene, off: Off) -> Iterator[tuple[str, Sampled]]:
     """The errors of cams as columns."""
     for key, values in parts_of(off).items():
-        unit = "deg" if key in ANGLES else "mm"
-        yield f"{key.replace('.', '_')}_off_{unit}", Sampled(unit, f"What is off by tolerances.{key}.", values)
+        unit = error_unit(scene, key)
+        name = f"{key.replace('.', '_')}_off_{unit.translate(IN_NAMES)}"
+        yield name, Sampled(unit, f"What is off by tolerances.{key}.", values)
 
 
 class LargestOfEach(NamedTuple):
@@ -453,8 +458,8 @@ def _spreads(
         worst = worst_of(limit, over, each)
         held = share_of(int(np.count_nonzero(over <= 0.0)), cams)
         low, median, high = (float(value) for value in np.quantile(each, [TAIL, 0.5, 1.0 - TAIL]))
-        own = {f"follower.{key}": float(size[worst]) for key, size in sizes.items()}
-        parts = {f"follower.{key}": explained(each, size) for key, size in sizes.items()}
+        own = {key: float(size[worst]) for key, size in sizes.items()}
+        parts = {key: explained(each, size) for key, size in sizes.items()}
         yield Spread(limit.name, limit.shown[0], held, low, median, high, float(each[worst]), own, parts)
 
 

@@ -16,17 +16,18 @@ Functions, ch. 11 (Szegő's form).
 """
 
 from collections.abc import Callable, Iterator
+from itertools import permutations
 from math import inf, pi, radians, sin
 from typing import NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms import FIELDS
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
-from camopt.problem.zones import size_zones
+from camopt.problem.zones import tool_zones
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import WITHIN, Zone, zone_of
+from camopt.scene.tolerances import ANGLES, WITHIN, Zone
+from camopt.tolerances.draw import shared_part
 from camopt.tolerances.response import ORDERS, Responses
 
 
@@ -43,27 +44,48 @@ class Contribution(NamedTuple):
     """By how much it can change the displacement from one of the cam angles to another."""
     middle: FloatArray = np.zeros((ORDERS, 1))
     """Its mean over parts."""
+    answer: FloatArray = np.zeros((ORDERS, 1))
+    """Of the motion to an error that may be one of a batch."""
+    batch: str | None = None
+    shared: FloatArray = np.zeros(1)
+    """What errors of the batch have in common (``draw.shared_part``)."""
 
 
 def contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
     """Those of the tolerances of a scene at cam angles (m,), rad."""
     given, answers = scene.tolerances, Responses(problem, angles)
-    for key, zone in size_zones(scene, problem.design).items():
-        yield _of_number(f"follower.{key}", answers.to_size(FIELDS[key]), zone)
+    for key, zone in tool_zones(scene, problem.nominal).items():
+        found, tolerance = _of_number(key, answers.to_number(key), zone), given.spread[key]
+        if tolerance.batch is not None:
+            unit = radians(1.0) if key in ANGLES else 1.0
+            found = found._replace(batch=tolerance.batch, shared=shared_part(tolerance, zone, unit))
+        yield found
     if given.profile is not None:
         yield _of_profile(answers.to_profile, given.profile, given.waves, float(np.ptp(angles)))
     if given.bore_eccentricity is not None:
         yield _of_bore(answers.to_bore, given.bore_eccentricity)
-    for key, answer in (("phase", "to_phase"), ("face_tilt", "to_tilt")):
-        if (tolerance := getattr(given, key)) is not None:
-            yield _of_number(key, getattr(answers, answer), zone_of(tolerance, key, 0.0).scaled(radians(1.0)))
 
 
 def _of_number(key: str, answer: FloatArray, zone: Zone) -> Contribution:
     """What a number contributes that is off by no more than its zone."""
     ends, most = (answer * zone.lower, answer * zone.upper), max(-zone.lower, zone.upper)
     lower, upper, deviation = np.minimum(*ends), np.maximum(*ends), np.abs(answer) * zone.deviation
-    return Contribution(key, lower, upper, deviation, lambda: most * float(np.ptp(answer[0])), answer * zone.middle)
+    change, middle = lambda: most * float(np.ptp(answer[0])), answer * zone.mean
+    return Contribution(key, lower, upper, deviation, change, middle, answer)
+
+
+def variances(found: list[Contribution], order: int) -> FloatArray:
+    """What each contributes to the variance of an order: its own, and half of what it has with each of its batch.
+
+    Below 0 of one that takes off what others of its batch add; their sum is the variance, (tolerances, m).
+    """
+    own = np.array([np.square(each.deviation[order]) for each in found])
+    for one, other in permutations(range(len(found)), 2):
+        first, second = found[one], found[other]
+        if first.batch is not None and first.batch == second.batch:
+            together = float(np.mean(first.shared * second.shared))
+            own[one] = own[one] + first.answer[order] * second.answer[order] * together
+    return own
 
 
 def _of_bore(answers: tuple[FloatArray, FloatArray], distance: float) -> Contribution:

@@ -20,11 +20,10 @@ from typing import Any
 
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem
-from camopt.problem.zones import size_zones
 from camopt.scene.csv_columns import column_names, read_columns
 from camopt.scene.iso286 import GRADES, deviations
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import RADII
+from camopt.scene.tolerances import RADII, moves_tool
 
 EXAMPLE = dict(zip(range(5, 13), (16 / 7, 1.6, 1.0, 0.64, 0.4, 0.25, 0.16, 0.1), strict=True))
 """Relative cost by grade: 16/7, 16/10, 16/16, 16/25, … of the standard's multiples of i."""
@@ -38,8 +37,9 @@ Prices = Mapping[str, Costs]
 
 def graded_keys(scene: Scene, problem: Problem) -> tuple[str, ...]:
     """The keys of tolerances that may have a grade: those of lengths, and the profile."""
-    sizes = (f"follower.{key}" for key in size_zones(scene, problem.design))
-    return (*sizes, *(("profile",) if scene.tolerances.profile is not None else ()))
+    moving = {each.key for each in problem.variables if each.unit == "mm" and moves_tool(each.key)}
+    lengths = (key for key in scene.tolerances.numbers if key in moving)
+    return (*lengths, *(("profile",) if scene.tolerances.profile is not None else ()))
 
 
 def with_grades(scene: Scene, problem: Problem, grades: Mapping[str, int]) -> Scene:
@@ -52,12 +52,11 @@ def with_grades(scene: Scene, problem: Problem, grades: Mapping[str, int]) -> Sc
         if key == "profile":
             changes["tolerances.profile"] = deviations(f"{CENTRED}{grade}", body_diameter(problem)).upper
             continue
-        name = key.partition(".")[2]
-        given = getattr(scene.tolerances.follower, name)
-        kept = {"distribution": given.distribution, "cpk": given.cpk}
+        given = scene.tolerances.numbers[key]
+        kept = given.model_dump(mode="json", exclude={"plus", "minus", "iso"}, exclude_defaults=True)
         changes[f"tolerances.{key}"] = {"iso": f"{letter_of(given.iso)}{grade}", **kept}
         size = abs(float(scene.numbers([key])[key]))
-        deviations(changes[f"tolerances.{key}"]["iso"], 2.0 * size if name in RADII else size)
+        deviations(changes[f"tolerances.{key}"]["iso"], 2.0 * size if key.rpartition(".")[2] in RADII else size)
     return scene.replace(**changes)
 
 
@@ -75,7 +74,7 @@ def class_of(scene: Scene, key: str, grade: int) -> str:
     """How the grade of a key is written: h7, or IT7 of the profile."""
     if key == "profile":
         return f"IT{grade}"
-    return f"{letter_of(getattr(scene.tolerances.follower, key.partition('.')[2]).iso)}{grade}"
+    return f"{letter_of(scene.tolerances.numbers[key].iso)}{grade}"
 
 
 def costs_for(given: Any, keys: tuple[str, ...]) -> Prices:

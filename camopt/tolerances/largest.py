@@ -15,7 +15,6 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from camopt.mechanisms import FIELDS
 from camopt.motion.programme import JUMP_SIDE
 from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray, IntArray
@@ -198,9 +197,7 @@ def _rows(answers: Responses, key: str, waves: int) -> Sequence[FloatArray]:
         return answers.to_bore
     if key == "profile":
         return answers.to_waves(waves) if waves else (answers.to_profile,)
-    if key == "phase":
-        return (answers.to_phase,)
-    return (answers.to_tilt,) if key == "face_tilt" else (answers.to_size(FIELDS[key.partition(".")[2]]),)
+    return (answers.to_number(key),)
 
 
 def count_of(off: Off) -> int:

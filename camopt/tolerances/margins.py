@@ -1,35 +1,41 @@
-"""Margins of limits: what tolerances leave of them, over all cams whose sizes are within their zones.
+"""Margins of limits: what tolerances leave of them, over all cams whose numbers are within their zones.
 
-Each of these cams is one of its own: it has the motion that is asked, with its own sizes. (How far the motion of a
-profile is off that was made for other sizes, is the other question: ``tolerances.tolerance``.) The worst cam is
-looked for at the corners of the box of sizes; the proof that none in it is worse (``verdicts.limit_boxes``) finds a
-cam that is, if there is one.
+Each of these cams is one of its own: it has the motion that is asked, with its own sizes, speed, spring and train.
+(How far the motion of a profile is off that was made for other sizes, is the other question:
+``tolerances.tolerance``.) The worst cam is looked for at the corners of the box of numbers; the proof that none in
+it is worse (``verdicts.limit_boxes``) finds a cam that is, if there is one. Each train moves the follower in
+another way, which no proof covers between the corners: of links the worst is that of the corners.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
 from typing import NamedTuple
 
-from camopt.mechanisms import FIELDS, Designs
+import numpy as np
+
+from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.limit import Limit, QuantityLimit
+from camopt.problem.limits import ERROR_LIMITS
 from camopt.problem.problem import Problem, exactly
-from camopt.problem.zones import all_moved, corners, size_zones
+from camopt.problem.settings import toleranced
+from camopt.problem.variables import Variable, variables_of
+from camopt.problem.zones import MOST_CORNERED, Off, all_moved, corners, number_zones
 from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import Zone
+from camopt.scene.tolerances import NUMBERED, Zone
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
 from camopt.tolerances.limited import is_of_errors, limited, worst_of
 from camopt.verdicts.claim_boxes import Ends
 from camopt.verdicts.limit_boxes import limit_over_box
-from camopt.verdicts.words import BROKEN, HELD
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 GAPS = (1e-9, 1e-6, 1e-3)
 """Relative, of the worst value: by no more than this a cam may be worse, the first that is proved."""
@@ -40,7 +46,7 @@ SECONDS = 20.0
 
 
 class Margin(NamedTuple):
-    """A limit, and what all cams within the tolerances of their sizes have of its quantity at worst.
+    """A limit, and what all cams within the tolerances of their numbers have of its quantity at worst.
 
     Examples
     --------
@@ -64,103 +70,170 @@ class Margin(NamedTuple):
     verdict: str
     """Whether every cam holds the limit: held or broken, both proved, or undecided."""
     sizes: dict[str, float]
-    """Those of the worst cam that have tolerances, by key of the scene, mm."""
+    """The numbers of the worst cam that have tolerances, by key of the scene, in its units."""
+
+
+class Cam(NamedTuple):
+    """A cam within tolerances."""
+
+    problem: Problem
+    """That of its train."""
+    design: Designs
+    excess: float
+    """The largest over a limit, of all that were tried with this train."""
+    value: float
+    """Of the quantity of the limit."""
 
 
 @dataclass(frozen=True)
 class Box:
-    """The cams within the tolerances of the sizes of a scene."""
+    """The cams within the tolerances of the numbers of a scene."""
 
-    scene: Scene
     problem: Problem
+    """With designs that bring the numbers which have tolerances, but for those of the train."""
+    zones: Mapping[str, Zone]
+    """Of those numbers, by key of the scene."""
+    variables: Mapping[str, Variable]
 
     @classmethod
     def of(cls, scene: Scene, problem: Problem) -> "Box":
-        return cls(scene, exactly(problem))
+        zones = number_zones(scene, problem.nominal)
+        variables = {each.key: each for each in problem.variables if each.key in zones}
+        own = {v.field: zones[key] for key, v in variables.items() if v.is_ranged}
+        return cls(toleranced(exactly(replace(problem, zones=own, offs=()))), zones, variables)
 
     @cached_property
     def margins(self) -> tuple[Margin, ...]:
-        """The margin of each limit; none without tolerances of sizes."""
-        return tuple(self._margins()) if self.ends else ()
-
-    @cached_property
-    def zones(self) -> dict[str, Zone]:
-        """The zones of sizes, by field."""
-        found = size_zones(self.scene, self.problem.design)
-        return {FIELDS[key]: zone for key, zone in found.items()}
+        """The margin of each limit; none without tolerances of numbers."""
+        return tuple(self._margins()) if self.zones else ()
 
     @cached_property
     def ends(self) -> Ends:
-        """Between which values sizes are, by field."""
-        nominal = {field: float(self.problem.design.sizes[field][0]) for field in self.zones}
-        return {f: (nominal[f] + zone.lower, nominal[f] + zone.upper) for f, zone in self.zones.items()}
+        """Between which values numbers are, by field."""
+        nominal = {field: float(self.problem.design.values[field][0]) for field in self.problem.zones}
+        return {f: (nominal[f] + zone.lower, nominal[f] + zone.upper) for f, zone in self.problem.zones.items()}
 
     @cached_property
     def tried(self) -> Designs:
         """The design itself, and those at the corners."""
-        return all_moved(self.problem.design, [{}, *corners(self.zones)])
+        return all_moved(self.problem.design, self.offs)
+
+    @cached_property
+    def offs(self) -> list[Off]:
+        """By how much they are off."""
+        return [{}, *corners(self.problem.zones)]
+
+    @cached_property
+    def trains(self) -> list[Problem]:
+        """The problem itself, and those of trains at the corners."""
+        zones = {key: zone for key, zone in self.zones.items() if not self.variables[key].is_ranged}
+        nominal = self.problem.nominal
+        offs = [{key: nominal[key] + by for key, by in off.items()} for off in corners(zones)]
+        return [self.problem, *(self.problem.with_numbers(each) for each in offs)]
 
     def _margins(self) -> Iterator[Margin]:
-        keys = {FIELDS[key]: f"follower.{key}" for key in size_zones(self.scene, self.problem.design)}
-        for limit in self.problem.limits:
+        for place, limit in enumerate(self.problem.limits):
             if is_of_errors(limit):
                 continue
-            excess, values = self._found(limit, self.tried)
-            place = worst_of(limit, excess, values)
+            found = [self._of_train(problem, problem.limits[place]) for problem in self.trains]
+            excess, values = (np.array([getattr(each, name) for each in found]) for name in ("excess", "value"))
+            worst, gap = found[worst_of(limit, excess, values)], None
             verdict = self._verdict(limit, float(excess.max()))
-            witness, worst, gap = self._proved(limit, self.tried.take([place]), float(values[place]))
-            name = limit.shown[0] if limit.shown else ""
-            sizes = {key: float(witness.sizes[field][0]) for field, key in keys.items()}
-            nominal = float(values[0])
-            yield Margin(limit.name, name, limit.relation, limit.bound, nominal, worst, gap, verdict, sizes)
+            if len(self.trains) == 1:
+                worst, gap = self._proved(limit, worst)
+            name, nominal = limit.shown[0] if limit.shown else "", float(self._found(limit, self.tried)[1][0])
+            about = limit.name, name, limit.relation, limit.bound, nominal
+            yield Margin(*about, worst.value, gap, verdict, self._numbers(worst))
 
-    def _found(self, limit: Limit, designs: Designs) -> tuple[FloatArray, FloatArray]:
+    def _of_train(self, problem: Problem, limit: Limit) -> Cam:
+        """The worst cam with a train."""
+        cams = self.tried
+        excess, values = self._found(limit, cams, problem)
+        if len(self.problem.zones) > MOST_CORNERED:
+            cams = all_moved(self.problem.design, [*self.offs, self._together(limit, excess, values)])
+            excess, values = self._found(limit, cams, problem)
+        place = worst_of(limit, excess, values)
+        return Cam(problem, cams.take([place]), float(excess.max()), float(values[place]))
+
+    def _together(self, limit: Limit, excess: FloatArray, values: FloatArray) -> Off:
+        """Each number at the end which alone is the worst of cams."""
+        found: dict[str, float] = {}
+        for field in self.problem.zones:
+            places = [0, *(k for k, off in enumerate(self.offs) if field in off)]
+            found |= self.offs[places[worst_of(limit, excess[places], values[places])]]
+        return found
+
+    def _found(
+        self, limit: Limit, designs: Designs, problem: Problem | None = None
+    ) -> tuple[FloatArray, FloatArray]:
         """The excess of designs over a limit, and its quantity."""
-        excess, values = limited(self.problem, [limit], designs)
+        excess, values = limited(problem or self.problem, [limit], designs)
         return excess[0], values[0]
+
+    def _numbers(self, cam: Cam) -> dict[str, float]:
+        """The numbers of a cam that have tolerances, by key of the scene."""
+        own = cam.design.values
+        of_train = cam.problem.nominal
+        return {k: float(own[v.field][0]) if v.is_ranged else of_train[k] for k, v in self.variables.items()}
 
     def _verdict(self, limit: Limit, excess: float) -> str:
         """Whether all cams hold a limit, of which the worst at a corner has an excess."""
         if excess > 0.0:
             return BROKEN
+        if len(self.trains) > 1:
+            return UNDECIDED
         return limit_over_box(self.problem, limit, self.problem.design, self.ends, now() + SECONDS).verdict
 
-    def _proved(self, limit: Limit, witness: Designs, worst: float) -> tuple[Designs, float, float | None]:
-        """The worst cam, its quantity, and by how much others may be worse."""
-        if not isinstance(limit, QuantityLimit) or not isfinite(worst):
-            return witness, worst, None
+    def _proved(self, limit: Limit, worst: Cam) -> tuple[Cam, float | None]:
+        """The worst cam, and by how much others may be worse."""
+        if not isinstance(limit, QuantityLimit) or not isfinite(worst.value):
+            return worst, None
         if limit.is_of_motion:
-            return witness, worst, 0.0
+            return worst, 0.0
         side, until = QUANTITIES[limit.quantities[0]].side, now() + SECONDS
         gaps = iter(GAPS)
         share = next(gaps)
         for _ in range(WORSE):
-            gap = share * (abs(worst) or 1.0)
-            easier = replace(limit, bound=worst + side * gap)
+            gap = share * (abs(worst.value) or 1.0)
+            easier = replace(limit, bound=worst.value + side * gap)
             answer = limit_over_box(self.problem, easier, self.problem.design, self.ends, until)
             if answer.verdict == HELD:
-                return witness, worst, gap
+                return worst, gap
             if answer.witness is not None:
                 value = float(self._found(limit, answer.witness)[1][0])
-                if side * (value - worst) > 0.0:
-                    witness, worst = answer.witness, value
+                if side * (value - worst.value) > 0.0:
+                    worst = worst._replace(design=answer.witness, value=value)
                     continue
             if (larger := next(gaps, None)) is None:
                 break
             share = larger
-        return witness, worst, None
+        return worst, None
+
+
+def made_so(scene: Scene, numbers: Mapping[str, float]) -> Scene:
+    """The scene of one cam within the tolerances, whose errors are made: they are tolerances no more.
+
+    Those of the profile, the bore and angles stay; where none is left, limits on errors of the motion go with them.
+    """
+    given = scene.to_dict()
+    kept = {key: each for key, each in given["tolerances"].items() if key not in NUMBERED}
+    limits = {f"limits.{key}": None for key in ERROR_LIMITS if not kept and key in given.get("limits", {})}
+    return scene.replace(**{"tolerances": kept, "search.robust": None, **limits, **numbers})
 
 
 def margins_table(scene: Scene, margins: tuple[Margin, ...]) -> Table:
     """The limits with the nominal cam's quantity, that of the worst cam, and whether every cam holds them."""
     heads = ["limit", "bound", "nominal", "worst", "every cam", "worst cam"]
+    units = {each.key: each.unit for each in variables_of(scene)}
     rows = []
     for each in margins:
         unit = QUANTITIES[each.quantity].unit if each.quantity else ""
         bound = f"{each.relation} {with_unit(each.bound, unit)}" if each.quantity else ""
         values = [number(shown(v, unit)) if each.quantity else "" for v in (each.nominal, each.worst)]
-        sizes = ", ".join(f"{key.partition('.')[2]} {with_unit(v, 'mm')}" for key, v in each.sizes.items())
+        sizes = ", ".join(
+            f"{key.removeprefix('follower.')} {with_unit(v, units[key])}" for key, v in each.sizes.items()
+        )
         differs = each.quantity and each.worst != each.nominal
         rows.append([each.limit, bound, *values, each.verdict, sizes if differs else ""])
     kinds = [Cell(head, NUMERIC if head in ("nominal", "worst") else "") for head in heads]
-    return Table.of(f"{scene.name}: limits within the tolerances of sizes", kinds, rows)
+    return Table.of(f"{scene.name}: limits within the tolerances", kinds, rows)

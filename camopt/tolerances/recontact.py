@@ -75,7 +75,9 @@ class RealCams:
         """The motion at these places, with derivatives up to an order."""
         angle, follower = self._rest(off, places, order)
         angle, train = angle - off.get("phase", 0.0), self.problem.setup.train
-        return RealMotion(angle, follower if train is None else train.tool(follower + self._follower_zero))
+        if train is None:
+            return RealMotion(angle, follower)
+        return RealMotion(angle, self.problem.train_off(off).tool(follower + self._follower_zero))
 
     def _rest(self, off: Off, places: FloatArray, order: int) -> RealMotion:
         """The cam angle, but for the phase, and the displacement of the follower."""

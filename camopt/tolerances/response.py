@@ -17,11 +17,13 @@ from functools import cached_property
 
 import numpy as np
 
+from camopt.mechanisms import FIELDS
 from camopt.mechanisms.rest import ContactPoint, Shift
 from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor
 from camopt.problem.problem import Problem
+from camopt.scene.tolerances import ANGLES
 
 ORDERS = 3
 """Displacement, velocity and acceleration: the terms of each series."""
@@ -36,6 +38,13 @@ class Responses:
 
     problem: Problem
     angles: FloatArray
+
+    def to_number(self, key: str) -> FloatArray:
+        """To a number that is larger than it should be, by its key: a size of the follower, a link, or an angle."""
+        table, _, name = key.partition(".")
+        if key in ANGLES:
+            return self.to_phase if key == "phase" else self.to_tilt
+        return self._to_link(key) if table == "train" else self.to_size(FIELDS[name])
 
     def to_size(self, field: str) -> FloatArray:
         """To a size of the follower, by field of ``Designs``, that is larger than it should be."""
@@ -79,6 +88,13 @@ class Responses:
         """To a translating flat face that is tilted about where the axis of its stem meets it."""
         return self._to_shift((0.0, self._contact.x - self.problem.design.offset))
 
+    def _to_link(self, key: str) -> FloatArray:
+        """To a number of the train, from the series of the tool by it, whose terms are series by the cam angle."""
+        problem = self.problem
+        made = problem.trains({key: Taylor([problem.nominal[key], 1.0])})
+        moved = made.tool(Taylor([self._follower, self._follower * 0.0])).terms[1]
+        return self._terms(moved)
+
     def _to_shift(self, shift: Shift) -> FloatArray:
         """To a shift of the trace point while the displacement stays."""
         return self._answer(-self._along(shift))
@@ -97,7 +113,9 @@ class Responses:
 
     def _tool(self, found: Series) -> FloatArray:
         """What a series of the follower is at the tool."""
-        found = found if self._ratio is None else found * self._ratio
+        return self._terms(found if self._ratio is None else found * self._ratio)
+
+    def _terms(self, found: Series) -> FloatArray:
         return np.array([np.broadcast_to(found.derivative(order), self.angles.shape) for order in range(ORDERS)])
 
     @cached_property
@@ -130,12 +148,16 @@ class Responses:
     @cached_property
     def _ratio(self) -> Series | None:
         """The ratio of the train; None without one."""
+        train = self.problem.setup.train
+        return None if train is None else train.joints(self._follower)[-1].ratio
+
+    @cached_property
+    def _follower(self) -> Series:
+        """Where the follower is from the start of its train."""
         train, programme = self.problem.setup.train, self.problem.programme
-        if train is None:
-            return None
+        assert train is not None
         _, z1, z2, _ = programme.tool.at(self.angles)
-        tool = Taylor([tool_position(programme, self.angles), z1, z2 / 2])
-        return train.joints(train.follower(tool))[-1].ratio
+        return train.follower(Taylor([tool_position(programme, self.angles), z1, z2 / 2]))
 
     def _series(self, value: FloatArray, slope: FloatArray) -> Series:
         """A series that is straight."""

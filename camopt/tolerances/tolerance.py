@@ -3,12 +3,12 @@
 To first order errors add up. At worst each is at the end of its zone that moves the motion the same way as the
 others; errors that are independent of each other have the root of the sum of their squared deviations:
 
-    worst = Σ c·t,    band = |Σ c·m| + 3·√(Σ c²·σ²)
+    worst = Σ c·t,    band = |Σ c·m| + 3·√(Σ c²·σ² + Σ c_i·c_k·cov_ik)
 
-with the answer c of the motion (``tolerances.response``), the zone's end t, its middle m and its standard deviation
-σ. The band is the root sum square. If the sum is normal it holds 99.73 % of the cams at each cam angle: it nearly
-is if there are several errors of one order. With one that is uniform 3σ is beyond the worst case, which takes its
-place.
+with the answer c of the motion (``tolerances.response``), the zone's end t, the mean m, the standard deviation σ,
+and the covariance of two errors i ≠ k of one batch, √(s_i·s_k)·σ_i·σ_k of normal ones. The band is the root sum
+square. If the sum is normal it holds 99.73 % of the cams at each cam angle: it nearly is if there are several
+errors of one order. With one that is uniform 3σ is beyond the worst case, which takes its place.
 
 Source: Greenwood and Chase, Worst case tolerance analysis with nonlinear problems, J. Eng. Ind. 110, 1988.
 """
@@ -29,12 +29,12 @@ from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import Table, table_of
-from camopt.tolerances.contributions import Contribution
-from camopt.tolerances.margins import Box, Margin, margins_table
+from camopt.tolerances.contributions import Contribution, variances
+from camopt.tolerances.margins import Box, Margin, made_so, margins_table
 from camopt.tolerances.response import ORDERS
-from camopt.tolerances.touching import ANGLES, BORE_WAY
+from camopt.tolerances.touching import error_unit
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band, no_tolerances, worst
-from camopt.tolerances.worst_case import WorstCase, WorstSearch
+from camopt.tolerances.worst_case import NOT_OFF, WorstCase, WorstSearch
 
 DWELL_NODES = 33
 """Cam angles at which a dwell is looked at."""
@@ -65,7 +65,10 @@ class MotionError(NamedTuple):
     shares: dict[str, float]
     """What each tolerance contributes to the worst case, which is their sum; to an infinite one its own largest."""
     variances: dict[str, float]
-    """The share of each tolerance in the variance at the angle of the band; adds up to 1."""
+    """The share of each tolerance in the variance at the angle of the band; adds up to 1.
+
+    With those of its batch; below 0 of one that takes off what the others of it add.
+    """
 
 
 class DwellError(NamedTuple):
@@ -144,7 +147,9 @@ class MotionErrors(HasHtml, Drawn):
     def _of_worst_cam(self) -> str:
         """The errors of the worst cam, and where it has its own."""
         worst = self.worst_case
-        units = {key: "deg" if key in (*ANGLES, BORE_WAY) else "mm" for key in worst.errors}
+        if not worst.errors:
+            return "No tolerance moves the tool."
+        units = {key: error_unit(self.scene, key) for key in worst.errors}
         said = ", ".join(f"{key} {with_unit(each, units[key])}" for key, each in worst.errors.items())
         return f"The worst cam, at {number(round(worst.at_deg, 9))} deg: {said}."
 
@@ -155,6 +160,8 @@ class MotionErrors(HasHtml, Drawn):
     def worst_cam(self, limit: str) -> Scene:
         """The scene of the worst cam that was found for a limit.
 
+        Its numbers are off, and have no tolerances any more.
+
         Raises
         ------
         UnknownName
@@ -163,7 +170,7 @@ class MotionErrors(HasHtml, Drawn):
         found = {each.limit: each for each in self.margins}
         if limit not in found:
             raise UnknownName(f"{limit!r} is no limit with a margin; {nearest(str(limit), found)}")
-        return self.scene.replace(**found[limit].sizes)
+        return made_so(self.scene, found[limit].sizes)
 
     def _row(self, said: str, field: str) -> dict[str, Any]:
         """What each of the three has in a field; nothing where it has none."""
@@ -204,15 +211,18 @@ def tolerance(scene: Scene) -> MotionErrors:
     [0.0134, 0.028, inf]
     """
     turn = TurnErrors(scene, resolve_design(scene))
-    if not turn.sampled:
+    margins = Box.of(scene, turn.problem).margins
+    if not (turn.sampled or scene.tolerances.numbers):
         raise no_tolerances(turn.problem.file)
-    worst_case, margins = WorstSearch.of(turn).run(), Box.of(scene, turn.problem).margins
+    worst_case = WorstSearch.of(turn).run() if turn.sampled else NOT_OFF
     errors, reason = tuple(_error(turn, order) for order in range(ORDERS)), " ".join(_reasons(turn, worst_case))
     return MotionErrors(scene, errors, worst_case, tuple(_dwells(turn)), reason, margins)
 
 
 def _error(turn: TurnErrors, order: int) -> MotionError:
     """The largest error of an order."""
+    if not turn.sampled:
+        return MotionError(NAMES[order], unit_of(turn.problem.setup, order), 0.0, None, 0.0, None, {}, {})
     if unbounded := turn.unbounded(order):
         return _endless(turn, order, unbounded)
     unit, worst_at, band_at = (
@@ -223,7 +233,7 @@ def _error(turn: TurnErrors, order: int) -> MotionError:
     at_worst, at_band = (turn.at(np.array([place])) for place in (worst_at, band_at))
     ends = np.array([[each.upper[order, 0], -each.lower[order, 0]] for each in at_worst])
     shares = unit * ends[:, ends.sum(axis=0).argmax()]
-    variances = np.array([np.square(each.deviation[order, 0]) for each in at_band])
+    parts = variances(at_band, order)[:, 0]
     return MotionError(
         NAMES[order],
         unit_of(turn.problem.setup, order),
@@ -232,7 +242,7 @@ def _error(turn: TurnErrors, order: int) -> MotionError:
         unit * float(band(at_band, order)[0]),
         degrees(band_at),
         _by_key(at_worst, shares),
-        _by_key(at_band, variances / (variances.sum() or 1.0)),
+        _by_key(at_band, parts / (parts.sum() or 1.0)),
     )
 
 
@@ -243,8 +253,8 @@ def _endless(turn: TurnErrors, order: int, unbounded: dict[str, float | None]) -
         each.key: scale(turn.problem.setup, order) * float(worst([each], order).max()) for each in turn.sampled
     }
     shares = alone | dict.fromkeys(unbounded, inf)
-    variances = {key: float(key in unbounded) / len(unbounded) for key in shares}
-    return MotionError(NAMES[order], unit_of(turn.problem.setup, order), inf, at, inf, at, shares, variances)
+    parts = {key: float(key in unbounded) / len(unbounded) for key in shares}
+    return MotionError(NAMES[order], unit_of(turn.problem.setup, order), inf, at, inf, at, shares, parts)
 
 
 def _by_key(found: list[Contribution], values: FloatArray) -> dict[str, float]:

@@ -3,16 +3,17 @@
 At φ a nominal follower touches a point, and stands at y(φ). The real one touches it at θ = φ + turned, where it
 should stand at y(θ), and stands at y(φ) + moved (``mechanisms.rest``): its error is
 
-    δ = moved − (y(θ) − y(φ)),    of the tool  f(y(θ) + δ) − f(y(θ))
+    δ = moved − (y(θ) − y(φ)),    of the tool  f*(y(θ) + δ) − f(y(θ))
 
-with the train's f. Nothing is linear here, and nothing is iterated.
+with the train's f, and the f* of its own links. Both count from the start position, in which a train is set: what
+links that are off move there is taken out where it is mounted. Nothing is linear here, and nothing is iterated.
 
 A profile that is anywhere within its zone ±t moves the follower no more than one that stands out by t, or is short
 of it by t, everywhere: the body is between these two.
 """
 
 from collections.abc import Mapping
-from math import pi, radians
+from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,33 +24,33 @@ from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
-from camopt.problem.zones import size_zones
+from camopt.problem.variables import variables_of
+from camopt.problem.zones import tool_zones
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import zone_of
+from camopt.scene.tolerances import ANGLES
 
 BORE, BORE_WAY = "bore_eccentricity", "bore_eccentricity_way"
 """The distance of the bore's axis, and in which direction of the ground it is when the point is touched, rad."""
-ANGLES = ("phase", "face_tilt")
-"""Keys of tolerances that are angles: rad inside, deg outside."""
 Errors = Mapping[str, Any]
-"""By key of ``[tolerances]``, mm or rad, with BORE_WAY."""
+"""By key of ``[tolerances]``, mm or rad, with BORE_WAY; of a number of the train in the unit of its key."""
 
 
 def error_ends(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
     """Between which values each error of the cams within the tolerances is."""
     given, developed = scene.tolerances, problem.setup.mechanism.body.developed
-    zones = size_zones(scene, problem.design)
-    found = {f"follower.{key}": (zone.lower, zone.upper) for key, zone in zones.items()}
+    found = {key: (zone.lower, zone.upper) for key, zone in tool_zones(scene, problem.nominal).items()}
     if given.profile is not None:
         found["profile"] = -given.profile, given.profile
     if given.bore_eccentricity is not None:  # what is across the surface of a cylinder moves nothing
         found[BORE] = -given.bore_eccentricity if developed else 0.0, given.bore_eccentricity
         found |= {} if developed else {BORE_WAY: (-pi, pi)}
-    for key in ANGLES:
-        if (tolerance := getattr(given, key)) is not None:
-            zone = zone_of(tolerance, key, 0.0).scaled(radians(1.0))
-            found[key] = zone.lower, zone.upper
     return found
+
+
+def error_unit(scene: Scene, key: str) -> str:
+    """The unit of what is off by a key of ``[tolerances]``, or of BORE_WAY, where it is shown."""
+    own = {each.key: each.unit for each in variables_of(scene)}
+    return own.get(key, "deg" if key in (*ANGLES, BORE_WAY) else "mm")
 
 
 def off_by(errors: Errors) -> Off:
@@ -85,5 +86,5 @@ def contact_of(problem: Problem, errors: Errors, angles: FloatArray) -> Contact:
     if train is None:
         return Contact(there, y + rest.moved - programme.at(asked)[0])
     first, last = (train.follower_at(tool_position(programme, np.mod(each, turn))) for each in (angles, asked))
-    stood = np.asarray(train.tool(Taylor([first + rest.moved])).terms[0])
+    stood = np.asarray(problem.train_off(errors).tool(Taylor([first + rest.moved])).terms[0])
     return Contact(there, stood - np.asarray(train.tool(Taylor([last])).terms[0]))

@@ -18,7 +18,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import WITHIN
-from camopt.tolerances.contributions import Contribution, contributions
+from camopt.tolerances.contributions import Contribution, contributions, variances
 from camopt.tolerances.response import ORDERS
 
 NAMES = ("displacement", "velocity", "acceleration")
@@ -63,7 +63,7 @@ def worst_ends(found: list[Contribution], order: int) -> Ends:
 def band_ends(found: list[Contribution], order: int) -> Ends:
     """The root sum square of an order: 3σ to either side of the mean, but within the worst case."""
     middle, most = sum(each.middle[order] for each in found), worst_ends(found, order)
-    half = WITHIN * np.sqrt(sum(np.square(each.deviation[order]) for each in found))
+    half = WITHIN * np.sqrt(np.maximum(variances(found, order).sum(axis=0), 0.0))
     return Ends(np.maximum(middle - half, most.lower), np.minimum(middle + half, most.upper))
 
 

@@ -32,8 +32,11 @@ from camopt.numerics.sloped import Placed, Sloped, at_point, by_chain, range_of,
 from camopt.numerics.taylor import Taylor
 from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
-from camopt.tolerances.touching import ANGLES, BORE, BORE_WAY, contact_of, error_ends, off_by
+from camopt.problem.variables import is_of_train
+from camopt.scene.tolerances import ANGLES
+from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends, off_by
 from camopt.tolerances.turn import TurnErrors, highest
+from camopt.trains.carried import Joint
 from camopt.verdicts.claim_boxes import Answer, Parts, Search
 from camopt.verdicts.words import BROKEN, HELD
 
@@ -75,6 +78,10 @@ class WorstCase(NamedTuple):
     def gap(self) -> float:
         """By how much some cam may be worse than that one."""
         return self.bound - abs(self.error)
+
+
+NOT_OFF = WorstCase(0.0, 0.0, 0.0, {})
+"""That of cams with tolerances that move no tool."""
 
 
 class Jumped(NamedTuple):
@@ -122,7 +129,7 @@ def tool_error(f, i, at):  # type: ignore[no-untyped-def]
     change = _change(f.problem.programme, at, turned)
     if setup.train is None:
         return moved - change, 0.0
-    return _through(setup.train, follower_start(f.problem), at.y, moved, change), 0.0
+    return _through(f.problem, f.errors, at.y, moved, change), 0.0
 
 
 def _plain(x: Any, like: Sloped) -> Any:
@@ -159,28 +166,74 @@ def _along(like: Sloped) -> Interval:
     return Interval(one, one)
 
 
-def _through(train: Any, start: float, y: Sloped, moved: Sloped, change: Sloped) -> Sloped:
-    """f(y + moved) − f(y + change), by Taylor's theorem to the second order."""
-    error, stands = moved - change, y + change
-    if (ratio := train.constant_ratio) is not None:
+class Ahead(NamedTuple):
+    """How far a tool is ahead of where it should be, and its slopes by where its follower stands and is off."""
+
+    value: Interval
+    by_place: Interval
+    by_error: Interval
+
+
+Off = Mapping[str, Interval]
+"""By how much links are off, by key of the scene."""
+
+
+@dataclass(frozen=True)
+class OffTrain:
+    """A train whose links may be off."""
+
+    problem: Problem
+
+    def ahead(self, error: Interval, stands: Interval, off: Off) -> Ahead:
+        """f*(stands + error) − f(stands), by Taylor's theorem to the second order in all that is off."""
+        still, between = ({key: part(each) for key, each in off.items()} for part in (_none, _from_0))
+        first = self._tool(stands, error, still, off, 2).moved.derivative(1)
+        tool = self._tool(stands + _from_0(error), error, between, off, 3)
+        value = widened(range_of(first) + range_of(tool.moved.derivative(2)) * 0.5, SUMMED)
+        return Ahead(value, range_of(tool.ratio.derivative(1)), range_of(tool.ratio.terms[0]))
+
+    def slope(self, key: str, places: Interval, off: Off) -> Interval:
+        """∂f*/∂p of a number of the train."""
+        ways = {each: _none(by) + (1.0 if each == key else 0.0) for each, by in off.items()}
+        between = {each: _from_0(by) for each, by in off.items()}
+        return range_of(self._tool(places, _none(places), between, ways, 2).moved.derivative(1))
+
+    def _tool(self, place: Interval, way: Interval, off: Off, ways: Off, terms: int) -> Joint:
+        """The tool as a series along a way that follower and links go."""
+        nominal, start = self.problem.nominal, follower_start(self.problem)
+        made = {key: _series(nominal[key] + each, ways[key], terms) for key, each in off.items()}
+        train = self.problem.trains(made) if made else self.problem.setup.train
+        assert train is not None
+        return train.joints(_series(start + place, way, terms))[-1]
+
+
+def _through(problem: Problem, errors: Mapping[str, Any], y: Sloped, moved: Sloped, change: Sloped) -> Sloped:
+    """f*(y + moved) − f(y + change)."""
+    error, stands, train = moved - change, y + change, problem.setup.train
+    links = {key: _plain(each, y) for key, each in errors.items() if is_of_train(key)}
+    assert train is not None
+    if not links and (ratio := train.constant_ratio) is not None:
         return by_chain(error.value * ratio, error.at * ratio, [(error, as_interval(ratio))])
-
-    def ahead(off: Interval, first: Interval, last: Interval) -> tuple[Interval, Interval, Interval]:
-        """By how much f differs, with its slopes there and in between."""
-        way = Interval(np.minimum(first.low, last.low), np.maximum(first.high, last.high))
-        rate, bend = _derivative(train, start + first, 1), _derivative(train, start + way, 2)
-        return widened(off * rate + off * off * bend * 0.5, SUMMED), rate, bend
-
-    value, rate, bend = ahead(error.value, stands.value, (y + moved).value)
-    point, *_ = ahead(error.at, stands.at, (y + moved).at)
-    turned = error.value * bend
-    return by_chain(value, point, [(error, rate + turned), (stands, turned)])
+    of, off = OffTrain(problem), {key: each.value for key, each in links.items()}
+    whole = of.ahead(error.value, stands.value, off)
+    point = of.ahead(error.at, stands.at, {key: each.at for key, each in links.items()})
+    places = stands.value + _from_0(error.value)
+    by_links = [(each, of.slope(key, places, off)) for key, each in links.items()]
+    return by_chain(whole.value, point.value, [(error, whole.by_error), (stands, whole.by_place), *by_links])
 
 
-def _derivative(train: Any, place: Interval, order: int) -> Interval:
-    """f' or f'' of a train, where its follower is."""
-    terms = [place, as_interval(1.0 + place.low * 0.0), place * 0.0][: order + 1]
-    return range_of(train.tool(Taylor([_still(each) for each in terms])).derivative(order))
+def _none(x: Interval) -> Interval:
+    return as_interval(x * 0.0)
+
+
+def _from_0(x: Interval) -> Interval:
+    """All from 0 to a range."""
+    return Interval(np.minimum(x.low, 0.0), np.maximum(x.high, 0.0))
+
+
+def _series(place: Interval, slope: Interval, terms: int) -> Taylor:
+    """What is straight, in ranges without slopes, for the formulas of links."""
+    return Taylor([_still(each) for each in (place, slope, _none(slope))[:terms]])
 
 
 def _still(x: Interval) -> Placed:

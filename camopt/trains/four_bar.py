@@ -36,6 +36,7 @@ from camopt.trains.link import (
     needed,
     one_like,
     position_at,
+    value_at_start,
 )
 from camopt.trains.sketch import Port, Sketch, Standing, bar
 from camopt.trains.stage import Keys, Stage
@@ -176,7 +177,7 @@ def four_bar(crank: Any, coupler: Any, rocker: Any, ground: Any, angle: Any, *, 
     pin = np.cos(asked) * rocker + ground, np.sin(asked) * rocker
     bars = Bar(crank, coupler, np.sign(sine * pin[0] - cosine * pin[1])), Bar(rocker, coupler, side)
     bare = FourBar(ground, start, asked, *bars)
-    rests = position_at(bare.backward, 0.0), position_at(bare.forward, 0.0)
+    rests = value_at_start(bare.backward, room), value_at_start(bare.forward, room)
     return FourBar(ground, start, asked, *(replace(bar, rest=rest) for bar, rest in zip(bars, rests, strict=True)))
 
 

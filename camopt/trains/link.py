@@ -4,9 +4,9 @@ Displacements are counted from the start position, mm or rad. Formulas take seri
 or of balls, whose derivatives are those of the motion. What a link is made from, numbers of its start position
 found and rounded among it, is taken as exact by proofs in balls.
 
-A link may be made from arrays, as many linkages with a formula for all, or from ranges with slopes, which enclose
-all linkages of a box (``numerics.sloped.Placed``). Of linkages among them that cannot be put together no number is
-known.
+A link may be made from arrays, as many linkages with a formula for all, from ranges with slopes, which enclose all
+linkages of a box (``numerics.sloped.Placed``), or from series, by what is off of it. Of linkages among them that
+cannot be put together no number is known.
 """
 
 from collections.abc import Callable, Iterable
@@ -140,6 +140,7 @@ def needed(margin: Any, why: Callable[[], str]) -> None:
 
 def either(margin: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any:
     """Numbers or series, one of two forms of them: the first where ``margin`` is above 0."""
+    margin = margin.terms[0] if isinstance(margin, Taylor) else margin
     if isinstance(margin, Placed):
         return _either_of_ranges(margin, one(), other())
     if isinstance(margin, np.ndarray):
@@ -157,6 +158,11 @@ def _either_of_ranges(margin: Placed, one: Series, other: Series) -> Series:
 def position_at(formula: Callable[[Series], Series], place: Any) -> Any:
     """The value of a formula at numbers, arrays or ranges."""
     return formula(Taylor([place])).terms[0]
+
+
+def value_at_start(formula: Callable[[Series], Series], like: Any) -> Any:
+    """The value of a formula at 0, of a kind of number as another."""
+    return formula(like * 0.0) if isinstance(like, Taylor) else position_at(formula, 0.0)
 
 
 def value_at(formula: Callable[[Series], Series], end: float) -> float:

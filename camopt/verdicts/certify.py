@@ -23,6 +23,7 @@ from camopt.problem.claims import Claim
 from camopt.problem.limit import ASSEMBLY, SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.rows import Rows
+from camopt.problem.settings import toleranced
 from camopt.scene.scene import Scene
 from camopt.verdicts.asked import conditions_verdict
 from camopt.verdicts.ball import as_arb, precisely
@@ -204,16 +205,15 @@ def certify_problem(problem: Problem) -> dict[str, str]:
     asked = conditions_verdict(problem.given, exact_motion(problem.programme).given)
     verdicts = certify_design(problem, problem.design)
     if problem.zones and ASSEMBLY not in verdicts:
-        verdicts |= {
-            limit.name: worst([verdicts[limit.name], _over_box(problem, limit)]) for limit in problem.limits
-        }
+        every = toleranced(exactly(problem))
+        verdicts |= {limit.name: worst([verdicts[limit.name], _over_box(every, limit)]) for limit in every.limits}
     return verdicts | ({} if asked is None else {CONDITIONS: asked})
 
 
 def _over_box(problem: Problem, limit: Limit) -> str:
     """The verdict on a limit of all cams within the tolerances of the sizes of a scene's own design."""
     ends = ends_within(problem, problem.design)
-    return limit_over_box(exactly(problem), limit, problem.design, ends).verdict
+    return limit_over_box(problem, limit, problem.design, ends).verdict
 
 
 def summary(verdicts: dict[str, str]) -> str:

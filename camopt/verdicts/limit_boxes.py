@@ -11,7 +11,9 @@ import numpy as np
 
 from camopt.effects import EFFECTS, Case
 from camopt.effects.crossing import round_bodies
+from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import SECOND_SIZE
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.numerics.interval import Interval, as_interval
@@ -24,23 +26,30 @@ from camopt.verdicts.ranges import is_ranged, ranged
 from camopt.verdicts.running import run_effects
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
+OF_BODY = ("size", SECOND_SIZE)
+"""The sizes of cams: a circle within the base circle is so in all, if it is in the least."""
+SPEED = "cam.rpm"
 STEEPER = 1.0 + 1e-6
 """How much steeper than at the corners of a box the pressure angle may be in it, as a first guess."""
 
 
 def ends_within(problem: Problem, design: Designs) -> Ends:
-    """Between which values sizes of the cams are that have to hold the limits with a design, by field."""
-    nominal = {field: float(design.sizes[field][0]) for field in problem.zones}
+    """Between which values numbers of the cams are that have to hold the limits with a design, by field."""
+    nominal = {field: float(design.values[field][0]) for field in problem.zones}
     return {f: (nominal[f] + zone.lower, nominal[f] + zone.upper) for f, zone in problem.zones.items()}
 
 
 def limit_over_box(problem: Problem, limit: Limit, design: Designs, ends: Ends, until: float = inf) -> Answer:
     """Whether all designs that differ from one by sizes between their ends hold a limit."""
+    if limit.of_base:
+        design = design.with_values({field: np.array([ends[field][0]]) for field in OF_BODY if field in ends})
     if limit.is_of_motion or limit.of_base:
         columns = run_effects(Case(problem.setup, problem.programme, design), limit.needs).shifted(1.0)
         return Answer(HELD) if limit.excess(columns, design)[0] <= 0.0 else Answer(BROKEN, design)
     if limit.infinite_at(problem.programme):
         return Answer(BROKEN, design)
+    if limit.claims and all(isinstance(each.curve, Derivative) for each in limit.claims):
+        return _at_speeds(problem, limit, design, ends)
     if limit.name == SELF_CROSSING:
         return Answer(HELD if _round(problem, design, ends, until) else UNDECIDED)
     effects = [EFFECTS[QUANTITIES[name].effect] for name in limit.needs]
@@ -54,6 +63,16 @@ def limit_over_box(problem: Problem, limit: Limit, design: Designs, ends: Ends, 
     if broken:
         return broken[0]
     return Answer(HELD if found and all(each.verdict == HELD for each in found) else UNDECIDED)
+
+
+def _at_speeds(problem: Problem, limit: Limit, design: Designs, ends: Ends) -> Answer:
+    """Whether designs hold a limit on a derivative of the motion: it is a number times a power of the speed."""
+    speeds = ends.get(SPEED)
+    every = design
+    if speeds is not None:
+        every = design.take([0, 0]).with_values({SPEED: np.array(speeds)})
+    columns = run_effects(Case(problem.setup, problem.programme, every), limit.needs).shifted(1.0)
+    return Answer(HELD if np.all(limit.excess(columns, every) <= 0.0) else UNDECIDED)
 
 
 def _round(problem: Problem, design: Designs, ends: Ends, until: float) -> bool:

@@ -35,7 +35,7 @@ from camopt.problem.sample import searched_space
 from camopt.problem.settings import MOST_SETTINGS
 from camopt.problem.unused import unused
 from camopt.quantities import QUANTITIES, number_quantities
-from camopt.scene.checks import SEARCHED
+from camopt.scene.sizes import SEARCHED
 from camopt.scene.tables import Cam, Dynamics, Materials
 from camopt.storage.sealed import read_table
 

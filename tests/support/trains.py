@@ -83,7 +83,9 @@ def four_bar_loop(keys: Keys, turns: bool, x: Any) -> Any:
     def gap(psi: Any, phi: Any) -> Any:
         return abs(d + c * mpmath.expj(psi) - a * mpmath.expj(phi)) ** 2 - b * b
 
-    known = four_bar(*(keys[n] for n in ("crank", "coupler", "rocker", "ground", "angle")), crossed=keys["crossed"])
+    known = four_bar(
+        *(float(keys[n]) for n in ("crank", "coupler", "rocker", "ground", "angle")), crossed=keys["crossed"]
+    )
     first = mpmath.findroot(lambda psi: gap(psi, start), known.asked_start)
     return followed(gap, keys, first, start, x) - first
 

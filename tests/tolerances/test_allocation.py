@@ -93,5 +93,5 @@ def test_the_command_allocates_by_a_file_of_costs(command, tmp_path):
     assert {each["key"]: each["named"] for each in found["tolerances"]}["follower.offset"] == "js9"
     assert found["worst_case"]["bound"] <= 0.09
     allocated = camopt.Scene.from_toml(tmp_path / "out" / "allocated.toml")
-    assert allocated.tolerances.follower.offset.iso == "js9"
+    assert allocated.tolerances.numbers["follower.offset"].iso == "js9"
     assert command("tolerance", file, "--costs", costs)[0] == 2

@@ -84,8 +84,8 @@ def test_drawn_sizes_have_the_distribution_that_is_asked():
         "phase": {"plus": 0.2, "distribution": "uniform"},
     }
     scene = scene_of("offset-roller").replace(tolerances={"follower": given, **more})
-    design = resolve_design(scene).design
-    errors = parts_of(drawn(scene, design, 2**14, 3))
+    nominal = resolve_design(scene).nominal
+    errors = parts_of(drawn(scene, nominal, 2**14, 3))
     known = {
         "follower.offset": stats.triang(0.5, loc=-0.1, scale=0.4),
         "follower.roller_radius": stats.norm(-0.1, 0.1 / 3.99),
@@ -96,7 +96,7 @@ def test_drawn_sizes_have_the_distribution_that_is_asked():
     assert errors.keys() == known.keys()
     for key, values in errors.items():
         assert stats.kstest(values, known[key].cdf).statistic < 1e-3
-    again = parts_of(drawn(scene, design, 2**14, 3))
+    again = parts_of(drawn(scene, nominal, 2**14, 3))
     assert all(np.array_equal(errors[key], again[key]) for key in errors)
 
 
@@ -106,7 +106,7 @@ def test_so_many_cams_are_outside_of_their_tolerances_as_normal_distributions_ha
     scene, offset = FACE.replace(tolerances={"bore_eccentricity": 0.01}), {"plus": 0.5, "minus": 0.5}
     scene = scene.replace(**{"tolerances.follower.offset": {**offset, **own}})
     problem = resolve_design(scene)
-    share = beyond(drawn(scene, problem.design, 2**15, 0), error_ends(scene, problem)).mean()
+    share = beyond(drawn(scene, problem.nominal, 2**15, 0), error_ends(scene, problem)).mean()
     assert share == pytest.approx(1.0 - within * (1.0 - np.exp(-4.5)), abs=1e-3)
     even = FACE.replace(tolerances={"follower.offset": {**offset, "distribution": "uniform"}})
     assert camopt.sample_cams(even, cams=500).outside == 0
@@ -121,7 +121,7 @@ def test_the_interval_of_a_share_is_that_of_a_binomial_test():
 def test_the_command_draws_cams(command, tmp_path):
     file = tmp_path / "cam.toml"
     file.write_text(scene_of("offset-roller").to_toml())
-    assert "cams drawn by the tolerances of sizes" in command("tolerance", file, "--cams", "500")[1]
+    assert "cams drawn by the tolerances" in command("tolerance", file, "--cams", "500")[1]
     found = json.loads(command("tolerance", file, "--cams", "500", "--seed", "2", "--json")[1])["batch"]
     batch = camopt.sample_cams(scene_of("offset-roller"), cams=500, seed=2)
     assert (found["cams"], found["seed"], found["outside"]) == (500, 2, batch.outside)

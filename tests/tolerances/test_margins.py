@@ -123,7 +123,7 @@ def test_the_command_shows_the_margins_and_writes_them(command, tmp_path):
     file = tmp_path / "cam.toml"
     file.write_text(scene.to_toml())
     text = command("tolerance", file)[1]
-    assert "limits within the tolerances of sizes" in text
+    assert "limits within the tolerances" in text
     assert "offset 12.5 mm" in text
     margins = json.loads(command("tolerance", file, "--json")[1])["margins"]
     found = {each.limit: each for each in camopt.tolerance(scene).margins}

@@ -111,8 +111,9 @@ def test_a_sweep_keeps_designs_that_hold_the_limits_at_all_corners():
 def test_what_robust_asks_for_is_said():
     with pytest.raises(BadInput, match="needs a tolerance of a size, such as"):
         resolve(scene_of("roller").replace(tolerances={"profile": 0.01}))
-    with pytest.raises(BadInput, match=r"give ± mm, or leave out search\.roller_radius"):
-        scene_of("roller").replace(**{"search.roller_radius": [10, 12], "tolerances.follower.roller_radius": "h6"})
+    of_class = {"search.roller_radius": [10, 12], "tolerances.follower.roller_radius": "h6"}
+    with pytest.raises(BadInput, match=r"must be ± mm: .* or leave out search\.roller_radius"):
+        resolve(scene_of("roller").replace(**of_class))
     search = {"base_radius": [60, 70]}
     with pytest.raises(BadInput, match=r"with search\.robust feasible or pareto"):
         camopt.sweep(scene_of("roller", search=search), keep="all")

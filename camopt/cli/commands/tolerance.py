@@ -41,8 +41,9 @@ FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
     help="Draw so many cams and show how far their motions are off, and the yield of each limit.",
 )
 @click.option(
-    "--allocate", "within", type=float, help="Find the loosest grades within ± this error of the tool, mm (deg)."
+    "--within", type=float, help="With --cams, the share of them whose tool is never further off, mm (deg)."
 )
+@click.option("--allocate", type=float, help="Find the loosest grades within ± this error of the tool, mm (deg).")
 @click.option(
     "--costs", type=click.Path(path_type=Path), help="Costs of grades, CSV: grade, and cost or a column a key."
 )
@@ -67,6 +68,7 @@ def tolerance(
     cams: int | None,
     seed: int | None,
     within: float | None,
+    allocate: float | None,
     costs: Path | None,
     measured: tuple[Path, ...],
     profile: str | None,
@@ -77,7 +79,7 @@ def tolerance(
 
     The table shows the worst case of displacement, velocity and acceleration, what each tolerance contributes to
     it, and the root sum square of independent errors at 3 standard deviations; and the displacement that no cam
-    exceeds, proved, with that of a cam that nearly has it. A second one shows what tolerances of sizes leave of
+    exceeds, proved, with that of a cam that nearly has it. A second one shows what tolerances of numbers leave of
     each limit: the worst cam within them, and whether every cam holds it, proved. With --cams others show, by the
     distributions of the tolerances, how far the motions of so many cams are off, each found without a linear model,
     how many of them hold each limit, and what their spread comes of. With --allocate one has the cheapest grades of
@@ -90,24 +92,24 @@ def tolerance(
     from camopt.cli import terminal
     from camopt.cli.commands.tolerance_report import print_json, show
     from camopt.storage.publishing import published
-    from camopt.tolerances.allocation import allocate
+    from camopt.tolerances.allocation import allocate as find_grades
     from camopt.tolerances.batch import sample_cams
     from camopt.tolerances.tolerance import tolerance as run
 
     if measured:
-        others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": within, "costs": costs}
-        refuse_with("--measured", others)
+        others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": allocate, "costs": costs}
+        refuse_with("--measured", {**others, "within": within})
         return _inspected(scene, measured, profile, probe or 0.0, reading, as_json)
     refuse_without("--measured", {"profile": profile, "probe": probe, **_given(reading)})
     if cams is None:
-        refuse_without("--cams", {"seed": seed})
-    if within is None:
+        refuse_without("--cams", {"seed": seed, "within": within})
+    if allocate is None:
         refuse_without("--allocate", {"costs": costs})
     if out:
         check_folder(scene, out, WORST.format("*"))
     result = run(scene)
-    batch = None if cams is None else sample_cams(scene, cams, seed or 0)
-    allocation = None if within is None else allocate(scene, within, costs)
+    batch = None if cams is None else sample_cams(scene, cams, seed or 0, within)
+    allocation = None if allocate is None else find_grades(scene, allocate, costs)
     if picture:
         from camopt.drawing.plot import plot
 
