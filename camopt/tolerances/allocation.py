@@ -94,7 +94,7 @@ class Allocation(HasHtml):
     >>> scene = scene.replace(tolerances={"follower": {"offset": "js7", "roller_radius": "h6"}})
     >>> found = camopt.allocate(scene, 0.05)
     >>> [each.named for each in found.tolerances], found.worst_case.bound < 0.05
-    (['h8', 'js8'], True)
+    (['js8', 'h8'], True)
     """
 
     scene: Scene
