@@ -112,7 +112,7 @@ class SweepPlan:
     @cached_property
     def by_own_curves(self) -> bool:
         """Whether designs share no pitch curve, but that of each tells all of it."""
-        if self.numbers_of_curves or self.keep in TABLED or self.problem.offs:
+        if self.numbers_of_curves or self.keep in TABLED or self.problem.offs or not self.space.axes:
             return False
         return curves_tell_all(self.problem, frozenset(self.row_names))
 
