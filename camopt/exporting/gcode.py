@@ -104,8 +104,9 @@ def _write_in_plane(work: Workpiece, path: Path, asked: Milling) -> Export:
     how = f"cutter radius {with_shown_unit(asked.cutter_radius, 'g')}, {asked.direction} milling"
     _begin(program, work, cuts, how)
     program.start(asked.tool, asked.spindle, asked.coolant)
+    clear = CLEARANCE + work.stands_above
     if asked.depth is not None:
-        program.up(CLEARANCE)
+        program.up(clear)
     feeds, levels = {"roughing": asked.roughing_feed or asked.feed}, asked.levels
     for name, each in cuts.items():
         assert isinstance(each.path, ArcPath)
@@ -116,7 +117,7 @@ def _write_in_plane(work: Workpiece, path: Path, asked: Milling) -> Export:
         if not plunges:
             _check_free(way, each)
         for level in levels:
-            way.cut(program, level)
+            way.cut(program, level, clear)
         levels = levels[-1:]
     program.stop(asked.spindle, asked.coolant)
     write_text(path, program.text())
@@ -287,8 +288,8 @@ class _Way(NamedTuple):
             return point
         return point / abs(point) * max(self.outside, abs(point))
 
-    def cut(self, program: Program, depth: float | None) -> None:
-        """Down, outside of the blank or into the groove, along the path, and up again."""
+    def cut(self, program: Program, depth: float | None, clear: float) -> None:
+        """Down, outside of the blank or into the groove, along the path, and up again to where all is clear."""
         start, (before, after, quarter) = self.path.vertices[0], self.ends
         program.rapid(self.out(before))
         if depth is not None:
@@ -299,7 +300,7 @@ class _Way(NamedTuple):
         program.arc(start, after, quarter, self.feed)
         program.line(self.out(after), self.feed)
         if depth is not None:
-            program.up(CLEARANCE)
+            program.up(clear)
 
 
 def _begin(program: Program, work: Workpiece, cuts: Mapping[str, Followed], how: str) -> None:
@@ -311,17 +312,18 @@ def _begin(program: Program, work: Workpiece, cuts: Mapping[str, Followed], how:
         program.comment(
             f"{name}: {len(each.path)} {each.path.what}, within {with_shown_unit(each.deviation, '.6f')}"
         )
-    program.comment(f"zero: centre of the cam, top face of the plate{_below(work)}")
+    program.comment(f"zero: centre of the cam, top face of the plate{_around(work)}")
     program.comment(f"X and Y {FROM_BEHIND if work.from_behind else AS_DRAWN}")
     program.comment(_marks(work))
     program.say(*program.words.modes)
 
 
-def _below(work: Workpiece) -> str:
-    """What is below the plate."""
+def _around(work: Workpiece) -> str:
+    """What is above and below the plate."""
+    above = f", the hub stands {with_shown_unit(work.stands_above, 'g')} above it" if work.stands_above else ""
     if work.room_below == inf:
-        return ""
-    return ", the hub below it" if work.disc is None else ", the other disc below it"
+        return above
+    return f"{above}, the {'hub' if work.disc is None else 'other disc'} below it"
 
 
 def _marks(work: Workpiece) -> str:

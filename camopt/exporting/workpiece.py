@@ -53,6 +53,12 @@ class Workpiece:
         return self.part.stands_on_hub if self.disc is None else self.disc == SECOND
 
     @property
+    def stands_above(self) -> float:
+        """How far the hub stands out above the plate of a disc that is cut, mm."""
+        above = (self.part.hub_length or 0.0) - self.part.width
+        return 0.0 if self.from_behind else max(above, 0.0)
+
+    @property
     def room_below(self) -> float:
         """How far below the plate of a disc that is cut something else of the part begins, mm."""
         if self.disc is None:

@@ -280,7 +280,8 @@ def inspect(
     Raises
     ------
     BadInput
-        If the points are no profile that the follower can run on, with the row; or of a scene that is no disc cam.
+        If the points are no profile that the follower can run on, with the row; or of a scene that is no disc cam,
+        or a pair of discs (``inspect_pair``).
     Unsolved
         If the convex solver fails.
     OSError

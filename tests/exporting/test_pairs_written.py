@@ -13,6 +13,7 @@ from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene
 from camopt.contour.curve import discs_of
 from camopt.effects import Case
 from camopt.exporting import shapes
+from camopt.exporting.stl import is_watertight, read_triangles
 from camopt.problem.problem import resolve_design
 from camopt.verdicts.running import run_effects
 
@@ -89,10 +90,11 @@ def paths_of(scene, file):
     return found, off
 
 
+@pytest.mark.parametrize("seed", [RNG_SEED, *(pytest.param(k, marks=pytest.mark.long) for k in range(100, 150))])
 @pytest.mark.parametrize("kind", ["translating", "oscillating", "breadth", "diameter"])
-def test_both_contacts_touch_what_programs_cut_at_every_step_of_the_turn(kind, tmp_path):
+def test_both_contacts_touch_what_programs_cut_at_every_step_of_the_turn(kind, seed, tmp_path):
     """The rigid follower at its position, 360 times in the turn, and the contour that a control reads."""
-    rng = np.random.default_rng(RNG_SEED)
+    rng = np.random.default_rng(seed)
     scene = Scene.from_dict((yoke if kind in ("breadth", "diameter") else pair)(rng, kind))
     problem, angles = resolve_design(scene), np.radians(np.arange(0.0, 360.0))
     paths, off = paths_of(scene, tmp_path / "disc.nc")
@@ -150,6 +152,15 @@ def test_an_assembly_has_both_profiles_a_gap_apart_on_one_bore(scene, part, tmp_
         assert np.diff(np.sort(np.angle(cut[outside]))).max() < 0.3  # all round
 
 
+def test_triangles_of_a_pair_are_two_bodies_or_one(scene, tmp_path):
+    for part in (PLATES, {**PLATES, **HUB}):
+        told = export(scene.replace(part=part), tmp_path / "pair.stl", chord=0.05)
+        assert is_watertight(read_triangles(tmp_path / "pair.stl"))
+        exact = export(scene.replace(part=part), tmp_path / "pair.step", chord=0.05)
+        assert told.about["solids"] == exact.about["solids"] == (1 if part != PLATES else 2)
+        assert told.about["volume_mm3"] == pytest.approx(exact.about["volume_mm3"], rel=3e-3)
+
+
 @pytest.mark.parametrize("disc", [1, 2, None])
 def test_a_program_cuts_the_solid_that_lies_as_it_says(disc, tmp_path):
     """The cutter stays its radius away from the solid, which is turned over about Y where it is cut from behind."""
@@ -161,6 +172,7 @@ def test_a_program_cuts_the_solid_that_lies_as_it_says(disc, tmp_path):
     (solid,), machine = solids_in(tmp_path / "cam.step"), run_iso((tmp_path / "cam.nc").read_text())
     assert ("from behind" in machine.comments[4]) == (disc != 1)
     assert machine.cuts[0].depth == {1: -13.0, 2: -13.0, None: -12.0}[disc]
+    assert machine.z == (5.0 + 40.0 - 27.0 if disc == 1 else 5.0)  # over a hub that stands in front
     top = 27.0 if disc == 1 else 0.0
     for point in around(machine, told.curves["cutter"].elements)[::1999]:
         x, z = (point.real, top - 6.0) if disc == 1 else (-point.real, 6.0)
@@ -177,7 +189,8 @@ def test_a_wheel_that_follows_the_table_of_the_second_disc_touches_its_profile(s
     assert away == pytest.approx(8.0, abs=2e-5)
 
 
-def test_a_file_of_one_disc_has_the_curves_of_that_disc(scene, tmp_path):
+def test_a_file_of_one_disc_has_the_curves_of_that_disc(tmp_path):
+    scene = find_scene("press-feed-by-pair")
     for disc, first in ((1, ""), (2, "second_")):
         for ending in (".csv", ".dxf", ".svg"):
             assert set(export(scene, tmp_path / f"a{ending}", disc=disc).curves) == {
