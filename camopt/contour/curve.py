@@ -174,6 +174,11 @@ class Disc(NamedTuple):
     mirror: float = 1.0
     """−1 where that is the mirror image, in the x axis of the frame that both discs share."""
 
+    @property
+    def prefix(self) -> str:
+        """What the names of its curves begin with."""
+        return "second_" if self.number == SECOND else ""
+
     def curves(self, cutter_radius: float | None = None) -> dict[str, CamCurve]:
         """Its curves in that frame by name: ``pitch``, ``profile`` and, of a cutter, ``cutter``.
 
@@ -213,7 +218,7 @@ def curves_of(problem: Problem, cutter_radius: float | None = None, only: int | 
     Of a pair that is asked for, those of the disc with the number ``only``.
     """
     return {
-        ("second_" if disc.number == SECOND else "") + name: curve
+        f"{disc.prefix}{name}": curve
         for disc in discs_of(problem)
         if only in (None, disc.number)
         for name, curve in disc.curves(cutter_radius).items()

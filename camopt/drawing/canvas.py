@@ -2,7 +2,7 @@
 
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
@@ -29,24 +29,47 @@ def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **o
     The suffix of the path gives the format; the errors are those of ``plot``. The same drawing gives the same
     file. A $ in a text stays a $, unless ``powers`` asks for axes with powers of ten.
     """
+    with pages(path, [size], powers=powers, **options) as (figure,):
+        yield figure
+
+
+@contextmanager
+def pages(
+    path: Target, sizes: Sequence[tuple[float, float]], *, powers: bool = False, **options: Any
+) -> "Iterator[Sequence[Figure]]":
+    """Empty figures as of ``canvas``, the pages of one file; only a PDF has more than one."""
     import matplotlib.style
 
     from camopt.drawing.empty_figure import EmptyFigure
 
     if path is not None:
-        checked_suffix(path, "path", STILL_KINDS)
+        checked_suffix(path, "path", STILL_KINDS if len(sizes) == 1 else (".pdf",))
     with (
         matplotlib.style.context(["default", {**RC, "text.parse_math": powers}], after_reset=True),
         warnings.catch_warnings(),
     ):
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in a script the font lacks
-        figure = EmptyFigure(size, **options)
-        yield figure
+        figures = [EmptyFigure(size, **options) for size in sizes]
+        yield figures
         if path is None:
-            figure.draw_without_rendering()  # makes the ticks, in this style, wherever the figure is shown later
+            for figure in figures:
+                figure.draw_without_rendering()  # makes the ticks, in this style, wherever it is shown later
         else:
-            suffix = Path(path).suffix.lower()
-            drawn = BytesIO()  # a file that cannot be finished gives matplotlib other trouble than the disk's
-            figure.savefig(drawn, format=suffix[1:], metadata=DATES.get(suffix))
+            drawn = _drawn(figures, Path(path).suffix.lower())
             with whole_file(path) as partial:
-                partial.write_bytes(drawn.getvalue())
+                partial.write_bytes(drawn)
+
+
+def _drawn(figures: "Sequence[Figure]", suffix: str) -> bytes:
+    """The bytes of a file; one that cannot be finished gives matplotlib other trouble than the disk's."""
+    file = BytesIO()
+    if suffix == ".pdf":
+        from matplotlib.backends.backend_pdf import PdfPages
+
+        with PdfPages(file, metadata=DATES[suffix]) as book:
+            for figure in figures:
+                figure.savefig(book, format="pdf")
+    else:
+        (figure,) = figures
+        figure.savefig(file, format=suffix[1:], metadata=DATES.get(suffix))
+    return file.getvalue()

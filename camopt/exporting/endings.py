@@ -22,7 +22,7 @@ class Ending(NamedTuple):
 ENDINGS = {
     ".dxf": Ending("dxf", of_plane=True),
     ".svg": Ending("svg", of_plane=True),
-    ".pdf": Ending("pdf", of_pair=False, of_disc=False),
+    ".pdf": Ending("pdf", of_disc=False),
     ".step": Ending("step", "cad"),
     ".stp": Ending("step", "cad"),
     ".stl": Ending("stl", "cad"),

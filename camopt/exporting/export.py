@@ -130,11 +130,8 @@ def _of_disc(scene: Scene, suffix: str, disc: int | None) -> Iterator[Mistake]:
     """A mistake where a file cannot be of this disc of a cam, or, without one, of both discs of a pair."""
     ending, of_two = ENDINGS[suffix], bool(scene.mechanism.second_keys)
     if disc is None and of_two and not ending.of_pair:
-        why = f"a {suffix} file is of one disc, and a conjugate pair has two"
-        if ending.of_disc:
-            yield Mistake("camopt", WHICH_DISC, None, f"{why}: give 1 or 2", bare=True)
-        else:
-            yield Mistake(scene.file, "drive.kind", None, why, bare=True)
+        why = f"a {suffix} file is of one disc, and a conjugate pair has two: give 1 or 2"
+        yield Mistake("camopt", WHICH_DISC, None, why, bare=True)
     elif disc is not None and not (ending.of_disc and of_two):
         why = f"in a {suffix} file" if of_two else "for a cam of one disc"
         yield Mistake("camopt", WHICH_DISC, disc, f"has no meaning {why}", bare=True)

@@ -90,15 +90,16 @@ def _corners(path: ArcPath | CubicPath) -> np.ndarray:
 
 def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     """Circles and centre marks of a disc cam."""
-    part, design = work.part, work.problem.design
-    base, prime = float(design.size[0]), float(design.prime_radius[0])
+    part = work.part
     round_ = max(part.hub_diameter or 0.0, part.outer_diameter or 0.0) / 2
     left, low = (min(float(each.min()), -round_) for each in (corners.real, corners.imag))
     right, high = (max(float(each.max()), round_) for each in (corners.real, corners.imag))
     beyond = MARK_OVERRUN * max(right - left, high - low)
-    yield Layer("base-circle", CHAIN_LINE, circles=(Circle(base),))
-    if prime > base and not work.problem.setup.mechanism.flat_faced:
-        yield Layer("prime-circle", CHAIN_LINE, circles=(Circle(prime),))
+    for disc in work.discs:
+        base, prime = (float(each[0]) for each in (disc.problem.design.size, disc.problem.design.prime_radius))
+        yield Layer(f"{disc.prefix}base-circle", CHAIN_LINE, circles=(Circle(base),))
+        if prime > base and not disc.problem.setup.mechanism.flat_faced:
+            yield Layer(f"{disc.prefix}prime-circle", CHAIN_LINE, circles=(Circle(prime),))
     if part.hub_diameter:
         yield Layer("hub", VISIBLE, circles=(Circle(part.hub_diameter / 2),))
     if part.outer_diameter:

@@ -8,8 +8,9 @@ import numpy as np
 from camopt.contour.hole import keyway_corners, keyway_turn
 from camopt.numerics import FloatArray
 from camopt.sheet import symbols
-from camopt.sheet.dimensions import CELL, OVER_LINE, arrow, distance
+from camopt.sheet.dimensions import CELL, OVER_LINE, TAIL, arrow, distance
 from camopt.sheet.front_view import EVERY_DEGREE, FrontView, angle_between, is_upright
+from camopt.sheet.groove import width_said
 from camopt.sheet.hole import bore_said, keyway_width_said
 from camopt.sheet.marks import (
     LARGE,
@@ -26,7 +27,9 @@ from camopt.sheet.marks import (
     width_of,
 )
 from camopt.sheet.ring import TO_NAMES
+from camopt.sheet.two_contacts import apart
 
+TO_LETTER = 9.0  # mm: from the end of a cutting plane to its letter
 MARK_LENGTH = 4.0  # mm: length of the timing mark
 TIMING = "timing mark"
 UP, SAME_DIRECTION = 0.5 * pi, 1e-6  # rad
@@ -44,6 +47,7 @@ def with_callouts(view: FrontView) -> Marks:
     there: Marks = [mark for mark in marks if isinstance(mark, Words) or np.abs(mark.points).max() > view.ring]
     said = _keyway(view, there)
     said += _zero(view, [*there, *said])
+    said += _breadth(view, [*there, *said])
     said += _cutting_plane(view, [*marks, *said])
     for callout, wanted in CALLOUTS.items():
         free = _directions(view, callout)
@@ -90,6 +94,23 @@ def _keyway(view: FrontView, taken: Marks) -> Marks:
     )
 
 
+def _breadth(view: FrontView, taken: Marks) -> Marks:
+    """How far apart both contacts of a yoke are, dimensioned beside the ring at the first free place."""
+    if not view.yoke:
+        return []
+    found, (top, low) = apart(view.cam), view.yoke
+    assert found is not None
+    levels = (view.ring + OUTSIDE + further for further in FURTHER)
+    return first_free(
+        (
+            distance(low, top, 1j, low.real - side * level, found.nominal)
+            for level in levels
+            for side in (1.0, -1.0)
+        ),
+        taken,
+    )
+
+
 def _zero(view: FrontView, taken: Marks) -> Marks:
     """The timing mark, and the start of the ring."""
     ray = np.exp(1j * view.cam.start)
@@ -101,7 +122,7 @@ def _zero(view: FrontView, taken: Marks) -> Marks:
         for radius in view.ring + OUTSIDE + 3.0 + FURTHER
     ]
     named = first_free([*outside, [_along(ray, view.ring - 3.0, text)]], taken)
-    top = 1j * view.nearest(UP)
+    top = 1j * view.mark
     return [line(top - 1j * MARK_LENGTH, top, pen=THICK), *named]
 
 
@@ -121,7 +142,7 @@ def _timing(view: FrontView, turn: float) -> Marks:
     """A leader to the timing mark, if the ring does not begin there."""
     if _begins_at_mark(view):
         return []
-    tip, knee = 1j * (view.nearest(UP) - MARK_LENGTH / 2), (view.ring + OUTSIDE + 2.0) * np.exp(1j * turn)
+    tip, knee = 1j * (view.mark - MARK_LENGTH / 2), (view.ring + OUTSIDE + 2.0) * np.exp(1j * turn)
     side = 1.0 if cos(turn) >= 0.0 else -1.0
     words = Words(knee + side * 3.0 - 0.5j * MEDIUM, view.cam.say(TIMING), MEDIUM, 0.5 - 0.5 * side)
     return [line(knee + side * 2.0, knee, tip), arrow(tip, (tip - knee) / abs(tip - knee)), words]
@@ -142,7 +163,7 @@ def _cutting_plane(view: FrontView, taken: Marks) -> Marks:
 def _plane_end(foot: complex, seen: complex) -> Marks:
     """One end of a cutting plane, seen in a direction (of length 1)."""
     end = foot + 6.0 * foot / abs(foot)
-    letter = Words(end - 8.0 * seen - 0.5j * LARGE, "A", LARGE, 0.5)
+    letter = Words(end - TO_LETTER * seen - 0.5j * LARGE, "A", LARGE, 0.5)
     return [line(foot, end, pen=THICK), line(end - 5.0 * seen, end), arrow(end, seen), letter]
 
 
@@ -169,6 +190,26 @@ def _surface(view: FrontView, turn: float) -> Marks:
     return [*moved(frame, corner), line(shelf, knee, tip), arrow(tip, (tip - knee) / abs(tip - knee))]
 
 
+def _groove_width(view: FrontView, turn: float) -> Marks:
+    """The width of a groove, across it from wall to wall."""
+    cam = view.cam
+    if cam.problem.setup.mechanism.body.bounded:
+        return []
+    curves = cam.curves_at(EVERY_DEGREE)
+    near = int(np.argmin(angle_between(np.angle(curves.pitch), turn)))
+    middle, normal = complex(curves.pitch[near]) * view.scale, complex(curves.normal[near])
+    half = cam.problem.half_width * view.scale
+    inner, outer = middle - half * normal, middle + half * normal
+    along, across = (outer * normal.conjugate()).real, (outer * normal.conjugate()).imag
+    reach = np.sqrt((view.ring + OUTSIDE + 2.0) ** 2 - across**2) - along
+    knee, side = outer + reach * normal, 1.0 if normal.real >= 0.0 else -1.0
+    text = width_said(cam)
+    wide = width_of(text, LARGE)
+    words = Words(knee + side * (1.0 + wide / 2) + 1j * OVER_LINE, text, LARGE, 0.5)
+    lines = [line(knee + side * (wide + 2.0), knee, outer, inner - TAIL * normal)]
+    return [*lines, arrow(inner, normal), arrow(outer, -normal), words]
+
+
 def _bore(view: FrontView, turn: float) -> Marks:
     """The diameter of the bore, if no section shows it."""
     part = view.part
@@ -187,5 +228,6 @@ CALLOUTS: dict[Callout, float] = {
     _rotation: 0.75 * pi,
     _surface: -0.25 * pi,
     _bore: -0.75 * pi,
+    _groove_width: -0.6 * pi,
 }
 """In which direction (rad) each is wanted."""

@@ -1,22 +1,23 @@
-"""The subject of a sheet: a problem's own design, its part, and its curves as polylines of proved deviation."""
+"""The subject of a sheet: one disc of a cam, its part, and its curves as polylines of proved deviation."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import degrees
 from typing import NamedTuple
 
 import numpy as np
 
-from camopt.contour.curve import CamCurve, curves_of
+from camopt.contour.curve import CamCurve, Disc, curves_of, discs_of
 from camopt.contour.follow import LONGEST_CHORD, SHORTEST_CHORD, Followed, follow
 from camopt.contour.path import ArcPath
 from camopt.drawing.picture import END_SHARE, STROKE_NAMES, Picture
 from camopt.effects import Case, offered
 from camopt.mechanisms.design import ComplexArray
-from camopt.mechanisms.geometry import cam_curves
+from camopt.mechanisms.geometry import CamCurves, cam_curves
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
+from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 from camopt.scene.part import Part
 from camopt.scene.scene import Scene
@@ -65,10 +66,40 @@ def steady_of(programme: Programme) -> list[Stroke]:
 
 @dataclass(frozen=True)
 class TrueCam:
-    """A cam of true size: mm in its own frame."""
+    """A cam of true size, by one of its discs: mm in its own frame."""
 
     scene: Scene
     problem: Problem
+    place: int = 0
+    """Which disc of a pair the sheet is of."""
+    followed: dict[str, Polyline] = field(default_factory=dict, compare=False, repr=False)
+    """Curves that the sheets of one cam have in common, as they are found, by name."""
+
+    @cached_property
+    def discs(self) -> tuple[Disc, ...]:
+        """All discs on the shaft."""
+        return discs_of(self.problem)
+
+    @property
+    def sheet(self) -> str:
+        """The number of the sheet, and how many there are."""
+        return f"{self.disc.number}/{len(self.discs)}"
+
+    @property
+    def disc(self) -> Disc:
+        """The disc of the sheet."""
+        return self.discs[self.place]
+
+    @property
+    def own(self) -> Problem:
+        """The problem of this disc alone; that of a second one as it is seen in the mirror."""
+        return self.disc.problem
+
+    def curves_at(self, angles: FloatArray) -> CamCurves:
+        """The curves of this disc at cam angles (rad)."""
+        own = self.own
+        found = cam_curves(own.setup.mechanism, own.design, own.programme, angles)
+        return found if self.disc.mirror > 0.0 else CamCurves(*map(np.conj, found))
 
     @cached_property
     def picture(self) -> Picture:
@@ -90,12 +121,12 @@ class TrueCam:
     @property
     def size(self) -> float:
         """Base radius, or mean radius of a cylindrical cam."""
-        return float(self.problem.design.size[0])
+        return float(self.own.design.size[0])
 
     @property
     def roller(self) -> float:
         """The radius of the roller or of a spherical face; 0 if there is none."""
-        return float(self.problem.design.roller_radius[0])
+        return float(self.own.design.roller_radius[0])
 
     @property
     def sense(self) -> float:
@@ -104,24 +135,34 @@ class TrueCam:
 
     @cached_property
     def curves(self) -> dict[str, Polyline]:
-        """Its curves by name; the pitch curve only where it is the path of a roller's centre."""
+        """The curves of all discs by name; pitch curves only where they are paths of a roller's centre."""
         rolls = self.problem.setup.rolls
-        found = {name: curve for name, curve in curves_of(self.problem).items() if name != "pitch" or rolls}
-        return {name: self._followed(curve) for name, curve in found.items()}
+        for name, curve in curves_of(self.problem).items():
+            if name not in self.followed and (rolls or not name.endswith("pitch")):
+                self.followed[name] = self._line_of(curve)
+        return self.followed
 
-    def _followed(self, curve: CamCurve) -> Polyline:
+    def _line_of(self, curve: CamCurve) -> Polyline:
         fine = float(np.clip(FINENESS * self.size, SHORTEST_CHORD, LONGEST_CHORD))
         return flattened(follow(curve, "arcs", fine), POINT_STEP * self.size)
 
     @cached_property
     def trace(self) -> ComplexArray:
         """The points of the pitch curve, even if it is not drawn because no roller's centre follows it."""
-        drawn = self.curves.get("pitch")
-        return (drawn or self._followed(curves_of(self.problem)["pitch"])).points
+        drawn = self.curve("pitch")
+        return drawn if drawn.size else self._line_of(self.disc.curves()["pitch"]).points
 
     def curve(self, name: str) -> ComplexArray:
-        """The points of a curve; empty for a curve that is not drawn."""
-        return self.curves[name].points if name in self.curves else np.zeros(0, dtype=complex)
+        """The points of a curve of this disc; empty for one that is not drawn."""
+        drawn = self.curves.get(f"{self.disc.prefix}{name}")
+        return drawn.points if drawn else np.zeros(0, dtype=complex)
+
+    @cached_property
+    def others(self) -> list[ComplexArray]:
+        """The profiles of the other discs."""
+        return [
+            self.curves[f"{disc.prefix}profile"].points for disc in self.discs if disc.number != self.disc.number
+        ]
 
     @cached_property
     def segments(self) -> list[tuple[str, float, float]]:
@@ -141,7 +182,7 @@ class TrueCam:
     @cached_property
     def start(self) -> float:
         """The direction of the trace point at cam angle 0, rad: from there the ring counts cam angles."""
-        return float(np.angle(self.picture.curves[0].pitch[0]))
+        return float(np.angle(self.curves_at(self.picture.pieces[0][:1]).pitch[0]))
 
     @cached_property
     def asides(self) -> list[float]:
@@ -149,15 +190,18 @@ class TrueCam:
 
         Not at all where the trace point is in the direction that it had at cam angle 0, straight above its contact.
         """
-        problem, angles = self.problem, np.array([begin for _, begin, _ in self.segments])
-        curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
-        found = np.angle(curves.profile[0] * np.exp(1j * (self.sense * angles - self.start)))
+        angles = np.array([begin for _, begin, _ in self.segments])
+        found = np.angle(self.curves_at(angles).profile[0] * np.exp(1j * (self.sense * angles - self.start)))
         return [float(aside) if abs(aside) > IN_LINE else 0.0 for aside in found]
 
     def quantity(self, name: str) -> float | None:
-        """One quantity; None if the scene lacks a value that it needs."""
-        setup = self.problem.setup
-        if name not in offered(setup):
-            return None
-        rows = run_effects(Case(setup, self.problem.programme, self.problem.design), [name])
-        return float(rows.column(name)[0])
+        """One quantity of this disc; None if the scene lacks a value that it needs."""
+        return quantity_of(self.own, name)
+
+
+def quantity_of(problem: Problem, name: str) -> float | None:
+    """One quantity of a problem's own design; None if the scene lacks a value that it needs."""
+    if name not in offered(problem.setup):
+        return None
+    rows = run_effects(Case(problem.setup, problem.programme, problem.design), [name])
+    return float(rows.column(name)[0])

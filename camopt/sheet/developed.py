@@ -32,6 +32,7 @@ from camopt.sheet.dimensions import (
     datum_at,
     distance,
 )
+from camopt.sheet.groove import width_said
 from camopt.sheet.hole import after_size, bore_said, hole_outline, keyway_depth_said, keyway_width_said
 from camopt.sheet.marks import (
     CHAIN,
@@ -172,8 +173,8 @@ class DevelopedView:
     def _width(self) -> Marks:
         """The width of the groove at cam angle 0, and how far its middle is from the lower face."""
         start, bottom = 1j * float(self.pitch[0].imag), 1j * self.ends[0]
-        text = f"{said(2 * self.radius / self.scale)}{after_size(self.part.groove_fit)}"
-        marks = distance(start - 1j * self.radius, start + 1j * self.radius, 1j, FIRST_LEVEL, text)
+        half = self.cam.problem.half_width * self.scale
+        marks = distance(start - 1j * half, start + 1j * half, 1j, FIRST_LEVEL, width_said(self.cam))
         if self.part.thickness:
             far = said(abs(start - bottom) / self.scale)
             marks += distance(bottom, start, 1j, FIRST_LEVEL + LEVEL_STEP, far)

@@ -22,16 +22,19 @@ from camopt.sheet.hole import hole_outline
 from camopt.sheet.marks import (
     CHAIN,
     DOUBLE_CHAIN,
+    HIDDEN,
     LARGE,
     THICK,
     Line,
     Marks,
+    arc_points,
     circle,
     line,
     said,
     width_of,
 )
 from camopt.sheet.ring import RingSector, ring
+from camopt.sheet.two_contacts import apart
 
 TO_RING = 10.0  # mm: between the cam, or its pitch curve, and the ring
 BENT = 6.0  # mm: from the ring to where lines to it bend
@@ -67,9 +70,26 @@ class FrontView:
         return edge
 
     @cached_property
+    def others(self) -> list[ComplexArray]:
+        """The profiles of the other discs on the shaft."""
+        return [profile * self.scale for profile in self.cam.others]
+
+    @property
+    def profiles(self) -> list[ComplexArray]:
+        """The outlines of all discs, in their order."""
+        return [*self.others[: self.cam.place], self.outline, *self.others[self.cam.place :]]
+
+    @cached_property
     def pitch(self) -> ComplexArray:
         """The path of the roller's centre, closed; empty where there is no roller."""
         return self.cam.curve("pitch") * self.scale
+
+    @property
+    def marked(self) -> ComplexArray:
+        """The curve at which the timing mark ends: of discs on one hub it is on the first one alone."""
+        if not self.cam.problem.setup.mechanism.body.bounded and not self.part.outer_diameter:
+            return self.walls[0]
+        return self.profiles[0] if self.part.hub_diameter else self.outline
 
     @property
     def base(self) -> float:
@@ -117,7 +137,8 @@ class FrontView:
     @cached_property
     def values(self) -> tuple[str, str]:
         """The least and the largest radius of the profile."""
-        low, high = self.cam.size, self.cam.quantity("outer_radius_mm") or abs(self.highest) / self.scale
+        gap = self.cam.own.half_width - self.cam.roller
+        low, high = self.cam.size - gap, self.cam.quantity("outer_radius_mm") or abs(self.highest) / self.scale
         return f"R{said(low)}", f"R{said(high)}"
 
     @cached_property
@@ -128,10 +149,31 @@ class FrontView:
     @cached_property
     def ring(self) -> float:
         """The radius of the ring of angles."""
-        furthest = max(self.inner, *(np.abs(curve).max(initial=0.0) for curve in (self.outline, self.pitch)))
+        furthest = max(self.inner, *(np.abs(curve).max(initial=0.0) for curve in self._drawn))
         room = abs(self.lowest) + width_of(self.values[0], LARGE) + 9.0
         beyond = 0.0 if self._high_within else abs(self.highest) + width_of(self.values[1], LARGE) + 9.0
         return float(max(furthest + TO_RING, room, beyond))
+
+    @cached_property
+    def yoke(self) -> tuple[complex, ...]:
+        """Where both contacts of a yoke are (of a roller its centre); none without one."""
+        if not self.cam.problem.setup.mechanism.drive.one_disc:
+            return ()
+        found = apart(self.cam)
+        assert found is not None
+        top = complex(self.cam.curves_at(np.zeros(1)).pitch[0])
+        return top * self.scale, (top - 1j * found.value) * self.scale
+
+    @cached_property
+    def rollers(self) -> list[ComplexArray]:
+        """Those of a yoke."""
+        radius = self.cam.roller * self.scale
+        return [arc_points(radius, centre=centre) for centre in self.yoke if radius]
+
+    @property
+    def _drawn(self) -> list[ComplexArray]:
+        """The curves that reach furthest from the axis."""
+        return [self.outline, self.pitch, *self.others, *self.rollers]
 
     @property
     def _high_within(self) -> bool:
@@ -141,20 +183,26 @@ class FrontView:
     def radius_at(self, turn: float, half: float = 0.0) -> float:
         """The largest radius of hub, profile and pitch curve within an angle of a direction (rad)."""
         found = self.inner
-        for curve in (self.outline, self.pitch):
+        for curve in self._drawn:
             near = angle_between(np.angle(curve), turn) <= max(half, 0.02)
             found = max(found, float(np.abs(curve[near]).max(initial=0.0)))
         return found
 
     def nearest(self, turn: float) -> float:
         """The radius of the profile in a direction (rad)."""
-        near = np.argmin(angle_between(np.angle(self.walls[0]), turn))
-        return float(np.abs(self.walls[0][near]))
+        return _radius_of(self.walls[0], turn)
+
+    @property
+    def mark(self) -> float:
+        """The radius at which the timing mark ends, straight up."""
+        return _radius_of(self.marked, pi / 2)
 
     def marks(self) -> Marks:
         """The view, about the cam's axis."""
         marks: Marks = [*(Line(wall, THICK) for wall in self.walls), circle(self.base, CHAIN)]
         marks += [Line(self.outline, THICK)] if self.part.outer_diameter else []
+        marks += [Line(profile, HIDDEN) for profile in self.others]
+        marks += [Line(roller, DOUBLE_CHAIN) for roller in self.rollers]
         marks += [Line(self.pitch, DOUBLE_CHAIN)] if self.pitch.size else []
         marks += [*self._centre_lines(), *self._hub_and_hole(), *self._rays(), *ring(self.segments, self.ring)]
         marks += self._radii()
@@ -203,6 +251,12 @@ class FrontView:
             free = np.argmax(angle_between(EVERY_DEGREE[:, None], lines).min(axis=1))
             return outwards(0.0, self.base * np.exp(1j * EVERY_DEGREE[free]), self.inner, value)
         return inwards(self.lowest, away, self.ring - abs(self.lowest) - 3.0, value)
+
+
+def _radius_of(outline: ComplexArray, turn: float) -> float:
+    """The radius of a closed curve round the axis in a direction (rad)."""
+    near = np.argmin(angle_between(np.angle(outline), turn))
+    return float(np.abs(outline[near]))
 
 
 def angle_between(turn: Any, other: Any) -> FloatArray:

@@ -73,7 +73,7 @@ class Desk:
     def standing(self, scale: float) -> Marks:
         """The frame, and the title block in its corner."""
         paper = self.form.paper
-        block = title_block(self.cam.part, scale_name(scale), paper.name)
+        block = title_block(self.cam.part, scale_name(scale), paper.name, self.cam.sheet)
         low, high = paper.frame
         return [*paper.marks(), *moved(block, complex(high.real - BLOCK_WIDTH, low.imag))]
 
@@ -92,7 +92,7 @@ class Views:
         marks = with_callouts(front)
         if not part.thickness:
             return marks
-        beside = section(front.outline, part, self.scale, front.walls if part.groove_depth else ())
+        beside = section(front.profiles, part, self.scale, front.walls if part.groove_depth else ())
         beside = moved(beside, box_of(marks).high.real + VIEWS_APART - box_of(beside).low.real)
         if not is_upright(part):
             box = box_of(beside)

@@ -33,6 +33,7 @@ class Pen(NamedTuple):
 
 
 THICK, THIN, BORDER = Pen(0.5), Pen(0.25), Pen(0.7)
+HIDDEN = Pen(0.25, (12, 3))
 CHAIN = Pen(0.25, (24, 3, 1, 3))
 DOUBLE_CHAIN = Pen(0.25, (24, 3, 1, 3, 1, 3))
 CUTTING = Pen(0.5, (24, 3, 1, 3))

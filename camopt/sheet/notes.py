@@ -6,14 +6,17 @@ from math import degrees, isfinite, pi
 from camopt.contour.hole import keyway_turn
 from camopt.effects.curvature import CUTTER
 from camopt.effects.pressure import BOTTOM
+from camopt.mechanisms.design import Designs
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.limit import Limit
 from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown, shown_unit, system_shown
 from camopt.sheet.cam import TrueCam, steady_of
+from camopt.sheet.groove import clearance_of
 from camopt.sheet.hole import keyway_depth_said
 from camopt.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal, said, wrapped
+from camopt.sheet.two_contacts import two_contacts
 from camopt.tables.cells import with_unit
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
 
@@ -42,7 +45,8 @@ def texts_of(cam: TrueCam) -> Iterator[str]:
     """What is noted of a cam; first that it breaks limits of its scene, if it does."""
     yield from _broken(cam)
     yield " ".join(_general(cam))
-    yield cam.say("For {}.").format(_follower(cam))
+    yield from _followers(cam)
+    yield from two_contacts(cam)
     yield from _turning(cam)
     yield from _keyway(cam)
     yield from _motion(cam)
@@ -86,16 +90,28 @@ def _general(cam: TrueCam) -> Iterator[str]:
         yield cam.say("Other surfaces Ra {}.").format(f"{shown(part.other_roughness, 'µm'):.3g}")
 
 
-def _follower(cam: TrueCam) -> str:
-    scene, design = cam.scene, cam.problem.design
+def _followers(cam: TrueCam) -> Iterator[str]:
+    """The follower, as each disc has it."""
+    if len(cam.discs) == 1:
+        yield cam.say("For {}.").format(_follower(cam, cam.problem.design))
+        return
+    for k, disc in enumerate(cam.discs, start=1):
+        yield cam.say("Disc {}: for {}.").format(k, _follower(cam, disc.problem.design))
+
+
+def _follower(cam: TrueCam, design: Designs) -> str:
+    scene = cam.scene
     contact = {
-        "roller": "with a roller Ø{}",
-        "spherical": "with a spherical face R{}",
-        "flat": "with a flat face",
-        "knife": "with a knife edge",
-    }[scene.tip.name]
-    radius = 2 * cam.roller if scene.tip.name == "roller" else cam.roller
-    kind = cam.say(f"{scene.mechanism.motion.words} follower {{}}")
+        ("roller", False): "with a roller Ø{}",
+        ("roller", True): "with two rollers Ø{}",
+        ("spherical", False): "with a spherical face R{}",
+        ("flat", False): "with a flat face",
+        ("flat", True): "with two flat faces",
+        ("knife", False): "with a knife edge",
+    }[scene.tip.name, scene.mechanism.drive.one_disc]
+    radius = float(design.roller_radius[0]) * (2.0 if scene.tip.name == "roller" else 1.0)
+    who = "a yoke {}" if scene.mechanism.drive.one_disc else f"{scene.mechanism.motion.words} follower {{}}"
+    kind = cam.say(who)
     sizes = {
         "arm {}": float(design.arm_length[0]),
         "distance of the pivot from the cam's axis {}": float(design.centre_distance[0]),
@@ -186,10 +202,8 @@ def _columns(cam: TrueCam) -> Iterator[str]:
         lift = ", lift s; {} x" if setup.angular else "; {} x"
         along = "y along the axis." if setup.angular else "y along the axis, which is its lift s."
         yield cam.say(f"Table: cam angle θ{lift} round the mean radius, {along}").format(point)
-        if cam.part.groove_chamfer:
-            yield cam.say("Edges of the groove chamfered {} × 45°.").format(said(cam.part.groove_chamfer))
         return
-    radius = float(cam.problem.design.roller_radius[0])
+    radius = cam.roller
     text = cam.say("Table: cam angle θ, lift s; polar angle φ from the timing mark against the rotation, radius r.")
     if setup.spherical:
         text += cam.say(" Profile: contact; centre: of the spherical face R{}.").format(said(radius))
@@ -201,15 +215,16 @@ def _columns(cam: TrueCam) -> Iterator[str]:
 
 
 def _groove(cam: TrueCam) -> Iterator[str]:
-    """The size of a groove in the face of a disc."""
-    setup, part = cam.problem.setup, cam.part
-    if setup.mechanism.body.bounded or setup.mechanism.body.developed:
+    """The clearance of a roller in its groove, and the chamfers."""
+    if cam.problem.setup.mechanism.body.bounded:
         return
-    yield cam.say("Groove {} wide, about the path of the roller's centre.").format(
-        f"{said(2 * cam.problem.half_width)} {part.groove_fit or ''}".rstrip()
-    )
-    if part.groove_chamfer:
-        yield cam.say("Edges of the groove chamfered {} × 45°.").format(said(part.groove_chamfer))
+    room = clearance_of(cam)
+    if room.given is not None or room.ends:
+        given = f" {said(room.given)}" if room.given is not None else ""
+        ends = cam.say(", from {} to {}").format(*map(said, room.ends)) if room.ends else ""
+        yield cam.say("Clearance of the roller Ø{} in its groove{}{}.").format(said(2 * cam.roller), given, ends)
+    if cam.part.groove_chamfer:
+        yield cam.say("Edges of the groove chamfered {} × 45°.").format(said(cam.part.groove_chamfer))
 
 
 def _computed(cam: TrueCam) -> Iterator[str]:
@@ -225,12 +240,13 @@ def _results(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
     yield "at the bottom of the groove {}°", cam.quantity(BOTTOM), "deg"
     yield "least convex radius of the profile {}", cam.quantity("profile_radius_min_mm"), "mm"
     if cam.problem.setup.mechanism.two_sided:
-        yield "cutter at most Ø{}", 2 * cam.roller, "mm"
+        yield "cutter at most Ø{}", 2 * cam.problem.half_width, "mm"
     else:
         widest = cam.quantity(CUTTER) or 0.0
         straight = widest > FLANK_RADIUS * cam.size
         yield "cutter or wheel in hollow flanks at most R{}", None if straight else widest, "mm"
-    yield "mass {}", cam.quantity("cam_mass_kg"), "kg"
+    if len(cam.discs) == 1:  # the hub of a pair is in the mass of neither disc
+        yield "mass {}", cam.quantity("cam_mass_kg"), "kg"
 
 
 def _result(value: float | None, unit: str) -> str:

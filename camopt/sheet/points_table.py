@@ -13,7 +13,6 @@ from math import ceil
 import numpy as np
 
 from camopt.mechanisms.design import ComplexArray
-from camopt.mechanisms.geometry import cam_curves
 from camopt.numerics import FloatArray
 from camopt.quantities.unit_systems import shown, shown_unit, system_shown
 from camopt.sheet.cam import TrueCam
@@ -47,7 +46,7 @@ def printed(cam: TrueCam, step: float) -> list[Printed]:
     lift = problem.programme.at(angles)[0]
     unit = shown_unit("mm")
     lifts = _written(np.degrees(lift)) if problem.setup.angular else _lengths(lift)
-    curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
+    curves = cam.curves_at(angles)
     columns = [Printed(("", "θ", "°"), tuple(f"{each:g}" for each in degrees))]
     if problem.setup.angular or not problem.setup.mechanism.body.developed:
         columns.append(Printed(("", "s", "°" if problem.setup.angular else unit), lifts))

@@ -1,11 +1,12 @@
-"""The section of a disc cam through its axis, in the place of the view from the left: plate, hub, groove and bore.
+"""The section of a disc cam through its axis, in the place of the view from the left: plates, hub, groove and bore.
 
 It goes through the middle of the keyway, which is above, or along the vertical centre line.
 """
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from math import sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,44 +14,74 @@ from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
 from camopt.scene.part import Part
 from camopt.sheet import symbols
-from camopt.sheet.dimensions import FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance
+from camopt.sheet.dimensions import CELL, FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance
 from camopt.sheet.hole import bore_said, hole_outline, keyway_depth_said
-from camopt.sheet.marks import CHAIN, THICK, THIN, Line, Marks, line, said
+from camopt.sheet.marks import CHAIN, LARGE, THICK, THIN, Line, Marks, Words, line, said
 
 HATCH = 2.5  # mm between lines at 45°
+OVER_PLATE = 2.0  # mm: from a plate to its number
 Gap = tuple[float, float]
 
 
-def section(outline: ComplexArray, part: Part, scale: float, walls: Sequence[ComplexArray] = ()) -> Marks:
-    """The section of a plate with an outline (mm on the paper, in the cam's own frame); its axis is at y = 0.
+class Plate(NamedTuple):
+    """The plate of a disc in the section, mm: from where to where it is along the axis, and across it."""
 
-    ``walls`` are those of a groove in its face, the inner one first.
+    low: float
+    high: float
+    cut: list[Gap]
+    """The material that is cut."""
+    ends: Gap
+    """The edges of what is seen behind."""
+
+    def edges(self) -> Iterator[Line]:
+        """What is seen of it, the cut material apart."""
+        ends = [self.ends[0], *(y for each in self.cut for y in each), self.ends[1]]
+        for low, high in zip(ends[::2], ends[1::2], strict=True):
+            if high - low > 1e-6:
+                yield from (line(x + 1j * low, x + 1j * high, pen=THICK) for x in (self.low, self.high))
+        yield from (line(self.low + 1j * y, self.high + 1j * y, pen=THICK) for y in self.ends)
+
+
+def section(
+    profiles: Sequence[ComplexArray], part: Part, scale: float, walls: Sequence[ComplexArray] = ()
+) -> Marks:
+    """The section of the plates of discs with some profiles (mm on the paper, in the cam's own frame).
+
+    Its axis is at y = 0. ``walls`` are those of a groove in the face of the only plate, the inner one first.
     """
     from shapely import box, union_all
 
-    turn = keyway_turn(part)
-    upright = outline * np.exp(1j * (np.pi / 2 - turn))
+    turn = np.exp(1j * (np.pi / 2 - keyway_turn(part)))
     hole = hole_outline(part, np.pi / 2) * scale if part.bore else np.zeros(0, dtype=complex)
-    plate, whole = (part.thickness or 0.0) * scale, max(part.hub_length or 0.0, part.thickness or 0.0) * scale
-    hub = (part.hub_diameter or 0.0) / 2 * scale
-    cut, gap = _crossing(upright), _crossing(hole)
-    beyond = upright.imag[upright.real >= 0.0]
-    ends = float(beyond.min(initial=-hub)), float(beyond.max(initial=hub))
-    grooves = _between(*(_crossing(wall * np.exp(1j * (np.pi / 2 - turn))) for wall in walls)) if walls else []
-    bottom = plate - (part.groove_depth or 0.0) * scale
-    solid = _solid(cut, gap, hub, plate, whole)
-    solid = solid.difference(union_all([box(bottom, low, plate + 1.0, high) for low, high in grooves]))
-    marks: Marks = [*outlines(solid), *hatching(solid)]
-    marks.append(line(0j, plate + 0j, pen=CHAIN)._replace(points=np.array([-4.0, whole + 4.0], dtype=complex)))
-    edges = [ends[0], *(y for each in cut for y in each), ends[1]]
-    for low, high in zip(edges[::2], edges[1::2], strict=True):  # what is behind the section
-        marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for x in (0.0, plate)] if high - low > 1e-6 else []
-    marks += [line(1j * y, plate + 1j * y, pen=THICK) for y in ends]
-    marks += [line(plate + 1j * low, plate + 1j * high, pen=THICK) for low, high in grooves]
+    whole, hub = _whole(part) * scale, (part.hub_diameter or 0.0) / 2 * scale
+    plates = [
+        _plate(profile * turn, hub, low * scale, high * scale)
+        for profile, (low, high) in zip(profiles, part.plates, strict=True)
+    ]
+    gap, face = _crossing(hole), plates[0].high
+    grooves = _between(*(_crossing(wall * turn) for wall in walls)) if walls else []
+    bottom = face - (part.groove_depth or 0.0) * scale
+    solid = _solid(plates, gap, hub, whole)
+    solid = solid.difference(union_all([box(bottom, low, face + 1.0, high) for low, high in grooves]))
+    marks: Marks = [*outlines(solid), *hatching(solid), line(complex(-4.0), complex(whole + 4.0), pen=CHAIN)]
+    marks += [edge for plate in plates for edge in plate.edges()]
+    marks += [line(face + 1j * low, face + 1j * high, pen=THICK) for low, high in grooves]
     for low, high in gap:
         marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for x in (0.0, whole)]
-    marks += mouth(part, scale, whole)
-    return [*marks, *_dimensions(part, scale, ends)]
+    marks += [*mouth(part, scale, whole), *_numbers(plates)]
+    return [*marks, *_dimensions(part, scale, plates)]
+
+
+def _plate(profile: ComplexArray, hub: float, low: float, high: float) -> Plate:
+    beyond = profile.imag[profile.real >= 0.0]
+    ends = float(beyond.min(initial=-hub)), float(beyond.max(initial=hub))
+    return Plate(low, high, _crossing(profile), ends)
+
+
+def _numbers(plates: Sequence[Plate]) -> Iterator[Words]:
+    """The numbers of several discs, above them."""
+    for k, plate in enumerate(plates[: len(plates) * (len(plates) > 1)], start=1):
+        yield Words(complex((plate.low + plate.high) / 2, plate.ends[1] + OVER_PLATE), f"{k}", LARGE, 0.5)
 
 
 def _crossing(outline: ComplexArray) -> list[Gap]:
@@ -72,11 +103,11 @@ def _between(inner: list[Gap], outer: list[Gap]) -> list[Gap]:
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
-def _solid(cut: list[Gap], gap: list[Gap], hub: float, plate: float, whole: float) -> Any:
+def _solid(plates: Sequence[Plate], gap: list[Gap], hub: float, whole: float) -> Any:
     """The cut material, as a shape of shapely."""
     from shapely import box, union_all
 
-    bodies = [box(0.0, low, plate, high) for low, high in cut]
+    bodies = [box(plate.low, low, plate.high, high) for plate in plates for low, high in plate.cut]
     bodies += [box(0.0, -hub, whole, hub)] if hub else []
     return union_all(bodies).difference(union_all([box(-1.0, low, whole + 1.0, high) for low, high in gap]))
 
@@ -112,13 +143,17 @@ def mouth(part: Part, scale: float, whole: float) -> Iterator[Line]:
         yield line(1j * y, whole + 1j * y, pen=THICK)
 
 
-def _dimensions(part: Part, scale: float, ends: Gap) -> Marks:
-    plate, whole = (part.thickness or 0.0) * scale, max(part.hub_length or 0.0, part.thickness or 0.0) * scale
-    bottom = 1j * ends[0]
-    marks = distance(bottom + plate, bottom, -1.0, FIRST_LEVEL, said(part.thickness or 0.0))
-    if part.hub_length and part.hub_diameter:
-        foot = whole - 0.5j * part.hub_diameter * scale
-        marks += distance(foot, bottom, -1.0, foot.imag - ends[0] + FIRST_LEVEL + LEVEL_STEP, said(part.hub_length))
+def _dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Marks:
+    whole, foot = _whole(part) * scale, min(plate.ends[0] for plate in plates)
+    hub = (part.hub_diameter or 0.0) / 2 * scale
+    rows = [[(complex(high, ends[0]), complex(low, ends[0])) for low, high, _, ends in plates]]
+    rows += [[(complex(b.low, b.ends[0]), complex(a.high, a.ends[0]))] for b, a in pairwise(plates)]
+    rows += [[(complex(whole, -hub), 1j * plates[-1].ends[0])]] if part.stands_on_hub and hub else []
+    marks: Marks = []
+    for k, row in enumerate(rows):
+        for first, last in row:
+            level = first.imag - foot + FIRST_LEVEL + k * LEVEL_STEP
+            marks += distance(first, last, -1.0, level, said((first - last).real / scale))
     if part.bore:
         radius = part.bore / 2 * scale
         marks += distance(whole - 1j * radius, whole + 1j * radius, 1j, -FIRST_LEVEL, bore_said(part))
@@ -126,12 +161,19 @@ def _dimensions(part: Part, scale: float, ends: Gap) -> Marks:
             top = radius + part.keyway_depth * scale
             marks += distance(-1j * radius, 1j * top, 1j, FIRST_LEVEL, keyway_depth_said(part))
         if datum := symbols.datums_of(part, bool(part.thickness)).bore:
-            foot, hub = complex(whole + FIRST_LEVEL, -radius), (part.hub_diameter or 0.0) / 2 * scale
-            marks += datum_at(foot, -1j, max(STEM, hub - radius), datum)
+            place = complex(whole + FIRST_LEVEL, -radius)
+            marks += datum_at(place, -1j, max(STEM, hub - radius), datum)
     if part.groove_depth:
-        rim = plate + 1j * ends[1]
+        rim = plates[0].high + 1j * plates[0].ends[1]
         marks += distance(rim - part.groove_depth * scale, rim, 1.0, FIRST_LEVEL, said(part.groove_depth))
+        if datum := symbols.datums_of(part, bool(part.thickness)).face:
+            marks += datum_at(rim - 1j * CELL, 1.0, STEM, datum)
     if across := part.hub_diameter or part.outer_diameter:
         half = 0.5j * across * scale
         marks += distance(whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{said(across)}")
     return marks
+
+
+def _whole(part: Part) -> float:
+    """The length of plates and hub, mm."""
+    return max(part.hub_length or 0.0, part.width)

@@ -1,11 +1,12 @@
 """The workshop drawing, at the largest standard scale and on the smallest paper that hold it."""
 
 import os
+from dataclasses import replace
 from itertools import islice
-from math import pi
+from math import inf, pi
 from typing import NamedTuple
 
-from camopt.drawing.canvas import canvas
+from camopt.drawing.canvas import pages
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene
@@ -29,40 +30,60 @@ class Sheet(NamedTuple):
     marks: Marks
 
 
-def write_sheet(scene: Scene, problem: Problem, path: str | os.PathLike[str], step: float | None = None) -> Sheet:
+def write_sheets(
+    scene: Scene, problem: Problem, path: str | os.PathLike[str], step: float | None = None
+) -> list[Sheet]:
     """The workshop drawing of a scene's cam as a PDF at true size, its table in steps of 5 or 10 deg if not given.
 
     One sheet, A4 or A3 (A2 for a table of many rows): the front view of a disc cam with the angles of its motion,
     and its section; or the developed groove of a cylindrical cam, its section and its hole; the table of the
-    profile; notes; the title block. At 1:1 where that fits, or else at the nearest standard scale. The same scene
-    gives the same file.
+    profile; notes; the title block. At 1:1 where that fits, or else at the nearest standard scale. Of a pair of
+    discs one sheet each, with the other disc behind it, and the section of both. The same scene gives the same
+    file.
 
     Raises
     ------
     BadInput
-        If the name does not end in .pdf, .png or .svg, or the table does not fit on a sheet.
+        If the name does not end in .pdf (.png or .svg of one sheet), or the table does not fit on a sheet.
     OSError
         If the file cannot be written.
     """
-    sheet = sheet_of(scene, problem, step)
-    paper = sheet.paper
-    with canvas(path, (paper.width / INCH, paper.height / INCH)) as figure:
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        axes.set_axis_off()
-        axes.set_xlim(0.0, paper.width)
-        axes.set_ylim(0.0, paper.height)
-        draw_marks(axes, sheet.marks)
-    return sheet
+    sheets = sheets_of(scene, problem, step)
+    sizes = [(sheet.paper.width / INCH, sheet.paper.height / INCH) for sheet in sheets]
+    with pages(path, sizes) as figures:
+        for sheet, figure in zip(sheets, figures, strict=True):
+            axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+            axes.set_axis_off()
+            axes.set_xlim(0.0, sheet.paper.width)
+            axes.set_ylim(0.0, sheet.paper.height)
+            draw_marks(axes, sheet.marks)
+    return sheets
+
+
+def sheets_of(scene: Scene, problem: Problem, step: float | None = None) -> list[Sheet]:
+    """The sheets of all discs, at one scale."""
+    first = TrueCam(scene, problem)
+    cams = [replace(first, place=place) for place in range(len(first.discs))]
+    sheets = [_sheet(cam, step) for cam in cams]
+    least = min(sheet.scale for sheet in sheets)
+    return [sheet if sheet.scale == least else _sheet(sheet.cam, step, least) for sheet in sheets]
 
 
 def sheet_of(scene: Scene, problem: Problem, step: float | None = None) -> Sheet:
-    """The sheet at the first scale and layout, the best first, that hold the drawing."""
-    cam = TrueCam(scene, problem)
+    """The sheet of a cam, of a pair that of the first disc, at its own scale."""
+    return _sheet(TrueCam(scene, problem), step)
+
+
+def _sheet(cam: TrueCam, step: float | None, most: float = inf) -> Sheet:
+    """The sheet at the first scale, of those up to ``most``, and layout, the best first, that hold the drawing."""
+    problem = cam.problem
     body = problem.setup.mechanism.body
     width = 2.0 * cam.size * (pi if body.developed else 1.0)
     texts = tuple(texts_of(cam))
     desks = [desk for form in forms(body, _whole(step)) if (desk := Desk(cam, form, texts)).has_room]
-    for scale in (each for each in islice(scales(2.0 * cam.size), TRIED) if width * each < A2.width):
+    for scale in (
+        each for each in islice(scales(2.0 * cam.size), TRIED) if width * each < A2.width and each <= most
+    ):
         views = Views(cam, scale)
         for desk in desks:
             if marks := together(desk.form.place(desk, views)):
@@ -70,7 +91,7 @@ def sheet_of(scene: Scene, problem: Problem, step: float | None = None) -> Sheet
     if step is not None:
         why = "larger: a table of so many rows has no room on a sheet of A2; a .csv file has any step"
         raise BadInput([Mistake("camopt", "step", step, why)])
-    raise BadInput([Mistake(scene.file, "scene", scene.name, "a cam that fits on a sheet of A3")])
+    raise BadInput([Mistake(cam.scene.file, "scene", cam.scene.name, "a cam that fits on a sheet of A3")])
 
 
 def _whole(step: float | None) -> float | None:

@@ -63,14 +63,13 @@ class Datums(NamedTuple):
     keyway: str
     """The middle of its width, which turns the cam to its place."""
     face: str
-    """The lower face of a cylinder, from which a groove is located along the axis."""
+    """The lower face of a cylinder, from which a groove is located along the axis; of a disc that of the groove."""
 
 
 def datums_of(part: Part, is_cut: bool) -> Datums:
     """The datums of a part with a profile tolerance and a section that shows the bore."""
     has = bool(part.bore) and is_cut and part.profile_tolerance is not None
-    along = part.groove_depth is not None and part.outer_diameter is None
-    wanted = has, has and bool(part.keyway_width), has and along
+    wanted = has, has and bool(part.keyway_width), has and part.groove_depth is not None
     letters = iter("ABC")
     return Datums(*(next(letters) if each else "" for each in wanted))
 

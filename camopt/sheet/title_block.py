@@ -26,7 +26,7 @@ class Field(NamedTuple):
     value: str = ""
 
 
-def fields(part: Part, scale: str, paper: str) -> list[Field]:
+def fields(part: Part, scale: str, paper: str, sheet: str = "1/1") -> list[Field]:
     """What is written where."""
     hardness = ", ".join(filter(None, (part.hardness, part.case_depth and f"CHD {part.case_depth}")))
     return [
@@ -45,15 +45,15 @@ def fields(part: Part, scale: str, paper: str) -> list[Field]:
         Field(130, 0, 10, ROW, "Rev.", part.revision or ""),
         Field(140, 0, 20, ROW, "Date of issue", part.date_of_issue or ""),
         Field(160, 0, 8, ROW, "Lang.", part.language),
-        Field(168, 0, 12, ROW, "Sheet", "1/1"),
+        Field(168, 0, 12, ROW, "Sheet", sheet),
     ]
 
 
-def title_block(part: Part, scale: str, paper: str) -> Marks:
+def title_block(part: Part, scale: str, paper: str, sheet: str = "1/1") -> Marks:
     """The title block from its lower left corner."""
     say = LANGUAGES[part.language]
     marks: Marks = [rectangle(0j, complex(BLOCK_WIDTH, BLOCK_HEIGHT), BORDER)]
-    for field in fields(part, scale, paper):
+    for field in fields(part, scale, paper, sheet):
         marks.append(
             rectangle(complex(field.x, field.y), complex(field.x + field.width, field.y + field.height), THIN)
         )

@@ -47,6 +47,10 @@ GERMAN = {
     "Edges ISO 13715: outer {}, inner {}.": "Kanten ISO 13715: außen {}, innen {}.",
     "Other surfaces Ra {}.": "Übrige Oberflächen Ra {}.",
     "For {}.": "Für {}.",
+    "Disc {}: for {}.": "Scheibe {}: für {}.",
+    "a yoke {}": "einen Rahmen {}",
+    "with two rollers Ø{}": "mit zwei Rollen Ø{}",
+    "with two flat faces": "mit zwei ebenen Flächen",
     "a translating follower {}": "einen geradgeführten Stößel {}",
     "an oscillating follower {}": "einen Schwinghebel {}",
     "with a roller Ø{}": "mit Rolle Ø{}",
@@ -113,7 +117,29 @@ GERMAN = {
     " Centre: of the roller, or of a cutter as wide as the groove.": (
         " Mitte: der Rolle oder eines Fräsers von der Breite der Nut."
     ),
-    "Groove {} wide, about the path of the roller's centre.": "Nut {} breit, beidseits der Bahn der Rollenmitte.",
+    "Clearance of the roller Ø{} in its groove{}{}.": "Spiel der Rolle Ø{} in ihrer Nut{}{}.",
+    ", from {} to {}": ", von {} bis {}",
+    # two contacts
+    "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark.": (
+        "Doppelkurve: Scheibe {} in Volllinien, Scheibe {} gestrichelt. Beide Tabellen ab derselben Einstellmarke."
+    ),
+    "Angle between both arms {}": "Winkel zwischen beiden Armen {}",
+    "Distance of both flat faces {}": "Abstand beider ebenen Flächen {}",
+    "Distance of the centres of both rollers {}": "Abstand der Mitten beider Rollen {}",
+    "{}.": "{}.",
+    "{}, made {} for an interference of {}.": "{}, gefertigt {} für ein Übermaß von {}.",
+    "Inspect the breadth between two parallel faces, in every direction: {}.": (
+        "Breite zwischen zwei parallelen Flächen prüfen, in jeder Richtung: {}."
+    ),
+    "Inspect the disc between two rollers on opposite sides, over a turn: distance of their centres {}.": (
+        "Scheibe zwischen zwei Rollen auf beiden Seiten prüfen, über eine Umdrehung: Abstand ihrer Mitten {}."
+    ),
+    "Inspect both discs together, with both rollers on them, over a turn: angle between the arms {}.": (
+        "Beide Scheiben zusammen prüfen, mit beiden Rollen, über eine Umdrehung: Winkel zwischen den Armen {}."
+    ),
+    "Inspect both discs together, with both rollers on them, over a turn: distance of their centres {}.": (
+        "Beide Scheiben zusammen prüfen, mit beiden Rollen, über eine Umdrehung: Abstand ihrer Mitten {}."
+    ),
     " Profile: contact; centre: of the spherical face R{}.": " Kontur: Berührpunkt; Mitte: der Kugelfläche R{}.",
     "largest pressure angle {}°": "größter Pressungswinkel {}°",
     "at the bottom of the groove {}°": "am Grund der Nut {}°",

@@ -89,7 +89,6 @@ HELD += (
     "press-with-drift",
     "press-ram-by-four-bar",
     "press-feed-by-pair",
-    "pump-of-constant-breadth",
     "pusher-by-lever",
     "rocker-valve",
     "slide-by-bell-crank",

@@ -1,0 +1,117 @@
+"""What a drawing says of two contacts of one follower: how far apart they are, and how that is inspected.
+
+A profile that is off by t along its normal moves a roller on it by t/cos β along its motion, and its arm of the
+length l by t/(l·cos β). So the distance of two rollers, each on its disc, changes over a turn by at most
+
+    t·(1/cos β₁ + 1/cos β₂)                (arms: t/(l₁·cos β₁) + t/(l₂·cos β₂))
+
+either way, and the breadth of one disc between flat faces by 2·t.
+"""
+
+from collections.abc import Iterator
+from math import degrees, floor
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.drawing.picture import Picture
+from camopt.effects.frame import ANGLE, BREADTH, DISTANCE
+from camopt.mechanisms.design import Designs
+from camopt.numerics import FloatArray
+from camopt.sheet.cam import TrueCam, quantity_of
+from camopt.sheet.marks import decimal, said
+
+EXACT = 1e-6  # of a last digit: for rounding
+
+
+class Apart(NamedTuple):
+    """How far two contacts are from each other, the same at every cam angle: mm, or deg between two arms."""
+
+    value: float
+    interference: float
+    """By how much less it is made."""
+    varies: float | None
+    """By how much it may change over a turn, either way; None where the profile has no tolerance."""
+    angular: bool
+
+    def said(self, value: float, digits: int = 3) -> str:
+        """A size of it in words."""
+        return f"{decimal(value, digits)}°" if self.angular else said(value, digits)
+
+    @property
+    def nominal(self) -> str:
+        """The size with how far it may be off."""
+        off = "" if self.varies is None else f" ±{self.said(_down(self.varies, self.angular), 4)}"
+        return f"{self.said(self.value)}{off}"
+
+
+def _down(value: float, angular: bool) -> float:
+    """A tolerance rounded down to a µm, or 0.0001°."""
+    return floor(value * (1e4 if angular else 1e3) + EXACT) / (1e4 if angular else 1e3)
+
+
+def apart(cam: TrueCam) -> Apart | None:
+    """How far apart both contacts of a follower are; None if it has one."""
+    setup, tolerance = cam.problem.setup, cam.part.profile_tolerance
+    if not setup.mechanism.further:
+        return None
+    name = ANGLE if setup.angular else BREADTH if setup.mechanism.flat_faced else DISTANCE
+    value = quantity_of(cam.problem, name)
+    assert value is not None
+    drive = cam.scene.drive
+    varies = None if tolerance is None else variation(cam, tolerance)
+    return Apart(value, (drive.interference if drive else None) or 0.0, varies, setup.angular)
+
+
+def variation(cam: TrueCam, tolerance: float) -> float:
+    """The largest change of the distance over a turn, mm or deg, where all profiles are off by a tolerance, mm."""
+    angles = np.concatenate(cam.picture.pieces)
+    contacts = [(each.problem.design, each) for each in cam.picture.contacts]
+    each = np.array([_moved(design, picture, angles) for design, picture in contacts])
+    moved = tolerance * float(each.sum(axis=0).max())
+    return degrees(moved) if cam.problem.setup.angular else moved
+
+
+def _moved(design: Designs, picture: Picture, angles: FloatArray) -> FloatArray:
+    """1/cos β at cam angles, or of an arm 1/(l·cos β)."""
+    problem = picture.problem
+    tangent = picture.curve_at(problem.setup.mechanism.pressure(design, problem.programme), angles)
+    arm = float(design.arm_length[0]) if problem.setup.angular else 1.0
+    return np.asarray(np.hypot(1.0, tangent) / arm)
+
+
+def two_contacts(cam: TrueCam) -> Iterator[str]:
+    """The notes on two contacts; none of one."""
+    found = apart(cam)
+    if found is None:
+        return
+    if len(cam.discs) > 1:
+        one, other = (f"{k + 1}" for k in (cam.place, 1 - cam.place))
+        text = "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark."
+        yield cam.say(text).format(one, other)
+    mechanism = cam.problem.setup.mechanism
+    what = (
+        "Angle between both arms {}"
+        if found.angular
+        else "Distance of both flat faces {}"
+        if mechanism.flat_faced
+        else "Distance of the centres of both rollers {}"
+    )
+    made = "{}, made {} for an interference of {}." if found.interference else "{}."
+    sizes = [found.said(each) for each in (found.value - found.interference, found.interference)]
+    yield cam.say(made).format(
+        cam.say(what).format(found.said(found.value)), *sizes[: 2 * bool(found.interference)]
+    )
+    yield cam.say(_inspected(cam)).format(found.nominal if found.varies is not None else found.said(found.value))
+
+
+def _inspected(cam: TrueCam) -> str:
+    """How the discs are inspected."""
+    mechanism = cam.problem.setup.mechanism
+    if mechanism.flat_faced:
+        return "Inspect the breadth between two parallel faces, in every direction: {}."
+    if mechanism.drive.one_disc:
+        return "Inspect the disc between two rollers on opposite sides, over a turn: distance of their centres {}."
+    if cam.problem.setup.angular:
+        return "Inspect both discs together, with both rollers on them, over a turn: angle between the arms {}."
+    return "Inspect both discs together, with both rollers on them, over a turn: distance of their centres {}."
