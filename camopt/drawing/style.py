@@ -48,6 +48,8 @@ RC: dict[str, Any] = {
     "hatch.linewidth": 0.6,
     "hatch.color": MUTED,
 }
+ON_WHITE: dict[str, Any] = {"zorder": 6, "bbox": {"fc": "white", "ec": "none", "pad": 1.0}}
+"""Text that lines do not cross."""
 
 
 def pen_of(place: int) -> dict[str, Any]:

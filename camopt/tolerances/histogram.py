@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.drawing.canvas import Target, canvas
-from camopt.drawing.style import ALARM, INK, LIMIT, MUTED, PAGE_TITLE, SERIES, dress
+from camopt.drawing.style import ALARM, INK, LIMIT, MUTED, ON_WHITE, PAGE_TITLE, SERIES, dress
 from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.tables.cells import number, suffix_of
@@ -20,8 +20,6 @@ BINS, ACROSS = 60, 3
 BEYOND = 0.0005
 """The share of the cams on either side that are beyond a histogram's range, in its outermost bins."""
 NEARLY_ALL = 0.9973
-ON_WHITE: dict[str, Any] = {"zorder": 6, "bbox": {"fc": "white", "ec": "none", "pad": 1.0}}
-"""Text that lines do not cross."""
 SAME = 1e-9
 """Relative: numbers that differ by less are the same."""
 

@@ -1,14 +1,15 @@
-"""The picture of motion errors: worst case and root sum square over the turn, and what contributes to them."""
+"""The picture of motion errors: worst case and root sum square over the turn, the worst cam, what contributes."""
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from camopt.drawing.canvas import Target, canvas
-from camopt.drawing.style import MUTED, PAGE_TITLE, SERIES, dress
+from camopt.drawing.style import ALARM, MUTED, ON_WHITE, PAGE_TITLE, SERIES, dress
 from camopt.effects.motion import scale
 from camopt.problem.problem import resolve_design
 from camopt.quantities.unit_systems import shown, shown_unit
+from camopt.tolerances.recontact import RealCams, off_of
 from camopt.tolerances.response import ORDERS
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band_ends, worst, worst_ends
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from camopt.tolerances.tolerance import MotionError, MotionErrors
 
 LIGHT, DARK = "#d9e6f2", "#9fc0dd"
+PLACES = 1441
+"""On the worst cam, where its error is drawn."""
 
 
 def draw(what: "MotionErrors", path: Target = None) -> "Figure":
@@ -30,10 +33,11 @@ def draw(what: "MotionErrors", path: Target = None) -> "Figure":
         keys = sorted(what.errors[0].shares, key=what.errors[0].shares.__getitem__)
         for order, error in enumerate(what.errors):
             _over_turn(panels[order, 0], turn, order, error)
+            _worst_cam(panels[order, 0], turn, order, what)
             _tornado(panels[order, 1], keys, error)
         panels[-1, 0].set_xlabel("cam angle, deg")
         handles, labels = panels[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower left", ncols=3)
+        figure.legend(handles, labels, loc="outside lower left", ncols=4)
     return figure
 
 
@@ -53,10 +57,25 @@ def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") ->
             axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":", label="where the worst case is largest")
     if np.isinf(error.worst):
         where = f"between jumps; infinite at {turn.impulses_said(order)}" if bounded else "no bound"
-        axes.text(0.5, 0.5, where, transform=axes.transAxes, ha="center", va="center", color=MUTED)
+        axes.text(0.5, 0.5, where, transform=axes.transAxes, ha="center", va="center", color=MUTED, **ON_WHITE)
     if not bounded:
         axes.set_yticks([])
     dress(axes)
+
+
+def _worst_cam(axes: Any, turn: TurnErrors, order: int, what: "MotionErrors") -> None:
+    """The error of the cam whose displacement is the furthest off, by exact contact."""
+    places = np.union1d(turn.nodes, np.linspace(0.0, turn.nodes[-1], PLACES))
+    off = off_of(what.worst_case.errors, places.size)
+    cams, unit = RealCams(turn.problem), shown(scale(turn.problem.setup, order), what.errors[order].unit)
+    with np.errstate(all="ignore"):
+        angles = cams.within(cams.motion(off, places, 0).angle.terms[0])
+        values = unit * cams.errors(off, places, order)
+    if not np.isfinite(worst(turn.sampled, order)).all():
+        return
+    ends, first = axes.get_ylim(), np.argsort(angles, kind="stable")
+    axes.plot(np.degrees(angles[first]), values[first], color=ALARM, lw=1.0, label="the worst cam of displacement")
+    axes.set_ylim(ends)
 
 
 def _tornado(axes: Any, keys: list[str], error: "MotionError") -> None:

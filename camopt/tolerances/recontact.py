@@ -25,11 +25,24 @@ from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor, direction
 from camopt.problem.problem import Problem
-from camopt.tolerances.touching import BORE, off_by
+from camopt.tolerances.touching import ANGLES, BORE, BORE_WAY, off_by
 
 Off = Mapping[str, FloatArray]
 """By how much cams are off, each (n,), by key of ``[tolerances]``, in mm or rad; complex of a profile with
 waves (a + ib stands out by a·cos nφ + b·sin nφ) and of the bore's axis (x + iy in the frame of the cam)."""
+
+
+def off_of(errors: Mapping[str, float], count: int) -> Off:
+    """The errors of one cam in mm and deg, as those of the worst cam are told, for a number of places on it."""
+    found: dict[str, FloatArray] = {}
+    for key, value in errors.items():
+        if key == BORE:
+            found[key] = np.full(count, value * np.exp(1j * np.radians(errors[BORE_WAY])))
+        elif key != BORE_WAY:
+            found[key] = np.full(count, np.radians(value) if key in ANGLES else value)
+    return found
+
+
 TURNS = 4
 """How often the cam angle at which a cylinder touches is found anew, by which its bore is off along the surface."""
 

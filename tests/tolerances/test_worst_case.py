@@ -12,6 +12,7 @@ from camopt.effects.motion import scale
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
+from camopt.tolerances.recontact import RealCams, off_of
 from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends, off_by
 from tests.support.cams import CONTACTS, cam_with
 from tests.support.depth import times
@@ -171,3 +172,15 @@ def test_the_command_tells_the_bound_and_the_worst_cam(command, tmp_path):
     assert found["bound"] > abs(found["error"]) > 0.03
     corners = json.loads(command("tolerance", "uniform-knife-offset", "--set", "tolerances.phase=0.1", "--json")[1])
     assert corners["worst_case"]["bound"] is None
+
+
+@pytest.mark.parametrize("contact", ["offset-roller", "arm", "groove-arm"])
+def test_the_errors_told_of_the_worst_cam_are_those_of_a_motion_that_is_as_far_off(contact):
+    """Told in mm and deg, with the axis of the bore in the frame of the cam; by exact contact over the turn."""
+    given = {"profile": 0.02, "bore_eccentricity": 0.02, "phase": 0.05}
+    scene = Scene.from_dict({**scene_of(contact, "ccw"), "tolerances": given})
+    worst, problem = camopt.tolerance(scene).worst_case, resolve_design(scene)
+    places = np.linspace(0.0, 2 * np.pi, 20_001)[:-1]
+    errors = scale(problem.setup, 0) * RealCams(problem).errors(off_of(worst.errors, places.size), places, 0)
+    assert np.abs(errors).max() == pytest.approx(abs(worst.error), rel=1e-6)
+    assert errors[np.abs(errors).argmax()] * worst.error > 0.0
