@@ -127,7 +127,7 @@ def _nearest_of_all(
 
     One that is off by δe and δR needs R_p ≥ √((e + δe)² + s₀(e + δe)²) − δR: convex in e, as the largest of all is.
     """
-    sense, slope = problem.design.sense, np.array(lines)[:, :, None]
+    sense, slope = problem.design.sense, np.array(lines).reshape(-1, 2, 1)
     offs = [
         (sense * off.get("offset", 0.0), off.get("roller_radius", 0.0) + off.get("size", 0.0))
         for off in ({}, *problem.offs)

@@ -16,7 +16,7 @@ the marginal function in mathematical programming, Mathematical Programming Stud
 Lewis, M. L. Overton, A robust gradient sampling algorithm, SIAM Journal on Optimization 15 (2005).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, nan
 from typing import NamedTuple
@@ -108,15 +108,20 @@ def _gradients(freedom: Freedom, limits: Sequence[Limit]) -> Iterator[FloatArray
         yield slopes[:1] if straight[0] else slopes[straight]
 
 
-def rates(freedom: Freedom, bounds: Sequence[ActiveBound]) -> dict[str, Rates]:
-    """What each bound costs, by its key."""
+def rates(
+    freedom: Freedom, bounds: Sequence[ActiveBound], others: Mapping[str, FloatArray] | None = None
+) -> dict[str, Rates]:
+    """What each bound costs, by its key; and other numbers, by which each bound's c has the derivatives given."""
     from scipy.optimize import linprog, nnls
 
-    keys = dict.fromkeys(bound.key for bound in bounds)
+    names, slopes = dict.fromkeys(bound.key for bound in bounds), dict(others or {})
     larger, *other = freedom.discs
     goal = freedom.directions[larger]
     if other and freedom.at[larger] - freedom.at[other[0]] <= BINDS * freedom.scales[larger]:
         bounds = [*bounds, ActiveBound("", 0.0, "mm", "≤", freedom.directions[other] - goal, 0.0)]  # not larger
+        slopes = {key: np.append(each, 0.0) for key, each in slopes.items()}
+    own = {key: np.array([each.by_value if each.key == key else 0.0 for each in bounds]) for key in names}
+    slopes = own | slopes
     columns = np.vstack([np.empty((0, goal.size)), *(bound.gradients for bound in bounds)]).T
     size = np.linalg.norm(columns, axis=0)
     size[size == 0.0] = 1.0
@@ -124,11 +129,11 @@ def rates(freedom: Freedom, bounds: Sequence[ActiveBound]) -> dict[str, Rates]:
     whose = np.repeat(np.arange(len(bounds)), [len(bound.gradients) for bound in bounds])
     weights, left = nnls(columns, -goal) if columns.size else (np.zeros(0), inf)
     if left > GRADIENT_LEFT * np.linalg.norm(goal):
-        return dict.fromkeys(keys, Rates(nan, nan))
+        return dict.fromkeys(slopes, Rates(nan, nan))
     room = left + LOOSE * np.linalg.norm(goal)
     found = {}
-    for key in keys:
-        of_key = np.array([bound.by_value if bound.key == key else 0.0 for bound in bounds])[whose] / size
+    for key, by_bound in slopes.items():
+        of_key = by_bound[whose] / size
         one = float(weights @ of_key)
         ends = []
         for sign in (1.0, -1.0):

@@ -57,7 +57,8 @@ class Optimum(HasHtml):
     - ``angles_deg``: the angles of all segments, if ``[search]`` varies some;
     - ``every_cam``, with ``search.robust``: whether every cam within the tolerances of its sizes holds every limit:
       held (proved over the whole box) or undecided;
-    - ``nominal_mm``, likewise: the size of the smallest cam of which the nominal one alone holds them;
+    - ``nominal_mm``, likewise: the size of the smallest cam of which the nominal one alone holds them, and
+      ``safety_mm``, by how much the robust one is larger: what safety costs;
     - ``clear_above_mm``: all larger designs that were tried above this size are feasible. It exceeds the optimum if
       larger cams break a limit again, and is infinite if large cams fail, as with oscillating followers.
 
@@ -107,7 +108,7 @@ class Optimum(HasHtml):
         for row in rows:
             if "angles_deg" in row:
                 row["angles_deg"] = " ".join(f"{angle:.6g}" for angle in row["angles_deg"])
-        last = ["every_cam", "nominal_mm"] if any("nominal_mm" in row for row in rows) else []
+        last = ["every_cam", "nominal_mm", "safety_mm"] if any("nominal_mm" in row for row in rows) else []
         last += ["binding", *(["angles_deg"] if any("angles_deg" in row for row in rows) else [])]
         last += [] if all(row["proved"] for row in rows) else ["proved", "gap_mm"]
         title = f"{self.scene.name}: the smallest cam{' of each law' if laws_shown(rows) else ''}"
@@ -190,7 +191,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
             assert least.answer.design is not None
             alone, design = least.problem.settled(least.answer.design)
             found[laws] = _described(alone, replace(least.answer, design=design), until) | least.angles
-            found[laws] |= _nominal(problem.with_programme(programme), turns, until)
+            found[laws] |= _nominal(problem.with_programme(programme), turns, least.answer.size, until)
             cams[laws], sizes[laws] = replace(least.problem, design=least.answer.design), least.answer.size
             continue
         obstacles[laws] = _obstacle(answers, max(until, share(end, len(programmes) - done)))
@@ -382,13 +383,15 @@ def _moved(answer: Smallest, by: FloatArray) -> Designs:
     return moved.with_values({disc: moved.sizes[disc] + by for disc in answer.discs})
 
 
-def _nominal(problem: Problem, turns: SegmentAngles, until: float) -> dict[str, Any]:
+def _nominal(problem: Problem, turns: SegmentAngles, robust: float, until: float) -> dict[str, Any]:
     """The size of the smallest cam that holds the limits itself, beside a robust one; nothing where all do so."""
     if not problem.zones:
         return {}
     alone = replace(turns, problem=replace(turns.problem, zones={}, offs=()))
     least = least_of(problem, list(answers_of(replace(problem, zones={}, offs=()), alone, until)))
-    return {} if least is None else {"nominal_mm": least.answer.size}
+    if least is None:
+        return {}
+    return {"nominal_mm": least.answer.size, "safety_mm": robust - least.answer.size}
 
 
 def _verdicts_within(problem: Problem, design: Designs, until: float) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """The price of each bound that a smallest cam just meets, and what holds the cam without it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import singledispatch
 from math import isfinite
@@ -8,16 +8,19 @@ from typing import Any
 
 import numpy as np
 
+from camopt.effects.given import NO_BAND
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
+from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
 from camopt.problem.limit import Limit
-from camopt.problem.problem import exactly, resolve
+from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.settings import freed_of, laws_of
 from camopt.smallest.freedom import Freedom
 from camopt.smallest.multipliers import NO_RATES, ActiveBound, Rates, bounds_met, rates
 from camopt.smallest.optimise import SECONDS, Optimum, answers_of, end_of, least_of
 from camopt.smallest.turns import SegmentAngles
+from camopt.smallest.widened import Toleranced, tolerances_of
 from camopt.tables.columns import joined_laws
 from camopt.verdicts.judging import excesses
 from camopt.verdicts.running import columns_for
@@ -36,20 +39,22 @@ class Price:
     Attributes
     ----------
     key : str
-        The bound's key in the scene, as ``limits.pressure_angle``; ``search.offset.stop`` for an end of a range.
+        The bound's key in the scene, as ``limits.pressure_angle``; ``search.offset.stop`` for an end of a range,
+        ``tolerances.profile`` for a tolerance.
     bound : float
-        Its value.
+        Its value; of a tolerance the larger of its ends, µm (deg): with the price both ends go out or in.
     unit : str
         Of the bound.
     relation : str
         How what is bounded must compare with the bound: ≤, ≥ or ±, where its magnitude must be ≤.
     price : float or None
-        mm per unit, as the bound is eased; None where something that has no bound holds the cam as well.
+        mm per unit, as the bound is eased, a tolerance narrowed; None where something that has no bound holds the
+        cam as well.
     tightened : float or None
         mm per unit, as the bound is tightened: not ``price`` where another bound would be enough to hold the cam.
     size_without : float or None
-        The size of the smallest cam without this limit, mm: easing it saves no more. 0 where nothing else limits
-        the size; None where it was not sought (an end of a range), or not proved in time.
+        The size of the smallest cam without this limit, or with a tolerance of 0, mm: easing it saves no more. 0
+        where nothing else limits the size; None where it was not sought (an end of a range), or not proved in time.
     holds_to : float or None
         What the cam of ``size_without`` has of what is bounded: beyond it, easing saves nothing more.
     next : tuple of str or None
@@ -82,9 +87,10 @@ class Price:
 def prices(what: Any, seconds: float = SECONDS) -> dict[str, list[Price]]:
     """Find what each bound costs that holds a result, and what would hold the smallest cam of known laws next.
 
-    Bounds are those of ``[limits]``, the diameter of the shaft, the ends of ranges in ``[search]``, and of a
-    synthesis the peaks of ``[synthesis]``, also if taken by default. What every cam must hold, such as no undercut,
-    has no bound and no price. A price is that of small changes.
+    Bounds are those of ``[limits]``, the diameter of the shaft, the ends of ranges in ``[search]``, the tolerances
+    that a limit which holds the cam depends on (one on errors, and any with ``search.robust``), and of a synthesis
+    the peaks of ``[synthesis]``, also if taken by default. What every cam must hold, such as no undercut, has no
+    bound and no price. A price is that of small changes.
 
     Of what ``optimise`` found: at the smallest cam, ∇R + Σ λ·∇c = 0 for its size R, the excesses c of what it just
     meets, and multipliers λ ≥ 0; then a bound b costs dR/db = Σ λ·∂c/∂b. For large changes the smallest cam is
@@ -166,19 +172,32 @@ def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
 
 def _prices_at(cam: Freedom) -> list[Price]:
     """The prices of the bounds that a smallest cam just meets, without what would hold it next."""
-    asked = {bound.key: (bound, cost) for bound, cost in _binding(cam) if bound.limit is None or bound.limit.asked}
-    return [
-        Price(key, bound.value, bound.unit, bound.relation, _finite(cost.eased), _finite(cost.tightened))
-        for key, (bound, cost) in asked.items()
-    ]
-
-
-def _binding(cam: Freedom) -> list[tuple[ActiveBound, Rates]]:
-    """The bounds that a smallest cam just meets, with prices; without ends of ranges that do not matter."""
     bounds = bounds_met(cam)
-    costs = rates(cam, bounds)
-    met = [(bound, costs[bound.key]) for bound in bounds]
-    return [(bound, cost) for bound, cost in met if bound.limit is not None or cost != NO_RATES]
+    tolerances = {each.key: each for each in tolerances_of(cam.problem)}
+    slopes = {key: _slopes(each, cam, bounds) for key, each in tolerances.items()}
+    costs = rates(cam, bounds, slopes)
+    binding = _that_matter(bounds, costs)
+    asked = {bound.key: bound for bound in binding if bound.limit is None or bound.limit.asked}
+    found = [(key, bound.value, bound.unit, bound.relation) for key, bound in asked.items()]
+    found += [(key, each.bound, each.unit, "±") for key, each in tolerances.items() if np.any(slopes[key])]
+    return [Price(*each, _finite(costs[each[0]].eased), _finite(costs[each[0]].tightened)) for each in found]
+
+
+def _slopes(tolerance: Toleranced, cam: Freedom, bounds: list[ActiveBound]) -> FloatArray:
+    """How what bounds ask changes with a tolerance, per unit of it; 0 of ends of ranges."""
+    limits = [bound.limit for bound in bounds if bound.limit is not None]
+    found = iter(tolerance.slopes(cam.problem, limits))
+    return np.array([0.0 if bound.limit is None else next(found) for bound in bounds])
+
+
+def _binding(cam: Freedom) -> list[ActiveBound]:
+    """The bounds that a smallest cam just meets; without ends of ranges that do not matter."""
+    bounds = bounds_met(cam)
+    return _that_matter(bounds, rates(cam, bounds))
+
+
+def _that_matter(bounds: list[ActiveBound], costs: Mapping[str, Rates]) -> list[ActiveBound]:
+    return [bound for bound in bounds if bound.limit is not None or costs[bound.key] != NO_RATES]
 
 
 def _finite(value: float) -> float | None:
@@ -188,10 +207,14 @@ def _finite(value: float) -> float | None:
 def _with_next(price: Price, cam: Freedom, until: float) -> Price:
     """A price with the smallest cam without its limit, if that is found and proved in time."""
     limits = [limit for limit in cam.problem.limits if limit.key == price.key]
-    if not limits or now() >= until:
+    tolerance = next((each for each in tolerances_of(cam.problem) if each.key == price.key), None)
+    if not (limits or tolerance) or now() >= until:
         return price
-    easier = cam.problem.without(price.key)
-    turns = replace(cam.turns, problem=cam.turns.problem.without(price.key), until=until)
+
+    def without(problem: Problem) -> Problem:
+        return tolerance.in_problem(problem, NO_BAND) if tolerance else problem.without(price.key)
+
+    easier, turns = without(cam.problem), replace(cam.turns, problem=without(cam.turns.problem), until=until)
     answers = list(answers_of(easier, turns, until))
     try:
         least = least_of(easier, answers)
@@ -200,8 +223,9 @@ def _with_next(price: Price, cam: Freedom, until: float) -> Price:
     if least is None or least.answer.design is None or not least.answer.proved:
         return price
     other = Freedom(replace(least.problem, design=least.answer.design), turns, least.freed)
-    following = tuple(dict.fromkeys(bound.key for bound, _ in _binding(other)))
-    return replace(price, size_without=least.answer.size, holds_to=_met_at(price, limits, other), next=following)
+    following = tuple(dict.fromkeys(bound.key for bound in _binding(other)))
+    holds_to = _met_at(price, limits, other) if limits else None
+    return replace(price, size_without=least.answer.size, holds_to=holds_to, next=following)
 
 
 def _met_at(price: Price, limits: Sequence[Limit], cam: Freedom) -> float | None:

@@ -25,7 +25,8 @@ from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor, direction
 from camopt.problem.problem import Problem
-from camopt.tolerances.touching import ANGLES, BORE, BORE_WAY, off_by
+from camopt.scene.tolerances import ANGLES
+from camopt.tolerances.touching import BORE, BORE_WAY, off_by
 
 Off = Mapping[str, FloatArray]
 """By how much cams are off, each (n,), by key of ``[tolerances]``, in mm or rad; complex of a profile with

@@ -59,6 +59,7 @@ def test_a_robust_cam_is_the_smallest_of_which_no_cam_within_the_tolerances_brea
     assert set(camopt.certify(best.scene).values()) == {"held"}
     nominal = camopt.optimise(scene.replace(**{"search.robust": False})).best
     assert best["nominal_mm"] == nominal[size] <= best[size]
+    assert best["safety_mm"] == pytest.approx(best[size] - nominal[size], abs=1e-9)
 
 
 @pytest.mark.parametrize("contact", ["roller", "arm"])
@@ -87,14 +88,50 @@ def test_a_cam_that_not_all_cams_within_the_tolerances_hold_is_refuted():
     assert "broken" in camopt.certify(nominal.replace(**{"search.robust": True})).values()
 
 
-def test_a_price_is_what_robust_cams_of_two_bounds_differ_by():
-    scene = scene_of("arm")
-    costs = {price.key: price.price for price in next(iter(camopt.prices(camopt.optimise(scene)).values()))}
-    ends = [
-        camopt.optimise(scene.replace(**{"limits.pressure_angle": 40 + by})).best["base_radius_mm"]
-        for by in (-0.01, 0.01)
-    ]
-    assert costs["limits.pressure_angle"] == pytest.approx((ends[1] - ends[0]) / 0.02, rel=1e-3)
+def price_by_differences(scene, key, value, step):
+    """mm of size per unit of a number of the scene."""
+    ends = [camopt.optimise(scene.replace(**{key: value + by})).best["base_radius_mm"] for by in (-step, step)]
+    return (ends[1] - ends[0]) / (2.0 * step)
+
+
+def prices_of(scene, seconds=1e-3):
+    return {price.key: price for price in next(iter(camopt.prices(camopt.optimise(scene), seconds).values()))}
+
+
+@pytest.mark.parametrize(
+    ("contact", "toleranced"), [("arm", ["arm_length"]), ("roller", ["offset", "roller_radius"])]
+)
+def test_a_price_is_what_robust_cams_of_two_bounds_or_tolerances_differ_by(contact, toleranced):
+    scene = scene_of(contact)
+    costs, bound = prices_of(scene), scene.limits.pressure_angle
+    of_limit = price_by_differences(scene, "limits.pressure_angle", bound, 0.01)
+    assert costs["limits.pressure_angle"].price == pytest.approx(of_limit, rel=1e-3)
+    for key in toleranced:
+        price, zone = costs[f"tolerances.follower.{key}"], GIVEN[contact][0][key]
+        assert (price.bound, price.unit) == (pytest.approx(1e3 * zone), "µm")
+        of_mm = price_by_differences(scene, f"tolerances.follower.{key}", zone, 2e-4)
+        assert price.price == price.tightened == pytest.approx(1e-3 * of_mm, rel=1e-4)
+
+
+def test_without_a_tolerance_the_smallest_cam_is_that_with_a_tolerance_of_0():
+    scene = scene_of("roller")
+    price = prices_of(scene, 20.0)["tolerances.follower.offset"]
+    exact = camopt.optimise(scene.replace(**{"tolerances.follower.offset": 0.0})).best
+    assert price.size_without == pytest.approx(exact["base_radius_mm"], rel=1e-9)
+    assert price.next == ("limits.pressure_angle",)
+
+
+def test_a_tolerance_has_a_price_where_a_limit_on_errors_holds_the_cam():
+    scene = Scene.from_dict({
+        **{key: cam_with("roller", "cycloidal")[key] for key in ("cam", "follower", "motion")},
+        "tolerances": {"profile": 0.02, "phase": 0.01},
+        "limits": {"position_error": 0.026},
+        "search": {"base_radius": [20, 200]},
+    })  # fmt: skip
+    costs = prices_of(scene)
+    for key, value, unit in (("profile", 0.02, 1e-3), ("phase", 0.01, 1.0)):
+        exact = unit * price_by_differences(scene, f"tolerances.{key}", value, 1e-5)
+        assert costs[f"tolerances.{key}"].price == pytest.approx(exact, rel=1e-3)
 
 
 def test_a_sweep_keeps_designs_that_hold_the_limits_at_all_corners():
