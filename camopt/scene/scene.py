@@ -23,6 +23,7 @@ from camopt.scene.complaints import mistakes_of
 from camopt.scene.drawn_profile import read_drawing
 from camopt.scene.fits import read_bore, read_keyway
 from camopt.scene.former import FORMER_KEYS, read_former
+from camopt.scene.halves import read_half
 from camopt.scene.limits import Limits
 from camopt.scene.load import read_load
 from camopt.scene.mapping import given_at_follower, without
@@ -260,6 +261,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         by_crank = isinstance(cam := tables.get("cam"), dict) and "rpm_of_crank" in cam
         unread += read_speed(tables)
         read_profile(tables)
+        read_half(tables)
         try:
             BaseModel.__init__(self, **tables)
         except ValidationError as error:

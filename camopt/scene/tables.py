@@ -339,6 +339,9 @@ class Segment(SceneTable):
     the mean square of its derivative is the least. ``through`` are conditions on the way (``Through``), which that
     motion meets, and all that ``synthesise`` finds.
 
+    In a yoke (``drive.kind``) the segments may be those of half a turn, 180 deg: the other half is the same with
+    rises for returns, and positions as much below the highest one as they are above the lowest.
+
     Where positions are given, the turn starts at the last of them. Designs count displacements from the lowest
     position of the turn, which is on the base circle.
     """
@@ -346,7 +349,7 @@ class Segment(SceneTable):
     segment: Literal["rise", "dwell", "return", "move", "constant-velocity"]
     """What the follower does."""
     angle: Annotated[float, Within(ge=0, le=360 * (1 + 1e-9))]
-    """Cam angle that the segment takes; those of a turn add up to 360; deg."""
+    """Cam angle that the segment takes; those of a turn add up to 360, of a yoke also to 180; deg."""
     lift: Annotated[float, Within(ge=0, le=LARGEST_VALUE)] = 0.0
     """Displacement of a rise or return, above 0; mm, oscillating deg."""
     law: LawName | None = None

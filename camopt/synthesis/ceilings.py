@@ -24,7 +24,7 @@ from camopt.problem.limits import LOAD_LIMITS, limited_quantity
 from camopt.problem.problem import Problem, strictest
 from camopt.quantities import AT_MOST, QUANTITIES
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.linear_constraints import is_linear
+from camopt.synthesis.linear_constraints import follows, is_linear
 from camopt.synthesis.residual import TERM
 from camopt.synthesis.through_train import about_tool, follower_states
 
@@ -46,7 +46,8 @@ def quantities(problem: Problem) -> dict[str, str]:
 def ceilings_of(demand: Demand) -> tuple[Claim, ...]:
     """The claims of a scene that are not linear; those that no motion can hold at its peak are left to the size."""
     problem = demand.problem
-    found = (claim for claim in strictest(problem.claims) if not is_linear(problem, claim))
+    asked = (claim for claim in strictest(problem.claims) if not follows(problem, claim))
+    found = (claim for claim in asked if not is_linear(problem, claim))
     return tuple(about_tool(problem, each) for each in found if each.allowed() > 0.0 or each.goal == LEAST)
 
 

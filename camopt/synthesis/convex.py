@@ -136,6 +136,8 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     for number, partner in enumerate(demand.mirror or ()):
         if number <= partner:
             motions[number].mirrors(motions[partner])
+    for one, other in demand.opposed:
+        motions[one].opposes(motions[other], demand.both_starts(one, other))
     for motion in motions:
         rows.add(motion.rows)
     for name, bound in held.items():

@@ -92,6 +92,8 @@ class Demand:
     objective: dict[str, float]
     mirror: tuple[int, ...] | None = None
     """For each stroke the one that has to mirror it, where the motion is to be symmetric."""
+    opposite: tuple[int, ...] | None = None
+    """For each stroke the one half a turn later, which has to be it upside down, where a yoke is on one disc."""
     smooth: float = 0.0
     """The share of the objective that is given up for the least variation of the jerk."""
 
@@ -175,8 +177,11 @@ class Demand:
         return {each: replace(self.splines, cuts=self._cuts(each), at_cuts=at_cuts) for each in self.free}
 
     def _cuts(self, stroke: Stroke) -> tuple[float, ...]:
-        """Where something is asked for in a stroke, or in the one that has to mirror it."""
-        parts = [part for each in self.conditions if (part := stroke.part(each))]
+        """Where something is asked for in a stroke, or in one that has to be as it is."""
+        alike = (
+            [stroke] if self.opposite is None else [stroke, self.strokes[self.opposite[self.strokes.index(stroke)]]]
+        )
+        parts = [part for each in self.conditions for one in alike if (part := one.part(each))]
         if (partner := self.partner(stroke)) is not None:
             others = [part for each in self.conditions if (part := partner.part(each))]
             parts += [(1.0 - end, 1.0 - start) for start, end in others]
@@ -185,6 +190,15 @@ class Demand:
     def partner(self, stroke: Stroke) -> Stroke | None:
         """The stroke that has to mirror a stroke."""
         return None if self.mirror is None else self.strokes[self.mirror[self.strokes.index(stroke)]]
+
+    @property
+    def opposed(self) -> list[tuple[int, int]]:
+        """The strokes of the first half of the turn, by number, each with the one that is it upside down."""
+        return [(one, other) for one, other in enumerate(self.opposite or ()) if one < other]
+
+    def both_starts(self, one: int, other: int) -> float:
+        """The sum of the displacements where two strokes start, in units of the lift."""
+        return (self.strokes[one].low + self.strokes[other].low) / self.scale
 
     def law_scale(self, stroke: Stroke) -> tuple[float, float]:
         """The displacement where a law is 0, and what it has more where that is 1, in units of the lift.

@@ -52,6 +52,9 @@ class FixedMotion:
     def mirrors(self, other: Any) -> None:
         """A straight line mirrors another as it is."""
 
+    def opposes(self, other: Any, both: float) -> None:
+        """A straight line opposes another as it is."""
+
     def variation(self) -> list[LinearSum]:
         return []
 

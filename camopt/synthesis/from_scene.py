@@ -26,7 +26,7 @@ from camopt.synthesis.demand import TERM_ORDERS, Demand, LowHigh, roller_of
 from camopt.synthesis.linear_constraints import floors_of, is_linear
 from camopt.synthesis.means import means_of
 from camopt.synthesis.splines import Splines
-from camopt.synthesis.symmetry import mirrored
+from camopt.synthesis.symmetry import mirrored, opposed
 from camopt.synthesis.through_train import about_tool, ratio_of, turned
 
 PEAK_ORDERS = {"peak_acceleration": 2, "peak_jerk": 3}
@@ -63,9 +63,6 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
     if problem.zones:
         why = "is for optimise, sweep and certify: free laws hold the limits of the nominal cam; leave it out"
         raise BadInput([Mistake(problem.file, "search.robust", True, why, bare=True)])
-    if problem.setup.mechanism.further:
-        why = "has two contacts, and free laws are found for one: leave [drive] out, then evaluate with it"
-        raise BadInput([Mistake(problem.file, "drive.kind", problem.setup.mechanism.drive.name, why, bare=True)])
     if not any(stroke.is_free for stroke in problem.programme.tool.strokes):
         why = "has nothing to choose: it needs a rise, a return or a move"
         raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])
@@ -96,6 +93,7 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
         conditions=(*conditions_of(ground), *_points(problem, asked, ground)),
         objective=objective,
         mirror=_mirror(problem, ground) if asked.symmetric else None,
+        opposite=_opposite(problem, ground) if problem.setup.mechanism.drive.one_disc else None,
         smooth=asked.smooth,
     )
 
@@ -190,6 +188,15 @@ def _mirror(problem: Problem, ground: Ground) -> tuple[int, ...]:
     if places is None:
         what = "the segments are no mirror image of themselves, about whatever cam angle"
         raise BadInput([Mistake(problem.file, "synthesis.symmetric", True, what, bare=True)])
+    return places
+
+
+def _opposite(problem: Problem, ground: Ground) -> tuple[int, ...]:
+    """Which stroke comes half a turn after which, where a yoke has both its contacts on one disc."""
+    places = opposed(ground.strokes)
+    if places is None:
+        what = "the segments of the second half of the turn are not those of the first one, with rises for returns"
+        raise BadInput([Mistake(problem.file, "motion", None, what, bare=True)])
     return places
 
 

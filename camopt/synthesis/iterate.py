@@ -46,6 +46,7 @@ def cleaned(demand: Demand, coefficients: Sequence[FloatArray]) -> tuple[FloatAr
     """
     found = [np.array(each, dtype=float) for each in coefficients]
     _mirror(demand, found)
+    _oppose(demand, found)
     for own, stroke in zip(found, demand.free, strict=True):
         if not stroke.is_move:
             np.clip(own, 0.0, 1.0, out=own)
@@ -68,6 +69,19 @@ def _mirror(demand: Demand, found: Sequence[FloatArray]) -> None:
             there = low_there + change_there * own[partner][::-1]
             mean = (low + change * each + there) / 2.0
             each[:], own[partner][:] = (mean - low) / change, (mean[::-1] - low_there) / change_there
+
+
+def _oppose(demand: Demand, found: Sequence[FloatArray]) -> None:
+    """Make coefficients of strokes that are each other upside down so."""
+    own = dict(zip(demand.free, found, strict=True))
+    for one, other in demand.opposed:
+        stroke, partner = demand.strokes[one], demand.strokes[other]
+        if stroke.is_free:
+            (low, change), (low_there, change_there) = map(demand.law_scale, (stroke, partner))
+            total = demand.both_starts(one, other)
+            mean = (low + change * own[stroke] + total - low_there - change_there * own[partner]) / 2.0
+            own[stroke][:] = (mean - low) / change
+            own[partner][:] = (total - mean - low_there) / change_there
 
 
 class _End(NamedTuple):

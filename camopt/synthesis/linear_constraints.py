@@ -9,13 +9,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 from camopt.effects import force
 from camopt.effects.implied import LeastForce
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import cylindrical, translating, translating_flat
+from camopt.mechanisms.pairs import OF_CONTACT
 from camopt.motion.load import ExternalLoad
+from camopt.motion.table import ALL_STROKES
 from camopt.motion.train_load import Reflected, TrainLoad
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem, strictest
@@ -39,6 +41,8 @@ def _floors(problem: Problem) -> Iterator[LinearConstraint]:
         for claim in limit.claims:
             if claim in asked and claim.curve in LINEAR:
                 yield from LINEAR[claim.curve](limit.name, claim)
+            elif claim in asked and (second := _second_in(problem)) and second.of(claim) in LINEAR:
+                yield from map(second.seen, LINEAR[second.of(claim)](limit.name, claim))
         if limit.implied.reach < inf:
             yield from _on_reach(limit.name, limit.implied.reach)
         if limit.implies is not None:
@@ -50,10 +54,73 @@ def is_linear(problem: Problem, claim: Claim) -> bool:
 
     Behind a train whose ratio changes only what is asked of the tool itself is.
     """
-    made = claim.curve
+    made, second = claim.curve, _second_in(problem)
     if isinstance(made, Derivative):
         return not made.at_follower or ratio_of(problem) is not None
+    if second and second.of(claim) in LINEAR:
+        return True
     return made in LINEAR and ratio_of(problem) is not None
+
+
+def follows(problem: Problem, claim: Claim) -> bool:
+    """Whether a claim on the second contact says what the same does of the first one, half a turn later."""
+    mechanism = problem.setup.mechanism
+    if not mechanism.drive.one_disc or claim.kinds != ALL_STROKES:
+        return False
+    (contact,) = mechanism.further
+    made = getattr(claim.curve, "make", None)
+    return made is not None and made in [getattr(contact.mechanism, name) for name in OF_CONTACT]
+
+
+class _Second(NamedTuple):
+    """The second contact of a follower whose motion has the given lift, where its lead and height are linear."""
+
+    curves: dict[Any, Any]
+    """By the curves of claims on it, those of the first contact."""
+    lift: float
+    share: float
+    """What its lead and height have of those of the first: 1 of an equal disc, which turns the other way, or 0."""
+    lead: float
+    height: float
+    """What they have besides, mm."""
+
+    def of(self, claim: Claim) -> Any:
+        """The curve of the first contact that a claim on the second is about, if it is one."""
+        return self.curves.get(getattr(claim.curve, "make", None))
+
+    def seen(self, floor: LinearConstraint) -> LinearConstraint:
+        """A linear limit on the motion and sizes of the second contact as one on those of the first: y₂ = h − y."""
+        return replace(
+            floor,
+            displacement=-floor.displacement,
+            velocity=-floor.velocity,
+            acceleration=-floor.acceleration,
+            lead=-self.share * floor.lead,
+            height=self.share * floor.height,
+            constant=floor.constant
+            + floor.displacement * self.lift
+            + floor.lead * self.lead
+            + floor.height * self.height,
+        )
+
+
+def _second_in(problem: Problem) -> _Second | None:
+    """The second contact, if the lift is given and its sizes are all those of the first, or all known."""
+    mechanism, design = problem.setup.mechanism, problem.design
+    if not mechanism.further or mechanism.start is None or problem.setup.angular:
+        return None
+    if any(stroke.is_move and stroke.is_free for stroke in problem.programme.tool.strokes):
+        return None
+    (contact,), lift = mechanism.further, problem.programme.lift
+    curves = {contact.mechanism.pressure: mechanism.pressure}
+    if not design.second:
+        return _Second(curves, lift, 1.0, 0.0, 0.0)
+    searched = [name for name in design.second if name in problem.choices.variables]
+    own = {f"second_{name}" for name in ("size", "roller_radius", "offset")}
+    if searched or own - design.second.keys():
+        return None
+    second = contact.seen(design)
+    return _Second(curves, lift, 0.0, float(second.lead[0]), float(mechanism.start(second)[0]))
 
 
 def _trace_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:

@@ -173,6 +173,13 @@ class RelaxedMotion:
     def mirrors(self, other: Any) -> None:
         """The bound is one for all motions."""
 
+    def opposes(self, other: "RelaxedMotion", both: float) -> None:
+        """At nodes; those of two strokes are the same unless conditions are asked of one alone."""
+        if self.h.shape != other.h.shape or np.any(self.h != other.h):
+            return
+        for own, there, total in ((self.y, other.y, both), (self.v, other.v, 0.0), (self.a, other.a, 0.0)):
+            self.rows.zero((self.each, own), (other.each, there), (-total, 1.0))
+
     def variation(self) -> list[LinearSum]:
         return []
 

@@ -113,6 +113,10 @@ class SplineMotion:
         image = [(other.change * self._each[::-1], other.coefficients), (other.low, 1.0)]
         self.rows.zero(*own, *negated(image))
 
+    def opposes(self, other: "SplineMotion", both: float) -> None:
+        every = [(each.change * each._each, each.coefficients) for each in (self, other)]
+        self.rows.zero(*every, (self.low + other.low - both, 1.0))
+
     def variation(self) -> list[LinearSum]:
         """Its coefficients go up and down no less than it does."""
         coefficients = self.splines.bernstein(3)

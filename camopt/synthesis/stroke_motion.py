@@ -65,6 +65,9 @@ class StrokeMotion(Protocol):
     def mirrors(self, other: Any) -> None:
         """Make it the mirror image of another such motion; not a bound, which is one for all motions."""
 
+    def opposes(self, other: Any, both: float) -> None:
+        """Make the displacements of it and of another such motion have a sum, in units of the lift."""
+
     def variation(self) -> list[LinearSum]:
         """Sums whose magnitudes are together the variation of the jerk over the stroke, or no less than that."""
 

@@ -1,4 +1,4 @@
-"""Turns that are their own mirror image: which stroke mirrors which."""
+"""Turns that are their own mirror image, or of which one half is the other upside down: which stroke is which."""
 
 from collections.abc import Sequence
 from math import pi
@@ -19,6 +19,30 @@ def mirrored(strokes: Sequence[Stroke]) -> tuple[int, ...] | None:
         if all(_mirror(stroke, strokes[place]) for stroke, place in zip(strokes, places, strict=True)):
             return places
     return None
+
+
+def opposed(strokes: Sequence[Stroke]) -> tuple[int, ...] | None:
+    """For each stroke the one that moves as much the other way half a turn later; None if not all have one.
+
+    As for mirrored turns, angles and displacements count.
+    """
+    half, odd = divmod(len(strokes), 2)
+    pairs = zip(strokes, strokes[half:], strict=False)
+    if odd or not all(_opposite(one, other) for one, other in pairs):
+        return None
+    return tuple((place + half) % len(strokes) for place in range(len(strokes)))
+
+
+def _opposite(one: Stroke, other: Stroke) -> bool:
+    """Whether a stroke can be another one upside down."""
+    change, back = one.high - one.low, other.high - other.low
+    lift = max(abs(one.high), abs(other.high), abs(one.low), abs(other.low))
+    alike = one.is_free == other.is_free and one.is_move == other.is_move
+    return (
+        alike
+        and abs(change + back) <= EQUAL_SHARE * lift
+        and abs(one.angle - other.angle) <= EQUAL_SHARE * 2.0 * pi
+    )
 
 
 def _mirror(one: Stroke, other: Stroke) -> bool:
