@@ -2,11 +2,13 @@
 
 import os
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pyarrow as pa
 
 from camopt.engines.progress import Progress, report_progress
+from camopt.front.every_cam import COLUMN
 from camopt.front.forged_rows import table_oddities
 from camopt.front.plan import column_names
 from camopt.problem.problem import resolve
@@ -16,15 +18,14 @@ from camopt.problem.space import Space
 from camopt.storage.publishing import revised
 from camopt.storage.sealed import no_table, read_table, write_table
 from camopt.tables.table import arrow_schema, scene_in
-from camopt.verdicts.certify import certify_design, summary
-
-COLUMN = "proof"
+from camopt.verdicts.certify import certify_cams, summary
 
 
 def certify_table(path: str | os.PathLike[str], progress: Progress | None = None) -> Counter[str]:
     """Prove or refute the limits of the scene for each row of a table, and add the verdict as the column ``proof``.
 
-    Returns how many rows are held, broken and undecided.
+    With ``search.robust`` a row is held if every cam within the tolerances of its sizes holds each limit. Returns
+    how many rows are held, broken and undecided.
 
     Raises
     ------
@@ -57,7 +58,8 @@ def _verdicts(space: Space, rows: Rows, progress: Progress | None) -> list[str]:
     verdicts, done = [""] * rows.count, 0
     for each, index, designs in space.designs_apart(rows):
         for row, number in enumerate(index):
-            verdicts[number] = summary(certify_design(each, designs.take(np.array([row]))))
+            one = replace(each, design=designs.take(np.array([row])))
+            verdicts[number] = summary(certify_cams(one))
             done += 1
             report_progress(progress, done, rows.count)
     return verdicts

@@ -55,6 +55,9 @@ class Sweep(HasHtml):
         Boxes of designs that were bounded; 0 where every design was evaluated.
     decided_by_boxes : int
         Designs in boxes that were dropped. A few of them were evaluated before.
+    every_cam : dict of int or None
+        With ``search.robust``, which looks at the corners of the tolerances: of how many designs of the front every
+        cam within them holds the limits, proved over the whole box (``held``), or not (``broken``, ``undecided``).
     already_done : bool
         Whether the result was in the folder already.
 
@@ -81,6 +84,7 @@ class Sweep(HasHtml):
     evaluated: int = 0
     boxes: int = 0
     decided_by_boxes: int = 0
+    every_cam: dict[str, int] | None = None
     already_done: bool = False
 
     def __repr__(self) -> str:

@@ -15,6 +15,7 @@ KEPT_FIELDS: dict[str, Any] = {
     **dict.fromkeys(("impossible", "feasible"), int | None),
     **dict.fromkeys(("pareto", "evaluated", "boxes", "decided_by_boxes"), int),
     "reached": float | int,
+    "every_cam": dict | None,
     "obstacle": str,
 }
 """Fields that are kept as they are, and of which types they are."""

@@ -20,6 +20,7 @@ from camopt.engines.progress import Progress
 from camopt.engines.threads import Threads
 from camopt.front.compared import best_of_each_law, compared_rows, half_width_of, nearest_miss_of_space
 from camopt.front.estimate import foresee
+from camopt.front.every_cam import COLUMN, counted, with_proofs
 from camopt.front.journal import Journal, Tell, all_batches, journal_at, recalled, what_is_kept
 from camopt.front.pareto import front_of
 from camopt.front.plan import FRONT_ONLY, TABLED, SweepPlan, sweep_plan
@@ -190,6 +191,7 @@ def result_of(
         front = front_of(rows, plan.problem.objectives, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))
         miss = None if rows.count else nearest_miss_of_space(plan)
+        shown = with_proofs(space, rows) if plan.problem.offs else rows
         result = Sweep(
             scene=scene,
             designs=len(space),
@@ -206,13 +208,14 @@ def result_of(
             evaluated=seen.evaluated,
             boxes=seen.boxes,
             decided_by_boxes=seen.decided,
+            every_cam=counted(shown) if plan.problem.offs else None,
         )
         if unit:
             about = {"designs": len(space), "evaluated": seen.evaluated, "decided_by_boxes": seen.decided}
             tables["pareto"].describe("camopt_sweep", to_json(about))
             if front:
                 tables["pareto"].describe("camopt_front", to_json(front.to_dict()))
-            for table, found in (("pareto", rows), ("pareto-grid", grid), ("designs", grid)):
+            for table, found in (("pareto", shown), ("pareto-grid", grid), ("designs", grid)):
                 if table in tables and (table != "designs" or plan.keep == "pareto"):
                     tables[table].append(found)
             write_text(unit.path(SWEEP_SCENE), scene.to_toml())
@@ -266,7 +269,7 @@ def _columns(plan: SweepPlan) -> dict[str, tuple[str, ...]]:
     """The columns of the tables of a sweep, by table."""
     names, refine = plan.names, plan.scene.search.refine
     columns = {} if plan.keep == FRONT_ONLY else {"designs": names}
-    columns |= {"pareto": (*names, "refined") if refine else names}
+    columns |= {"pareto": (*names, *(["refined"] if refine else [COLUMN] if plan.problem.offs else []))}
     return columns | ({"pareto-grid": names} if refine else {})
 
 

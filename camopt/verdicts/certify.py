@@ -203,17 +203,22 @@ def certify(scene: Scene) -> dict[str, str]:
 def certify_problem(problem: Problem) -> dict[str, str]:
     """As ``certify``, for a scene already resolved."""
     asked = conditions_verdict(problem.given, exact_motion(problem.programme).given)
+    return certify_cams(problem) | ({} if asked is None else {CONDITIONS: asked})
+
+
+def certify_cams(problem: Problem) -> dict[str, str]:
+    """As ``certify_design``, of the problem's own design with all cams within its tolerances, if these count."""
     verdicts = certify_design(problem, problem.design)
-    if problem.zones and ASSEMBLY not in verdicts:
-        every = toleranced(exactly(problem))
-        verdicts |= {limit.name: worst([verdicts[limit.name], _over_box(every, limit)]) for limit in every.limits}
-    return verdicts | ({} if asked is None else {CONDITIONS: asked})
+    if not problem.zones or ASSEMBLY in verdicts:
+        return verdicts
+    return verdicts | {name: worst([verdicts[name], each]) for name, each in over_box(problem).items()}
 
 
-def _over_box(problem: Problem, limit: Limit) -> str:
-    """The verdict on a limit of all cams within the tolerances of the sizes of a scene's own design."""
-    ends = ends_within(problem, problem.design)
-    return limit_over_box(problem, limit, problem.design, ends).verdict
+def over_box(problem: Problem, until: float = inf) -> dict[str, str]:
+    """The verdicts on limits of all cams within the tolerances of a problem's own design, in intervals."""
+    every = toleranced(exactly(problem))
+    ends = ends_within(every, every.design)
+    return {limit.name: limit_over_box(every, limit, every.design, ends, until).verdict for limit in every.limits}
 
 
 def summary(verdicts: dict[str, str]) -> str:

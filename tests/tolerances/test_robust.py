@@ -7,6 +7,7 @@ import pytest
 
 import camopt
 from camopt.effects import Case
+from camopt.front.certified import certify_table
 from camopt.mistakes import BadInput
 from camopt.problem.problem import exactly, resolve, resolve_design
 from camopt.problem.zones import all_moved
@@ -134,11 +135,15 @@ def test_a_tolerance_has_a_price_where_a_limit_on_errors_holds_the_cam():
         assert costs[f"tolerances.{key}"].price == pytest.approx(exact, rel=1e-3)
 
 
-def test_a_sweep_keeps_designs_that_hold_the_limits_at_all_corners():
+def test_a_sweep_keeps_designs_that_hold_the_limits_at_all_corners(tmp_path):
     search = {"base_radius": {"start": 20, "stop": 60, "step": 0.5}, "offset": [0, 4]}
     scene = scene_of("roller", search=search)
-    swept, nominal = (camopt.sweep(each) for each in (scene, scene.replace(**{"search.robust": False})))
+    swept, nominal = camopt.sweep(scene, tmp_path), camopt.sweep(scene.replace(**{"search.robust": False}))
     assert 0 < swept.feasible < nominal.feasible
+    assert (swept.every_cam, nominal.every_cam) == ({"held": swept.pareto}, None)
+    assert set(camopt.load(tmp_path / "pareto.parquet")["proof"]) == {"held"}
+    assert certify_table(tmp_path / "pareto.parquet") == {"held": swept.pareto}  # in balls and boxes
+    assert camopt.sweep(scene, tmp_path).every_cam == swept.every_cam
     least = min(each["base_radius_mm"] for each in swept.best.values())
     found = {offset: scene.replace(**{"search": {"robust": True}, "follower.offset": offset}) for offset in (0, 4)}
     proved = min(camopt.optimise(each).best["base_radius_mm"] for each in found.values())

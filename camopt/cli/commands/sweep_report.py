@@ -36,6 +36,7 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
                 "best": next(iter(best.values()), None),
                 "by_law": best,
                 "nearest_miss": finite(result.nearest_miss) if result.nearest_miss else None,
+                **({} if result.every_cam is None else {"every_cam": result.every_cam}),
                 **({"obstacle": result.obstacle} if result.obstacle else {}),
             }
         )
@@ -48,6 +49,9 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
     if result.best:
         show("", result.table())
         _show_front(result)
+        if result.every_cam:
+            told = ", ".join(f"{verdict} of {count:,}" for verdict, count in result.every_cam.items())
+            show(f"That every cam within the tolerances holds each limit, over the whole box: {told} on the front.")
     elif result.nearest_miss:
         show_miss(result.nearest_miss)
     elif result.impossible is not None:
