@@ -45,7 +45,7 @@ def with_callouts(view: FrontView) -> Marks:
     """The front view with its timing mark, cutting plane, sense of rotation, surface of the profile, and bore."""
     marks = view.marks()
     there: Marks = [mark for mark in marks if isinstance(mark, Words) or np.abs(mark.points).max() > view.ring]
-    said = _keyway(view, there)
+    said = _keyway(view, marks)
     said += _zero(view, [*there, *said])
     said += _breadth(view, [*there, *said])
     said += _cutting_plane(view, [*marks, *said])

@@ -146,11 +146,11 @@ class Taken:
     def __init__(self, marks: Marks) -> None:
         from shapely import STRtree
 
-        self._words = STRtree([_shape(mark) for mark in marks if isinstance(mark, Words)])
+        self._words = STRtree([_shape(mark) for mark in marks if isinstance(mark, Words) or _is_frame(mark)])
         self._lines = STRtree([_shape(mark) for mark in marks if isinstance(mark, Line)])
 
     def meets(self, made: Marks) -> bool:
-        """Whether marks overlap: lines or words with earlier words, or words with earlier lines."""
+        """Whether marks overlap: lines or words with earlier words or their frames, or words with earlier lines."""
         shapes = [_shape(mark) for mark in made]
         return any(self._words.query(shape, predicate="intersects").size for shape in shapes) or any(
             self._lines.query(shape, predicate="intersects").size
@@ -159,12 +159,19 @@ class Taken:
         )
 
 
+def _is_frame(line: Line) -> bool:
+    """Whether a line is the rectangle round a letter, or of a tolerance."""
+    return len(line.points) == 5 and line.points[0] == line.points[-1] and not line.filled
+
+
 def _shape(mark: Mark) -> "LineString | Polygon":
-    """A line, or the padded box of words, for shapely."""
+    """A line, or the padded box of words or the area of a frame, for shapely."""
     from shapely import LineString, Polygon
 
     if isinstance(mark, Words):
         return Polygon(_columns(mark.corners)).buffer(AROUND_WORDS)
+    if _is_frame(mark):
+        return Polygon(_columns(mark.points))
     return LineString(_columns(mark.points))
 
 

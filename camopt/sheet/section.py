@@ -16,7 +16,7 @@ from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.dimensions import CELL, FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance
 from camopt.sheet.hole import bore_said, hole_outline, keyway_depth_said
-from camopt.sheet.marks import CHAIN, LARGE, THICK, THIN, Line, Marks, Words, line, said
+from camopt.sheet.marks import CHAIN, LARGE, THICK, THIN, Line, Marks, Words, line, moved, said
 
 HATCH = 2.5  # mm between lines at 45°
 OVER_PLATE = 2.0  # mm: from a plate to its number
@@ -66,10 +66,10 @@ def section(
     marks: Marks = [*outlines(solid), *hatching(solid), line(complex(-4.0), complex(whole + 4.0), pen=CHAIN)]
     marks += [edge for plate in plates for edge in plate.edges()]
     marks += [line(face + 1j * low, face + 1j * high, pen=THICK) for low, high in grooves]
-    for low, high in gap:
-        marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for x in (0.0, whole)]
-    marks += [*mouth(part, scale, whole), *_numbers(plates)]
-    return [*marks, *_dimensions(part, scale, plates)]
+    for left, right in [(0.0, whole)] if hub else [(plate.low, plate.high) for plate in plates]:
+        marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for low, high in gap for x in (left, right)]
+        marks += moved(mouth(part, scale, right - left), left)
+    return [*marks, *_numbers(plates), *_dimensions(part, scale, plates)]
 
 
 def _plate(profile: ComplexArray, hub: float, low: float, high: float) -> Plate:
@@ -153,7 +153,8 @@ def _dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Marks:
     for k, row in enumerate(rows):
         for first, last in row:
             level = first.imag - foot + FIRST_LEVEL + k * LEVEL_STEP
-            marks += distance(first, last, -1.0, level, said((first - last).real / scale))
+            along = 1.0 if first.real == plates[0].high > plates[-1].high else -1.0  # values on the free side
+            marks += distance(first, last, along, -along * level, said((first - last).real / scale))
     if part.bore:
         radius = part.bore / 2 * scale
         marks += distance(whole - 1j * radius, whole + 1j * radius, 1j, -FIRST_LEVEL, bore_said(part))

@@ -48,7 +48,7 @@ def turning(segments, lift=2.0, law="cycloidal"):
 SCENES = {
     **{name: find_scene(name) for name in shipped_scenes()},
     **{f"a {name}": Scene.from_dict(cam_with(name, part={**PART, "thickness": 60})) for name in CONTACTS},
-    "key aside": PLATE.replace(**{"part.keyway_angle": 33}),
+    "key aside": PLATE.replace(**{"part.keyway_angle": 30}),
     "key below": PLATE.replace(**{"part.keyway_angle": -90}),
     "key on the side": PLATE.replace(**{"part.keyway_angle": 180}),
     "no hub": PLATE.replace(**{"part.hub_diameter": None, "part.hub_length": None}),
