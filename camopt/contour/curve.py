@@ -18,7 +18,7 @@ from flint import arb
 from numpy.typing import NDArray
 
 from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
-from camopt.mechanisms.geometry import distances
+from camopt.mechanisms.geometry import distances, image_level
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import Stroke
@@ -72,7 +72,10 @@ class CamCurve:
     distance: float
     spans: tuple[SmoothPart, ...]
     mirror: float = 1.0
-    """−1 where all this is of the mirror image in the x axis, as that of a second disc (``mechanisms.pairs``)."""
+    """−1 where all this is of the mirror image in the x axis, as that of a second disc (``mechanisms.pairs``).
+
+    Of the second flank of a rib it is one across the axis (``mechanisms.geometry.image_level``).
+    """
 
     @property
     def closed(self) -> bool:
@@ -84,6 +87,11 @@ class CamCurve:
         """How the cam's frame turns: +1 against the sense of a ccw cam, 0 for a developed one."""
         return 0.0 if self.mechanism.body.developed else self.mirror * self.design.sense
 
+    @property
+    def level(self) -> float:
+        """The height of the image of 0, mm."""
+        return image_level(self.mechanism, self.programme.lift) if self.mirror < 0.0 else 0.0
+
     def placed(self, angle: Any, y: Any, y1: Any) -> tuple[Any, Any]:
         """x and y, mm, from the cam angle (rad), y and y': arrays, or series."""
         found = self.mechanism.contact(self.design, self.programme.lift, angle, y, y1)
@@ -91,9 +99,9 @@ class CamCurve:
         if self.distance:
             length = np.sqrt(np.square(found.across) + np.square(found.up))
             x, height = x + found.across / length * self.distance, height + found.up / length * self.distance
+        height = height * self.mirror + self.level
         if not self.sense:
             return x, height
-        height = height * self.mirror
         cosine, sine = np.cos(angle), np.sin(angle) * self.sense
         return x * cosine + height * sine, height * cosine - x * sine
 
@@ -133,7 +141,7 @@ class CamCurve:
     def directions(self, span: SmoothPart, angles: FloatArray) -> ComplexArray:
         """Unit tangents, as the cam angle grows, at cam angles (rad) of a span."""
         normal = self.normals(span, angles)
-        return -1j * (self.sense or 1.0) * normal
+        return -1j * (self.sense or self.mirror) * normal
 
     def normals(self, span: SmoothPart, angles: FloatArray) -> ComplexArray:
         """Unit normals outwards, at cam angles (rad) of a span."""
@@ -165,7 +173,7 @@ class CamCurve:
 
 
 class Disc(NamedTuple):
-    """One of the discs of a cam: an ordinary cam on the common shaft."""
+    """One of the discs of a cam, or of the flanks of its rib: an ordinary cam on the common shaft."""
 
     problem: Problem
     """Of this disc alone; that of a second one as it is seen in the mirror."""
@@ -192,18 +200,19 @@ class Disc(NamedTuple):
 def discs_of(problem: Problem) -> tuple[Disc, ...]:
     """The discs of a problem's own design: the first one as it is, and that of a pair's second contact.
 
-    The second disc is an ordinary cam of the reversed motion, seen in the mirror (``mechanisms.pairs``). So
-    whatever is of one disc is asked of each.
+    Of a rib its flanks, each with its roller. The second one is an ordinary cam of the reversed motion, seen in the
+    mirror (``mechanisms.pairs``). So whatever is of one disc is asked of each.
 
     Raises
     ------
     BadInput
         If a train drives the pair: its motion reversed is not known in balls.
     """
-    if not problem.setup.mechanism.second_keys:
+    if not problem.setup.mechanism.two_profiles:
         return (Disc(problem),)
     if problem.setup.train is not None:
-        why = "the second disc of a pair that drives a train is not written yet: leave out [[train]]"
+        what = "flank of a rib" if problem.setup.mechanism.body.developed else "disc of a pair"
+        why = f"the second {what} that drives a train is not written yet: leave out [[train]]"
         raise BadInput([Mistake(problem.file, "train", None, why, bare=True)])
     (contact,) = problem.setup.mechanism.further
     ordinary = replace(problem.setup, mechanism=replace(problem.setup.mechanism, further=()))
@@ -235,15 +244,15 @@ def curve_of(problem: Problem, distance: float) -> CamCurve:
 
 
 def groove_heights(problem: Problem) -> tuple[float, float]:
-    """From where to where the middle of a groove runs along the cam's axis, mm: at the ends of the motion."""
-    contact, lift = problem.setup.mechanism.contact, problem.programme.lift
-    heights = (contact(problem.design, lift, 0.0, y, 0.0).y for y in span(problem.programme, (1,), ALL_STROKES))
-    ends = [float(np.mean(each)) for each in heights]
+    """From where to where pitch curves run along the cam's axis, mm: at the ends of the motion."""
+    curves = [replace(curve_of(each.problem, 0.0), mirror=each.mirror) for each in discs_of(problem)]
+    places = [each.placed(0.0, y, 0.0) for each in curves for y in span(each.programme, (1,), ALL_STROKES)]
+    ends = [float(np.mean(height)) for _, height in places]
     return min(ends), max(ends)
 
 
 def cylinder_ends(problem: Problem, length: float) -> tuple[float, float]:
-    """From where to where a cylinder of a length is along its axis, mm: the groove runs in its middle."""
+    """From where to where a cylinder of a length is along its axis, mm: the groove (rib) runs in its middle."""
     middle = sum(groove_heights(problem)) / 2
     return middle - length / 2, middle + length / 2
 

@@ -13,6 +13,7 @@ from camopt.drawing.labels import Label, settle
 from camopt.drawing.picture import Picture, four_digits, told
 from camopt.drawing.shown_panels import shown_panels
 from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE_SIZE
+from camopt.effects.rib import THICKNESS
 from camopt.problem.problem import resolve_design
 from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
@@ -146,6 +147,7 @@ def sizes_in_words(picture: Picture) -> str:
         "arm_length_mm": "arm",
         "centre_distance_mm": "pivot at",
         "face_offset_mm": "face offset",
+        "roller_spacing_mm": "rollers apart by",
     }
     sizes = [f"{words} {told(values[key])}" for key, words in names.items() if values.get(key)]
     seconds = {f"second_{key}": words for key, words in names.items() if f"second_{key}" in values}
@@ -169,6 +171,8 @@ def results_in_words(picture: Picture) -> str:
     least = values["profile_radius_min_mm"]
     if np.isfinite(least) and least > 0.0 and not picture.undercut:
         words.append(f"least convex radius of the profile {told(least)}")
+    if THICKNESS in values:
+        words.append(f"thickness of the rib {told(values[THICKNESS])}")
     if "face_reach_min_mm" in values:
         least, most = (values[f"face_reach_{end}_mm"] for end in ("min", "max"))
         words.append(f"contact on the face from {four_digits(shown(least, 'mm'))} to {told(most)}")

@@ -1,4 +1,4 @@
-"""The groove of a cylindrical cam, developed at the mean radius, with its roller."""
+"""The groove or the rib of a cylindrical cam, developed at the mean radius, with its rollers."""
 
 from typing import Any
 
@@ -19,6 +19,7 @@ from camopt.drawing.picture import (
 )
 from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH_COLOUR, PROFILE, SMALL, TEXT
 from camopt.mechanisms.design import ComplexArray
+from camopt.mechanisms.geometry import CamCurves, from_image
 from camopt.problem.linkage import pivot_of
 from camopt.quantities.unit_systems import computed, shown, shown_unit
 
@@ -29,12 +30,19 @@ STEM, ABOVE = 0.05, 0.25
 """The width of a stem that drives a train, and how far it reaches above the surface, in mean radii."""
 
 
+def curves_of_contacts(picture: Picture) -> list[list[CamCurves]]:
+    """The curves of each piece of the turn at each contact of the follower, on the developed surface."""
+    mechanism, lift = picture.problem.setup.mechanism, picture.problem.programme.lift
+    first, *others = (each.curves for each in picture.contacts)
+    return [first, *([from_image(mechanism, lift, curves) for curves in each] for each in others)]
+
+
 def draw_groove(axes: Any, picture: Picture) -> list[Label]:
-    """The developed groove of a cylindrical cam over one turn, the roller at its start; the labels to settle."""
+    """The developed groove, or rib, of a cylindrical cam over one turn, rollers at its start; labels to settle."""
     design = picture.problem.design
     around, (low, high) = 2 * np.pi * float(design.size[0]), sides_of(picture)
     sheet = np.array([low * 1j, around + low * 1j, around + high * 1j, high * 1j])
-    (face,) = axes.fill(sheet.real, sheet.imag, facecolor=FILL, edgecolor=INK, lw=1.0, zorder=1)
+    (face,) = axes.fill(sheet.real, sheet.imag, facecolor=surface_colour(picture), edgecolor=INK, lw=1.0, zorder=1)
     draw_channel(axes, picture, around)
     for artist in [*axes.patches[1:], *axes.lines]:
         artist.set_clip_path(face)
@@ -59,10 +67,15 @@ def _step(length: float) -> float:
     return float(computed(round_length(shown(length, "mm")), "mm"))
 
 
+def surface_colour(picture: Picture) -> str:
+    """The colour of the surface beside the flanks: that of metal, or that of what is cut away beside a rib."""
+    return "white" if picture.problem.setup.mechanism.further else FILL
+
+
 def sides_of(picture: Picture) -> tuple[float, float]:
     """The two ends of the drawn surface of a cylindrical cam along its axis, mm, beyond the whole groove."""
     radius, size = float(picture.problem.design.roller_radius[0]), float(picture.problem.design.size[0])
-    pitch = np.concatenate([c.pitch.imag for c in picture.curves])
+    pitch = np.concatenate([c.pitch.imag for each in curves_of_contacts(picture) for c in each])
     low, high = float(pitch.min()) - radius, float(pitch.max()) + radius
     edge = 0.1 * (high - low) + 0.01 * np.pi * size
     return low - edge, high + edge
@@ -78,19 +91,14 @@ def _narrow(axes: Any, points: ComplexArray) -> None:
 
 
 def draw_channel(axes: Any, picture: Picture, around: float) -> None:
-    """The region that the roller sweeps, with coloured flanks and pitch curve; neighbouring turns too."""
-    radius = float(picture.problem.design.roller_radius[0])
-    pitch = np.concatenate([c.pitch for c in picture.curves])
-    turns = np.concatenate([pitch - around, pitch, pitch + around])
-    if radius > 0.0:
-        from shapely import LineString
-
-        swept = LineString(np.column_stack([turns.real, turns.imag])).buffer(radius, quad_segs=32)
-        for part in getattr(swept, "geoms", [swept]):
-            for ring, colour in [(part.exterior, "white"), *((hole, FILL) for hole in part.interiors)]:
-                axes.fill(*np.asarray(ring.coords).T, facecolor=colour, edgecolor=INK, lw=0.6, zorder=2)
+    """A groove or a rib, with coloured flanks and pitch curves; neighbouring turns too."""
+    radius, contacts = float(picture.problem.design.roller_radius[0]), curves_of_contacts(picture)
+    if len(contacts) > 1:
+        _fill_rib(axes, contacts, around)
+    elif radius > 0.0:
+        _fill_groove(axes, contacts[0], radius, around)
     named = set()
-    for kind, curves in zip(picture.kinds, picture.curves, strict=True):
+    for kind, curves in ((kind, c) for each in contacts for kind, c in zip(picture.kinds, each, strict=True)):
         for side in curves.profile[: 2 if radius > 0.0 else 1]:
             label = f"profile, {STROKE_NAMES[kind]}" if kind not in named else None
             named.add(kind)
@@ -98,10 +106,33 @@ def draw_channel(axes: Any, picture: Picture, around: float) -> None:
                 width = 0.9 if picture.undercut else 2.0
                 draw_line(axes, side + shift, color=COLOURS[kind], lw=width, label=label, zorder=4)
                 label = None
-    if radius > 0.0:
-        draw_line(
-            axes, turns, label="pitch curve", color=PITCH_COLOUR, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=3
-        )
+    dashes = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
+    for number, each in enumerate(contacts if radius > 0.0 else ()):
+        draw_line(axes, _over_turns(each, around), label=None if number else "pitch curve", **dashes)
+
+
+def _over_turns(curves: list[CamCurves], around: float) -> ComplexArray:
+    """A pitch curve over three turns."""
+    pitch = np.concatenate([c.pitch for c in curves])
+    return np.concatenate([pitch - around, pitch, pitch + around])
+
+
+def _fill_groove(axes: Any, curves: list[CamCurves], radius: float, around: float) -> None:
+    """The region that the roller sweeps."""
+    from shapely import LineString
+
+    turns = _over_turns(curves, around)
+    swept = LineString(np.column_stack([turns.real, turns.imag])).buffer(radius, quad_segs=32)
+    for part in getattr(swept, "geoms", [swept]):
+        for ring, colour in [(part.exterior, "white"), *((hole, FILL) for hole in part.interiors)]:
+            axes.fill(*np.asarray(ring.coords).T, facecolor=colour, edgecolor=INK, lw=0.6, zorder=2)
+
+
+def _fill_rib(axes: Any, contacts: list[list[CamCurves]], around: float) -> None:
+    """What is between both flanks."""
+    beyond, before = (np.concatenate([c.profile[0] for c in each]) for each in contacts)
+    for shift in (-around, 0.0, around):
+        area(axes, np.concatenate([beyond, before[::-1]]) + shift, facecolor=FILL, edgecolor=FILL, lw=0.6, zorder=2)
 
 
 def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[Label]:
@@ -128,14 +159,15 @@ def _draw_stem(axes: Any, picture: Picture, start: complex) -> ComplexArray:
 
 
 def draw_groove_follower(parts: Parts, picture: Picture) -> list[ComplexArray]:
-    """The roller at the start of the turn, and its arm when it swings; the points they span."""
+    """The rollers at the start of the turn, and their arm when it swings; the points they span."""
     axes, design, angular = parts.follower, picture.problem.design, picture.problem.setup.angular
-    start = complex(picture.curves[0].pitch[0])
-    radius, spans = float(design.roller_radius[0]), [np.array([start])]
+    starts = [complex(each[0].pitch[0]) for each in curves_of_contacts(picture)]
+    start, radius, spans = starts[0], float(design.roller_radius[0]), [np.array(starts)]
     size = max(picture.problem.programme.lift * (float(design.arm_length[0]) if angular else 1.0), 2 * radius)
     if angular:
         pivot = pivot_of(picture.problem)
-        draw_arm(parts, pivot, start, 1.5 * size)
+        for each in starts:
+            draw_arm(parts, pivot, each, 1.5 * size)
         spans.append(pivot + 0.1 * size * np.array([-1, 1]))
     else:
         reach = start - (radius + 0.25 * size) - 1j * picture.start
@@ -146,11 +178,13 @@ def draw_groove_follower(parts: Parts, picture: Picture) -> list[ComplexArray]:
             "travel", (reach.real, ends.imag.mean()), (-4, 0), textcoords="offset points", **style
         )
         spans.append(np.array([reach - 0.3 * size]))
+        draw_line(axes, starts, color=INK, lw=1.6, alpha=0.5, zorder=5.5)
         if picture.problem.setup.train is not None:
             spans.append(_draw_stem(axes, picture, start))
     turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
-    if radius > 0.0:
-        area(axes, start + radius * turn, facecolor=BODY, edgecolor=INK, lw=1.3, zorder=6)
-        spans.append(start + radius * turn)
-    draw_line(axes, [start], marker="o", ms=3, color=INK, zorder=6.5)
+    for each in starts:
+        if radius > 0.0:
+            area(axes, each + radius * turn, facecolor=BODY, edgecolor=INK, lw=1.3, zorder=6)
+            spans.append(each + radius * turn)
+        draw_line(axes, [each], marker="o", ms=3, color=INK, zorder=6.5)
     return spans

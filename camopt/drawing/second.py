@@ -24,8 +24,8 @@ class SecondContact(NamedTuple):
 
 
 def second_contact(picture: Picture, displacement: float) -> SecondContact | None:
-    """The second contact of a follower, where it is at a displacement, mm or rad; None if there is none."""
-    if len(picture.contacts) == 1:
+    """The second contact with a disc, where it is at a displacement, mm or rad; None if there is none."""
+    if len(picture.contacts) == 1 or picture.problem.setup.mechanism.body.developed:
         return None
     problem, (first, second) = picture.problem, (each.problem.design for each in picture.contacts)
     mechanism, size = problem.setup.mechanism, picture.reach

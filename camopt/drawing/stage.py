@@ -13,13 +13,13 @@ from camopt.drawing.bodies import FRAME_ANGLES, Carried, MovingBody, Reading, Sh
 from camopt.drawing.cam import CROSS, draw_body, draw_centre, draw_strokes, frame, reach_of_body
 from camopt.drawing.figures import BETWEEN, sizes_in_words
 from camopt.drawing.follower import Parts, draw_follower
-from camopt.drawing.groove import draw_channel, draw_groove_follower, sides_of
+from camopt.drawing.groove import draw_channel, draw_groove_follower, sides_of, surface_colour
 from camopt.drawing.labels import settle
 from camopt.drawing.linkage import draw_member, draw_standing, linkage, reach_of
 from camopt.drawing.panels import Panel, panels
 from camopt.drawing.picture import Picture, area, draw_circle, draw_line
 from camopt.drawing.second import draw_second_contact, draw_second_disc
-from camopt.drawing.style import FAINT, FILL, INK, MUTED, SMALL, TEXT, TITLE_SIZE
+from camopt.drawing.style import FAINT, INK, MUTED, SMALL, TEXT, TITLE_SIZE
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 from camopt.problem.linkage import pivot_of, turning_of
@@ -100,7 +100,7 @@ def _groove(figure: Any, picture: Picture) -> list[MovingBody]:
     )
     surface.set_position((GROOVE_AREA[0] + left, GROOVE_AREA[1] + bottom, width, height))
     surface.set(xlim=(-half, half), ylim=(low, high))
-    area(surface, _rectangle(-around, 2 * around, low, high), facecolor=FILL, lw=0, zorder=1)
+    area(surface, _rectangle(-around, 2 * around, low, high), facecolor=surface_colour(picture), lw=0, zorder=1)
     draw_channel(surface, picture, around)
     for stroke in picture.problem.programme.strokes:
         for turn in (-around, 0.0, around):

@@ -35,7 +35,13 @@ class SolidGiven:
     hub_radius: float = 0.0
     hub_length: float = 0.0
     groove_depth: float | None = None
+    rib_height: float | None = None
     outer_diameter: float | None = None
+
+    @property
+    def flank_height(self) -> float | None:
+        """How high flanks are on a cylinder: the depth of its groove, or the height of its rib."""
+        return self.groove_depth if self.rib_height is None else self.rib_height
 
 
 @dataclass(frozen=True)

@@ -201,7 +201,7 @@ def of_each_contact(effects: Mapping[str, Effect], found: Found) -> Effect:
     def offers(setup: Setup) -> tuple[str, ...]:
         if not setup.mechanism.further:
             return ()
-        told = OF_EACH if setup.mechanism.second_keys else OF_EACH[-1:]  # one disc has one shape
+        told = OF_EACH if setup.mechanism.two_profiles else OF_EACH[-1:]  # one disc has one shape
         known = {name for name in told if name in effects[QUANTITIES[name].effect].offers(setup)}
         return tuple(f"{place}_{name}" for name in OF_EACH if name in known for place in PLACES)
 

@@ -3,6 +3,7 @@
     two rollers that translate:  √((e₂ − e₁)² + (s₀₁ + s₀₂ + h)²)
     two arms:                    η = ψ₀₁ + ψ₀₂ + h
     two flat faces:              the breadth of the disc, R_b1 + R_b2 + h
+    two rollers about a rib, on arms:  δ = 2·arcsin(d/2l)
 
 with s₀ and ψ₀ of each contact at its lowest, and the lift h (``mechanisms.pairs``).
 """
@@ -25,6 +26,8 @@ DISTANCE, ANGLE, BREADTH = "roller_distance_mm", "subtending_angle_deg", "breadt
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
+    if setup.mechanism.body.developed:
+        return (ANGLE,) if setup.mechanism.further and setup.angular else ()
     if not setup.mechanism.further:
         return ()
     return (BREADTH if setup.mechanism.flat_faced else ANGLE if setup.angular else DISTANCE,)
@@ -53,6 +56,8 @@ def _curve(setup: Setup, designs: Designs, programme: Programme) -> Linear:
 def _apart(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """How far apart the contacts are, mm or rad."""
     mechanism, lift = setup.mechanism, programme.lift
+    if mechanism.body.developed:
+        return 2.0 * np.arcsin(0.5 * designs.roller_spacing / designs.arm_length)
     (contact,) = mechanism.further
     second = contact.seen(designs)
     if mechanism.start is None:

@@ -1,7 +1,7 @@
 """Pressure angle: its largest magnitude over rises, returns and dwells, and the pitch point.
 
 That of a cylindrical cam is at the mean radius R_m, unless it says otherwise. Further in, the groove is steeper: at
-its bottom, whose radius is R_m − d/2 with the depth d of the groove.
+its bottom, whose radius is R_m − d/2 with the depth d of the groove. So is a rib at its foot, with its height d.
 """
 
 from collections.abc import Callable
@@ -31,8 +31,8 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    wanting = setup.mechanism.body.developed and setup.solid.groove_depth is None
-    return {BOTTOM: ("part.groove_depth",)} if wanting else {}
+    body = setup.mechanism.body
+    return {BOTTOM: (f"part.{body.flank_height}",)} if body.developed and setup.solid.flank_height is None else {}
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -46,8 +46,8 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 
 def _at_bottom(setup: Setup) -> Callable[[Designs, Programme], Any]:
-    """Curve tan β at the bottom of the groove."""
-    inwards = (setup.solid.groove_depth or 0.0) / 2.0
+    """Curve tan β at the bottom of the groove, or the foot of the rib."""
+    inwards = (setup.solid.flank_height or 0.0) / 2.0
 
     def curve(designs: Designs, programme: Programme) -> Any:
         return setup.mechanism.pressure(replace(designs, size=designs.size - inwards), programme)

@@ -42,7 +42,9 @@ RADIAL = 6  # points along the depth of a groove, over which integrands hardly c
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return (AREA, PROFILE_LENGTH, *CENTROID, POLAR_MOMENT) if setup.mechanism.body.bounded else (GROOVE_LENGTH,)
+    if setup.mechanism.body.bounded:
+        return AREA, PROFILE_LENGTH, *CENTROID, POLAR_MOMENT
+    return (GROOVE_LENGTH,) if setup.mechanism.two_sided else ()
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -161,9 +163,10 @@ def band_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
 def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
     """Of the pitch curve of a groove of depth d, as long as L(r) at the radius r: L(R_m), ∫L dr, ∫r²·L dr.
 
-    From R_m − d/2 to R_m + d/2. At a radius r the curve is as long along the axis, and r/R_m as long round it.
+    Or of that of a flank of a rib of the height d. From R_m − d/2 to R_m + d/2. At a radius r the curve is as long
+    along the axis, and r/R_m as long round it.
     """
-    table, depth, mean = case.programme.table, case.setup.solid.groove_depth or 0.0, designs.size
+    table, depth, mean = case.programme.table, case.setup.solid.flank_height or 0.0, designs.size
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
     trace = case.setup.mechanism.travel(_columns(designs), case.programme, angles.ravel()).trace
     along = trace.reshape(-1, *angles.shape) @ rule.derivative.T
@@ -180,7 +183,7 @@ def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
 
 
 def means(setup: Setup) -> dict[str, Mean]:
-    path = setup.mechanism.path
+    path = setup.mechanism.path if GROOVE_LENGTH in offers(setup) else None
     return {} if path is None else {GROOVE_LENGTH: Mean(((path, ALL_STROKES),), 1, OverTurn())}
 
 

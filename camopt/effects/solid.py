@@ -10,6 +10,14 @@ area 2·R_r·L(r) (Steiner: what a band gains on one side of a bend it loses on 
 
     V_groove = 2·R_r·∫L dr,    ∫r² dV = 2·R_r·∫r²·L dr
 
+A rib leaves a cylinder of R_m − d/2, and on it at each radius r the band between the pitch curves of both rollers
+less a strip of the width R_r along each: with the distance b(θ) of these curves along the axis, mm,
+
+    V_rib = ∫ r dr·∫b dθ − R_r·∫(L₁ + L₂) dr
+
+b is the distance of the rollers, times cos ψ of arms that swing (what else of it is in the area, adds up to nothing
+over a turn).
+
 A disc cam with a groove in its face is a plate of its outer diameter, less bore, keyway and the band of the groove
 to its depth. The bottom of the groove of a cylinder is taken as a cylinder, and the cutter as narrow beside it:
 its wall, parallel to its axis, is nowhere further than R_r²/(2·R_m) from that. Edges are sharp, and what is
@@ -23,10 +31,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup, SolidGiven
+from camopt.effects.contacts import at_contact, contacts_of
 from camopt.effects.figures import Figure, disc, keyway
 from camopt.effects.implied import Implied
 from camopt.effects.section import AREA, CENTROID, JUST_ABOVE, POLAR_MOMENT, groove_integrals_of
-from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE
+from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER
+from camopt.numerics.quadrature import GAUSS_ORDERS, gauss
 
 MASS, INERTIA = "cam_mass_kg", "cam_inertia_kg_m2"
 BALANCE = ("unbalance_g_mm", "centre_of_gravity_mm")
@@ -120,6 +130,31 @@ def _cylinder(case: Case) -> tuple[Figure, Figure]:
     return cylinder.without(Figure(band[0], 0.0, band[1])), Figure(off[0], 0.0, off[1])
 
 
+def _ribbed_cylinder(case: Case) -> tuple[Figure, Figure]:
+    """The volume of a cylinder with a rib, its moments except the first, and the error of each."""
+    solid, designs = case.setup.solid, case.designs
+    assert solid.thickness is not None
+    assert solid.rib_height is not None
+    core, top = (designs.size + side * solid.rib_height / 2.0 for side in (-1.0, 1.0))
+    apart = designs.roller_spacing * _share_along_axis(case) / (2.0 * pi)
+    band = disc(top).without(disc(core)).times(apart)
+    flanks = [groove_integrals_of(at_contact(case, contact)) for contact in contacts_of(case.setup)]
+    (_, *less), (_, *off) = (case.setup.half_width(designs) * sum(rows) for rows in zip(*flanks, strict=True))
+    body = disc(core).without(_hollow(solid)).times(solid.thickness).and_(band)
+    return body.without(Figure(less[0], 0.0, less[1])), Figure(off[0], 0.0, off[1])
+
+
+def _share_along_axis(case: Case) -> Any:
+    """The integral over the turn of the share along the axis of the line through both rollers."""
+    table, lift = case.programme.table, case.programme.lift
+    if not case.setup.angular:
+        return 2.0 * pi
+    rule = gauss(GAUSS_ORDERS[-1])
+    angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
+    y, *_ = case.programme.at(angles.ravel())
+    return float(table.half_width @ np.cos(y - lift / 2.0).reshape(angles.shape) @ rule.weights)
+
+
 def _grooved_plate(case: Case) -> tuple[Figure, Figure]:
     """The volume of a plate with a groove in its face, with its moments, and the error of each."""
     solid, groove = case.setup.solid, groove_integrals_of(case)
@@ -144,6 +179,7 @@ BODY_FORMULAS = {
     DISC: BodyFormula(_plate, (MASS, *BALANCE, INERTIA), (AREA, *CENTROID, POLAR_MOMENT)),
     FACE_GROOVE: BodyFormula(_grooved_plate, (MASS, *BALANCE, INERTIA)),
     CYLINDER: BodyFormula(_cylinder, (MASS, INERTIA)),
+    RIBBED_CYLINDER: BodyFormula(_ribbed_cylinder, (MASS, INERTIA)),
 }
 """By body."""
 

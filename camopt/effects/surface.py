@@ -19,7 +19,8 @@ holds for stiff surfaces and oils that thicken under pressure. Point contacts ha
 knife edge no film.
 
 On the outer wall of a groove a roller spins the other way, at N_p/R_r + q; of grooves its spin on either wall is
-given, and no entrainment or film.
+given, and no entrainment or film. The mantle of a cylinder does not turn below a roller: there q − 1 is in place of
+q.
 
 Sources: Archard, J. Appl. Phys. 24 (1953); Dowson and Higginson, Elasto-hydrodynamic Lubrication, ch. 7.
 """
@@ -37,7 +38,7 @@ from camopt.effects.loads import contact_load, has_guide_friction, is_sound, nor
 from camopt.effects.peak import AS_IT_IS, Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
 from camopt.effects.peak_columns import as_column, columns_of_ends, extreme_of, peak_column
 from camopt.mechanisms.body import INNER_SIDE
-from camopt.mechanisms.design import Designs
+from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
@@ -53,10 +54,11 @@ REPORTED_TURNS = 1e6
 
 
 class TraceSliding(NamedTuple):
-    """N_p − q·R, mm/rad, with q = 1 + turning·y'."""
+    """N_p − q·R, mm/rad, with q = turns + turning·y'."""
 
     speed: Any
     radius: FloatArray
+    turns: FloatArray
     turning: FloatArray
 
 
@@ -113,7 +115,7 @@ class Thinness(NamedTuple):
 def trace_sliding(f, i, at):
     speed, speed1 = curve(f.speed, i, at)
     r, turning = f.radius[i], f.turning[i]
-    return speed - r * (1.0 + turning * at.y1), speed1 - r * turning * at.y2
+    return speed - r * (f.turns[i] + turning * at.y1), speed1 - r * turning * at.y2
 
 
 @formula(SpinRate)
@@ -168,10 +170,10 @@ def thinness(f, i, at):
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    if setup.mechanism.sliding is None:
+    if speed_over_cam(setup.mechanism) is None:
         return ()
     if setup.mechanism.two_sided:
-        return (SPIN,)
+        return (SPIN,) if setup.rolls else ()
     worn = () if setup.spherical or setup.rolls else (WEAR,)
     carried = () if setup.spherical or setup.is_knife else (FILM, RATIO)
     return (SPIN if setup.rolls else SLIDING, FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, *worn, *carried)
@@ -197,18 +199,23 @@ def reads(setup: Setup) -> tuple[str, ...]:
     return (*(() if setup.is_knife else ("undercut",)), *(("jamming_margin",) if has_guide_friction(setup) else ()))
 
 
+def speed_over_cam(mechanism: Mechanism) -> Any:
+    """Curve of the speed of the trace point, or of a flat face, over the cam, mm/rad."""
+    return mechanism.sliding or mechanism.path
+
+
 def turning(setup: Setup, designs: Designs) -> FloatArray:
     """The factor of y' in q."""
-    return np.full(len(designs), designs.sense if setup.angular else 0.0)
+    return np.full(len(designs), setup.mechanism.way * designs.sense if setup.angular else 0.0)
 
 
 def sliding_curve(setup: Setup, designs: Designs, programme: Programme, side: float = INNER_SIDE) -> Any:
     """v, mm/rad; for a roller, the value if it did not turn. On the wall on a side of the trace point."""
-    assert setup.mechanism.sliding is not None
-    sliding = setup.mechanism.sliding(designs, programme)
+    sliding = speed_over_cam(setup.mechanism)(designs, programme)
     if setup.mechanism.curvature is None:
         return sliding
-    return TraceSliding(sliding, -side * designs.roller_radius, turning(setup, designs))
+    turns = np.full(len(designs), 0.0 if setup.mechanism.body.developed else 1.0)
+    return TraceSliding(sliding, -side * designs.roller_radius, turns, turning(setup, designs))
 
 
 def spin_rate_curve(setup: Setup, designs: Designs, programme: Programme, side: float) -> SpinRate:
@@ -221,8 +228,7 @@ def spin_rate_curve(setup: Setup, designs: Designs, programme: Programme, side: 
 def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """u, mm/rad."""
     mechanism = setup.mechanism
-    assert mechanism.sliding is not None
-    sliding, turns = mechanism.sliding(designs, programme), turning(setup, designs)
+    sliding, turns = speed_over_cam(mechanism)(designs, programme), turning(setup, designs)
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
         return FaceEntrainment(mechanism.profile_radius(designs, programme), sliding, turns)
@@ -280,7 +286,7 @@ def film_factor(setup: Setup) -> Any:
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    if setup.mechanism.sliding is None or setup.omega is None:
+    if not offers(setup) or setup.omega is None:
         return {}
     return _speeds(setup) | _of_load(setup)
 

@@ -1,7 +1,7 @@
 """Wall: the least thickness of metal round the bore and its keyway.
 
 That is the base circle of a disc cam, where a groove in its face is nearest to the axis too, and its hub where it
-has one; the bottom of the groove of a cylindrical cam.
+has one; the bottom of the groove of a cylindrical cam, and the foot of its rib.
 The corners of a keyway of width w and depth t in a bore of radius r are at √((r + t)² + w²/4) from the axis.
 """
 
@@ -29,7 +29,7 @@ def size_for_wall(setup: Setup, wall: float) -> float:
     solid = setup.solid
     if solid.hub_radius and solid.hub_radius - solid.bore_reach < wall:
         return inf
-    inwards = (solid.groove_depth or 0.0) / 2.0 if setup.mechanism.body.developed else 0.0
+    inwards = (solid.flank_height or 0.0) / 2.0 if setup.mechanism.body.developed else 0.0
     return wall + solid.bore_reach + inwards
 
 

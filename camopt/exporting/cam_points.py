@@ -45,9 +45,9 @@ COLUMN_NOTES = {
     "cutter_right": ("mm", "Path of the cutter's centre that makes the right flank."),
     "cutter_inner": ("mm", "Path of the cutter's centre that makes the inner wall."),
     "cutter_outer": ("mm", "Path of the cutter's centre that makes the outer wall."),
-    "second_pitch": ("mm", "Pitch curve of the second disc of a pair."),
-    "second_profile": ("mm", "Profile of the second disc of a pair."),
-    "second_cutter": ("mm", "Path of the centre of the cutter that makes the second disc."),
+    "second_pitch": ("mm", "Pitch curve of the second disc of a pair, or of the second roller about a rib."),
+    "second_profile": ("mm", "Profile of the second disc of a pair, or the second flank of a rib."),
+    "second_cutter": ("mm", "Path of the centre of the cutter that makes it."),
 }
 
 FORM = {
@@ -173,7 +173,7 @@ def _form(curve: CamCurve, angles: FloatArray) -> dict[str, FloatArray]:
     """Normal and curvature of a profile at cam angles in rad."""
     outwards = -1.0 if curve.distance > 0.0 else 1.0  # the steel is on the other side of the pitch curve's normal
     normal = outwards * curve.at(angles, curve.normals)
-    bend = -outwards * (curve.sense or 1.0) * curve.at(angles, curve.curvatures)
+    bend = -outwards * (curve.sense or curve.mirror) * curve.at(angles, curve.curvatures)
     return {"normal_x": normal.real.copy(), "normal_y": normal.imag.copy(), "curvature_per_mm": bend}
 
 

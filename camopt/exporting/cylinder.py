@@ -1,10 +1,12 @@
-"""The solid of a cylindrical cam: a cylinder with a groove whose walls are those that the roller touches.
+"""The solid of a cylindrical cam: a cylinder with a groove or a rib whose walls are those that rollers touch.
 
 It stands from z = 0 to ``part.thickness``, with the groove in the middle of that, and from the mean radius half of
-``groove_depth`` inwards and outwards. The bottom of the groove is a cylinder, which the roller does not touch.
+``groove_depth`` inwards and outwards. The bottom of the groove is a cylinder, which the roller does not touch. So
+is the top of a rib, which stands on a cylinder as high as ``rib_height``.
 
 Round the cam it is made of sectors, each of a lower and an upper wall (B-spline surfaces), a bottom, and two parts
-of the outer cylinder. Neighbours share their edges: no surfaces are intersected.
+of the outer cylinder; of a rib a top, and two parts of the inner one. Neighbours share their edges: no surfaces are
+intersected.
 """
 
 from collections.abc import Iterator
@@ -23,6 +25,18 @@ from camopt.numerics import FloatArray
 
 LOWER, UPPER = 0, 1  # of walls, and of what is below or above the groove
 INNER_EDGE, OUTER_EDGE = 0, -1  # of the edges of a wall
+
+
+def _between(groove: Groove) -> tuple[int, float]:
+    """The edges of walls between which the bottom of a groove is, or the top of a rib, and its radius, mm."""
+    return (INNER_EDGE, groove.inner) if groove.below is None else (OUTER_EDGE, groove.outer)
+
+
+def _beside(groove: Groove) -> tuple[int, float]:
+    """The other ones, at the cylinder that goes on to both ends, and its radius, mm."""
+    return (OUTER_EDGE, groove.outer) if groove.below is None else (INNER_EDGE, groove.inner)
+
+
 WALL_SHARE = 0.1  # of what is asked for: how near walls come, so that they meet cylinders well
 
 
@@ -32,8 +46,8 @@ def grooved_body(work: Workpiece, chord: float) -> tuple[Shape, float]:
     Raises
     ------
     BadInput
-        If the groove is so deep that at some radius the roller would cut away a part of a wall, or no walls come
-        within ``chord`` mm.
+        If the groove (rib) is so deep that at some radius the roller would cut away a part of a wall, or no walls
+        come within ``chord`` mm.
     """
     height = work.part.thickness
     assert height
@@ -55,7 +69,8 @@ def _possible_groove(work: Workpiece) -> Groove:
     lost = undercut_at(groove)
     if lost is not None:
         why = f"smaller: at the radius {lost:.6g} the roller would cut away a part of a wall"
-        raise BadInput([Mistake(work.scene.file, "part.groove_depth", part.groove_depth, why)])
+        key = work.problem.setup.mechanism.body.flank_height
+        raise BadInput([Mistake(work.scene.file, f"part.{key}", getattr(part, key), why)])
     return groove
 
 
@@ -64,12 +79,12 @@ class _Joint:
     """Where two sectors meet: vertices on both walls and both ends of the cam, and the edges between them."""
 
     walls: list[dict[int, Shape]]
-    """Of the lower and the upper wall, the vertices at the bottom and outside."""
+    """Of the lower and the upper wall, the vertices inside and outside."""
     rims: list[Shape]
     rulings: list[Shape]
     bottom: Shape
     lines: list[Shape]
-    """On the outer cylinder, from the walls to the ends."""
+    """On the cylinder beside them, from the walls to the ends."""
 
 
 @dataclass(frozen=True)
@@ -85,16 +100,16 @@ class _Sector:
 
 def _joint(groove: Groove, walls: list[Skin], height: float) -> _Joint:
     """The joint where walls start."""
-    corners = [wall.poles[0] for wall in walls]
+    corners, (between, _), (beside, _) = [wall.poles[0] for wall in walls], _between(groove), _beside(groove)
     ends = [{at: shapes.vertex(corner[at]) for at in (INNER_EDGE, OUTER_EDGE)} for corner in corners]
-    rims = [shapes.vertex([*corner[OUTER_EDGE, :2], z]) for corner, z in zip(corners, (0.0, height), strict=True)]
+    rims = [shapes.vertex([*corner[beside, :2], z]) for corner, z in zip(corners, (0.0, height), strict=True)]
     rulings = [
         shapes.spline_edge(wall.poles[0], wall.knots[1], (end[INNER_EDGE], end[OUTER_EDGE]))
         for wall, end in zip(walls, ends, strict=True)
     ]
-    way = _across(groove, *(corner[INNER_EDGE] for corner in corners))
-    bottom = shapes.spline_edge(*way, [end[INNER_EDGE] for end in ends])
-    lines = [shapes.line_edge(end[OUTER_EDGE], rim) for end, rim in zip(ends, rims, strict=True)]
+    way = _across(groove, *(corner[between] for corner in corners))
+    bottom = shapes.spline_edge(*way, [end[between] for end in ends])
+    lines = [shapes.line_edge(end[beside], rim) for end, rim in zip(ends, rims, strict=True)]
     return _Joint(ends, rims, rulings, bottom, lines)
 
 
@@ -102,8 +117,8 @@ def _across(groove: Groove, low: FloatArray, high: FloatArray) -> tuple[FloatArr
     """Poles and knots of the helix between two points of the bottom."""
     share = np.linspace(0.0, 1.0, 12)
     height, around = ((1.0 - share) * low[k] + share * high[k] for k in (2, 3))
-    polar = groove.polar(around)
-    return spline_of(share, np.stack([groove.inner * np.cos(polar), groove.inner * np.sin(polar), height], axis=-1))
+    polar, (_, radius) = groove.polar(around), _between(groove)
+    return spline_of(share, np.stack([radius * np.cos(polar), radius * np.sin(polar), height], axis=-1))
 
 
 def _sector(groove: Groove, skins: list[Skin], here: _Joint, there: _Joint, height: float) -> _Sector:
@@ -115,7 +130,7 @@ def _sector(groove: Groove, skins: list[Skin], here: _Joint, there: _Joint, heig
         for side, wall in enumerate(skins)
     ]
     rims = [
-        shapes.arc_edge(shapes.gp_point(0.0, 0.0, z), groove.outer, -groove.sense, *ends)
+        shapes.arc_edge(shapes.gp_point(0.0, 0.0, z), _beside(groove)[1], -groove.sense, *ends)
         for z, ends in zip((0.0, height), zip(here.rims, there.rims, strict=True), strict=True)
     ]
     return _Sector(skins, walls, rims, here, there)
@@ -139,9 +154,10 @@ def _sector_faces(groove: Groove, sector: _Sector) -> Iterator[Shape]:
         surface = shapes.spline_surface(wall.poles, *wall.knots)
         yield shapes.face(surface, [edges[INNER_EDGE], end, edges[OUTER_EDGE], start])
     seam = float(groove.polar(sector.skins[0].poles[0, 0, 3])) + np.pi
+    (between, bottom), (beside, outside) = _between(groove), _beside(groove)
     for radius, loop in (
-        (groove.inner, [low[INNER_EDGE], there.bottom, high[INNER_EDGE], here.bottom]),
-        (groove.outer, [rims[LOWER], there.lines[LOWER], low[OUTER_EDGE], here.lines[LOWER]]),
-        (groove.outer, [high[OUTER_EDGE], there.lines[UPPER], rims[UPPER], here.lines[UPPER]]),
+        (bottom, [low[between], there.bottom, high[between], here.bottom]),
+        (outside, [rims[LOWER], there.lines[LOWER], low[beside], here.lines[LOWER]]),
+        (outside, [high[beside], there.lines[UPPER], rims[UPPER], here.lines[UPPER]]),
     ):
         yield shapes.face(shapes.round_surface(radius, seam), loop, backwards=groove.sense > 0.0)

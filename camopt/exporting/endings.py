@@ -8,7 +8,7 @@ class Ending(NamedTuple):
 
     ``of_cam`` is whether there is a cam in the file, which must be one that can be made; ``of_plane`` whether its
     curves are in a plane, in which a cylindrical cam is developed. Of a pair ``of_pair`` is whether both discs can
-    be in it, ``of_disc`` whether one of them can be alone.
+    be in it, ``of_disc`` whether one of them can be alone; ``of_rib`` is whether it is written of a rib.
     """
 
     module: str
@@ -17,22 +17,23 @@ class Ending(NamedTuple):
     of_plane: bool = False
     of_pair: bool = True
     of_disc: bool = True
+    of_rib: bool = True
 
 
 ENDINGS = {
     ".dxf": Ending("dxf", of_plane=True),
     ".svg": Ending("svg", of_plane=True),
-    ".pdf": Ending("pdf", of_disc=False),
+    ".pdf": Ending("pdf", of_disc=False, of_rib=False),
     ".step": Ending("step", "cad"),
     ".stp": Ending("step", "cad"),
     ".stl": Ending("stl", "cad"),
     ".csv": Ending("points", of_plane=True),
     ".parquet": Ending("points", of_plane=True),
     ".xlsx": Ending("points", of_plane=True),
-    ".nc": Ending("gcode", of_pair=False),
-    ".mpf": Ending("gcode", of_pair=False),
-    ".h": Ending("gcode", of_pair=False),
-    ".p": Ending("grinding", of_pair=False),
+    ".nc": Ending("gcode", of_pair=False, of_rib=False),
+    ".mpf": Ending("gcode", of_pair=False, of_rib=False),
+    ".h": Ending("gcode", of_pair=False, of_rib=False),
+    ".p": Ending("grinding", of_pair=False, of_rib=False),
     ".txt": Ending("electronic", of_cam=False, of_disc=False),
     ".toml": Ending("scene", of_cam=False, of_disc=False),
 }

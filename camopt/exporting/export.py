@@ -71,6 +71,7 @@ def export(scene: Scene, path: str | os.PathLike[str], disc: int | None = None, 
     place = path_of(path)
     check_writable(place)
     problem = resolve_design(scene)
+    check_rib(problem, suffix)
     if ENDINGS[suffix].of_cam:
         check_makable(problem)
     work = Workpiece(scene, problem, disc)
@@ -137,6 +138,15 @@ def _of_disc(scene: Scene, suffix: str, disc: int | None) -> Iterator[Mistake]:
         yield Mistake("camopt", WHICH_DISC, disc, f"has no meaning {why}", bare=True)
     elif disc not in (None, 1, SECOND):
         yield Mistake("camopt", WHICH_DISC, disc, f"1 or {SECOND}")
+
+
+def check_rib(problem: Problem, suffix: str) -> None:
+    """BadInput for a kind of file that is not written of a rib."""
+    mechanism = problem.setup.mechanism
+    if mechanism.two_profiles and mechanism.body.developed and not ENDINGS[suffix].of_rib:
+        both = ", ".join(name for name, ending in ENDINGS.items() if ending.of_rib and ending.of_cam)
+        why = f"a {suffix} file of a rib is not written yet; its flanks are in {both}"
+        raise BadInput([Mistake(problem.file, "drive.kind", None, why, bare=True)])
 
 
 def check_makable(problem: Problem) -> None:

@@ -1,4 +1,4 @@
-"""The walls of the groove of a cylindrical cam: the envelope of its roller, at every depth.
+"""The walls of the groove of a cylindrical cam, or of its rib: the envelope of its rollers, at every depth.
 
 The roller of radius ρ is a cylinder. Its axis meets the cam's where a translating follower moves; on an arm it is
 parallel to that of the arm's pivot, and beside the cam's axis by what the arm has swung away from the line of
@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from camopt.contour.curve import CamCurve, SmoothPart, curve_of
+from camopt.contour.curve import CamCurve, SmoothPart, curve_of, discs_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.design import BoolArray, ComplexArray
 from camopt.numerics import FloatArray
@@ -61,7 +61,10 @@ class WallPoints(NamedTuple):
 
 @dataclass(frozen=True)
 class Groove:
-    """A groove between two radii (mm). At the height 0 a translating follower starts, or an arm is at mid-swing."""
+    """A groove, or a rib, between two radii (mm).
+
+    At the height 0 a translating follower starts, or an arm is at mid-swing.
+    """
 
     curve: CamCurve
     inner: float
@@ -69,6 +72,8 @@ class Groove:
     half_width: float
     """Radius of the roller and half its clearance, mm."""
     sections: int = SECTIONS
+    below: CamCurve | None = None
+    """Of a rib the pitch curve of the roller below it, that of the one above being ``curve``."""
 
     @property
     def sense(self) -> float:
@@ -92,10 +97,16 @@ class Groove:
 
         Not a number where it does not reach so near to the axis.
         """
-        design, lift = self.curve.design, self.curve.programme.lift
+        curve = self.curve
+        if (
+            self.below is not None
+        ):  # each roller of a rib has it on the side of its axis that a groove has its right
+            curve, side = (self.below if side < 0.0 else curve), WALL_SIDES[0]
+            span = curve.spans[int(curve.places(np.array([span.start + span.end]) / 2)[0])]
+        design, lift = curve.design, curve.programme.lift
         angles, radii = angles[:, None], radii[None, :]
         y, y1, *_ = (row[:, None] for row in span.stroke.motion(angles[:, 0]))
-        found = self.curve.mechanism.contact(design, lift, angles, y, y1)
+        found = curve.mechanism.contact(design, lift, angles, y, y1)
         mean, reach = design.size, side * self.half_width
         beside = found.x - mean * angles
         station = radii + 0.0 * angles
@@ -106,8 +117,9 @@ class Groove:
                 before, station = station, np.sqrt((radii - touched) * (radii + touched))
             if np.abs(station - before).max() <= NO_CHANGE * self.outer:
                 break
-        height = found.y + reach * along / np.hypot(across, along)
-        return WallPoints(angles + np.arctan2(touched, station), radii + 0.0 * angles, height, along - 1j * across)
+        height = curve.mirror * (found.y + reach * along / np.hypot(across, along)) + curve.level
+        course = along - 1j * curve.mirror * across
+        return WallPoints(angles + np.arctan2(touched, station), radii + 0.0 * angles, height, course)
 
     def points(self, places: WallPoints) -> FloatArray:
         """x, y and z of places in the cam's own frame, (…, 3), mm."""
@@ -120,10 +132,13 @@ class Groove:
 
 
 def carved(work: Workpiece) -> Groove:
-    """The groove of a cylindrical cam, of the depth in ``[part]``, with the mean radius in its middle."""
-    mean, depth = float(work.problem.design.size[0]), work.part.groove_depth
+    """The groove or rib of a cylindrical cam, as deep as in ``[part]``, with the mean radius in its middle."""
+    problem = work.problem
+    mean, depth = float(problem.design.size[0]), getattr(work.part, problem.setup.mechanism.body.flank_height)
     assert depth
-    return Groove(curve_of(work.problem, 0.0), mean - depth / 2, mean + depth / 2, work.problem.half_width)
+    curve, *others = (replace(curve_of(each.problem, 0.0), mirror=each.mirror) for each in discs_of(problem))
+    below = others[0] if others else None
+    return Groove(curve, mean - depth / 2, mean + depth / 2, problem.half_width, below=below)
 
 
 def undercut_at(groove: Groove) -> float | None:

@@ -9,6 +9,7 @@ from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.loads import load_panels
 from camopt.drawing.picture import Picture
 from camopt.effects.contacts import PLACES
+from camopt.effects.force import CONTACT
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES, Quantity
 
@@ -50,7 +51,9 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
     sampled = _Sampled(picture.scene, picture.problem, degrees)
     columns = {}
     for panel in [*dynamics_panels(sampled), *load_panels(sampled, every=True)]:
-        name = load_column(panel.quantity)
+        name = load_column(
+            panel.quantity or CONTACT[0]
+        )  # its extremes are no quantities where two contacts share it
         if panel.other is None:
             columns[name] = _at_angles(sampled, panel.values)
         else:

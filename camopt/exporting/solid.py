@@ -24,7 +24,7 @@ from camopt.exporting.cylinder import grooved_body
 from camopt.exporting.exported import CurveInFile, told
 from camopt.exporting.shapes import Shape
 from camopt.exporting.workpiece import Workpiece
-from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE
+from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.part import Part
 from camopt.verdicts.running import run_effects
@@ -68,8 +68,9 @@ def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
 
 
 def _count(work: Workpiece) -> int:
-    """How many solids a cam is of: discs that no hub joins."""
-    return 1 if work.part.hub_diameter else len(work.discs)
+    """How many solids a cam is of: discs that no hub joins; flanks of a rib are on one cylinder."""
+    joined = work.part.hub_diameter or work.problem.setup.mechanism.body.developed
+    return 1 if joined else len(work.discs)
 
 
 def _discs(work: Workpiece, chord: float, curves: str) -> CadSolid:
@@ -110,7 +111,7 @@ def _cylinder(work: Workpiece, chord: float, curves: str) -> CadSolid:
     return CadSolid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": off})
 
 
-_MAKERS = {DISC: _discs, FACE_GROOVE: _grooved_disc, CYLINDER: _cylinder}
+_MAKERS = {DISC: _discs, FACE_GROOVE: _grooved_disc, CYLINDER: _cylinder, RIBBED_CYLINDER: _cylinder}
 """By body."""
 
 

@@ -10,6 +10,7 @@ from camopt.mechanisms import (
     oscillating,
     oscillating_flat,
     pairs,
+    ribs,
     translating,
     translating_flat,
 )
@@ -41,7 +42,7 @@ MECHANISMS: dict[tuple[str, str, bool], Mechanism] = {
     )
 }
 """By form of the cam, motion of the follower, and whether its face is flat: each with its usual drive."""
-DRIVEN: tuple[Mechanism, ...] = (*face_groove.MECHANISMS, *pairs.MECHANISMS)
+DRIVEN: tuple[Mechanism, ...] = (*face_groove.MECHANISMS, *pairs.MECHANISMS, *ribs.MECHANISMS)
 """Those with another drive than the usual one."""
 
 

@@ -28,6 +28,10 @@ class Body:
     """The keys of ``[part]`` that it alone has."""
     solid: tuple[str, ...]
     """The keys of ``[part]`` without which its mass is not known, the density apart."""
+    flank_height: str = ""
+    """The key of ``[part]`` that says how high flanks about its mean radius are; "" of a disc."""
+    foot: str = ""
+    """Where these are the lowest, in words."""
 
     @property
     def size(self) -> str:
@@ -77,10 +81,25 @@ CYLINDER = Body(
     convex=-1.0,
     part=("groove_depth", "groove_fit", "groove_chamfer", "outer_fit"),
     solid=("thickness", "groove_depth"),
+    flank_height="groove_depth",
+    foot="the bottom of the groove",
+)
+RIBBED_CYLINDER = Body(
+    "cylindrical",
+    "ribbed cylindrical cam",
+    cam=CYLINDER.cam,
+    developed=True,
+    closed=False,
+    bounded=False,
+    convex=1.0,
+    part=("rib_height", "outer_fit"),
+    solid=("thickness", "rib_height"),
+    flank_height="rib_height",
+    foot="the foot of the rib",
 )
 BODIES: dict[str, Body] = {body.form: body for body in (DISC, CYLINDER)}
 """By form: the usual one of each."""
-EVERY_BODY = (DISC, FACE_GROOVE, CYLINDER)
+EVERY_BODY = (DISC, FACE_GROOVE, CYLINDER, RIBBED_CYLINDER)
 WHICH_DISC = "disc"
 """What messages call the number of one of the discs of a pair."""
 

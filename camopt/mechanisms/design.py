@@ -21,8 +21,9 @@ ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
 
 
-SIZE_FIELDS = ("size", "roller_radius", "offset", "arm_length", "centre_distance", "face_offset")
+SIZE_FIELDS = ("size", "roller_radius", "offset", "arm_length", "centre_distance", "face_offset", "roller_spacing")
 FIELDS = {
+    "roller_spacing": "roller_spacing",
     "face_offset": "face_offset",
     "centre_distance": "centre_distance",
     "arm_length": "arm_length",
@@ -61,6 +62,7 @@ class Designs:
     arm_length: FloatArray
     centre_distance: FloatArray
     face_offset: FloatArray
+    roller_spacing: FloatArray
     sense: float
     numbers: Mapping[str, FloatArray] = field(default_factory=dict)
     """Other numbers of the scene that designs differ in, by key, in its units, each (n,).
@@ -296,6 +298,11 @@ class Mechanism:
         """The keys of a scene that give sizes of a second contact, where they are not those of the first."""
         own = self.drive.keys if self.further else ()
         return tuple(key for key in SECOND_FIELDS if key.partition(".")[2] in own)
+
+    @property
+    def two_profiles(self) -> bool:
+        """Whether its second contact is on a profile of its own: of a second disc, or another flank of a rib."""
+        return bool(self.further) and not self.drive.one_disc
 
     @property
     def trace_speed(self) -> Callable[[Designs, Programme], Any] | None:

@@ -5,7 +5,7 @@ from typing import Literal
 
 from camopt.mechanisms.body import GROOVE, OUTER, Flank
 
-DriveName = Literal["spring", "groove", "conjugate", "breadth", "diameter"]
+DriveName = Literal["spring", "groove", "conjugate", "breadth", "diameter", "rib"]
 """What keeps a follower on its cam, as ``drive.kind`` has it."""
 
 
@@ -31,4 +31,5 @@ PRELOAD = ("interference", "stiffness")
 CONJUGATE = Drive("conjugate", "a conjugate pair", flanks=OUTER, keys=(*PRELOAD, "base_radius", "roller_radius"))
 BREADTH = Drive("breadth", "a yoke of constant breadth", flanks=OUTER, keys=PRELOAD, one_disc=True)
 DIAMETER = Drive("diameter", "a yoke of constant diameter", flanks=OUTER, keys=PRELOAD, one_disc=True)
-DRIVES: dict[str, Drive] = {drive.name: drive for drive in (SPRUNG, GROOVED, CONJUGATE, BREADTH, DIAMETER)}
+RIBBED = Drive("rib", "a rib", flanks=OUTER, keys=PRELOAD)
+DRIVES: dict[str, Drive] = {drive.name: drive for drive in (SPRUNG, GROOVED, CONJUGATE, BREADTH, DIAMETER, RIBBED)}

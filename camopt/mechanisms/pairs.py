@@ -38,8 +38,8 @@ from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve, formula
 from camopt.numerics.state import State
 
-OF_CONTACT = ("pressure", "sliding", "curvature", "profile_radius", "reach", "outline")
-"""The curves of a mechanism that are of its contact with a disc cam."""
+OF_CONTACT = ("pressure", "sliding", "speeding", "curvature", "profile_radius", "reach", "outline", "path")
+"""The curves of a mechanism that are of its contact with a cam."""
 LOOKS = 1801  # over half a turn
 SAME_HALVES = 1e-9  # of the lift
 HALVES_HAVE_TO = "y(θ) + y(θ + 180°) has to be the lift at every cam angle"
@@ -109,9 +109,9 @@ def half_turns(programme: Programme) -> HalfTurns:
     return HalfTurns(float(off[place]), float(angles[place]))
 
 
-def _paired(mechanism: Mechanism, **changes: Any) -> Mechanism:
-    """A mechanism with a second contact on the other side of the camshaft."""
-    contact = Contact(_opposed(mechanism), second_of)
+def with_opposed(mechanism: Mechanism, seen: Callable[[Designs], Designs], **changes: Any) -> Mechanism:
+    """A mechanism with a second contact, which the follower has in the mirror: as it sees designs."""
+    contact = Contact(_opposed(mechanism), seen)
 
     def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
         of_second = mechanism.assembly_margins(contact.seen(designs), programme)
@@ -122,7 +122,7 @@ def _paired(mechanism: Mechanism, **changes: Any) -> Mechanism:
 
 def _yoke(mechanism: Mechanism, **changes: Any) -> Mechanism:
     """A mechanism with both contacts on one disc, which the motion has to allow."""
-    paired = _paired(mechanism, **changes)
+    paired = with_opposed(mechanism, second_of, **changes)
 
     def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
         room = SAME_HALVES * programme.lift - half_turns(programme).off
@@ -135,7 +135,7 @@ def _pair(mechanism: Mechanism, *sizes: str) -> Mechanism:
     """Two discs, each with a roller of one follower; the second has sizes of its own."""
     drive = replace(CONJUGATE, keys=(*CONJUGATE.keys, *sizes))
     name = f"conjugate pair, {mechanism.motion.name} follower with two rollers"
-    return _paired(mechanism, drive=drive, tips=(ROLLER,), name=name)
+    return with_opposed(mechanism, second_of, drive=drive, tips=(ROLLER,), name=name)
 
 
 MECHANISMS = (

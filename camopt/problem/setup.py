@@ -92,5 +92,6 @@ def _solid(scene: Scene) -> SolidGiven:
         hub_radius=(part.hub_diameter or 0.0) / 2,
         hub_length=part.hub_length or 0.0,
         groove_depth=part.groove_depth,
+        rib_height=part.rib_height,
         outer_diameter=part.outer_diameter,
     )

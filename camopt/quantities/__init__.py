@@ -178,6 +178,7 @@ _ALL = [
     Quantity("arm_length_mm", "l", "mm", "sizes", "Distance from the pivot to the trace point."),
     Quantity("centre_distance_mm", "c", "mm", "sizes", "Distance from the pivot to the cam centre."),
     Quantity("face_offset_mm", "f", "mm", "sizes", "Distance of an oscillating flat face from its pivot."),
+    Quantity("roller_spacing_mm", "d", "mm", "sizes", "Distance of the centres of two rollers about a rib."),
     Quantity("second_arm_length_mm", "l_2", "mm", "sizes", "Arm of the second roller of a conjugate pair."),
     Quantity("second_roller_radius_mm", "R_r2", "mm", "sizes", "Radius of the second roller of a conjugate pair."),
     Quantity("second_offset_mm", "e_2", "mm", "sizes", "Offset of the second roller, positive to the right."),
@@ -223,7 +224,7 @@ _ALL = [
         "β_max",
         "deg",
         "pressure",
-        "Largest |β| over the turn at the bottom of a groove, where it is steeper than at the mean radius.",
+        "Largest |β| over the turn at the bottom of a groove or foot of a rib, steeper than at the mean radius.",
     ),
     Quantity("pressure_angle_max_at_deg", "θ_p", "deg", "pressure", "Cam angle of the pitch point (largest |β|)."),
     Quantity("pitch_circle_radius_mm", "", "mm", "pitch_circle", "Radius of the circle through the pitch point."),
@@ -294,6 +295,13 @@ _ALL = [
         "mm",
         "outline",
         "Least wall between a groove in the face of a disc and its edge; below 0 the groove breaks out.",
+    ),
+    Quantity(
+        "rib_thickness_min_mm",
+        "t",
+        "mm",
+        "rib",
+        "Least thickness of a rib: from the tangent at one roller to the other roller, square to that tangent.",
     ),
     Quantity(
         "pivot_clearance_min_mm",
@@ -527,7 +535,7 @@ BOUNDED = {name: quantity for name, quantity in QUANTITIES.items() if quantity.r
 """Those that ``[limits]`` takes by their names."""
 EVERYTHING = "all"
 """The word in a scene's outputs that asks for every quantity."""
-GEOMETRY = ("sizes", "frame", "pair", "motion", "pressure", "pitch_circle", "curvature", "reach", "crossing")
+GEOMETRY = ("sizes", "frame", "pair", "motion", "pressure", "pitch_circle", "curvature", "reach", "rib", "crossing")
 """The effects that run where a scene names no outputs: those that every sweep of a cam's shape has a use for."""
 DISCIPLINES = tuple(dict.fromkeys(q.effect for q in QUANTITIES.values() if q.effect not in ("limits", "proof")))
 """Every effect that computes quantities, by name."""

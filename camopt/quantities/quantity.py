@@ -18,7 +18,7 @@ BOUNDED_BELOW = (
     *("jamming_margin", "entrainment_speed_min_m_s", "film_thickness_min_um", "film_ratio_min", "hub_wall_min_mm"),
     *("lift_area_mm_deg", "lift_area_deg_deg", "transmission_angle_min_deg"),
     *("first_profile_radius_min_mm", "second_profile_radius_min_mm"),
-    *("pivot_clearance_min_mm", "edge_wall_min_mm", "pair_preload_ratio"),
+    *("pivot_clearance_min_mm", "edge_wall_min_mm", "rib_thickness_min_mm", "pair_preload_ratio"),
 )
 """Quantities of which one wants at least so much; of all others at most."""
 SIGNED = (

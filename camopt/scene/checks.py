@@ -209,6 +209,13 @@ def _of_two_contacts(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[
                     at(data, place),
                     f"goes with drive.{other}, which is missing: together they are a preload",
                 )
+    for place in _both("drive.clearance"):
+        if at(data, place) is not None and any(at(data, each) for each in _both(f"drive.{PRELOAD[0]}")):
+            yield (
+                place,
+                at(data, place),
+                "there is none between contacts with an interference: leave one of both out",
+            )
     if mechanism.drive.one_disc and at(data, "follower.offset") not in (None, 0.0):
         yield "follower.offset", at(data, "follower.offset"), f"must be 0 with {words}"
 

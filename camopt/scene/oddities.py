@@ -12,14 +12,18 @@ from camopt.scene.segments import after_each
 LENGTH_RANGE = (0.1, 1e4, "mm")
 USUAL_RANGES = {
     **dict.fromkeys(("cam.base_radius", "cam.mean_radius", "cam.shaft_diameter"), LENGTH_RANGE),
-    **dict.fromkeys((f"follower.{k}" for k in ("roller_radius", "arm_length", "centre_distance")), LENGTH_RANGE),
+    **dict.fromkeys(
+        (f"follower.{k}" for k in ("roller_radius", "roller_spacing", "arm_length", "centre_distance")),
+        LENGTH_RANGE,
+    ),
     "follower.face_radius": (0.1, 1e6, "mm"),
     "cam.rpm": (0.01, 1e5, "rev/min"),
     "follower.dynamics.mass": (1e-5, 1e4, "kg"),
     "follower.dynamics.inertia": (1e-9, 1e4, "kg·m²"),
     **dict.fromkeys((f"part.{k}" for k in ("thickness", "disc_gap", "bore")), LENGTH_RANGE),
     **dict.fromkeys((f"part.{k}" for k in ("hub_diameter", "hub_length")), LENGTH_RANGE),
-    **dict.fromkeys((f"part.{k}" for k in ("keyway_width", "keyway_depth", "groove_depth")), LENGTH_RANGE),
+    **dict.fromkeys((f"part.{k}" for k in ("keyway_width", "keyway_depth")), LENGTH_RANGE),
+    **dict.fromkeys((f"part.{k}" for k in ("groove_depth", "rib_height")), LENGTH_RANGE),
     "part.profile_tolerance": (1e-4, 1.0, "mm"),
     "part.roughness": (0.005, 50.0, "µm"),
     "part.density": (500.0, 25000.0, "kg/m³"),
@@ -80,7 +84,8 @@ def thin_hub(scene: Scene) -> list[str]:
     """
     part, cam = scene.whole_part, scene.cam
     size = cam.base_radius or cam.mean_radius
-    inwards = part.groove_depth or 0.0 if scene.mechanism.body.developed else 0.0
+    key = scene.mechanism.body.flank_height
+    inwards = (getattr(part, key) or 0.0) if key else 0.0
     outer = part.hub_diameter or (size and 2 * size - inwards)
     if not outer or not part.bore or not part.keyway_width or scene.limits.hub_wall is not None:
         return []

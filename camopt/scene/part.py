@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping
 from datetime import date
 from functools import partial
-from math import hypot, radians, sin
+from math import asin, hypot, radians, sin
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
@@ -85,6 +85,8 @@ class Part(SceneTable):
     """Outer diameter of a disc cam with a groove in its face; mm."""
     groove_depth: Length | None = None
     """Depth of the groove; mm."""
+    rib_height: Length | None = None
+    """Height of the rib of a cylindrical cam, the mean radius in its middle; mm."""
     groove_fit: Fit | None = None
     """Fit of the width of the groove, which is the diameter of the roller, such as H8."""
     groove_chamfer: Length | None = None
@@ -277,23 +279,31 @@ def _in_face(data: Mapping[str, Any]) -> Iterator[Fault]:
 def _groove(
     data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
 ) -> Iterator[Fault]:
-    """A groove lies within the length of the cylinder, and leaves a wall to the bore."""
-    mean, depth = length(data, f"cam.{mechanism.body.size}"), length(data, "part.groove_depth")
+    """A groove (rib) lies within the length of the cylinder, and leaves a wall to the bore."""
+    body = mechanism.body
+    key, what = f"part.{body.flank_height}", body.flank_height.partition("_")[0]
+    mean, depth = length(data, f"cam.{body.size}"), length(data, key)
     if mean and depth and depth >= 2 * mean:
-        yield "part.groove_depth", depth, f"must be below twice the mean radius ({2 * mean:g})"
+        yield key, depth, f"must be below twice the mean radius ({2 * mean:g})"
     elif mean:
-        yield from _inside(data, mean - (depth or 0.0) / 2, "the bottom of the groove (radius {:g})")
+        yield from _inside(data, mean - (depth or 0.0) / 2, f"{body.foot} (radius {{:g}})")
     whole = length(data, "part.thickness")
     needed = run_of_groove(data, mechanism, travel, radius)
     if depth and whole and needed is not None and whole <= needed:
-        yield "part.thickness", whole, f"must be above {needed:g}, the length over which the groove runs"
+        yield "part.thickness", whole, f"must be above {needed:g}, the length over which the {what} runs"
 
 
 def run_of_groove(
     data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
 ) -> float | None:
-    """The length over which the groove runs along the axis, mm; None if a size of it is missing."""
-    arm = length(data, "follower.arm_length")
-    if travel is None or radius is None or (mechanism.motion.angular and arm is None):
+    """The length over which the groove (rib) runs along the axis, mm; None if a size of it is missing."""
+    arm, ribbed = length(data, "follower.arm_length"), "roller_spacing" in mechanism.sizes
+    apart = length(data, "follower.roller_spacing") if ribbed else 0.0
+    if travel is None or radius is None or apart is None:
         return None
-    return (2 * arm * sin(radians(travel) / 2) if mechanism.motion.angular and arm else travel) + 2 * radius
+    beside = -2 * radius if ribbed else 2 * radius
+    if not mechanism.motion.angular:
+        return travel + apart + beside
+    if arm is None or apart > 2 * arm:
+        return None
+    return 2 * arm * sin(radians(travel) / 2 + asin(apart / (2 * arm))) + beside

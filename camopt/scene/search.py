@@ -67,6 +67,8 @@ class Search(SceneTable):
     """Distances from the pivot to the cam's axis; mm."""
     face_offset: Choice = None
     """Distances of an oscillating flat face from its pivot; mm."""
+    roller_spacing: Choice = None
+    """Distances of the centres of two rollers about a rib; mm."""
     law: Laws = ()
     """Motion laws to try, each on rises and returns alike."""
     law_rise: Laws = ()

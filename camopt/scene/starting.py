@@ -41,7 +41,14 @@ TURN = [
     {"segment": "dwell", "angle": 60},
 ]
 SIZE = 40
-FOLLOWER = {"roller_radius": 10, "face_radius": 10, "arm_length": 80, "centre_distance": 100, "face_offset": 10}
+FOLLOWER = {
+    "roller_radius": 10,
+    "face_radius": 10,
+    "arm_length": 80,
+    "centre_distance": 100,
+    "face_offset": 10,
+    "roller_spacing": 50,
+}
 DYNAMICS: dict[str, Any] = {
     "mass": 0.5,
     "inertia": 0.01,
@@ -71,7 +78,15 @@ MATERIALS: dict[str, Any] = {
     "pressure_viscosity": 20,
     "roughness": 0.4,
 }
-PART = {"thickness": 60, "bore": 20, "groove_depth": 8, "material": "16MnCr5", "hardness": "58 + 4 HRC"}
+HEIGHTS = ("groove_depth", "rib_height")
+PART = {
+    "thickness": 60,
+    "bore": 20,
+    "groove_depth": 8,
+    "rib_height": 8,
+    "material": "16MnCr5",
+    "hardness": "58 + 4 HRC",
+}
 
 
 def plainest(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:
@@ -109,7 +124,7 @@ def examples(scene: Scene) -> dict[str, dict[str, Any]]:
         "search": {**sizes, **({"law": ["cycloidal", "poly345"]} if laws else {}), "minimise": f"{body.size}_mm"},
         "synthesis": {"minimise": "acceleration"},
         "materials": MATERIALS,
-        "part": {k: v for k, v in (PART | bore).items() if k != "groove_depth" or k in body.part},
+        "part": {k: v for k, v in (PART | bore).items() if k not in HEIGHTS or k in body.part},
         "accuracy": {"relative_error": 1e-9},
     }
 

@@ -244,6 +244,8 @@ class Follower(SceneTable):
     """Distance from the pivot to the trace point; mm."""
     centre_distance: Length | None = None
     """Distance from the pivot to the cam's axis; mm."""
+    roller_spacing: Length | None = None
+    """Distance of the centres of two rollers, which have a rib between them; mm."""
     offset: Anywhere = 0.0
     """Offset of a translating follower's axis, positive to the right; mm."""
     dynamics: Dynamics | None = None
@@ -260,7 +262,8 @@ class Drive(SceneTable):
     kind: DriveName | None = None
     """A spring, or a groove with two walls, of which one pushes the roller outward and the other pulls it back. Two
     discs with a roller each (``conjugate``), or one disc in a yoke with two flat faces (``breadth``) or two rollers
-    (``diameter``). If it is not given, ``spring`` on a disc cam and ``groove`` on a cylindrical one."""
+    (``diameter``). Or a rib between two rollers (``rib``). If it is not given, ``spring`` on a disc cam and
+    ``groove`` on a cylindrical one."""
     base_radius: Length | None = None
     """Of the second disc of a conjugate pair; if not given, as of the first (``cam.base_radius``); mm."""
     roller_radius: Length | None = None
@@ -274,7 +277,8 @@ class Drive(SceneTable):
     stiffness: Positive | None = None
     """Of what joins them, rollers, discs and frame; N/mm, oscillating N·m/rad."""
     clearance: Length | None = None
-    """How much wider than the roller a groove is: what the roller crosses where the force turns round; mm."""
+    """How much wider than the roller a groove is, or thinner than the gap between its two rollers a rib: what is
+    crossed where the force turns round; mm."""
     roller_inertia: Positive | None = None
     """Moment of inertia of the roller about its pin, which friction has to turn the other way then; kg·m²."""
     friction: Positive | None = None

@@ -87,9 +87,10 @@ def _steep_groove(problem: Problem) -> Iterator[str]:
     if limits and not limited and BOTTOM in offered(problem.setup):
         (angle,), limit = _quantities(problem, BOTTOM), max(limits, key=attrgetter("bound"))
         if angle > limit.bound:
+            foot = problem.setup.mechanism.body.foot
             known = f"{limit.key} ({limit.bound:g} deg) is that at the mean radius"
             ask = f"limits.{BOTTOM} = {limit.bound:g} limits it there"
-            yield f"the pressure angle at the bottom of the groove is {angle:.4g} deg: {known}; {ask}"
+            yield f"the pressure angle at {foot} is {angle:.4g} deg: {known}; {ask}"
 
 
 def _quantities(problem: Problem, *names: str) -> list[float]:

@@ -68,6 +68,7 @@ def cases(draw, keys=DISC, slimmest=0.3) -> Case:
         "arm_length": draw(st.floats(60, 200)) if angular and not flat else 0.0,
         "centre_distance": draw(st.floats(60, 200)) if angular else 0.0,
         "face_offset": draw(st.floats(-5, 15)),
+        "roller_spacing": 0.0,
     }
     design = Designs(**{n: np.array([v]) for n, v in sizes.items()}, sense=draw(st.sampled_from([1.0, -1.0])))
     assume(MECHANISMS[key].exists(design, turn)[0])
@@ -152,7 +153,7 @@ def slim_cams(count: int, key) -> list[Case]:
         turn = turn_of(rise, random.uniform(2, 30), fall, lift * (1 if angular else 2), laws, angular=angular)
         radius, arm = random.uniform(2, 15), random.uniform(120, 160) * angular
         sizes = (radius * random.uniform(0.05, 0.6), radius, 0.0, arm, arm * random.uniform(0.95, 1.05), 0.0)
-        design = Designs(*(np.array([size]) for size in sizes), sense=1.0)
+        design = Designs(*(np.array([size]) for size in sizes), np.zeros(1), sense=1.0)
         case = Case(Setup(MECHANISMS[key], ROLLER), turn, design)
         if MECHANISMS[key].exists(design, turn)[0] and not undercut(case):
             made.append(case)

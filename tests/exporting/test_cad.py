@@ -34,7 +34,9 @@ KEYWAY = {"keyway_width": 4, "keyway_depth": 1.8, "keyway_angle": 37}
 WITHOUT: dict[str, None] = dict.fromkeys(KEYWAY)
 PLATE = {"thickness": 16, "bore": 12, **KEYWAY, "hub_diameter": 24, "hub_length": 30}
 CYLINDER = {"thickness": 70, "bore": 30, "groove_depth": 10, "density": 7800}
+RIBBED = {"thickness": 110, "bore": 30, "rib_height": 10, "density": 7800}
 DISCS = [n for n in shipped_scenes() if find_scene(n).mechanism.body.bounded and n != "press-feed-by-pair"]
+RIB_ARM = cam_with("groove-arm", law="poly345", drive={"kind": "rib"}, part=RIBBED)
 GROOVES = {
     "feeder": find_scene("feeder-with-stop"),
     **{
@@ -42,6 +44,8 @@ GROOVES = {
         for contact in ("groove", "groove-arm")
         for way in ("ccw", "cw")
     },
+    "rib": find_scene("bottle-filler-by-rib").replace(**{"part.density": 7850}),
+    "rib-arm": Scene.from_dict({**RIB_ARM, "follower": RIB_ARM["follower"] | {"roller_spacing": 40}}),
 }
 
 
@@ -192,15 +196,19 @@ def furthest_from_axis(scene, points):
     """
     problem, angles = resolve_design(scene), np.linspace(0.0, 2 * pi, 60_001)
     lift, y = problem.programme.lift, problem.programme.at(angles)[0]
-    x, z = np.zeros_like(y), y - lift / 2  # across the cam's axis, and along it from the middle of the cam
-    arm = scene.follower.arm_length
-    if arm:  # its pivot is to the right, its line of contact through both ends of the swing
-        x, z = arm * (np.cos(lift / 2) - np.cos(y - lift / 2)), arm * np.sin(y - lift / 2)
+    arm, apart = scene.follower.arm_length, scene.follower.roller_spacing or 0.0
+    half = np.arcsin(apart / 2 / arm) if arm else apart / 2
+    rollers = []
+    for psi in (y - lift / 2 + half, y - lift / 2 - half):  # of a groove one and the same
+        x, z = np.zeros_like(y), psi  # across the cam's axis, and along it from the middle of the cam
+        if arm:  # its pivot is to the right, its line of contact through both ends of the swing
+            x, z = arm * (np.cos(lift / 2) - np.cos(psi)), arm * np.sin(psi)
+        rollers.append((x, z))
     turn = np.exp(1j * problem.design.sense * angles)
     found = []
     for px, py, pz in points:
         seen = (px + 1j * py) * turn  # as the cam turns, with the follower above
-        away = np.hypot(seen.real - x, pz - scene.part.thickness / 2 - z)
+        away = np.min([np.hypot(seen.real - x, pz - scene.part.thickness / 2 - z) for x, z in rollers], axis=0)
         found.append(np.where(seen.imag > 0.0, away, np.inf).min())
     return scene.follower.roller_radius, np.array(found)
 
@@ -229,7 +237,7 @@ def test_a_groove_read_back_is_whole_and_touches_its_roller_at_every_depth(name,
             place = surface.Value(u, v)
             points.append((place.X(), place.Y(), place.Z()))
     depth = np.hypot(*np.array(points).T[:2]) - scene.cam.mean_radius
-    assert np.ptp(depth) > 0.8 * scene.part.groove_depth
+    assert np.ptp(depth) > 0.8 * (scene.part.groove_depth or scene.part.rib_height)
     radius, away = furthest_from_axis(scene, points)
     assert np.abs(away - radius).max() <= told.about["wall_deviation_measured_mm"] + 1e-5  # of the angles
 

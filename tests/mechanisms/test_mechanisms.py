@@ -75,6 +75,7 @@ def test_a_drive_is_on_some_cam_and_refused_where_there_is_none(drive):
     for contact in CONTACTS:
         given = cam_with(contact, drive={"kind": drive}, dynamics={})
         given["follower"].pop("offset", None)  # which a yoke has not
+        given["follower"] |= {"roller_spacing": 40} if drive == "rib" else {}
         usual = Scene.from_dict(cam_with(contact)).mechanism
         form, motion, touching = given["cam"]["form"], given["follower"]["motion"], given["follower"]["contact"]
         known = {each.drive.name: each for each in mechanisms_for(form, motion, touching)}

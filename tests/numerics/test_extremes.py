@@ -59,6 +59,7 @@ def designs(angular: bool, sense: float, count: int = 8, seed: int = 0) -> Desig
         arm_length=rng.uniform(100, 120, count),
         centre_distance=rng.uniform(125, 140, count),
         face_offset=rng.uniform(-5, 15, count),
+        roller_spacing=zero,
         sense=sense,
     )
 
@@ -169,7 +170,7 @@ def test_a_peak_narrower_than_a_panel_is_found():
     zero = np.zeros(1)
     for height in (1.0, 0.1, 0.01):
         e = 10.0
-        some = Designs(np.array([np.hypot(e, height)]), zero, np.array([e]), zero, zero, zero, 1.0)
+        some = Designs(np.array([np.hypot(e, height)]), zero, np.array([e]), zero, zero, zero, zero, 1.0)
         value, where, _ = Case(setup, turn, some).extremes(
             mechanism.curvature, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)]
         )
@@ -205,7 +206,7 @@ def test_narrow_peaks_of_many_cams_next_to_the_limit(law, tolerance):
     mechanism, zero = MECHANISMS["disc", "translating", False], np.zeros(count)
     size = rng.uniform(1, 40, count)
     offset = rng.choice([-1, 1], count) * size * (1 - 10 ** rng.uniform(-6, -0.5, count))
-    some = Designs(size, zero, offset, zero, zero, zero, 1.0)
+    some = Designs(size, zero, offset, zero, zero, zero, zero, 1.0)
     case = Case(Setup(mechanism, ROLLER, tolerance), turn, some)
     for make in (mechanism.pressure, mechanism.curvature):
         value, _, width = case.extremes(make, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)])

@@ -10,6 +10,7 @@ import pytest
 from support.browser import box_of, drag, opened, running_browser, watched_page
 
 import camopt
+from camopt.drawing.groove import curves_of_contacts
 from camopt.drawing.picture import Picture
 from camopt.problem.problem import resolve_design
 from camopt.synthesis.files import write_frontier
@@ -65,9 +66,16 @@ def mechanisms():
     cylinder = camopt.find_scene("oscillating-roller").to_dict()
     cylinder["cam"] = {"form": "cylindrical", "mean_radius": 60.0}
     cylinder["follower"] = {"motion": "oscillating", "contact": "roller", "roller_radius": 6.0, "arm_length": 70.0}
+    rib = {**cylinder, "drive": {"kind": "rib"}, "follower": {**cylinder["follower"], "roller_spacing": 22.0}}
     two = camopt.find_scene("two-pauses").to_dict()
     two["follower"] = {"motion": "translating", "contact": "spherical", "face_radius": 30.0}
-    for name, data in (("swinging face", swinging), ("swinging in a groove", cylinder), ("spherical", two)):
+    made = {
+        "swinging face": swinging,
+        "swinging in a groove": cylinder,
+        "swinging about a rib": rib,
+        "spherical": two,
+    }
+    for name, data in made.items():
         found[name] = camopt.Scene.from_dict({**data, "limits": {}, "search": {}, "name": name})
     return found
 
@@ -89,11 +97,12 @@ def test_the_page_draws_the_curves_of_the_cam(name, page_of_all, folder, monkeyp
     drawn = page.evaluate("curvesOf(data.cams[0]).map(({pitch, profile, flank}) => ({pitch, profile, flank}))")
     picture = Picture(scene, resolve_design(scene))
     size = max(np.abs(curves.pitch).max() for curves in picture.curves)
-    for found, curves in zip(drawn, picture.curves, strict=True):
+    for found, *contacts in zip(drawn, *curves_of_contacts(picture), strict=True):
+        curves, walls = contacts[0], [wall for each in contacts for wall in each.profile]
         pitch = np.array(found["pitch"]) @ [1, 1j]
         profiles = [np.array(found[side]) @ [1, 1j] for side in ("profile", "flank")]
         assert np.abs(pitch - curves.pitch).max() < 1e-5 * size
-        for side, expected in zip(profiles, curves.profile, strict=False):
+        for side, expected in zip(profiles, walls, strict=False):
             assert np.abs(side - expected).max() < 1e-5 * size
 
 

@@ -115,6 +115,7 @@ def test_every_worked_example_is_shipped():
     }
     profiles = {"tangent-cam", "three-arc-valve", "eccentric-rocker"}
     drives = {"face-groove-shutter", "press-feed-by-pair", "pump-of-constant-breadth"}
+    drives |= {"barrel-traverse", "bottle-filler-by-rib"}
     assert set(shipped_scenes()) - set(WORKED) == practice | trains | profiles | drives
     assert not set(WORKED) - set(shipped_scenes())
 

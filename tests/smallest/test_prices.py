@@ -84,6 +84,8 @@ def test_so_it_is_where_angles_are_free(name):
 
 HELD = ("roller-1000rpm", "two-pauses", "belt-matching", "bucket-valve", "feeder-with-stop", "indexing-overlap")
 HELD += (
+    "barrel-traverse",
+    "bottle-filler-by-rib",
     "clamp-by-wedge",
     "face-groove-shutter",
     "press-with-drift",

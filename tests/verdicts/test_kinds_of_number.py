@@ -52,6 +52,7 @@ ELASTIC = {
 PART = {"thickness": 20, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3, "density": 7800}
 GROOVED = {"groove_depth": 8, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3}
 """Without a length: the mass of a grooved cam is not proved."""
+RIBBED = {"rib_height": 8, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3}
 WITHOUT_SPEED = {
     motion_quantity(derivative, stroke, angular=angular, timed=False)
     for derivative, stroke, angular in product(DERIVATIVES, STROKE_WORDS, (False, True))
@@ -96,6 +97,8 @@ PAIRED = {
     ),
     "swinging pair": ("arm", {"kind": "conjugate", "roller_radius": 17, "arm_length": 100, **PRESSED}),
     "yoke": ("flat", {"kind": "breadth"}),
+    "rib": ("groove", {"kind": "rib", **PRESSED}),
+    "swinging rib": ("groove-arm", {"kind": "rib", **PRESSED}),
 }
 """Cams with two contacts of a follower, without a guide, each with the contact and the drive."""
 IN_FACE = {"roller in a face": "offset-roller", "arm in a face": "arm"}
@@ -111,7 +114,7 @@ def scene_of(cam, key=None, bound=None):
     contact, drive = PAIRED.get(cam, (contact, {}))
     dynamics = (SWUNG if CONTACTS[contact]["motion"] == "oscillating" else FREE if drive else GUIDED) | ELASTIC
     limits = {} if key is None else {**OTHERWISE.get(key, {}), key: bound}
-    part = GROOVED if contact.startswith("groove") else PART
+    part = RIBBED if "rib" in cam else GROOVED if contact.startswith("groove") else PART
     more = {"materials": WORN, "limits": limits, "part": part, "outputs": ["sizes"], "train": train, "drive": drive}
     if not drive:
         more["tolerances"] = {"profile": 0.02, "phase": {"plus": 0.1, "minus": 0.03}}
@@ -119,7 +122,10 @@ def scene_of(cam, key=None, bound=None):
         more |= {"drive": {"kind": "groove", **CROSSED}, "part": {**GROOVED, "outer_diameter": 300}}
     if cam == "yoke":
         more["motion"] = turn_of("poly345", 24, (110, 70, 110, 70))
-    return Scene.from_dict(cam_with(contact, "poly345", dynamics, **more))
+    data = cam_with(contact, "poly345", dynamics, **more)
+    if "rib" in cam:
+        data["follower"] = data["follower"] | {"roller_spacing": 45}
+    return Scene.from_dict(data)
 
 
 @cache

@@ -92,7 +92,7 @@ def test_a_peak_next_to_the_end_of_a_return(law, gap):
     turn = Programme.from_segments(motion, angular=False)
     zero, mechanism = np.zeros(1), MECHANISMS["disc", "translating", False]
     for side in (1.0, -1.0):
-        design = Designs(np.array([prime]), zero, np.array([side * (prime - gap)]), zero, zero, zero, 1.0)
+        design = Designs(np.array([prime]), zero, np.array([side * (prime - gap)]), zero, zero, zero, zero, 1.0)
         found = Case(Setup(mechanism, KNIFE), turn, design).extremes(
             mechanism.pressure, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)]
         )
@@ -117,7 +117,7 @@ def test_a_cusp_of_the_pitch_curve():
     rise = Programme.from_segments([("rise", 180, 20, "harmonic"), ("return", 180, 20, "harmonic")], angular=False)
     zero, mechanism = np.zeros(4), MECHANISMS["disc", "translating", False]
     size = np.array([1e-3, 1e-6, 1e-9, 1e-12])
-    designs = Designs(size, zero, zero, zero, zero, zero, 1.0)
+    designs = Designs(size, zero, zero, zero, zero, zero, zero, 1.0)
     found = Case(Setup(mechanism, KNIFE), rise, designs).extremes(
         mechanism.curvature, [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST)]
     )
@@ -311,6 +311,7 @@ def test_no_point_of_a_curve_lies_outside_of_its_enclosure(data, key, law):
         "arm_length": data.draw(st.floats(90, 130)),
         "centre_distance": data.draw(st.floats(120, 160)),
         "face_offset": data.draw(st.floats(-5, 15)),
+        "roller_spacing": 0.0,
     }
     design = Designs(**{n: np.array([v]) for n, v in sizes.items()}, sense=data.draw(st.sampled_from([1.0, -1.0])))
     assume(mechanism.exists(design, turn)[0])

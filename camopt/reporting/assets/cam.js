@@ -88,21 +88,25 @@ class CamView {
 
   drawGroove() {
     const { roller_radius: radius } = this.cam.sizes;
-    const pitch = this.curves.flatMap((each) => each.pitch);
-    const ys = pitch.map(([, y]) => y), edge = 1.4 * radius + 0.05 * this.size;
+    const pitches = [this.curves.flatMap((each) => each.pitch), this.curves.flatMap((each) => each.second)];
+    const ys = pitches.flat().map(([, y]) => y), edge = 1.4 * radius + 0.05 * this.size;
+    const [metal, cut] = isRibbed(this.cam) ? ["channel", "rib"] : ["sheet", "channel"];
     this.low = Math.min(...ys) - edge;
     this.high = Math.max(...ys) + edge;
-    for (const turn of [-1, 0, 1]) {
-      const sheet = svgElement(this.body, "g", { transform: `translate(${turn * this.around} 0)` });
-      svgElement(sheet, "rect", { x: 0, y: this.low, width: this.around, height: this.high - this.low, class: "sheet", ...FIXED });
+    const turns = [-1, 0, 1].map((turn) => ({ transform: `translate(${turn * this.around} 0)` }));
+    for (const turn of turns) {
+      svgElement(this.body, "rect", { ...turn, x: 0, y: this.low, width: this.around, height: this.high - this.low, class: metal, ...FIXED });
+    }
+    for (const turn of turns) {
+      const sheet = svgElement(this.body, "g", turn);
       for (const each of this.curves) {
         const [one, other] = [each.profile, each.flank];
-        if (radius > 0) this.path(sheet, [...one, ...[...other].reverse()], "channel", true);
+        if (radius > 0) this.path(sheet, [...one, ...[...other].reverse()], cut, true);
       }
       for (const each of this.curves) {
         for (const side of radius > 0 ? [each.profile, each.flank] : [each.pitch]) this.path(sheet, side, `profile ${each.kind}`);
       }
-      this.path(sheet, pitch, "pitch-curve");
+      for (const pitch of pitches) this.path(sheet, pitch, "pitch-curve");
       this.path(sheet, [[0, this.low], [0, this.high]], "timing");
     }
   }
@@ -264,8 +268,13 @@ class CamView {
     if (radius > 0) this.circle(this.follower, radius, "roller", trace);
     else this.circle(this.follower, 0.02 * size, "tip", trace);
     let reach = [];
-    if (this.pivot) reach = this.drawArm(carrier, trace);
-    else {
+    const [x, y] = isRibbed(cam) ? secondAt(cam, this.still, 0, 0, 0) : trace;
+    if (isRibbed(cam)) this.circle(this.follower, radius, "roller", [x, y]);
+    if (this.pivot) {
+      reach = this.drawArm(carrier, trace);
+      if (isRibbed(cam)) reach.push(...this.drawArm(carrier, [x, y]));
+    } else {
+      if (isRibbed(cam)) this.path(this.follower, [trace, [x, y]], "second-frame");
       this.path(this.still_parts, [[0, this.low], [0, this.high]], "swing");
       if (cam.train) reach = this.drawGrooveStem(trace);
     }

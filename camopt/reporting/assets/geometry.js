@@ -2,12 +2,13 @@
 
 /** Heights, angles and levers that do not change as the cam turns. */
 function standing(cam) {
-  const { size, roller_radius: radius, offset, arm_length: arm, centre_distance: centre, face_offset: face } = cam.sizes;
+  const { size, roller_radius: radius, offset, arm_length: arm, centre_distance: centre, face_offset: face, roller_spacing: spacing } = cam.sizes;
   const prime = size + radius;
   return {
     height: Math.sqrt(Math.max(prime * prime - offset * offset, 0)),
     firstAngle: Math.acos((arm * arm + centre * centre - prime * prime) / (2 * arm * centre)),
     firstSine: Math.asin((size - face) / centre),
+    ahead: cam.moves === "oscillating" ? Math.asin(spacing / 2 / arm) || 0 : spacing / 2, // of the first roller about a rib
   };
 }
 
@@ -28,9 +29,9 @@ const CONTACTS = {
     const t = (cosine * sizes.centre_distance) / (slope * sense + 1);
     return [sine * sizes.face_offset - t * cosine + sizes.centre_distance, cosine * sizes.face_offset + t * sine, sine, cosine];
   },
-  "cylindrical translating": ({ sizes }, still, angle, y, slope) => [angle * sizes.size, y, -slope, sizes.size],
+  "cylindrical translating": ({ sizes }, still, angle, y, slope) => [angle * sizes.size, y + still.ahead, -slope, sizes.size],
   "cylindrical oscillating": ({ sizes, sense, motion }, still, angle, y, slope) => {
-    const half = motion.lift / 2, cosine = Math.cos(y - half), sine = Math.sin(y - half), arm = sizes.arm_length;
+    const half = motion.lift / 2, psi = y + still.ahead - half, cosine = Math.cos(psi), sine = Math.sin(psi), arm = sizes.arm_length;
     const x = angle * sizes.size - (cosine - Math.cos(half)) * sense * arm;
     return [x, sine * arm, -slope * cosine * arm, slope * sine * sense * arm + sizes.size];
   },
@@ -38,6 +39,7 @@ const CONTACTS = {
 
 const isFlat = (cam) => cam.contact === "flat";
 const isGrooved = (cam) => cam.form === "cylindrical";
+const isRibbed = (cam) => cam.sizes.roller_spacing > 0;
 const contactOf = (cam) => CONTACTS[`${cam.form} ${cam.moves}${isFlat(cam) ? " flat" : ""}`];
 
 /** [x, y, across, up] with a unit normal, at a cam angle in rad. */
@@ -47,24 +49,37 @@ function contactAt(cam, still, angle, y, slope) {
   return [x, up, across / length, along / length];
 }
 
+/** The same at the second roller about a rib: seen in a mirror across the axis it is the first, of the motion reversed. */
+function secondAt(cam, still, angle, y, slope) {
+  const { lift } = cam.motion, level = cam.moves === "oscillating" ? 0 : lift;
+  const [x, up, across, along] = contactAt(cam, still, angle, lift - y, -slope);
+  return [x, level - up, across, -along];
+}
+
 /** A point turned by an angle in rad about the origin. */
 function turned(x, y, angle) {
   const cosine = Math.cos(angle), sine = Math.sin(angle);
   return [x * cosine - y * sine, x * sine + y * cosine];
 }
 
-/** The curves of a cam in its own frame, piece by piece: {kind, pitch, profile, flank} of points [x, y]. */
+/**
+ * The curves of a cam in its own frame, piece by piece: {kind, pitch, profile, flank} of points [x, y].
+ * Of a rib, the flank is that of the second roller, with `second` as its pitch curve.
+ */
 function curvesOf(cam) {
   const still = standing(cam), radius = cam.sizes.roller_radius;
   return cam.motion.pieces.map((piece) => {
-    const found = { kind: piece.kind, pitch: [], profile: [], flank: [] };
+    const found = { kind: piece.kind, pitch: [], profile: [], flank: [], second: [] };
     piece.angle.forEach((degrees, k) => {
       const angle = (degrees * Math.PI) / 180;
       const [x, y, across, up] = contactAt(cam, still, angle, piece.y[k], piece.slope[k]);
       const turn = isGrooved(cam) ? 0 : -cam.sense * angle;
       found.pitch.push(turned(x, y, turn));
       found.profile.push(turned(x - radius * across, y - radius * up, turn));
-      found.flank.push(turned(x + radius * across, y + radius * up, turn));
+      if (!isRibbed(cam)) return void found.flank.push(turned(x + radius * across, y + radius * up, turn));
+      const [a, b, aside, along] = secondAt(cam, still, angle, piece.y[k], piece.slope[k]);
+      found.second.push([a, b]);
+      found.flank.push([a - radius * aside, b - radius * along]);
     });
     return found;
   });

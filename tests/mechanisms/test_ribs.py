@@ -1,0 +1,334 @@
+"""Ribs of cylindrical cams, against both rollers of one rigid follower on the flanks that files have."""
+
+from functools import cache
+
+import ezdxf
+import mpmath
+import numpy as np
+import pytest
+import shapely
+from support.depth import times
+from support.ribs import centres, flanks, rib
+
+import camopt
+from camopt.effects import Case
+from camopt.effects.contacts import at_contact, contacts_of
+from camopt.effects.rib import EFFECT, THICKNESS
+from camopt.mistakes import BadInput
+from camopt.numerics.curves import curve
+from camopt.problem.problem import resolve_design
+from camopt.scene.scene import Scene
+from camopt.verdicts.running import run_effects
+
+ANGLES = np.radians(np.arange(360.0) + 0.37)
+MOTIONS = ("translating", "oscillating")
+PLACES = ("first", "second")
+PART = {"thickness": 130, "rib_height": 14, "bore": 40, "density": 7800}
+
+
+@cache
+def problems(motion):
+    """Random ribs that are not undercut, and where rollers leave a rib."""
+    rng, found = np.random.default_rng(39), []
+    while len(found) < times(5, 100):
+        problem = resolve_design(Scene.from_dict({**rib(rng, motion), "part": PART}))
+        if not quantity(problem, "undercut") and quantity(problem, THICKNESS) > 0.0:
+            found.append(problem)
+    return found
+
+
+def quantity(problem, name):
+    return run_effects(Case(problem.setup, problem.programme, problem.design), (name,)).column(name)[0]
+
+
+def nearest(problem, which, angles):
+    """The point of a flank that is nearest to its roller, and how near: over the turn, then closer and closer."""
+    centre = centres(problem, angles)[which][:, None]
+    every = np.linspace(-1.0, 2.0 * np.pi + 1.0, 2001)
+    at, step = every[np.abs(flanks(problem, every)[which] - centre).argmin(axis=1)], every[1] - every[0]
+    for _ in range(5):
+        near = at[:, None] + step * np.linspace(-1.0, 1.0, 41)
+        points = flanks(problem, near.ravel())[which].reshape(near.shape)
+        best = np.abs(points - centre).argmin(axis=1)[:, None]
+        at, step = np.take_along_axis(near, best, axis=1)[:, 0], step / 15.0
+    found = np.take_along_axis(points, best, axis=1)[:, 0]
+    return found, np.abs(found - centre[:, 0])
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_both_rollers_of_a_rigid_follower_touch_the_rib_all_the_turn(motion):
+    """And what is told of each flank is what the flank and its roller have there."""
+    for problem in problems(motion):
+        both, design = centres(problem, ANGLES), problem.design
+        assert np.abs(np.abs(both[0] - both[1]) - design.roller_spacing[0]).max() < 1e-12
+        for which, place in enumerate(PLACES):
+            points, distance = nearest(problem, which, ANGLES)
+            assert np.abs(distance - design.roller_radius[0]).max() < 1e-8
+            normal = (both[which] - points) / distance
+            across = both[which] - (both[0] + both[1]) / 2
+            way = 1j * np.ones_like(normal)
+            if problem.setup.angular:  # square to the arm, whose pivot moves past with the mantle
+                pivot = ANGLES * design.size[0]
+                arm = both[which] - pivot
+                arm = arm - design.sense * design.arm_length[0] * np.cos(problem.programme.lift / 2)
+                way = 1j * arm / np.abs(arm)
+            seen = np.degrees(np.arctan(np.abs((normal * way.conj()).imag / (normal * way.conj()).real))).max()
+            told = quantity(problem, f"{place}_pressure_angle_max_deg")
+            assert told - 3e-3 * told < seen <= told + 1e-4
+            # from the tangent at this roller to the other one
+            thick = 2.0 * (across * normal.conj()).real - 2.0 * design.roller_radius[0]
+            assert thick.min() >= quantity(problem, THICKNESS) - 1e-6
+            drawn = flanks(problem, np.linspace(0.0, 2.0 * np.pi, 7201)[:-1])[which]
+            steps = np.diff(drawn)
+            bent = np.angle(steps[1:] / steps[:-1]) / np.abs(steps[1:])
+            bulge = (-bent if which == 0 else bent).max()
+            assert 1.0 / bulge == pytest.approx(quantity(problem, f"{place}_profile_radius_min_mm"), rel=2e-2)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_rib_is_nowhere_thinner_than_its_thickness(motion):
+    """Over all pairs of points of both flanks; where the motion is steep for long it is as thin."""
+    for problem in problems(motion):
+        one, other = flanks(problem, np.linspace(-1.0, 2.0 * np.pi + 1.0, 1501))
+        least = np.abs(one[:, None] - other[None, :]).min()
+        told = quantity(problem, THICKNESS)
+        assert told - 1e-9 <= least < told + 0.1 * problem.design.roller_spacing[0]
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_rib_seen_in_a_mirror_across_the_axis_has_its_flanks_exchanged(motion):
+    """Its motion is reversed then."""
+    problem = problems(motion)[0]
+    turned = {"rise": "return", "return": "rise", "dwell": "dwell"}
+    rows = [
+        {"segment": turned[each.segment], "angle": each.angle}
+        | ({} if each.segment == "dwell" else {"lift": problem.programme.lift, "law": each.law})
+        for each in problem.segments
+    ]
+    rows = rows[2:] + rows[:2]  # a turn starts where the follower is lowest
+    if problem.setup.angular:
+        rows = [row | ({"lift": np.degrees(row["lift"])} if "lift" in row else {}) for row in rows]
+    scene = rib(np.random.default_rng(39), motion)
+    mirrored = resolve_design(Scene.from_dict({**scene, "motion": rows}))
+    for name in ("pressure_angle_max_deg", "profile_radius_min_mm"):
+        for one, other in (PLACES, PLACES[::-1]):
+            assert quantity(mirrored, f"{one}_{name}") == pytest.approx(
+                quantity(problem, f"{other}_{name}"), rel=1e-9
+            )
+    assert quantity(mirrored, THICKNESS) == pytest.approx(quantity(problem, THICKNESS), rel=1e-9)
+
+
+@pytest.mark.parametrize("rotation", ["cw", "ccw"])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_curves_of_both_flanks_have_the_digits_of_fifty(motion, rotation):
+    """From the path of each roller's centre alone, with its derivatives, on the first half of a rise."""
+    scene = rib(np.random.default_rng(5), motion)
+    scene["cam"]["rotation"], scene["motion"][0]["law"] = rotation, "poly345"
+    problem = resolve_design(Scene.from_dict(scene))
+    design, lift = problem.design, problem.programme.lift
+    case = Case(problem.setup, problem.programme, design)
+    with mpmath.workdps(50):
+        size, d, radius, l = (  # noqa: E741
+            mpmath.mpf(float(each[0]))
+            for each in (design.size, design.roller_spacing, design.roller_radius, design.arm_length)
+        )
+        span, sense = mpmath.mpf(float(scene["motion"][0]["angle"])) * mpmath.pi / 180, int(design.sense)
+
+        def path(which, theta):
+            x = theta / span
+            y = mpmath.mpf(lift) * (10 * x**3 - 15 * x**4 + 6 * x**5)
+            side = 1 if which == 0 else -1
+            if motion == "translating":
+                return mpmath.mpc(size * theta, y + side * d / 2)
+            psi = y - mpmath.mpf(lift) / 2 + side * mpmath.asin(d / (2 * l))
+            return mpmath.mpc(size * theta - sense * l * mpmath.cos(psi), l * mpmath.sin(psi)), psi
+
+        for theta in (0.11, 0.4, 0.63):
+            for which, contact in enumerate(contacts_of(problem.setup)):
+                at = at_contact(case, contact)
+                points = [path(k, mpmath.mpf(theta)) for k in (0, 1)]
+                if motion == "translating":
+                    way, place = mpmath.mpc(0, 1), lambda t, k=which: path(k, t)
+                else:
+                    psi = points[which][1]
+                    way, place = (
+                        mpmath.mpc(sense * mpmath.sin(psi), mpmath.cos(psi)),
+                        lambda t, k=which: path(k, t)[0],
+                    )
+                    points = [each[0] for each in points]
+                first, second = (mpmath.diff(place, mpmath.mpf(theta), n) for n in (1, 2))
+                normal = mpmath.mpc(0, 1) * first / abs(first) * (1 if which == 0 else -1)
+                seen = normal * mpmath.conj(way) * (1 if which == 0 else -1)
+                tangent = abs(seen.imag / seen.real)
+                bend = -mpmath.im(mpmath.conj(first) * second) / abs(first) ** 3 * (1 if which == 0 else -1)
+                thick = mpmath.re((points[which] - points[1 - which]) * mpmath.conj(normal)) - 2 * radius
+                state = problem.programme.state(np.array([theta]))
+                ((thickness, _),) = EFFECT.peaks(at.setup)[THICKNESS].curves
+                made = {at.setup.mechanism.pressure: tangent, at.setup.mechanism.curvature: bend, thickness: thick}
+                for make, exact in made.items():
+                    value = float(np.squeeze(curve(make(at.designs, at.programme), ..., state)[0]))
+                    found = abs(value) if make is at.setup.mechanism.pressure else value
+                    assert found == pytest.approx(float(exact), rel=1e-11, abs=1e-14)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_mass_of_a_ribbed_cam_is_that_of_its_core_and_of_slices_of_its_rib(motion):
+    """Slices at radii through the rib, each the area between both flanks, cut at the slope that it has there."""
+    problem = problems(motion)[1]
+    design, angles = problem.design, np.linspace(0.0, 2.0 * np.pi, 20_001)
+    mean, radius = design.size[0], design.roller_radius[0]
+    core, top = mean - PART["rib_height"] / 2, mean + PART["rib_height"] / 2
+    pitch = centres(problem, angles)
+    shares, weights = np.polynomial.legendre.leggauss(8)
+    volume = polar = 0.0
+    for share, weight in zip(shares, weights, strict=True):
+        here = mean + share * (top - mean)
+        area = 0.0
+        for side, points in zip((1.0, -1.0), pitch, strict=True):
+            slice_ = points.real * here / mean + 1j * points.imag
+            normal = 1j * np.gradient(slice_, angles)
+            flank = slice_ - side * radius * normal / np.abs(normal)
+            area += side * np.sum((flank.imag[1:] + flank.imag[:-1]) / 2 * np.diff(flank.real))
+        volume += weight * (top - mean) * area
+        polar += weight * (top - mean) * area * here**2
+    bore = PART["bore"] / 2
+    solid = np.pi * (core**2 - bore**2) * PART["thickness"], np.pi / 2 * (core**4 - bore**4) * PART["thickness"]
+    density = PART["density"] * 1e-9
+    assert quantity(problem, "cam_mass_kg") == pytest.approx(density * (solid[0] + volume), rel=1e-7)
+    assert quantity(problem, "cam_inertia_kg_m2") == pytest.approx(density * 1e-6 * (solid[1] + polar), rel=1e-7)
+
+
+def test_each_flank_bears_the_force_of_its_sign_and_a_preload_is_on_both():
+    """Hertz's stress at dense cam angles: N from the force and the slope, the curvature from the flanks."""
+    scene = rib(np.random.default_rng(2), "translating")
+    scene["follower"]["dynamics"] = {"mass": 5.0, "load": 40.0}
+    scene["materials"] = {"cam": "steel", "follower": "steel", "face_width": 12}
+    angles, modulus = np.linspace(0.0, 2.0 * np.pi, 7201), 207e3 / (1 - 0.292**2) / 2
+    for drive, preload in ({}, 0.0), ({"interference": 0.01, "stiffness": 40e3}, 400.0):
+        problem = resolve_design(
+            Scene.from_dict({**scene, "drive": {"kind": "rib", **drive}, "outputs": ["hertz"]})
+        )
+        y1, y2 = problem.programme.at(angles)[1:3]
+        force = 5e-3 * (300 * np.pi / 30) ** 2 * y2 + 40.0
+        slope = y1 / problem.design.size[0]
+        bend = -y2 / problem.design.size[0] ** 2 / (1 + slope**2) ** 1.5
+        radius = problem.design.roller_radius[0]
+        for place, sign in zip(PLACES, (1.0, -1.0), strict=True):
+            shared = sign * force / 2 + np.maximum(np.abs(force) / 2, preload)
+            normal = shared * np.sqrt(1 + slope**2)
+            hollow = radius * (1 - radius * sign * bend)
+            stress = np.sqrt(normal / 12 * modulus / np.pi / hollow).max()
+            assert quantity(problem, f"{place}_contact_stress_max_MPa") == pytest.approx(stress, rel=1e-6)
+
+
+def test_rollers_of_a_rib_roll_on_their_flanks_without_turning_round():
+    scene = camopt.Scene.from_dict(
+        {**rib(np.random.default_rng(3), "oscillating"), "outputs": ["surface", "frame"]}
+    )
+    problem, row = resolve_design(scene), camopt.evaluate(scene)
+    angles = np.linspace(0.0, 2.0 * np.pi, 20_001)
+    y1 = problem.programme.at(angles)[1]
+    omega, radius = 300 * np.pi / 30, problem.design.roller_radius[0]
+    fastest = 0.0
+    for points, sign in zip(centres(problem, angles), (1.0, -1.0), strict=True):
+        speed = np.abs(np.gradient(points, angles))
+        spin = speed / radius - sign * problem.design.sense * y1  # against the arm, which turns over the mantle
+        fastest = max(fastest, np.abs(spin[1:-1]).max())
+    assert row["roller_speed_max_rpm"] == pytest.approx(fastest * omega * 30 / np.pi, rel=1e-5)
+    assert row["subtending_angle_deg"] == pytest.approx(
+        np.degrees(2 * np.arcsin(problem.design.roller_spacing[0] / 2 / problem.design.arm_length[0])), rel=1e-12
+    )
+    assert not [name for name in row if name.startswith(("slip", "skidding", "groove_length", "self_crossing"))]
+
+
+def test_a_clearance_is_crossed_as_in_a_groove_and_taken_off_the_rib():
+    """The flanks of both have one slope at each cam angle; a rib with none is thicker by it."""
+    scene = rib(np.random.default_rng(6), "translating")
+    scene["follower"]["dynamics"] = {"mass": 3.0}
+    scene["outputs"] = ["rib_thickness_min_mm"] + [
+        f"crossing_{n}" for n in ("count", "speed_max_m_s", "time_max_ms")
+    ]
+    loose, tight = ({**scene, "drive": {"kind": "rib", **more}} for more in ({"clearance": 0.04}, {}))
+    found = camopt.evaluate(Scene.from_dict(loose))
+    tight = Scene.from_dict({**tight, "outputs": [THICKNESS]})
+    assert found[THICKNESS] == pytest.approx(camopt.evaluate(tight)[THICKNESS] - 0.04, abs=1e-12)
+    groove = {**scene, "drive": {"kind": "groove", "clearance": 0.04}, "outputs": scene["outputs"][1:]}
+    groove["follower"] = {k: v for k, v in scene["follower"].items() if k != "roller_spacing"}
+    alike = camopt.evaluate(Scene.from_dict(groove))
+    assert {name: found[name] for name in alike if name.startswith("crossing")} == {
+        name: alike[name] for name in alike if name.startswith("crossing")
+    }
+
+
+def test_the_smallest_rib_is_that_of_a_scan():
+    scene = rib(np.random.default_rng(7), "oscillating")
+    del scene["cam"]["mean_radius"]
+    scene["limits"] = {"pressure_angle": 40, "rib_thickness_min_mm": 6, "curvature_radius": 4}
+    search = {"mean_radius": {"start": 30, "stop": 200}}
+    best = camopt.optimise(Scene.from_dict({**scene, "search": search})).best
+    held = [
+        size
+        for size in np.linspace(best["mean_radius_mm"] * 0.97, best["mean_radius_mm"] * 1.03, 25)
+        if camopt.evaluate(Scene.from_dict({**scene, "cam": {**scene["cam"], "mean_radius": size}}))["feasible"]
+    ]
+    assert best["mean_radius_mm"] <= min(held) <= best["mean_radius_mm"] * 1.003
+
+
+BAD = {
+    "rollers that overlap": ({"follower.roller_spacing": 10.0}, "above the diameter of the rollers .* rib between"),
+    "no spacing": (
+        {"follower.roller_spacing": None},
+        r"follower\.roller_spacing: missing; a ribbed cylindrical cam",
+    ),
+    "a spacing without a rib": (
+        {"drive.kind": "groove"},
+        r"follower\.roller_spacing = .*: a cylindrical cam .* none",
+    ),
+    "a depth of a groove": (
+        {"part.groove_depth": 6.0},
+        r"part\.groove_depth = 6.*: a ribbed cylindrical cam has none",
+    ),
+    "a rib beyond the cylinder": ({"part": {"thickness": 30, "rib_height": 9}}, "must be above .*the rib runs"),
+    "a rib down to the axis": (
+        {"part.rib_height": 190.0},
+        r"part\.rib_height = 190.*: must be below twice the mean",
+    ),
+    "both clearance and interference": (
+        {"drive.clearance": 0.02, "drive.interference": 0.01, "drive.stiffness": 1e4},
+        r"drive\.clearance = 0\.02: there is none between contacts with an interference",
+    ),
+    "a knife": ({"follower.contact": "knife", "follower.roller_radius": None}, "must be .*groove"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_rib_that_cannot_be_gets_one_clear_message(name):
+    changes, message = BAD[name]
+    scene = Scene.from_dict(rib(np.random.default_rng(3), "translating"))
+    with pytest.raises(BadInput, match=message):
+        resolve_design(scene.replace(**changes))
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_files_have_both_flanks_and_each_has_its_steel_on_the_side_of_the_rib(motion, tmp_path):
+    """Read back, rollers of the rigid follower are at their distance from the drawn flanks at 360 angles."""
+    scene = Scene.from_dict(rib(np.random.default_rng(11), motion)).replace(**{"part": PART, "cam.rpm": None})
+    problem = resolve_design(scene)
+    camopt.export(scene, tmp_path / "rib.dxf", chord=0.002, curves="polyline")
+    space = ezdxf.readfile(tmp_path / "rib.dxf").modelspace()
+    for layer, centre in zip(("PROFILE", "SECOND_PROFILE"), centres(problem, ANGLES), strict=True):
+        (line,) = space.query(f'LWPOLYLINE[layer=="{layer}"]')
+        drawn = shapely.LineString(line.get_points("xy"))
+        inside = (centre.real > drawn.bounds[0] + 25.0) & (centre.real < drawn.bounds[2] - 25.0)
+        distance = shapely.distance(shapely.points(centre.real, centre.imag), drawn)
+        assert np.abs(distance - problem.design.roller_radius[0])[inside].max() < 0.003
+    points = camopt.cam_points(scene, np.arange(0.0, 360.0, 5.0))
+    xy = [points[f"{name}_x_mm"] + 1j * points[f"{name}_y_mm"] for name in ("profile", "second_profile")]
+    normals = [points[f"{n}_normal_x"] + 1j * points[f"{n}_normal_y"] for n in ("profile", "second_profile")]
+    assert np.all(((xy[0] - xy[1]) * normals[0].conj()).real > 0.0)
+    assert np.all(((xy[1] - xy[0]) * normals[1].conj()).real > 0.0)
+    for name, place in zip(("profile", "second_profile"), PLACES, strict=True):
+        sharpest = 1.0 / points[f"{name}_curvature_per_mm"].max()
+        assert sharpest == pytest.approx(quantity(problem, f"{place}_profile_radius_min_mm"), rel=0.05)
+    with pytest.raises(BadInput, match=r"a \.pdf file of a rib is not written yet; its flanks are in \.dxf, \.svg"):
+        camopt.export(scene, tmp_path / "rib.pdf")
