@@ -27,7 +27,7 @@ PITCH_PAIR = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.curvature is None:
         return (CONVEX, "undercut")
-    return (*PITCH_PAIR, CONVEX, "undercut", *(() if setup.mechanism.two_sided else (CUTTER,)))
+    return (*PITCH_PAIR, CONVEX, "undercut", *(() if setup.mechanism.cut_as_by_roller else (CUTTER,)))
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -48,7 +48,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         CONVEX: Peak(curves, goal, ConvexRadius(), sharp, extremes=PITCH_PAIR, open_at_zero=True),
         CUTTER: Peak(curves, LEAST, Cutter(), notched, extremes=PITCH_PAIR),
     }
-    return {name: found[name] for name in found if name != CUTTER or not both}
+    return {name: found[name] for name in found if name != CUTTER or not mechanism.cut_as_by_roller}
 
 
 def is_pointed(programme: Programme) -> bool:
@@ -110,7 +110,7 @@ def _trace_point(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     columns: dict[str, Any] = {CONVEX: Bounded(radius - roller, inwards, radius)}
     if "undercut" in wanted:
         columns["undercut"] = np.where(roller > 0.0, np.maximum(most, 0.0), 0.0) * roller >= 1.0
-    if CUTTER in wanted and not both:
+    if CUTTER in wanted and not case.setup.mechanism.cut_as_by_roller:
         radius, inwards = _radius(-least, -lowest)
         columns[CUTTER] = Bounded(roller + radius, inwards, roller + radius)
     return columns

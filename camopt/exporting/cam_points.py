@@ -279,7 +279,7 @@ WRITERS = {".csv": _write_csv, ".parquet": _write_parquet, ".xlsx": _write_workb
 def check_cutter(problem: Problem, radius: float | None) -> None:
     if radius is None:
         return
-    widest = problem.half_width if problem.setup.mechanism.two_sided else _deepest(problem)
+    widest = problem.half_width if problem.setup.mechanism.cut_as_by_roller else _deepest(problem)
     if widest <= 0.0:
         why = "has no place: no cutter reaches into the hollow corner of the profile, where the velocity jumps"
         raise BadInput([Mistake("camopt", "cutter_radius", radius, why, bare=True)])

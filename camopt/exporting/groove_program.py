@@ -1,9 +1,10 @@
-"""Programs for the groove of a cylinder: a cutter in the place of the roller, while the cam turns below it.
+"""Programs for the groove or the rib of a cylinder: a cutter in the place of a roller, while the cam turns below.
 
 At each cam angle the axis of the roller is square to that of the cam: at a height along it, and beside it by
 what an arm has swung away from the line of contact. A cutter of the roller's radius that takes these places cuts
 the walls that the roller touches, at every depth. A smaller one cannot: shifted along the normal of the developed
-curve it would cut walls that are true at the mean radius alone. So it roughs.
+curve it would cut walls that are true at the mean radius alone. So it roughs. Beside a rib it goes round twice, in
+the place of each of both rollers.
 
 The axis of the cam is along X of the machine, which turns it about A, and the cutter along Z; or along Z, C and X.
 From one place to the next all axes move evenly. Over a step h of the cam angle the cutter is off its place by
@@ -24,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.contour.curve import CamCurve, SmoothPart, curve_of, cylinder_ends
+from camopt.contour.curve import CamCurve, SmoothPart, cylinder_ends
 from camopt.exporting.cam_points import check_cutter
 from camopt.exporting.dialects import DIALECTS, Dialect
 from camopt.exporting.exported import CurveInFile, Export
@@ -113,26 +114,48 @@ class _Turning(Program):
 
 
 def write_groove(work: Workpiece, path: Path, asked: Milling) -> Export:
-    """Write a program that cuts the groove of a cylinder, in steps of its depth, one turn of the cam each.
+    """Write a program that cuts the groove or the rib of a cylinder, in steps of its depth, one turn each.
 
     The cutter goes down in the middle of the longest dwell, and every second turn is backwards. Of the settings of
-    programs it has none of those of a profile: both walls are cut at once.
+    programs it has none of those of a profile: both walls of a groove are cut at once, and each flank of a rib in
+    the place of its roller. What else is beside a rib is left.
     """
-    asked = asked if asked.depth is not None else replace(asked, depth=work.part.groove_depth)
+    asked = asked if asked.depth is not None else replace(asked, depth=_height(work))
     _check(work, asked)
     assert asked.cutter_radius is not None
     assert asked.feed is not None
     axes = AXES[asked.rotary or ROTARY_AXES[0]]
-    mean, groove = float(work.problem.design.size[0]), work.part.groove_depth
+    mean, groove = float(work.problem.design.size[0]), _height(work)
     assert groove
     outer = mean + groove / 2
-    places = _places(work, axes, asked, outer)
-    program = _Turning(
-        DIALECTS[asked.control], asked.decimals, axes, outer, on_arm=bool(np.any(places.beside != 0.0))
-    )
-    _begin(program, work, asked, places, axes)
+    every = {
+        name.replace("pitch", "cutter"): _places(work, curve, axes, asked, outer)
+        for name, curve in work.curves().items()
+        if name.endswith("pitch")
+    }
+    on_arm = any(np.any(places.beside != 0.0) for places in every.values())
+    program = _Turning(DIALECTS[asked.control], asked.decimals, axes, outer, on_arm=on_arm)
+    _begin(program, work, asked, every, axes)
     program.start(asked.tool, asked.spindle, asked.coolant, axes.radial)
     program.radially(outer + CLEARANCE)
+    for places in every.values():
+        _cut_all(program, places, asked, outer)
+    program.say(*program.words.straight)
+    program.stop(asked.spindle, asked.coolant)
+    write_text(path, program.text())
+    curves = {name: CurveInFile(len(each) - 1, "lines", each.deviation) for name, each in every.items()}
+    return Export(path, curves, notes=(*_narrower(work, asked.cutter_radius), *asked.left_out))
+
+
+def _height(work: Workpiece) -> float | None:
+    """The depth of the groove, or the height of the rib, mm."""
+    height: float | None = getattr(work.part, work.problem.setup.mechanism.body.flank_height)
+    return height
+
+
+def _cut_all(program: _Turning, places: Places, asked: Milling, outer: float) -> None:
+    """Cut in steps of the depth along places, from above the cam and back there."""
+    assert asked.feed is not None
     program.over(places)
     above = -CLEARANCE
     for level in asked.levels:
@@ -141,11 +164,6 @@ def write_groove(work: Workpiece, path: Path, asked: Milling) -> Export:
         program.through(places, asked.feed)
         places, above = places.backwards, level
     program.radially(outer + CLEARANCE)
-    program.say(*program.words.straight)
-    program.stop(asked.spindle, asked.coolant)
-    write_text(path, program.text())
-    curves = {"cutter": CurveInFile(len(places) - 1, "lines", places.deviation)}
-    return Export(path, curves, notes=(*_narrower(work, asked.cutter_radius), *asked.left_out))
 
 
 PLANE_ONLY = {
@@ -160,24 +178,24 @@ PLANE_ONLY = {
 
 def _check(work: Workpiece, asked: Milling) -> None:
     """BadInput for settings that are missing, out of range or without a meaning here."""
-    mistakes, depth = list(asked.mistakes), work.part.groove_depth
+    mistakes, depth, body = list(asked.mistakes), _height(work), work.problem.setup.mechanism.body
     for name, usual in PLANE_ONLY.items():
         if getattr(asked, name) != usual:
-            why = "has no meaning for a groove: a cutter of its width cuts both walls in one turn"
+            why = "has no meaning for a cylinder: a cutter as wide as the roller cuts what that touches in one turn"
             mistakes.append(Mistake("camopt", name, getattr(asked, name), why, bare=True))
     if depth is None:
         why = "missing: the cutter goes as deep, from a surface half of it outside of the mean radius"
-        mistakes.append(Mistake(work.scene.file, "part.groove_depth", None, why, bare=True))
+        mistakes.append(Mistake(work.scene.file, f"part.{body.flank_height}", None, why, bare=True))
     elif asked.depth is not None and asked.depth > depth:
-        mistakes.append(Mistake("camopt", "depth", asked.depth, f"at most part.groove_depth ({depth:g} mm)"))
+        mistakes.append(Mistake("camopt", "depth", asked.depth, f"at most part.{body.flank_height} ({depth:g} mm)"))
     if mistakes:
         raise BadInput(mistakes)
     check_cutter(work.problem, asked.cutter_radius)
 
 
-def _places(work: Workpiece, axes: Axes, asked: Milling, outer: float) -> Places:
+def _places(work: Workpiece, curve: CamCurve, axes: Axes, asked: Milling, outer: float) -> Places:
     """Places over one turn of the cam, so near to each other that the cutter keeps within the chord."""
-    curve, digit = curve_of(work.problem, 0.0), asked.last_digit
+    digit = asked.last_digit
     digits = np.hypot(digit, digit) / 2 + outer * np.radians(10.0**-asked.decimals) / 2
     if asked.chord <= digits:
         why = f"above {digits:.2g} mm: so much is in the digits of the program"
@@ -187,7 +205,8 @@ def _places(work: Workpiece, axes: Axes, asked: Milling, outer: float) -> Places
     found = curve.mechanism.contact(design, curve.programme.lift, angles, y, y1)
     beside = (found.x - design.size * angles) * (-design.sense * axes.lateral)
     low = cylinder_ends(work.problem, work.part.thickness)[0] if work.part.thickness else 0.0
-    return Places(found.y - low, beside + 0.0 * angles, -design.sense * np.degrees(angles), deviation + digits)
+    height, turned = curve.mirror * found.y + curve.level, -design.sense * np.degrees(angles)
+    return Places(height - low, beside + 0.0 * angles, turned, deviation + digits)
 
 
 def _steps(curve: CamCurve, wanted: float) -> tuple[FloatArray, float]:
@@ -237,15 +256,17 @@ def _middle_of_dwell(curve: CamCurve) -> float:
     return (longest.start + longest.end) / 2
 
 
-def _begin(program: Program, work: Workpiece, asked: Milling, places: Places, axes: Axes) -> None:
+def _begin(program: Program, work: Workpiece, asked: Milling, every: dict[str, Places], axes: Axes) -> None:
     """The head of the program, with what it is of."""
     zero = "lower end of the cylinder" if work.part.thickness else "middle of the roller at the start of the motion"
     assert asked.cutter_radius is not None
-    radius, off = map(with_shown_unit, (asked.cutter_radius, places.deviation))
+    furthest, lines = max(each.deviation for each in every.values()), sum(len(each) - 1 for each in every.values())
+    radius, off = map(with_shown_unit, (asked.cutter_radius, furthest))
+    what = work.problem.setup.mechanism.body.flank_height.partition("_")[0]
     program.say(*program.words.start)
     program.comment(work.part.name or "cam")
-    program.comment(f"camopt {VERSION}; groove, cutter radius {radius}")
-    program.comment(f"cutter: {len(places) - 1} lines, within {off}")
+    program.comment(f"camopt {VERSION}; {what}, cutter radius {radius}")
+    program.comment(f"cutter: {lines} lines, within {off}")
     program.comment(f"{axes.along} zero: {zero}; Y and {axes.radial} zero: axis of the cam")
     program.comment(f"{axes.rotary} in deg: where the cutter is on the cam, right-handed about {axes.along};")
     program.comment(f"{axes.rotary} zero: cam angle 0 below the cutter")
@@ -254,7 +275,10 @@ def _begin(program: Program, work: Workpiece, asked: Milling, places: Places, ax
 
 
 def _narrower(work: Workpiece, cutter_radius: float) -> Iterator[str]:
-    """A note on a cutter that is not as wide as the groove."""
-    left = work.problem.half_width - cutter_radius
+    """Notes on a cutter that is not as wide as the groove, and on what a rib has beside it."""
+    left, wide = work.problem.half_width - cutter_radius, "the groove"
+    if work.problem.setup.mechanism.further:
+        wide = "the rollers"
+        yield "what is further from the rib than the cutter reaches is not cut away: turn or mill it away before"
     if left > 0.0:
-        yield f"the cutter is narrower than the groove: it roughs, and leaves {with_shown_unit(left)} on each wall"
+        yield f"the cutter is narrower than {wide}: it roughs, and leaves {with_shown_unit(left)} on each wall"

@@ -51,9 +51,8 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
     sampled = _Sampled(picture.scene, picture.problem, degrees)
     columns = {}
     for panel in [*dynamics_panels(sampled), *load_panels(sampled, every=True)]:
-        name = load_column(
-            panel.quantity or CONTACT[0]
-        )  # its extremes are no quantities where two contacts share it
+        # the extremes of a force that two contacts share are no quantities
+        name = load_column(panel.quantity or CONTACT[0])
         if panel.other is None:
             columns[name] = _at_angles(sampled, panel.values)
         else:

@@ -253,8 +253,10 @@ def inspect_pair(
     ('subtending angle', 90.602, True)
     """
     problem = resolve_design(scene)
-    if not problem.setup.mechanism.further:
-        why = "has one contact with the cam: a pair of contacts is that of a conjugate pair or a yoke"
+    mechanism = problem.setup.mechanism
+    if not mechanism.further or mechanism.body.developed:
+        has = "has one contact with the cam" if not mechanism.further else "has a rib between its rollers"
+        why = f"{has}: a pair of contacts is that of a conjugate pair or a yoke"
         raise BadInput([Mistake(problem.file, "follower", None, why, bare=True)])
     discs = inspected(
         profiles, scene, TableColumns(columns, angle_unit, lift_unit or "mm", turn), keep_outliers, aligned

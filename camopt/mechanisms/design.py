@@ -324,6 +324,12 @@ class Mechanism:
         """Whether each bend of the pitch curve is a bulge of one flank and a hollow of another."""
         return len({flank.side for flank in self.flanks}) > 1
 
+    @property
+    def cut_as_by_roller(self) -> bool:
+        """Whether nothing larger than the roller cuts its flanks: both of a groove, and those of a cylinder at each
+        depth."""
+        return self.two_sided or self.body.developed
+
     def bulge(self, flank: Flank) -> float:
         """1 if κ > 0 of the pitch curve bends a flank towards the follower, −1 if away from it."""
         return -flank.side * self.body.convex

@@ -1,8 +1,8 @@
 """Cylindrical cam with a rib, which two rollers of one follower have between them.
 
 The rollers have the same radius, and their centres stand at the distance d, ``roller_spacing``: beyond the rib and
-before it along the follower's motion, on one line square to the mantle (oscillating: on arms of the length l, at
-the angles ±½δ from the middle between them). Each cuts a flank of its own, and has a pitch curve of its own: that
+before it, on a line along the cam's axis (oscillating: on arms of the length l, at the angles ±½δ from the middle
+between them). Each cuts a flank of its own, and has a pitch curve of its own: that
 of an ordinary roller with the motion
 
     translating: y ± d/2,      oscillating: ψ ± δ/2,  sin(δ/2) = d/(2l)

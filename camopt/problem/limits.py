@@ -184,7 +184,7 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     limits += [] if asked.face_reach is None else _face_reach(asked.face_reach, setup)
     limits += of({"outer_radius": outline.RADIUS} if mechanism.outline is not None else {})
     limits += of({"curvature_radius": CONVEX})
-    limits += of({"cutter_radius": CUTTER} if not (mechanism.flat_faced or mechanism.two_sided) else {})
+    limits += of({"cutter_radius": CUTTER} if not (mechanism.flat_faced or mechanism.cut_as_by_roller) else {})
     limits += of({key: limited_quantity(key, setup) for key in (*PART_LIMITS, *ERROR_LIMITS)})
     limits += of({name: name for name in named if name in BOUNDED and name not in LOAD_LIMITS})
     limits += _implied(setup)

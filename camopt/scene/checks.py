@@ -370,8 +370,9 @@ def _limits(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator
             limits["cutter_radius"],
             "a flat face makes no hollow flanks: any cutter will do",
         )
-    elif limits.get("cutter_radius") is not None and mechanism.two_sided:
-        why = "the flanks of a groove are cut with at most the radius of its roller: choose follower.roller_radius"
+    elif limits.get("cutter_radius") is not None and mechanism.cut_as_by_roller:
+        what = "rib" if mechanism.further else "groove"
+        why = f"the flanks of a {what} are cut with at most the radius of its roller: choose follower.roller_radius"
         yield "limits.cutter_radius", limits["cutter_radius"], why
     for key in ("velocity", "acceleration", "jerk"):
         if limits.get(key) is not None and all(at(data, speed) is None for speed in _both("cam.rpm")):

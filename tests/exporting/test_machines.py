@@ -197,6 +197,38 @@ def test_a_program_of_four_axes_cuts_the_walls_of_a_groove(tmp_path, control, ro
         assert machine.minutes == pytest.approx((2 * length + 5.0 + depth) / 250.0, rel=1e-4)
 
 
+def test_a_program_of_a_rib_goes_round_each_flank_in_the_place_of_its_roller(tmp_path):
+    """Both turns together stay at the radius of the roller from every point of both flanks, at its foot and top."""
+    scene = find_scene("bottle-filler-by-rib")
+    roller, height = scene.follower.roller_radius, scene.part.rib_height
+    found = export(
+        scene, tmp_path / "cam.nc", cutter_radius=roller, feed=250.0, tool=3, spindle=900.0, depth_step=9.0
+    )
+    assert {*found.curves} == {"cutter", "second_cutter"}
+    outer = scene.cam.mean_radius + height / 2
+    states = np.array(run_turning((tmp_path / "cam.nc").read_text(), "iso", "X", "Z", "A", clear=outer).states)
+    lowest = states[states[:, 2] == states[:, 2].min()]
+    assert lowest[0, 2] == pytest.approx(outer - height)
+    rib, low = (
+        carved(Workpiece(scene, resolve_design(scene))),
+        cylinder_ends(resolve_design(scene), scene.part.thickness)[0],
+    )
+    turns = np.split(lowest, np.flatnonzero(np.abs(np.diff(lowest[:, 0])) > roller) + 1)
+    assert len(turns) == 2
+    for turn, side in zip(turns, WALL_SIDES[::-1], strict=True):
+        turn = turn[np.argsort(turn[:, 3])]
+        even = np.linspace(turn[0, 3], turn[-1, 3], 14_401)
+        high, ways = np.interp(even, turn[:, 3], turn[:, 0]), np.pi / 2 + np.radians(even)
+        for span in rib.curve.spans:
+            angles = np.linspace(span.start, span.end, 7)[1:-1]
+            for radius in rib.radii[[0, -1]]:
+                x, y, z = rib.points(rib.wall(span, angles, np.array([radius]), side))[:, 0].T
+                away = np.arctan2(y, x)[:, None] - ways
+                gaps = np.hypot(radius * np.sin(away), z[:, None] - low - high)
+                gaps[np.cos(away) < 0.0] = np.inf
+                assert gaps.min(axis=1) == pytest.approx(roller, abs=found.curves["cutter"].deviation_mm + 1e-5)
+
+
 def test_a_cutter_that_is_smaller_than_the_roller_roughs(tmp_path):
     found = export(GROOVES["oscillating"](), tmp_path / "cam.nc", cutter_radius=7.0, feed=100.0)
     assert "the cutter is narrower than the groove: it roughs, and leaves 1 mm on each wall" in found.notes
