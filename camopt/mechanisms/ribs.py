@@ -73,6 +73,9 @@ def _with_rib(mechanism: Mechanism) -> Mechanism:
     """The mechanism of a grooved cylinder as that of a rib between two rollers."""
 
     def ahead(make: Any, factor: float = 1.0) -> Any:
+        if not mechanism.motion.angular and factor == 1.0:
+            return make  # which is the same wherever a follower that translates is
+
         def made(designs: Designs, programme: Programme) -> Ahead:
             zero = designs.size * 0.0
             return Ahead(make(designs, programme), half_spacing(mechanism, designs) + zero, zero + factor)
