@@ -423,7 +423,8 @@ class InspectedDisc:
         rate = float(self._rate[place]) * unit
         found = self._outliers[1] - self._outliers[2] * apart
         largest = float(np.abs([*rest, *found]).max())
-        yield ToleranceUse("profile", "mm", largest, given.profile, rate * float(rest[place] * answer))
+        most = self.scene.whole_part.profile_tolerance
+        yield ToleranceUse("profile", "mm", largest, most, rate * float(rest[place] * answer))
         if given.profile is not None and (self.waves.waves or given.waves):
             allowed = None if given.waves is None else float(given.waves)
             yield ToleranceUse("waves", "", self.waves.count_within(given.profile), allowed, None)

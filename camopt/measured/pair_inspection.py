@@ -63,6 +63,8 @@ class PairInspection(HasHtml):
         Of it: deg or mm.
     drawn : float
         What the drawing has of it.
+    allowed : float or None
+        By how much it may be off either way, if each profile may be off by its tolerance; None where it has none.
     angles : ndarray
         Cam angles, deg, in their order.
     off : ndarray
@@ -89,6 +91,7 @@ class PairInspection(HasHtml):
     quantity: str
     unit: str
     drawn: float
+    allowed: float | None
     angles: FloatArray
     off: FloatArray
     interference: float
@@ -112,6 +115,11 @@ class PairInspection(HasHtml):
         return self.most.value - self.least.value
 
     @property
+    def within(self) -> bool | None:
+        """Whether it is off by no more than is allowed; None where nothing is said of that."""
+        return None if self.allowed is None else bool(np.abs(self.off).max() <= self.allowed)
+
+    @property
     def left(self) -> Extreme:
         """The least interference that is left, deg or mm; below 0 the largest clearance."""
         return self._least_of(self.interference + self.off)
@@ -129,7 +137,10 @@ class PairInspection(HasHtml):
 
     def table(self) -> Table:
         """What both contacts are apart, and what is left of interference and preload."""
-        rows = [[self.quantity, with_unit(self.drawn, self.unit), *self._ends(self.off, self.unit)]]
+        drawn = with_unit(self.drawn, self.unit)
+        if self.allowed is not None:
+            drawn += f" ± {number(self.allowed)}"
+        rows = [[self.quantity, drawn, *self._ends(self.off, self.unit)]]
         if self.interference:
             left = self._ends(self.interference + self.off, self.unit)
             rows.append(["interference", with_unit(self.interference, self.unit), *left])
@@ -154,6 +165,8 @@ class PairInspection(HasHtml):
         """What the table does not say, a sentence each."""
         left, spare = self.left, self.spare
         told = [f"The {self.quantity} varies by {with_unit(self.variation, self.unit)}"]
+        if self.within is not None:
+            told.append(f"{'Within' if self.within else 'Beyond'} what the tolerance of the profile allows")
         if left.value > 0.0:
             told.append(f"At rest both contacts press, with at least {with_unit(left.value, self.unit)}")
         else:
@@ -171,9 +184,11 @@ class PairInspection(HasHtml):
             "quantity": self.quantity,
             "unit": self.unit,
             "drawn": self.drawn,
+            "allowed": self.allowed,
             "least": self.least._asdict(),
             "most": self.most._asdict(),
             "variation": self.variation,
+            "within": self.within,
             "interference": self.interference,
             "left": self.left._asdict(),
             "preload_least": None if self.preload is None else float(self.preload.min()),
@@ -275,13 +290,14 @@ class _Both:
     def found(self) -> PairInspection:
         """What is told of them."""
         angular = self.problem.setup.angular
-        unit = degrees(1.0) if angular else 1.0
+        unit, tolerance = degrees(1.0) if angular else 1.0, self.scene.whole_part.profile_tolerance
         return PairInspection(
             self.scene,
             tuple(each.found() for each in self.discs),
             self._quantity,
             "deg" if angular else "mm",
             unit * self._drawn,
+            None if tolerance is None else unit * tolerance * float(self._at_angles(self._answers).max()),
             np.degrees(self.angles),
             unit * self.off,
             self.scene.drive.interference or 0.0,
@@ -289,25 +305,31 @@ class _Both:
             self._needed,
         )
 
-    @cached_property
-    def errors(self) -> list[tuple[FloatArray, FloatArray]]:
-        """Cam angles (rad) of each contact, and errors of its own motion there, mm (rad)."""
-        each = [(disc.places, disc.errors) for disc in self.discs]
-        if len(each) == 1:
-            ((angles, errors),) = each
-            return [*each, (np.mod(angles + np.pi, 2.0 * np.pi), errors)]
-        return each
+    @property
+    def _places(self) -> list[FloatArray]:
+        """Cam angles of the points at each contact, rad; of a yoke those of its one disc, and half a turn later."""
+        first, *others = (disc.places for disc in self.discs)
+        return [first, *others] if others else [first, np.mod(first + np.pi, 2.0 * np.pi)]
 
     @cached_property
     def angles(self) -> FloatArray:
         """The cam angles of all points, rad."""
-        return np.unique(np.concatenate([angles for angles, _ in self.errors]))
+        return np.unique(np.concatenate(self._places))
+
+    def _at_angles(self, values: Sequence[FloatArray]) -> FloatArray:
+        """The sum at both contacts of what is known at the points of each disc."""
+        both = zip(self._places, [*values] * 2, strict=False)
+        return np.asarray(sum(np.interp(self.angles, *each, period=2.0 * np.pi) for each in both))
 
     @cached_property
     def off(self) -> FloatArray:
         """s, mm (rad)."""
-        each = [np.interp(self.angles, *errors, period=2.0 * np.pi) for errors in self.errors]
-        return np.asarray(np.sum(each, axis=0))
+        return self._at_angles([disc.errors for disc in self.discs])
+
+    @property
+    def _answers(self) -> list[FloatArray]:
+        """How far each disc moves its contact by a profile that stands out by 1 mm, mm (rad)."""
+        return [disc.answers[0] for disc in self.discs]
 
     @property
     def _quantity(self) -> str:

@@ -12,6 +12,8 @@ import camopt
 from camopt import BadInput, MeasuredProfile, Scene, cam_points, find_scene, inspect_pair
 from camopt.cli.main import main
 from camopt.problem.problem import resolve_design
+from camopt.sheet.cam import TrueCam
+from camopt.sheet.two_contacts import apart
 
 DEGREES = np.arange(0.0, 360.0, 0.5)
 NAMES = ("profile", "second_profile")
@@ -57,9 +59,23 @@ def test_exact_points_hold_the_contacts_as_far_apart_as_drawn(kind, form):
     if kind != "translating":  # the offsets of this pair are not the same
         names = {"oscillating": "subtending_angle_deg", "breadth": "breadth_mm", "diameter": "roller_distance_mm"}
         assert found.drawn == pytest.approx(known[names[kind]])
+    assert (found.allowed, found.within) == (None, None)
     name = "N_m" if kind == "oscillating" else "N"
     assert found.preload.min() == pytest.approx(known[f"pair_preload_{name}"], rel=2e-3)
     assert found.needed.max() == pytest.approx(known[f"pair_preload_required_{name}"], rel=1e-4)
+
+
+@pytest.mark.parametrize("name", ["press-feed-by-pair", "pump-of-constant-breadth"])
+def test_what_is_allowed_is_what_the_sheet_says(name):
+    scene, names = find_scene(name), NAMES
+    points = cam_points(scene, DEGREES)
+    given = [points[f"{each}_x_mm"] + 1j * points[f"{each}_y_mm"] for each in names if f"{each}_x_mm" in points]
+    found = inspect_pair(list(map(read_as, given)), scene)
+    sheet = apart(TrueCam(scene, resolve_design(scene)))
+    assert found.allowed == pytest.approx(sheet.varies, rel=1e-3)
+    assert found.within
+    assert f"± {found.allowed:.6g}" in found.table().rows[0][1].text
+    assert [each.used[0].allowed for each in found.discs] == [scene.part.profile_tolerance] * len(given)
 
 
 def held(scene, cut, which, theta):
