@@ -139,7 +139,7 @@ class PairInspection(HasHtml):
         """What both contacts are apart, and what is left of interference and preload."""
         drawn = with_unit(self.drawn, self.unit)
         if self.allowed is not None:
-            drawn += f" ± {number(self.allowed)}"
+            drawn += f" ± {with_unit(self.allowed, self.unit)}"
         rows = [[self.quantity, drawn, *self._ends(self.off, self.unit)]]
         if self.interference:
             left = self._ends(self.interference + self.off, self.unit)

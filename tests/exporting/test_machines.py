@@ -247,8 +247,8 @@ def test_walls_are_apart_by_roller_and_clearance(tmp_path, name):
 
 
 @pytest.mark.parametrize(("edits", "settings", "message"), [
-    ({}, {"roughing": 0.2}, "roughing = 0.2: has no meaning for a groove"),
-    ({}, {"direction": "conventional"}, "direction = 'conventional': has no meaning for a groove"),
+    ({}, {"roughing": 0.2}, "roughing = 0.2: has no meaning for a cylinder"),
+    ({}, {"direction": "conventional"}, "direction = 'conventional': has no meaning for a cylinder"),
     ({}, {"depth": 17.0}, r"depth = 17.0: must be at most part.groove_depth \(16 mm\)"),
     ({}, {"cutter_radius": 9.5}, "cutter_radius = 9.5: must be above 0 and at most 9 mm"),
     ({}, {"rotary": "B"}, "rotary = 'B': must be one of A, C"),

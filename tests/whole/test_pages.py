@@ -82,7 +82,9 @@ def test_a_scene_of_a_page_is_one(page, tmp_path, monkeypatch):
 
 
 def whole_scene_for(block):
-    """A scene that a part of another can be added to: one with a train where numbers of that are searched."""
+    """A scene that a part of another can be added to: one with a rib, or a train whose numbers are searched."""
+    if block.get("drive", {}).get("kind") == "rib":
+        return find_scene("bottle-filler-by-rib").to_dict()
     if "train" in block.get("search", {}):
         return find_scene("slide-by-bell-crank").to_dict()
     return WITHOUT_MOTION if "profile" in block else WHOLE
