@@ -60,9 +60,6 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
     choices = problem.choices
     if freed := not_varied(problem.file, [*choices.angles, *choices.numbers], "free laws take"):
         raise BadInput(freed)
-    if problem.zones:
-        why = "is for optimise, sweep and certify: free laws hold the limits of the nominal cam; leave it out"
-        raise BadInput([Mistake(problem.file, "search.robust", True, why, bare=True)])
     if not any(stroke.is_free for stroke in problem.programme.tool.strokes):
         why = "has nothing to choose: it needs a rise, a return or a move"
         raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])

@@ -34,6 +34,7 @@ from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesised import Synthesis, free_names
+from camopt.synthesis.toleranced import with_offs
 
 BOUND_STEP = 1e-4  # of a bound, in differences
 LEAST_PRICE = 1e-5  # of the objective: what a bound that does not bind may cost, by a solver's error
@@ -86,13 +87,15 @@ class PricedOptimum(NamedTuple):
     """The convex steps that end at the optimum, where curves that are not convex hold it."""
     at: Iterate | None = None
     """Where they end."""
+    sizes: tuple[float, float] = (0.0, 0.0)
+    """e and s₀ of the cam, mm."""
 
     def values(self, scene: Scene) -> tuple[float, list[FloatArray]] | None:
         """The objective and the constraints of the same programme of another scene, at this point.
 
         None if that scene has another number of curves: at its bound a limit may be one that no motion holds.
         """
-        side = _programme(by_offset(demand_of(scene))[self.number], self.margin)
+        side = _programme(_demands(scene, self.sizes)[self.number], self.margin)
         for unknown, value in zip(side.programme.unknowns, self.point, strict=True):
             unknown.value = value
         found = [side.limits.all]
@@ -104,6 +107,18 @@ class PricedOptimum(NamedTuple):
         return side.unit * side.cost, found
 
 
+def _demands(scene: Scene, sizes: tuple[float, float]) -> list[Demand]:
+    """One for each offset that a scene lists; of robust cams with what tolerances take of limits at these sizes."""
+    return [with_offs(each, *sizes) if each.problem.offs else each for each in by_offset(demand_of(scene))]
+
+
+def _sizes(scene: Scene, result: Synthesis) -> tuple[float, float]:
+    """e and s₀ of the cam of free laws, mm."""
+    demand = by_offset(demand_of(scene))[0]
+    at = iterate_in(demand, result)
+    return at.lead * demand.length, at.height * demand.length
+
+
 def _programme(demand: Demand, margin: float) -> Convex:
     """The programme of a demand, with its limits held closer by a margin."""
     return convex(tightened(demand, margin), SplineMotion)
@@ -111,7 +126,8 @@ def _programme(demand: Demand, margin: float) -> Convex:
 
 def _optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     """The optimum that a result is; None if the solver fails, or the result is none."""
-    demands = by_offset(demand_of(scene))  # one for each offset that the scene lists
+    sizes = _sizes(scene, result)
+    demands = _demands(scene, sizes)
     for margin in LIMIT_MARGINS:
         models = [_programme(demand, margin) for demand in demands]
         try:
@@ -120,7 +136,7 @@ def _optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
             continue  # with other numbers it may not fail
         number = values.index(min(values))
         if values[number] < inf:
-            found = PricedOptimum(models[number], number, margin, *_solution(models[number]))
+            found = PricedOptimum(models[number], number, margin, *_solution(models[number]), sizes=sizes)
             return found if result.convex else _local(found, result)
     return None
 

@@ -40,17 +40,23 @@ from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesised import Synthesis
+from camopt.synthesis.toleranced import with_offs
 from camopt.synthesis.unmet import contradiction, no_cam
 from camopt.tables.columns import joined_laws
 
 GENTLE_SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
 PANEL_COUNTS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails
 MISSES_SHOWN = 3  # laws whose cams miss the limits, for what they reach
+ROBUST_ROUNDS = 2  # of what tolerances take of limits: at the sizes of the optimum before
 WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
 
 def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesis:
     """Compute new motion laws for a scene, as its ``[synthesis]`` asks, and the smallest cam for them.
+
+    With ``search.robust`` the cam is a robust one, as of ``optimise``: every cam within the tolerances of its
+    numbers holds each limit. Laws hold linear limits less what tolerances of sizes take of them; the bound is that
+    of nominal cams.
 
     Parameters
     ----------
@@ -120,6 +126,7 @@ def best_of(scene: Scene, demands: Sequence[Demand], advance: Progress) -> tuple
 def _best(scene: Scene, demand: Demand, advance: Progress) -> tuple[Synthesis, Iterate]:
     """The best free laws of a demand, and their cam."""
     advance(0, 1)  # as far as is known: where the convex optimum is a cam, nothing starts from other laws
+    demand = within_tolerances(demand)
     ceilings = ceilings_of(demand)
     for first in range(len(LIMIT_MARGINS)):
         model, start, least = solved(demand, LIMIT_MARGINS[first:])
@@ -138,6 +145,15 @@ def _best(scene: Scene, demand: Demand, advance: Progress) -> tuple[Synthesis, I
         raise no_cam(scene, demand, [smallest_cams(scene_with_laws(scene, demand, each)) for each in tried])
     cam, laws = _least(found)
     return replace(cam, convex=free), laws
+
+
+def within_tolerances(demand: Demand) -> Demand:
+    """The demand of a robust cam: with limits that all cams which have to hold them do, near its optimum."""
+    found = demand
+    for _ in range(ROBUST_ROUNDS if demand.problem.offs and demand.floors else 0):
+        _, start, _ = solved(found)
+        found = with_offs(demand, start.lead * demand.length, start.height * demand.length)
+    return found
 
 
 def _least(found: Sequence[tuple[Synthesis, Iterate]]) -> tuple[Synthesis, Iterate]:

@@ -161,5 +161,30 @@ def test_what_robust_asks_for_is_said():
         camopt.sweep(scene_of("roller", search=search), keep="all")
     with pytest.raises(BadInput, match=r"leave it out with search\.robust"):
         camopt.sweep(scene_of("roller", search={**search, "refine": True}))
-    with pytest.raises(BadInput, match=r"search\.robust = True: is for optimise, sweep and certify"):
-        camopt.synthesise(scene_of("roller"))
+
+
+def test_free_laws_of_a_robust_cam_hold_its_limits_where_those_of_a_nominal_one_do_not():
+    """The least acceleration within a radius: every cam within the tolerances is proved, and scanned."""
+    asked = {"synthesis.pieces": 8, "synthesis.minimise": "acceleration", "cam.base_radius": 26}
+    scene = scene_of("roller").replace(
+        **asked, **{"limits.curvature_radius": None, "tolerances.follower.offset": 2.0}
+    )
+    found, nominal = camopt.synthesise(scene), camopt.synthesise(scene.replace(**{"search.robust": False}))
+    assert found.bound <= nominal.objective < found.objective < 1.1 * nominal.objective
+    assert (found.design["every_cam"], found.design["base_radius_mm"] <= 26.0, found.convex) == ("held", True, True)
+    assert set(camopt.certify(found.scene).values()) == {"held"}
+    assert worst_excess(found.scene) <= 0.0
+    assert camopt.optimise(nominal.scene.replace(**{"search.robust": True})).best["base_radius_mm"] > 28.0
+
+
+def test_prices_of_robust_free_laws_are_what_those_of_two_bounds_differ_by():
+    scene = scene_of("roller").replace(
+        **{"synthesis.pieces": 8, "limits.curvature_radius": None, "tolerances.follower.offset": 1.0}
+    )
+    price = next(iter(camopt.prices(camopt.synthesise(scene)).values()))[0]
+    sizes = [
+        camopt.synthesise(scene.replace(**{"limits.pressure_angle": 30 + by})).design["base_radius_mm"]
+        for by in (-0.05, 0.05)
+    ]
+    assert price.key == "limits.pressure_angle"
+    assert price.price == pytest.approx((sizes[1] - sizes[0]) / 0.1, rel=1e-3)
