@@ -67,9 +67,10 @@ def thin_walls(scene: Scene) -> list[str]:
 def no_wall(scene: Scene, base: float | None = None) -> list[str]:
     """A sentence on a disc cam whose bore or keyway is as wide as its base circle, if no wall is asked for.
 
-    ``base`` is the radius of that in mm, if not the scene's own.
+    ``base`` is the radius of that in mm, if not the scene's own. Of a pair the smaller disc counts.
     """
-    base, reach = base or scene.cam.base_radius, scene.whole_part.bore_reach
+    bases = filter(None, (base or scene.cam.base_radius, scene.drive.base_radius))
+    base, reach = min(bases, default=None), scene.whole_part.bore_reach
     if not base or scene.limits.hub_wall is not None or base - reach > NEAR_END * base:
         return []
     what = "keyway" if scene.whole_part.keyway_width else "bore"

@@ -225,3 +225,12 @@ def test_plates_of_a_pair_are_a_gap_apart_the_first_in_front():
     wide = BASES["pair"].replace(**{"part.disc_gap": 7.5, "part.hub_length": 39.5}).whole_part
     assert (wide.plates, wide.stands_on_hub) == (((23.5, 39.5), (0.0, 16.0)), False)
     assert (BASES["disc"].whole_part.plates, Part().plates) == (((0.0, 16.0),), ())
+
+
+@pytest.mark.parametrize("key", ["cam.base_radius", "drive.base_radius"])
+def test_a_disc_of_a_pair_without_a_wall_about_the_shaft_is_told(key):
+    pair = find_scene("press-feed-by-pair").replace(part=None, **{"follower.centre_distance": 130})
+    told = "the wall between bore and base circle is 0 mm"
+    for base, expected in ((25.0, True), (26.0, False)):
+        found = oddities(pair.replace(**{"drive.base_radius": 62, key: base}))
+        assert any(each.startswith(told) for each in found) == expected
