@@ -162,7 +162,7 @@ def variables_of(scene: Scene) -> tuple[Variable, ...]:
         *(
             Variable(key, "size", key, name, columns[name], sizes.get(key))
             for key, name in seconds.items()
-            if given[key] is not None or key in sizes or key in toleranced
+            if given[key] is not None or key in sizes or toleranced
         ),
         *(
             Variable(key, "shared" if key in SHARED else "number", key, key, name, numbers.get(key))

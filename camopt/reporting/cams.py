@@ -126,7 +126,7 @@ def _of_tolerances(scene: Scene, problem: Problem, prefix: str) -> list[Chapter]
     if scene.tolerances == Tolerances() or not exists:
         return []
     found = tolerance(scene)
-    tables = [table for table in (found.table(), found.margins_table()) if table is not None]
+    tables = [table for table in (found.table(), found.plays_table(), found.margins_table()) if table is not None]
     return [Chapter(_titled(prefix, "Tolerances"), tables)]
 
 

@@ -47,7 +47,7 @@ SPREADS = {"uniform": sqrt(3.0), "triangular": sqrt(6.0)}
 WITHIN = 3.0
 """The same of normal errors, at a Cpk of 1."""
 MOST_WAVES = 10_000
-ANGLES = ("phase", "face_tilt")
+ANGLES = ("phase", "face_tilt", "disc_phase")
 """Keys of tolerances that are angles of their own."""
 HALF_TURN = 180.0
 """A cam that is further off on its shaft is less off the other way, deg."""
@@ -179,6 +179,8 @@ class Tolerances(SceneTable):
     """Of the cam's angle on its shaft; deg."""
     face_tilt: Given = None
     """Of the angle of a translating flat face to the square of its motion; deg."""
+    disc_phase: Given = None
+    """Of the angle of the second disc of a conjugate pair to the first; deg."""
 
     @property
     def numbers(self) -> dict[str, Tolerance]:
@@ -232,6 +234,8 @@ def moves_tool(key: str) -> bool:
     table, _, rest = key.partition(".")
     if table == "train":
         return rest.partition(".")[2] not in CARRIED
+    if key in SECOND_FIELDS:
+        return rest not in CAM_SIZES
     return table not in NUMBERED or (table == "follower" and rest in FOLLOWER_SIZES)
 
 
@@ -303,6 +307,8 @@ def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, na
             yield f"tolerances.{key}", value, "must be an angle in deg: ISO 286 is for lengths"
     if table.get("face_tilt") is not None and (mechanism.motion.angular or not mechanism.flat_faced):
         yield "tolerances.face_tilt", None, "is for a translating follower with a flat face"
+    if table.get("disc_phase") is not None and not mechanism.second_keys:
+        yield "tolerances.disc_phase", None, "is for the two discs of a conjugate pair"
     if table.get("waves") is not None and table.get("profile") is None:
         yield "tolerances.waves", table["waves"], "goes with tolerances.profile, which is missing"
     if table.get("profile") is not None and at(data, "part.profile_tolerance") is not None:

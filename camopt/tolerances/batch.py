@@ -41,9 +41,9 @@ from camopt.tolerances.draw import beyond, drawn, parts_of
 from camopt.tolerances.largest import LargestErrors
 from camopt.tolerances.limited import is_of_errors, limited, worst_of
 from camopt.tolerances.margins import Box
-from camopt.tolerances.recontact import RealCams
 from camopt.tolerances.touching import error_ends, error_unit
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
+from camopt.tolerances.two_contacts import SECOND, cams_of, errors_at
 
 CAMS = 2**16
 """Unless told."""
@@ -320,15 +320,20 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
     if not isinstance(cams, int) or not 1 <= cams <= MOST_CAMS:
         raise BadInput([Mistake("camopt", "cams", cams, f"a whole number from 1 to {MOST_CAMS:,}")])
     problem = resolve_design(scene)
-    off = drawn(scene, problem.nominal, cams, seed)
+    pair = bool(problem.setup.mechanism.further)
+    off = drawn(scene, problem.nominal, cams, seed, partial(errors_at, problem) if pair else lambda key: [key])
     if not off:
         raise no_tolerances(problem.file)
     box, spreads = Box.of(scene, problem), tuple[Spread, ...]()
     held, samples = np.ones(cams, dtype=bool), dict(_errors_sampled(scene, off))
-    turn, moving = TurnErrors(scene, problem), {key: each for key, each in off.items() if moves_tool(key)}
+    turn = TurnErrors(scene, problem)
+    moving = {key: each for key, each in off.items() if moves_tool(key.removesuffix(SECOND))}
+    if pair and problem.setup.train is not None:  # what both contacts do comes through no train here
+        moving = {}
     largest = [*_largest(turn, moving)] if moving else []
     samples |= {each.column: Sampled(each.unit, each.sentence, each.values) for each in largest}
-    if own := {v.field: box.problem.nominal[key] + off[key] for key, v in box.variables.items() if v.is_ranged}:
+    drawn_of = {key: each for key, each in box.variables.items() if each.is_ranged and key in off}
+    if own := {v.field: box.problem.nominal[key] + off[key] for key, v in drawn_of.items()}:
         limits = [
             limit
             for limit in box.problem.without_last.limits
@@ -337,7 +342,7 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
         every = box.problem.design.take(np.zeros(cams, dtype=int)).with_values(own)
         excess, values = evaluated(box.problem, limits, every)
         held = np.all(excess <= 0.0, axis=0)
-        numbers = {key: own[v.field] for key, v in box.variables.items() if v.field in own}
+        numbers = {key: own[v.field] for key, v in drawn_of.items()}
         spreads = tuple(_spreads(limits, excess, values, numbers))
         for limit, each in zip(limits, values, strict=True):
             known = QUANTITIES[limit.shown[0]]
@@ -348,7 +353,8 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
         held &= each.values <= on_errors.get(each.column, inf)
     errors = tuple(_error(each, parts_of(moving), on_errors.get(each.column)) for each in largest)
     ends = {key: (zone.lower, zone.upper) for key, zone in error_zones(scene, problem.nominal).items()}
-    outside = int(np.count_nonzero(beyond(off, ends | error_ends(scene, problem))))
+    ends |= error_ends(scene, problem)
+    outside = int(np.count_nonzero(beyond(off, {key: ends[key.removesuffix(SECOND)] for key in off})))
     return Batch(scene, cams, seed, outside, share_of(int(np.count_nonzero(held)), cams), errors, spreads, samples)
 
 
@@ -387,7 +393,7 @@ def _largest(turn: TurnErrors, off: Off) -> Iterator[LargestOfEach]:
     """Those of displacement, velocity, acceleration, and the change in a dwell."""
     setup = turn.problem.setup
     columns = error_names(setup)
-    found = LargestErrors(RealCams(turn.problem, turn.scene.tolerances.waves or 0), tuple(off))
+    found = LargestErrors(cams_of(turn.problem, turn.scene.tolerances.waves or 0), tuple(off))
     for order, name in enumerate(NAMES):
         unit, largest = scale(setup, order), found.of_motion(off, order)
         known = not turn.unbounded(order)

@@ -24,11 +24,13 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
+from camopt.problem.variables import is_of_train
 from camopt.problem.zones import tool_zones
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import ANGLES, WITHIN, Zone
+from camopt.scene.tolerances import ANGLES, WITHIN, Tolerance, Zone
 from camopt.tolerances.draw import shared_part
 from camopt.tolerances.response import ORDERS, Responses
+from camopt.tolerances.two_contacts import PairResponses, errors_at
 
 
 class Contribution(NamedTuple):
@@ -53,17 +55,43 @@ class Contribution(NamedTuple):
 
 def contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
     """Those of the tolerances of a scene at cam angles (m,), rad."""
+    if problem.setup.mechanism.further:
+        yield from _of_pair(scene, problem, angles)
+        return
     given, answers = scene.tolerances, Responses(problem, angles)
     for key, zone in tool_zones(scene, problem.nominal).items():
-        found, tolerance = _of_number(key, answers.to_number(key), zone), given.spread[key]
-        if tolerance.batch is not None:
-            unit = radians(1.0) if key in ANGLES else 1.0
-            found = found._replace(batch=tolerance.batch, shared=shared_part(tolerance, zone, unit))
-        yield found
+        yield _in_batch(_of_number(key, answers.to_number(key), zone), key, given.spread[key], zone)
     if given.profile is not None:
         yield _of_profile(answers.to_profile, given.profile, given.waves, float(np.ptp(angles)))
     if given.bore_eccentricity is not None:
         yield _of_bore(answers.to_bore, given.bore_eccentricity)
+
+
+def _of_pair(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
+    """The same of a follower with two contacts."""
+    given, answers, turned = scene.tolerances, PairResponses(problem, angles), float(np.ptp(angles))
+    for tolerance, zone in tool_zones(scene, problem.nominal).items():
+        if is_of_train(tolerance):
+            answer = Responses(problem, angles).to_number(tolerance)
+            yield _in_batch(_of_number(tolerance, answer, zone), tolerance, given.spread[tolerance], zone)
+            continue
+        for key, at in errors_at(problem, tolerance).items():
+            found = _of_number(key, answers.to(at), zone)
+            yield _in_batch(found, tolerance, given.spread[tolerance], zone)
+    if given.profile is not None:
+        for key, at in errors_at(problem, "profile").items():
+            yield _of_profile(answers.to(at), given.profile, given.waves, turned)._replace(key=key)
+    if given.bore_eccentricity is not None:
+        x, y = (answers.through_train((first - second) / 2.0) for first, second in answers.bores)
+        yield _of_bore((x, y), given.bore_eccentricity)
+
+
+def _in_batch(found: Contribution, key: str, given: Tolerance, zone: Zone) -> Contribution:
+    """What a number contributes, with the batch that it is of."""
+    if given.batch is None:
+        return found
+    unit = radians(1.0) if key in ANGLES else 1.0
+    return found._replace(batch=given.batch, shared=shared_part(given, zone, unit))
 
 
 def _of_number(key: str, answer: FloatArray, zone: Zone) -> Contribution:

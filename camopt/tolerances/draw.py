@@ -16,7 +16,7 @@ and the error is where a share Φ(z) of its own distribution is below. Two norma
 Source: A. B. Owen, Scrambling Sobol' and Niederreiter-Xing points, J. Complexity 14 (1998).
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from math import radians
 
@@ -38,10 +38,18 @@ INSIDE = 2.0**-60, 1.0 - 2.0**-53
 Drawn = dict[str, FloatArray]
 
 
-def drawn(scene: Scene, nominal: Off, cams: int, seed: int) -> Drawn:
+def itself(key: str) -> Iterable[str]:
+    return (key,)
+
+
+def drawn(
+    scene: Scene, nominal: Off, cams: int, seed: int, each_of: Callable[[str], Iterable[str]] = itself
+) -> Drawn:
     """The errors of cams, by key of ``[tolerances]``, in mm or rad, of numbers in their units; those with two parts
-    are complex."""
-    makers, given = dict(_makers(scene, nominal)), scene.tolerances.spread
+    are complex. ``each_of`` says which errors a tolerance is of, where it is of several."""
+    made, given = dict(_makers(scene, nominal)), scene.tolerances.spread
+    of = {part: key for key in made for part in each_of(key)}
+    makers = {part: made[key] for part, key in of.items()}
     batches = sorted({each.batch for each in given.values() if each.batch is not None})
     count = sum(each for each, _ in makers.values())
     points = sobol(count + len(batches), cams, seed).T
@@ -49,8 +57,8 @@ def drawn(scene: Scene, nominal: Off, cams: int, seed: int) -> Drawn:
     found = Drawn()
     for key, (parts, make) in makers.items():
         shares = [next(own) for _ in range(parts)]
-        if key in given and (batch := given[key].batch) is not None:
-            shares = [_in_batch(shares[0], common[batch], given[key].shared)]
+        if of[key] in given and (batch := given[of[key]].batch) is not None:
+            shares = [_in_batch(shares[0], common[batch], given[of[key]].shared)]
         found[key] = make(*shares)
     return found
 
@@ -131,9 +139,8 @@ def parts_of(errors: Drawn) -> Drawn:
     found: Drawn = {}
     for key, value in errors.items():
         if np.iscomplexobj(value):
-            found |= {
-                f"{key}.{part}": each for part, each in zip(PARTS[key], (value.real, value.imag), strict=True)
-            }
+            names = PARTS[key.partition(" ")[0]]
+            found |= {f"{key}.{part}": each for part, each in zip(names, (value.real, value.imag), strict=True)}
         else:
             found[key] = np.degrees(value) if key in ANGLES else value
     return found

@@ -6,7 +6,7 @@ through three of these. What is found is the true error of the cam at some angle
 one; ``missed`` says by how much it is less on some of the cams, by a dense scan of exact errors.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,15 +19,14 @@ from camopt.motion.programme import JUMP_SIDE
 from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray, IntArray
 from camopt.tolerances.recontact import Off, RealCams
-from camopt.tolerances.response import ORDERS, Responses
+from camopt.tolerances.response import ORDERS
+from camopt.tolerances.two_contacts import responses_of
 
 NODES = 480
 """Cam angles at which the first order is looked at, at least."""
 OF_A_WAVE = 12
 """And in a wave of the profile's error."""
 DWELL_NODES = 24
-TOUCHES = 2
-"""How often the place is found anew that is touched at a cam angle."""
 AT_ONCE = 2**12
 """Cams: what is computed of them stays in the cache of a processor."""
 THREADS = 2
@@ -142,11 +141,7 @@ class LargestErrors:
         return self.cams.errors(off, self._touched(off, np.full(count_of(off), angle)), order)
 
     def _touched(self, off: Off, angles: FloatArray) -> FloatArray:
-        """The places where cams are touched at cam angles."""
-        places = angles
-        for _ in range(TOUCHES):
-            places = places - (self.cams.motion(off, places, 0).angle.terms[0] - angles)
-        return places
+        return self.cams.touched(off, angles)
 
     def _of_dwells(self, off: Off) -> FloatArray:
         def position(off: Off, places: FloatArray) -> FloatArray:
@@ -187,17 +182,8 @@ class LargestErrors:
 
     def _answers(self, places: FloatArray) -> FloatArray:
         """Those of the motion to each error, (errors, orders, places)."""
-        answers = Responses(self.cams.problem, places)
-        return np.array([row for key in self.keys for row in _rows(answers, key, self.cams.waves)])
-
-
-def _rows(answers: Responses, key: str, waves: int) -> Sequence[FloatArray]:
-    """The answers to the real and the imaginary part of an error."""
-    if key == "bore_eccentricity":
-        return answers.to_bore
-    if key == "profile":
-        return answers.to_waves(waves) if waves else (answers.to_profile,)
-    return (answers.to_number(key),)
+        answers = responses_of(self.cams.problem, places)
+        return np.array([row for key in self.keys for row in answers.rows(key, self.cams.waves)])
 
 
 def count_of(off: Off) -> int:

@@ -12,7 +12,7 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import isfinite
+from math import degrees, isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +33,8 @@ from camopt.scene.tolerances import NUMBERED, Zone
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
 from camopt.tolerances.limited import is_of_errors, limited, worst_of
+from camopt.tolerances.turn import TurnErrors
+from camopt.tolerances.two_contacts import off_apart
 from camopt.verdicts.claim_boxes import Ends
 from camopt.verdicts.limit_boxes import limit_over_box
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
@@ -41,6 +43,7 @@ GAPS = (1e-9, 1e-6, 1e-3)
 """Relative, of the worst value: by no more than this a cam may be worse, the first that is proved."""
 WORSE = 8
 """How often a worse cam than the worst so far is taken for it."""
+INTERFERENCE, NO_INTERFERENCE = "drive.interference", 1e-12
 SECONDS = 20.0
 """For the proofs of a limit."""
 
@@ -98,6 +101,8 @@ class Box:
     @classmethod
     def of(cls, scene: Scene, problem: Problem) -> "Box":
         zones = number_zones(scene, problem.nominal)
+        if INTERFERENCE in problem.nominal and problem.setup.mechanism.further:
+            zones[INTERFERENCE] = _interference(scene, problem, zones.get(INTERFERENCE))
         variables = {each.key: each for each in problem.variables if each.key in zones}
         own = {v.field: zones[key] for key, v in variables.items() if v.is_ranged}
         return cls(toleranced(exactly(replace(problem, zones=own, offs=()))), zones, variables)
@@ -208,6 +213,18 @@ class Box:
                 break
             share = larger
         return worst, None
+
+
+def _interference(scene: Scene, problem: Problem, zone: Zone | None) -> Zone:
+    """The zone of the interference with which two contacts are mounted, and of what errors of both add to it.
+
+    None of it is below 0: what a clearance does no preload tells.
+    """
+    between = off_apart(scene, problem, TurnErrors(scene, problem).nodes)
+    unit = degrees(1.0) if problem.setup.angular else 1.0
+    lower, upper = (0.0, 0.0) if zone is None else (zone.lower, zone.upper)
+    least = NO_INTERFERENCE - problem.nominal[INTERFERENCE]
+    return Zone(max(lower + unit * between.least, min(least, 0.0)), upper + unit * between.most, 0.0)
 
 
 def made_so(scene: Scene, numbers: Mapping[str, float]) -> Scene:

@@ -9,8 +9,9 @@ from camopt.drawing.style import ALARM, MUTED, ON_WHITE, PAGE_TITLE, SERIES, dre
 from camopt.effects.motion import scale
 from camopt.problem.problem import resolve_design
 from camopt.quantities.unit_systems import shown, shown_unit
-from camopt.tolerances.recontact import RealCams, off_of
+from camopt.tolerances.recontact import off_of
 from camopt.tolerances.response import ORDERS
+from camopt.tolerances.two_contacts import cams_of
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band_ends, worst, worst_ends
 
 if TYPE_CHECKING:
@@ -47,7 +48,9 @@ def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") ->
     axes.set_title(f"{NAMES[order].capitalize()} error, {shown_unit(error.unit)}", loc="left")
     axes.set(xlim=(0.0, 360.0), xticks=np.arange(0, 361, 60))
     bounded = bool(np.isfinite(worst(turn.sampled, order)).all())
-    if bounded:
+    if not turn.sampled:
+        axes.text(0.5, 0.5, "no tolerance moves the tool", transform=axes.transAxes, ha="center", color=MUTED)
+    elif bounded:
         for ends, colour, label in (
             (worst_ends(turn.sampled, order), LIGHT, "worst case"),
             (band_ends(turn.sampled, order), DARK, BAND),
@@ -65,9 +68,11 @@ def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") ->
 
 def _worst_cam(axes: Any, turn: TurnErrors, order: int, what: "MotionErrors") -> None:
     """The error of the cam whose displacement is the furthest off, by exact contact."""
+    if turn.problem.setup.mechanism.further and turn.problem.setup.train is not None:
+        return  # what both contacts do is known of the follower alone
     places = np.union1d(turn.nodes, np.linspace(0.0, turn.nodes[-1], PLACES))
     off = off_of(what.worst_case.errors, places.size)
-    cams, unit = RealCams(turn.problem), shown(scale(turn.problem.setup, order), what.errors[order].unit)
+    cams, unit = cams_of(turn.problem, 0), shown(scale(turn.problem.setup, order), what.errors[order].unit)
     with np.errstate(all="ignore"):
         angles = cams.within(cams.motion(off, places, 0).angle.terms[0])
         values = unit * cams.errors(off, places, order)

@@ -31,6 +31,10 @@ from camopt.tolerances.touching import BORE, BORE_WAY, off_by
 Off = Mapping[str, FloatArray]
 """By how much cams are off, each (n,), by key of ``[tolerances]``, in mm or rad; complex of a profile with
 waves (a + ib stands out by a·cos nφ + b·sin nφ) and of the bore's axis (x + iy in the frame of the cam)."""
+TOUCHES = 2
+"""How often the place is found anew that is touched at a cam angle."""
+TURNS = 4
+"""How often the cam angle at which a cylinder touches is found anew, by which its bore is off along the surface."""
 
 
 def off_of(errors: Mapping[str, float], count: int) -> Off:
@@ -42,10 +46,6 @@ def off_of(errors: Mapping[str, float], count: int) -> Off:
         elif key != BORE_WAY:
             found[key] = np.full(count, np.radians(value) if key in ANGLES else value)
     return found
-
-
-TURNS = 4
-"""How often the cam angle at which a cylinder touches is found anew, by which its bore is off along the surface."""
 
 
 class RealMotion(NamedTuple):
@@ -84,6 +84,13 @@ class RealCams:
     def within(self, angles: FloatArray) -> FloatArray:
         """Cam angles within the turn, rad."""
         return np.asarray(np.mod(angles, self.problem.programme.strokes[-1].end))
+
+    def touched(self, off: Off, angles: FloatArray) -> FloatArray:
+        """The places where cams are touched at cam angles."""
+        places = angles
+        for _ in range(TOUCHES):
+            places = places - (self.motion(off, places, 0).angle.terms[0] - angles)
+        return places
 
     def motion(self, off: Off, places: FloatArray, order: int) -> RealMotion:
         """The motion at these places, with derivatives up to an order."""

@@ -12,6 +12,7 @@ of 10 µm. Velocity and acceleration are those of the series of δ by the cam an
 Source: the closed loop of cam and follower (Norton, Cam Design and Manufacturing Handbook, ch. 7), varied.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -45,6 +46,14 @@ class Responses:
         if key in ANGLES:
             return self.to_phase if key == "phase" else self.to_tilt
         return self._to_link(key) if table == "train" else self.to_size(FIELDS[name])
+
+    def rows(self, key: str, waves: int) -> Sequence[FloatArray]:
+        """To an error of a key of ``[tolerances]``, to its real and its imaginary part."""
+        if key == "bore_eccentricity":
+            return self.to_bore
+        if key == "profile":
+            return self.to_waves(waves) if waves else (self.to_profile,)
+        return (self.to_number(key),)
 
     def to_size(self, field: str) -> FloatArray:
         """To a size of the follower, by field of ``Designs``, that is larger than it should be."""
@@ -113,7 +122,7 @@ class Responses:
 
     def _tool(self, found: Series) -> FloatArray:
         """What a series of the follower is at the tool."""
-        return self._terms(found if self._ratio is None else found * self._ratio)
+        return self._terms(found if self.ratio is None else found * self.ratio)
 
     def _terms(self, found: Series) -> FloatArray:
         return np.array([np.broadcast_to(found.derivative(order), self.angles.shape) for order in range(ORDERS)])
@@ -146,7 +155,7 @@ class Responses:
         return problem.setup.mechanism.shifts(problem.design, problem.programme.lift, *self._motion)
 
     @cached_property
-    def _ratio(self) -> Series | None:
+    def ratio(self) -> Series | None:
         """The ratio of the train; None without one."""
         train = self.problem.setup.train
         return None if train is None else train.joints(self._follower)[-1].ratio

@@ -28,8 +28,9 @@ from camopt.problem.problem import resolve_design
 from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
-from camopt.tables.layout import Table, table_of
+from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.contributions import Contribution, variances
+from camopt.tolerances.held import PairWorst, Play, plays
 from camopt.tolerances.margins import Box, Margin, made_so, margins_table
 from camopt.tolerances.response import ORDERS
 from camopt.tolerances.touching import error_unit
@@ -104,7 +105,9 @@ class MotionErrors(HasHtml, Drawn):
     reason : str
         Why an error is infinite; "" if none is.
     margins : tuple of Margin
-        What tolerances of sizes leave of each limit, in the order of the limits.
+        What tolerances of numbers leave of each limit, in the order of the limits.
+    plays : tuple of Play
+        Of two contacts what they are apart, and what is left of interference and preload; of a groove the backlash.
 
     Examples
     --------
@@ -121,6 +124,7 @@ class MotionErrors(HasHtml, Drawn):
     dwells: tuple[DwellError, ...]
     reason: str
     margins: tuple[Margin, ...] = ()
+    plays: tuple[Play, ...] = ()
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each of displacement, velocity and acceleration."""
@@ -156,6 +160,13 @@ class MotionErrors(HasHtml, Drawn):
     def margins_table(self) -> Table | None:
         """The limits with the worst cam's quantity, and whether every cam holds them; None without margins."""
         return margins_table(self.scene, self.margins) if self.margins else None
+
+    def plays_table(self) -> Table | None:
+        """What holds the follower from both sides; None of one that one side holds."""
+        heads = ["", "nominal", "least", "most"]
+        rows = [[each.what, *(with_unit(v, each.unit) for v in each[2:])] for each in self.plays]
+        kinds = [Cell(head, NUMERIC if head else "") for head in heads]
+        return Table.of(f"{self.scene.name}: held from both sides", kinds, rows) if rows else None
 
     def worst_cam(self, limit: str) -> Scene:
         """The scene of the worst cam that was found for a limit.
@@ -214,9 +225,10 @@ def tolerance(scene: Scene) -> MotionErrors:
     margins = Box.of(scene, turn.problem).margins
     if not (turn.sampled or scene.tolerances.numbers):
         raise no_tolerances(turn.problem.file)
-    worst_case = WorstSearch.of(turn).run() if turn.sampled else NOT_OFF
+    search = PairWorst(turn) if turn.problem.setup.mechanism.further else WorstSearch.of(turn)
+    worst_case = search.run() if turn.sampled else NOT_OFF
     errors, reason = tuple(_error(turn, order) for order in range(ORDERS)), " ".join(_reasons(turn, worst_case))
-    return MotionErrors(scene, errors, worst_case, tuple(_dwells(turn)), reason, margins)
+    return MotionErrors(scene, errors, worst_case, tuple(_dwells(turn)), reason, margins, tuple(plays(turn)))
 
 
 def _error(turn: TurnErrors, order: int) -> MotionError:

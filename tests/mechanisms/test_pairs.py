@@ -196,7 +196,6 @@ BAD = {
         {"follower.dynamics": {"mass": 1, "guide_length": 80}},
         r"guide_length = 80.*: the guide of a conjugate pair is not computed",
     ),
-    "tolerances": ("translating", {"tolerances": {"profile": 0.02}}, r"tolerances: of a conjugate pair"),
     "mass of a cam": (
         "translating",
         {"limits": {"area": 9e3}},

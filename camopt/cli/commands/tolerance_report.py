@@ -15,7 +15,7 @@ from camopt.tolerances.tolerance import MotionErrors
 
 def show(result: MotionErrors, batch: Batch | None, allocation: Allocation | None) -> None:
     """Print the tables."""
-    tables = [result.table(), result.margins_table()]
+    tables = [result.table(), result.plays_table(), result.margins_table()]
     if batch:
         tables += [batch.table(), batch.limits_table()]
     if allocation:
@@ -32,6 +32,7 @@ def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocati
         "worst_case": finite(result.worst_case._asdict()),
         "dwells": [each._asdict() for each in result.dwells],
         "reason": result.reason,
+        "plays": [each._asdict() for each in result.plays],
         "margins": [finite(each._asdict()) for each in result.margins],
     }
     if batch:

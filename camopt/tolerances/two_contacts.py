@@ -1,0 +1,259 @@
+"""Errors of a follower with two contacts: half of the difference of both, and their sum is what holds them apart.
+
+Each contact, as of an ordinary cam with the motion of its own (``mechanisms.pairs``), would move the follower by e₁
+outward, or by e₂ back, more than is asked. Both are equally stiff (``effects.preload``), so that a follower which
+both hold stands in the middle, and they are nearer to each other by the sum:
+
+    δ = (e₁ − e₂)/2,    s = e₁ + e₂,    P = k·(δ₀ + s)
+
+with the interference δ₀ against the stiffness k; where δ₀ + s is below 0 there is a clearance as large.
+
+What is of one disc or its roller counts at one contact: sizes under ``[drive]``, the angle between the discs and a
+profile of its own at the second. The pivot, the angle on the shaft and the bore of both discs count at both.
+Another base radius has the motion that is asked, and moves the roller by ∂s₀/∂R_b: that is an error of s alone.
+
+Source: Rothbart, Cam Design Handbook, ch. 3 (conjugate and yoke cams).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms import Designs
+from camopt.numerics import FloatArray
+from camopt.numerics.taylor import Taylor
+from camopt.problem.problem import Problem
+from camopt.problem.variables import is_of_train
+from camopt.problem.zones import number_zones, tool_zones
+from camopt.scene.scene import Scene
+from camopt.tolerances.recontact import Off, RealCams, RealMotion
+from camopt.tolerances.response import ORDERS, Responses
+from camopt.tolerances.touching import BORE, BORE_WAY, contact_of
+
+SECOND = " (second)"
+"""What the key of an error has after it that is of the second contact, where one key is of both."""
+AT_BOTH = ("follower.centre_distance", "phase", "face_tilt")
+"""Errors that are the same at both contacts."""
+TOUCHES = 6
+"""How often the place is found anew that is touched at a cam angle."""
+STEP = 1e-6
+"""Of a base radius, relative, for the slope of where its roller stands."""
+Own = tuple[str, float]
+"""The key of an error at a contact, and its sign there."""
+
+
+class At(NamedTuple):
+    """What an error is at both contacts; None where it is of the other one."""
+
+    first: Own | None
+    second: Own | None
+
+
+def contacts_of(problem: Problem) -> tuple[Problem, Problem]:
+    """Both contacts, each as that of an ordinary cam, without a train."""
+    (further,) = problem.setup.mechanism.further
+    alone = replace(problem.setup, mechanism=replace(problem.setup.mechanism, further=()), train=None)
+    programme = replace(problem.programme, asked=None)
+    first = replace(problem, setup=alone, programme=programme)
+    return first, replace(first, programme=programme.reversed, design=further.seen(problem.design))
+
+
+def errors_at(problem: Problem, key: str) -> dict[str, At]:
+    """What a tolerance is of, at both contacts, by the key of the error."""
+    table, _, name = key.partition(".")
+    if key == BORE:
+        return {key: At((key, 1.0), (key, 1.0))}
+    if key in AT_BOTH:
+        return {key: At((key, 1.0), (key, -1.0 if key == "face_tilt" else 1.0))}
+    if key == "disc_phase":
+        return {key: At(None, ("phase", 1.0))}
+    if table == "drive":
+        return {key: At(None, (f"follower.{name}", 1.0))}
+    if problem.setup.mechanism.drive.one_disc and name == "offset":
+        return {key: At((key, 1.0), (key, 1.0))}
+    first = {key: At((key, 1.0), None)}
+    if key == "profile" or problem.setup.mechanism.drive.one_disc:
+        return {**first, f"{key}{SECOND}": At(None, (key, 1.0))}
+    return first
+
+
+@dataclass(frozen=True)
+class PairResponses:
+    """The answers of both contacts, and of the tool, at cam angles (m,), rad."""
+
+    problem: Problem
+    angles: FloatArray
+
+    @cached_property
+    def contacts(self) -> tuple[Responses, Responses]:
+        first, second = (Responses(each, self.angles) for each in contacts_of(self.problem))
+        return first, second
+
+    def to(self, at: At) -> FloatArray:
+        """Of the tool, to an error, (3, m)."""
+        return self.through_train((self._of(0, at.first) - self._of(1, at.second)) / 2.0)
+
+    def apart(self, at: At) -> FloatArray:
+        """Of what both contacts are apart, to an error, (m,)."""
+        return np.asarray((self._of(0, at.first) + self._of(1, at.second))[0])
+
+    @cached_property
+    def bores(self) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+        """To the axis of the bore in two directions that turn with the cam, at both contacts; y in the mirror."""
+        (x, y), (across, up) = (each.to_bore for each in self.contacts)
+        return (x, across), (y, -up)
+
+    def through_train(self, found: FloatArray) -> FloatArray:
+        """What derivatives at the follower are at the tool."""
+        if self.problem.setup.train is None:
+            return found
+        moved = Taylor([found[0], found[1], found[2] / 2.0]) * Responses(self.problem, self.angles).ratio
+        return np.array([moved.derivative(order) for order in range(ORDERS)])
+
+    def rows(self, key: str, waves: int) -> Sequence[FloatArray]:
+        """To an error of one key, to its real and its imaginary part."""
+        if key == BORE:
+            return tuple(self.through_train((first - second) / 2.0) for first, second in self.bores)
+        at = errors_at(self.problem, key.removesuffix(SECOND))[key]
+        if not (waves and key.startswith("profile")):
+            return (self.to(at),)
+        place, sign = (0, 0.5) if at.second is None else (1, -0.5)
+        return tuple(self.through_train(sign * each) for each in self.contacts[place].to_waves(waves))
+
+    def _of(self, place: int, own: Own | None) -> FloatArray:
+        if own is None:
+            return np.zeros((ORDERS, self.angles.size))
+        key, sign = own
+        answers = self.contacts[place]
+        return sign * (answers.to_profile if key == "profile" else answers.to_number(key))
+
+
+class Between(NamedTuple):
+    """What both contacts are nearer to each other at most and at least, mm (rad)."""
+
+    least: float
+    most: float
+
+
+def off_apart(scene: Scene, problem: Problem, angles: FloatArray) -> Between:
+    """s of all cams within the tolerances, over cam angles, to first order."""
+    answers, given = PairResponses(problem, angles), scene.tolerances
+    low, high = np.zeros(angles.size), np.zeros(angles.size)
+    for key, zone in tool_zones(scene, problem.nominal).items():
+        if is_of_train(key):
+            continue
+        for at in errors_at(problem, key).values():
+            ends = answers.apart(at) * np.array([[zone.lower], [zone.upper]])
+            low, high = low + ends.min(axis=0), high + ends.max(axis=0)
+    if given.profile is not None:
+        for at in errors_at(problem, "profile").values():
+            most = given.profile * np.abs(answers.apart(at))
+            low, high = low - most, high + most
+    if given.bore_eccentricity is not None:
+        most = given.bore_eccentricity * np.hypot(*(first[0] + second[0] for first, second in answers.bores))
+        low, high = low - most, high + most
+    for key, sizes in _base_zones(scene, problem).items():
+        moved = sizes * _slope_of_start(problem)[key]
+        low, high = low + moved.min(), high + moved.max()
+    return Between(float(low.min()), float(high.max()))
+
+
+def _base_zones(scene: Scene, problem: Problem) -> dict[str, FloatArray]:
+    """By how much base radii may be off, mm."""
+    zones = number_zones(scene, problem.nominal)
+    return {
+        key: np.array([zones[key].lower, zones[key].upper])
+        for key in ("cam.base_radius", "drive.base_radius")
+        if key in zones
+    }
+
+
+def _slope_of_start(problem: Problem) -> dict[str, float]:
+    """By how much both contacts stand further apart for a larger base radius, mm/mm (rad/mm)."""
+    mechanism = problem.setup.mechanism
+    start = mechanism.start or (lambda designs: designs.size)
+
+    def slope(designs: Designs) -> float:
+        step = STEP * designs.size
+        ends = (start(replace(designs, size=designs.size + side * step)) for side in (1.0, -1.0))
+        return float(((next(ends) - next(ends)) / (2.0 * step))[0])
+
+    first, second = slope(problem.design), slope(mechanism.further[0].seen(problem.design))
+    if mechanism.drive.one_disc:
+        return {"cam.base_radius": first + second}
+    return {"cam.base_radius": first, "drive.base_radius": second}
+
+
+@dataclass(frozen=True)
+class PairCams:
+    """The exact errors of cams that are off, at cam angles."""
+
+    problem: Problem
+
+    @cached_property
+    def contacts(self) -> tuple[Problem, Problem]:
+        return contacts_of(self.problem)
+
+    def at(self, errors: Mapping[str, Any], angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """δ of the follower, and s, mm (rad), of cams whose errors are numbers or arrays (m,)."""
+        first, second = (self._of(place, errors, angles) for place in (0, 1))
+        return (first - second) / 2.0, first + second
+
+    def _of(self, place: int, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
+        """The errors of the motion of a contact, of which the place is found that touches at each cam angle."""
+        own, problem, places = own_errors(self.problem, place, errors), self.contacts[place], angles
+        way = own.get(BORE_WAY, 0.0)
+        for _ in range(TOUCHES):
+            if BORE_WAY in own:  # in the ground
+                own = {**own, BORE_WAY: way + problem.design.sense * places}
+            found = contact_of(problem, own, places)
+            places = places - (found.angle - angles)
+        return found.error
+
+
+def own_errors(problem: Problem, place: int, errors: Mapping[str, Any]) -> dict[str, Any]:
+    """Errors as a contact has them; that of the bore, in the frame of the cam, is in the mirror at the second."""
+    found = dict[str, Any]()
+    for key, value in errors.items():
+        if key == BORE:
+            found[key] = np.conj(value) if place else value
+        elif key == BORE_WAY:
+            found[key] = -value if place else value
+        elif (own := errors_at(problem, key.removesuffix(SECOND))[key][place]) is not None:
+            found[own[0]] = found.get(own[0], 0.0) + own[1] * value
+    return found
+
+
+@dataclass(frozen=True)
+class RealPairs(RealCams):
+    """Cams with two contacts of the follower; places are those of the first one."""
+
+    @cached_property
+    def contacts(self) -> tuple[RealCams, RealCams]:
+        first, second = (RealCams(each, self.waves) for each in contacts_of(self.problem))
+        return first, second
+
+    def errors(self, off: Off, places: FloatArray, order: int) -> FloatArray:
+        first, second = self.contacts
+        own, other = (own_errors(self.problem, place, off) for place in (0, 1))
+        angles = first.motion(own, places, 0).angle.terms[0]
+        return (first.errors(own, places, order) - second.errors(other, second.touched(other, angles), order)) / 2.0
+
+    def motion(self, off: Off, places: FloatArray, order: int) -> RealMotion:
+        """The cam angle by the place, and to order 0 the tool."""
+        found = self.contacts[0].motion(own_errors(self.problem, 0, off), places, order)
+        asked = self.problem.programme.at(self.within(found.angle.terms[0]))[0]
+        return RealMotion(found.angle, Taylor([asked + self.errors(off, places, 0)])) if order == 0 else found
+
+
+def cams_of(problem: Problem, waves: int) -> RealCams:
+    """Real cams of a problem, with one contact or two."""
+    return (RealPairs if problem.setup.mechanism.further else RealCams)(problem, waves)
+
+
+def responses_of(problem: Problem, angles: FloatArray) -> Responses | PairResponses:
+    """The answers of the motion of a problem, with one contact or two."""
+    return (PairResponses if problem.setup.mechanism.further else Responses)(problem, angles)

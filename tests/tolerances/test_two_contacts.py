@@ -1,0 +1,192 @@
+"""Tolerances of followers that are held from both sides: rigid bodies put on dense discs by trial, closed forms."""
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+
+import camopt
+from camopt.mistakes import BadInput
+from camopt.problem.problem import resolve_design
+from camopt.tolerances.two_contacts import SECOND, PairCams, PairResponses, errors_at, off_apart
+from tests.measured.test_pair_inspection import drawn, held
+
+ANGLES = np.radians([25.0, 81.0, 150.0, 222.0, 301.0])
+DENSE = np.arange(0.0, 360.0, 0.05)
+OFF = {"profile": 0.02, "bore_eccentricity": 0.03, "phase": 0.05, "disc_phase": 0.04}
+"""mm, deg"""
+
+
+@cache
+def discs(kind):
+    """The discs of a scene, dense: points and normals in the frame of the cam."""
+    scene, _ = drawn(kind)
+    points = camopt.cam_points(scene, DENSE)
+    names = ("profile", "second_profile") if scene.mechanism.second_keys else ("profile", "profile")
+
+    def curve(name, unit=""):
+        return points[f"{name}_x{unit}"] + 1j * points[f"{name}_y{unit}"]
+
+    return [(curve(name, "_mm"), curve(f"{name}_normal")) for name in names]
+
+
+def cut(scene, kind, errors):
+    """The discs that have errors."""
+    sense, found = resolve_design(scene).design.sense, []
+    for place, (points, normal) in enumerate(discs(kind)):
+        own = points + errors.get(("profile", f"profile{SECOND}")[place], 0.0) * normal
+        own = own + errors.get("bore_eccentricity", 0.0) * np.exp(1j * errors.get("bore_eccentricity_way", 0.0))
+        ahead = errors.get("phase", 0.0) + (errors.get("disc_phase", 0.0) if place else 0.0)
+        found.append(own * np.exp(1j * sense * ahead))
+    return found
+
+
+WIDE = "tolerances.profile=0.01"
+CASES = {
+    "profile": {"profile": 0.02},
+    "second profile": {f"profile{SECOND}": -0.02},
+    "bore": {"bore_eccentricity": 0.03, "bore_eccentricity_way": 0.8},
+    "phase": {"phase": np.radians(0.05)},
+    "disc_phase": {"disc_phase": np.radians(0.04)},
+}
+
+
+@pytest.mark.one_in(2)
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("kind", ["translating", "oscillating"])
+def test_both_contacts_are_where_rigid_followers_rest_on_each_disc(kind, case):
+    """By trial against a polygon of 7,200 points, less what that gives of the discs without errors."""
+    scene, errors = drawn(kind)[0], CASES[case]
+    if case == "second profile":
+        errors = {f"profile{SECOND}": -0.02}
+    problem, made, exact = resolve_design(scene), cut(scene, kind, errors), cut(scene, kind, {})
+    off, apart = PairCams(problem).at(errors, ANGLES)
+    for place, theta in enumerate(ANGLES):
+        first, second = (held(scene, made[k], k, theta) - held(scene, exact[k], k, theta) for k in (0, 1))
+        size = 0.05 if kind == "translating" else 0.05 / 80
+        assert off[place] == pytest.approx((first - second) / 2, abs=2e-3 * size)
+        assert apart[place] == pytest.approx(first + second, abs=2e-3 * size)
+
+
+def pair_of(**given):
+    return camopt.find_scene("press-feed-by-pair").replace(tolerances=given)
+
+
+EVERY = {
+    "follower.roller_radius": 0.01,
+    "drive.roller_radius": 0.02,
+    "follower.arm_length": 0.02,
+    "drive.arm_length": 0.03,
+    "follower.centre_distance": 0.02,
+    "profile": 0.004,
+    "waves": 10,
+    "bore_eccentricity": 0.01,
+    "phase": 0.05,
+    "disc_phase": 0.02,
+    "drive.base_radius": 0.005,
+}
+
+
+@pytest.fixture(scope="module")
+def every():
+    scene = pair_of(**EVERY).replace(limits={"contact_stress": 1200})
+    return scene, camopt.tolerance(scene)
+
+
+def test_first_order_is_the_slope_of_what_both_contacts_do_exactly():
+    problem, step = resolve_design(pair_of(**EVERY)), 1e-5
+    answers = PairResponses(problem, ANGLES)
+    for tolerance in (key for key in EVERY if key not in ("waves", "drive.base_radius", "bore_eccentricity")):
+        for key, at in errors_at(problem, tolerance).items():
+            off, apart = (np.array(each) / step for each in PairCams(problem).at({key: step}, ANGLES))
+            np.testing.assert_allclose(answers.to(at)[0], off, rtol=1e-4, atol=1e-7)
+            np.testing.assert_allclose(answers.apart(at), apart, rtol=1e-4, atol=1e-5)
+    for way in (0.0, np.pi / 2):
+        errors = {"bore_eccentricity": step, "bore_eccentricity_way": way}
+        off, apart = (np.array(each) / step for each in PairCams(problem).at(errors, ANGLES))
+        one, other = answers.bores[0 if way == 0.0 else 1]
+        np.testing.assert_allclose((one - other)[0] / 2, off, atol=1e-6)
+        np.testing.assert_allclose((one + other)[0], apart, atol=1e-6)
+
+
+def test_the_worst_cam_of_a_pair_is_within_what_is_proved_and_random_ones_too(every):
+    scene, found = every
+    worst, problem = found.worst_case, resolve_design(scene)
+    assert abs(worst.error) <= worst.bound <= 1.2 * abs(worst.error)
+    assert abs(worst.error) == pytest.approx(found.errors[0].worst, rel=2e-3)
+    rng, cams, unit = np.random.default_rng(4), 2000, np.degrees(1.0)
+    angles = rng.uniform(0.0, 2 * np.pi, cams)
+    errors = {"bore_eccentricity_way": rng.uniform(-np.pi, np.pi, cams)}
+    for tolerance, size in EVERY.items():
+        keys = errors_at(problem, tolerance) if tolerance not in ("waves", "drive.base_radius") else ()
+        for key in keys:
+            zone = np.radians(size) if "phase" in key else size
+            errors[key] = rng.choice([0.0 if "bore" in key else -1.0, 1.0], cams) * zone
+    off, apart = PairCams(problem).at(errors, angles)
+    assert unit * np.abs(off).max() <= worst.bound
+    between = off_apart(scene, problem, np.linspace(0.0, 6.28, 2000))
+    room = np.radians(0.005 / np.hypot(1, 1))  # of the base radius, which is in it, and of second order
+    assert between.least - room <= apart.min()
+    assert apart.max() <= between.most + room
+
+
+def test_what_is_left_of_the_preload_is_the_interference_and_its_tolerances(every):
+    scene, found = every
+    angle, interference, preload = found.plays
+    assert (angle.what, interference.what, preload.what) == ("subtending angle", "interference", "preload")
+    assert angle.nominal == pytest.approx(camopt.evaluate(scene.replace(outputs=["all"]))["subtending_angle_deg"])
+    assert interference.least == pytest.approx(0.01 + angle.least - angle.nominal)
+    assert preload.most == pytest.approx(700000 * np.radians(interference.most))
+    margin = next(each for each in found.margins if each.limit == "contact_stress")
+    assert margin.sizes["drive.interference"] == pytest.approx(interference.most)
+    made = found.worst_cam("contact_stress")
+    assert camopt.evaluate(made)["contact_stress_max_MPa"] == pytest.approx(margin.worst, rel=1e-9)
+    assert margin.worst > margin.nominal * 1.2
+
+
+def test_a_batch_of_pairs_has_the_variances_of_first_order(every):
+    scene, found = every
+    batch = camopt.sample_cams(scene, cams=2**11)
+    spread, error = batch.errors[0], found.errors[0]
+    for key, share in error.variances.items():
+        assert spread.variances[key] == pytest.approx(share, abs=0.04)
+    assert spread.worst < error.worst
+    assert spread.of_99_73 == pytest.approx(error.three_sigma, rel=0.15)
+
+
+def test_a_disc_of_constant_breadth_has_its_closed_forms(command):
+    """An axis that is off moves both faces alike; a profile that stands out holds them further apart."""
+    yoke = camopt.find_scene("pump-of-constant-breadth").replace(limits={})
+    off = camopt.tolerance(yoke.replace(tolerances={"bore_eccentricity": 0.02}))
+    assert off.errors[0].worst == pytest.approx(0.02)
+    assert off.plays[0][2:] == pytest.approx((64.0, 64.0, 64.0))
+    larger = camopt.tolerance(yoke.replace(tolerances={"cam.base_radius": 0.01}))
+    assert (larger.errors[0].worst, *larger.plays[0][3:]) == pytest.approx((0.0, 63.98, 64.02))
+    assert larger.plays_table().title.endswith("held from both sides")
+    told = json.loads(command("tolerance", "pump-of-constant-breadth", "--set", WIDE, "--json")[1])
+    assert (told["errors"][0]["worst"], told["plays"][0]["most"]) == pytest.approx((0.01, 64.02))
+
+
+def test_the_backlash_of_a_groove_is_its_clearance_over_the_pressure_angle():
+    scene = camopt.find_scene("face-groove-shutter")
+    (play,) = camopt.tolerance(scene.replace(tolerances={"drive.clearance": 0.005}, part={}, limits={})).plays
+    steepest = max(camopt.evaluate(scene)[f"pressure_angle_max_{each}_deg"] for each in ("rise", "return"))
+    known = np.degrees(0.02 / 75 / np.cos(np.radians(steepest)))
+    assert play.nominal == pytest.approx(known, rel=1e-6)
+    assert play.most == pytest.approx(1.25 * known, rel=1e-6)
+    assert play.what == "backlash of the tool"
+
+
+@pytest.mark.parametrize(
+    ("scene", "given", "said"),
+    [
+        ("roller-1000rpm", {"disc_phase": 0.1}, "tolerances.disc_phase: is for the two discs of a conjugate pair"),
+        ("pump-of-constant-breadth", {"drive.roller_radius": 0.1}, "tolerances.drive.roller_radius: a yoke"),
+        ("press-feed-by-pair", {"drive.offset": 0.1}, "tolerances.drive.offset: a conjugate pair has none"),
+    ],
+)
+def test_what_a_follower_with_two_contacts_has_not_is_told(scene, given, said):
+    with pytest.raises(BadInput) as refused:
+        camopt.find_scene(scene).replace(tolerances=given)
+    assert said in str(refused.value)
