@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from camopt.tables.table import load
     from camopt.tolerances.allocation import Allocation, Allotted, allocate
     from camopt.tolerances.batch import Batch, ErrorSpread, Share, Spread, sample_cams
+    from camopt.tolerances.held import Play
     from camopt.tolerances.margins import Margin
     from camopt.tolerances.tolerance import DwellError, MotionError, MotionErrors, tolerance
     from camopt.tolerances.worst_case import WorstCase
@@ -84,6 +85,7 @@ _HOMES = {
     "MotionErrors": "tolerances.tolerance",
     "Optimum": "smallest.optimise",
     "PairInspection": "measured.pair_inspection",
+    "Play": "tolerances.held",
     "Passage": "studies.timing",
     "Price": "smallest.prices",
     "ProfileWave": "measured.waves",
@@ -168,6 +170,7 @@ __all__ = [
     "Optimum",
     "PairInspection",
     "Passage",
+    "Play",
     "Price",
     "ProfileWave",
     "Scene",

@@ -169,7 +169,9 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def _ratio(setup: Setup) -> float | None:
-    """That of the train, if it is the same everywhere, also of those within the tolerances."""
+    """That of the train, if one contact moves it and it is the same everywhere, whatever the tolerances."""
+    if setup.mechanism.further:
+        return None
     if setup.errors is not None and setup.errors.of_links:
         return None
     return 1.0 if setup.train is None else setup.train.constant_ratio

@@ -290,7 +290,7 @@ def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, na
         if why := _of_nothing(data, key, mechanism, tip, name):
             yield place, None, why
             continue
-        size = number_of(at(data, key) if not key.startswith("train.") else _of_train(data, key))
+        size = number_of(_given(data, key))
         yield from _class(place, value, key, size)
         yield from _left(place, value, key, size)
         yield from _spread(place, value)
@@ -356,10 +356,15 @@ def _of_no_stage(data: Mapping[str, Any], rest: str) -> str:
     return "" if stage.get(last) is not None else f"is of train.{rest}, which the scene does not give"
 
 
-def _of_train(data: Mapping[str, Any], key: str) -> Any:
-    """The number of a stage by its key in the scene."""
-    _, number, last = key.split(".")
-    return stages_in(data)[int(number) - 1].get(last)
+def _given(data: Mapping[str, Any], key: str) -> Any:
+    """What the scene gives by a key; a size of a second contact is that of the first where it is not given."""
+    table, _, rest = key.partition(".")
+    if table == "train":
+        number, _, last = rest.partition(".")
+        return stages_in(data)[int(number) - 1].get(last)
+    if key in SECOND_FIELDS and at(data, key) is None:
+        return at(data, f"{'cam' if rest in CAM_SIZES else 'follower'}.{rest}")
+    return at(data, key)
 
 
 def _hint_of(key: str) -> Any:

@@ -171,7 +171,8 @@ def allocate(scene: Scene, within: float, costs: Any = None, seconds: float = SE
     Raises
     ------
     BadInput
-        If nothing of the scene has a grade, for costs that are none, or if no grades keep the distance.
+        If nothing of the scene has a grade, or the follower has two contacts; for costs that are none, or if no
+        grades keep the distance.
 
     References
     ----------
@@ -187,6 +188,9 @@ def allocate(scene: Scene, within: float, costs: Any = None, seconds: float = SE
         raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
     problem = resolve_design(scene)
     keys = graded_keys(scene, problem)
+    if problem.setup.mechanism.further:
+        why = "has two contacts with its cam: grades are found for a follower with one"
+        raise BadInput([Mistake(problem.file, "follower", None, why, bare=True)])
     if not keys:
         why = "names nothing that has a grade: give one, such as follower.offset = 'js7' or profile = 0.02"
         raise BadInput([Mistake(problem.file, "tolerances", None, why, bare=True)])

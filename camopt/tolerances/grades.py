@@ -55,7 +55,7 @@ def with_grades(scene: Scene, problem: Problem, grades: Mapping[str, int]) -> Sc
         given = scene.tolerances.numbers[key]
         kept = given.model_dump(mode="json", exclude={"plus", "minus", "iso"}, exclude_defaults=True)
         changes[f"tolerances.{key}"] = {"iso": f"{letter_of(given.iso)}{grade}", **kept}
-        size = abs(float(scene.numbers([key])[key]))
+        size = abs(problem.nominal[key])
         deviations(changes[f"tolerances.{key}"]["iso"], 2.0 * size if key.rpartition(".")[2] in RADII else size)
     return scene.replace(**changes)
 

@@ -11,8 +11,8 @@ from camopt.problem.problem import resolve_design
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.tolerances.recontact import off_of
 from camopt.tolerances.response import ORDERS
-from camopt.tolerances.two_contacts import cams_of
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band_ends, worst, worst_ends
+from camopt.tolerances.two_contacts import cams_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,7 +95,7 @@ def _tornado(axes: Any, keys: list[str], error: "MotionError") -> None:
         axes.barh(range(len(keys)), values, color=SERIES[0], height=0.6, zorder=3)
         for place, value in enumerate(values):
             axes.text(value, place, f" {value:.3g}", va="center", ha="left")
-        axes.set_xlim(0.0, 1.25 * float(values.max() or 1.0))
+        axes.set_xlim(0.0, 1.25 * float(values.max(initial=0.0) or 1.0))
         axes.locator_params(axis="x", nbins=4)
     else:
         axes.set_xlim(0.0, 1.0)

@@ -42,7 +42,7 @@ def cut(scene, kind, errors):
     return found
 
 
-WIDE = "tolerances.profile=0.01"
+WIDE = "--set", "tolerances.profile=0.01", "--set", "part.profile_tolerance=", "--set", "limits="
 CASES = {
     "profile": {"profile": 0.02},
     "second profile": {f"profile{SECOND}": -0.02},
@@ -70,19 +70,14 @@ def test_both_contacts_are_where_rigid_followers_rest_on_each_disc(kind, case):
 
 
 def pair_of(**given):
-    return camopt.find_scene("press-feed-by-pair").replace(tolerances=given)
+    return camopt.find_scene("press-feed-by-pair").replace(part={}, tolerances=given)
 
 
 EVERY = {
-    "follower.roller_radius": 0.01,
     "drive.roller_radius": 0.02,
     "follower.arm_length": 0.02,
-    "drive.arm_length": 0.03,
-    "follower.centre_distance": 0.02,
     "profile": 0.004,
-    "waves": 10,
     "bore_eccentricity": 0.01,
-    "phase": 0.05,
     "disc_phase": 0.02,
     "drive.base_radius": 0.005,
 }
@@ -94,10 +89,13 @@ def every():
     return scene, camopt.tolerance(scene)
 
 
+MORE = ("follower.roller_radius", "drive.arm_length", "follower.centre_distance", "phase")
+
+
 def test_first_order_is_the_slope_of_what_both_contacts_do_exactly():
     problem, step = resolve_design(pair_of(**EVERY)), 1e-5
     answers = PairResponses(problem, ANGLES)
-    for tolerance in (key for key in EVERY if key not in ("waves", "drive.base_radius", "bore_eccentricity")):
+    for tolerance in (key for key in (*EVERY, *MORE) if key not in ("drive.base_radius", "bore_eccentricity")):
         for key, at in errors_at(problem, tolerance).items():
             off, apart = (np.array(each) / step for each in PairCams(problem).at({key: step}, ANGLES))
             np.testing.assert_allclose(answers.to(at)[0], off, rtol=1e-4, atol=1e-7)
@@ -119,7 +117,7 @@ def test_the_worst_cam_of_a_pair_is_within_what_is_proved_and_random_ones_too(ev
     angles = rng.uniform(0.0, 2 * np.pi, cams)
     errors = {"bore_eccentricity_way": rng.uniform(-np.pi, np.pi, cams)}
     for tolerance, size in EVERY.items():
-        keys = errors_at(problem, tolerance) if tolerance not in ("waves", "drive.base_radius") else ()
+        keys = errors_at(problem, tolerance) if tolerance != "drive.base_radius" else ()
         for key in keys:
             zone = np.radians(size) if "phase" in key else size
             errors[key] = rng.choice([0.0 if "bore" in key else -1.0, 1.0], cams) * zone
@@ -129,6 +127,17 @@ def test_the_worst_cam_of_a_pair_is_within_what_is_proved_and_random_ones_too(ev
     room = np.radians(0.005 / np.hypot(1, 1))  # of the base radius, which is in it, and of second order
     assert between.least - room <= apart.min()
     assert apart.max() <= between.most + room
+
+
+def test_a_second_roller_has_the_class_of_the_first_where_it_is_as_large():
+    scene = pair_of(**{"drive.roller_radius": "h6"}).replace(limits={})
+    angle, interference, _ = camopt.tolerance(scene).plays
+    assert interference.most == pytest.approx(0.01)  # h6 goes down alone
+    assert angle.least < angle.nominal
+    with pytest.raises(BadInput, match="grades are found for a follower with one"):
+        camopt.allocate(scene, 0.1)
+    with pytest.raises(BadInput, match="has no position_error_max_deg"):
+        resolve_design(scene.replace(**{"limits.position_error": 0.1}))
 
 
 def test_what_is_left_of_the_preload_is_the_interference_and_its_tolerances(every):
@@ -147,10 +156,10 @@ def test_what_is_left_of_the_preload_is_the_interference_and_its_tolerances(ever
 
 def test_a_batch_of_pairs_has_the_variances_of_first_order(every):
     scene, found = every
-    batch = camopt.sample_cams(scene, cams=2**11)
+    batch = camopt.sample_cams(scene.replace(limits={}), cams=2**10)
     spread, error = batch.errors[0], found.errors[0]
     for key, share in error.variances.items():
-        assert spread.variances[key] == pytest.approx(share, abs=0.04)
+        assert spread.variances[key] == pytest.approx(share, abs=0.06)
     assert spread.worst < error.worst
     assert spread.of_99_73 == pytest.approx(error.three_sigma, rel=0.15)
 
@@ -164,7 +173,7 @@ def test_a_disc_of_constant_breadth_has_its_closed_forms(command):
     larger = camopt.tolerance(yoke.replace(tolerances={"cam.base_radius": 0.01}))
     assert (larger.errors[0].worst, *larger.plays[0][3:]) == pytest.approx((0.0, 63.98, 64.02))
     assert larger.plays_table().title.endswith("held from both sides")
-    told = json.loads(command("tolerance", "pump-of-constant-breadth", "--set", WIDE, "--json")[1])
+    told = json.loads(command("tolerance", "pump-of-constant-breadth", *WIDE, "--json")[1])
     assert (told["errors"][0]["worst"], told["plays"][0]["most"]) == pytest.approx((0.01, 64.02))
 
 
