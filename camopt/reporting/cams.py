@@ -20,9 +20,9 @@ from camopt.reporting.sections import (
     train_sheets,
     verdict_line,
 )
+from camopt.reporting.tolerances import has_tolerances, picture_of, tables_of
 from camopt.scene.oddities import no_wall
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import Tolerances
 from camopt.tables.layout import Cell, Table
 from camopt.tolerances.tolerance import tolerance
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
@@ -45,6 +45,8 @@ class Chapter:
     tables: list[Table] = field(default_factory=list)
     text: str = ""
     open: bool = False
+    picture: str = ""
+    """A picture, as an address that holds it."""
 
 
 def cams_page(cams: Sequence[ShownCam], title: str = "", told: Sequence[str] = ()) -> str:
@@ -106,8 +108,10 @@ def words_of(picture: Picture) -> list[str]:
     return [sizes_in_words(picture), *([results_in_words(picture)] if picture.exists else []), *thin]
 
 
-def chapters_of(shown: ShownCam, problem: Problem, *, several: bool = False) -> list[Chapter]:
-    """What a scene gives, what it calls for, and what its tolerances do."""
+def chapters_of(
+    shown: ShownCam, problem: Problem, *, several: bool = False, pictures: bool = True
+) -> list[Chapter]:
+    """What a scene gives, what it calls for, and what its tolerances do, with a picture if wanted."""
     prefix = f"{shown.label}: " if several else ""
     return [
         Chapter(
@@ -115,19 +119,18 @@ def chapters_of(shown: ShownCam, problem: Problem, *, several: bool = False) -> 
             [given_sheet(shown.scene), motion_sheet(shown.scene), *train_sheets(shown.scene)],
         ),
         Chapter(_titled(prefix, "Effects"), [effects_sheet(problem)]),
-        *_of_tolerances(shown.scene, problem, prefix),
+        *_of_tolerances(shown.scene, problem, prefix, pictures),
         Chapter(_titled(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),
     ]
 
 
-def _of_tolerances(scene: Scene, problem: Problem, prefix: str) -> list[Chapter]:
+def _of_tolerances(scene: Scene, problem: Problem, prefix: str, pictures: bool) -> list[Chapter]:
     """How far the motion of a real cam may be off, and what is left of limits; nothing of a scene without them."""
-    exists = problem.setup.mechanism.exists(problem.design, problem.programme)[0]
-    if scene.tolerances == Tolerances() or not exists:
+    if not has_tolerances(scene, problem):
         return []
     found = tolerance(scene)
-    tables = [table for table in (found.table(), found.plays_table(), found.margins_table()) if table is not None]
-    return [Chapter(_titled(prefix, "Tolerances"), tables)]
+    picture = picture_of(found) if pictures and found.errors else ""
+    return [Chapter(_titled(prefix, "Tolerances"), tables_of(scene, found), picture=picture)]
 
 
 def _titled(prefix: str, title: str) -> str:

@@ -1,4 +1,4 @@
-"""What can be moved of a scene: its sizes, numbers, laws, angles and limits, each as a control of the page."""
+"""What can be moved of a scene: sizes, numbers, laws, angles, limits and tolerances, each a control of the page."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ from camopt.quantities.unit_systems import computed, shown, shown_unit
 from camopt.scene.choices import StepRange
 from camopt.scene.read import numbers_read
 from camopt.scene.scene import Scene
+from camopt.scene.tolerances import ANGLES
 
 Settings = Mapping[str, Any]
 """Numbers and names of laws, by the keys of controls."""
@@ -24,8 +25,11 @@ MOST_ANGLES = 24  # segments that have a slider each
 REACHES = (3.0, 2.0, 1.5, 1.2)  # of a number, to which its slider may go if the scene allows
 RANGE_GRID = 20  # parts of a range, on which its ends lie
 NONE_YET = 10.0  # how far the slider of a number goes that is 0
+NEW_TOLERANCE = 0.05  # and a third of that of a tolerance
+DISTANCES = ("profile", "bore_eccentricity")
+"""Tolerances that are a distance, and no number that is off."""
 SLIDER_STEPS = 250  # of a slider, at least
-TURN_GROUP, OTHER_GROUP = "Angles of the turn", "Loads and materials"
+TURN_GROUP, OTHER_GROUP, TOLERANCE_GROUP = "Angles of the turn", "Loads and materials", "Tolerances"
 FOLDED = (TURN_GROUP, OTHER_GROUP)
 """Groups of controls that a page opens folded."""
 
@@ -63,12 +67,13 @@ class Control:
 def controls_of(scene: Scene) -> list[Control]:
     """The controls of a scene, group by group."""
     problem = resolve(scene)
-    return [*_numbers(scene), *_laws(scene, problem), *_limits(scene, problem), *_angles(scene), *_loads(scene)]
+    limits, tolerances = _limits(scene, problem), _of_tolerances(scene)
+    return [*_numbers(scene), *_laws(scene, problem), *limits, *tolerances, *_angles(scene), *_loads(scene)]
 
 
 def values_of(scene: Scene, keys: Mapping[str, Any] | list[str]) -> dict[str, Any]:
     """What controls of these keys show of a scene."""
-    found: dict[str, Any] = scene.numbers([key for key in keys if not _of_motion(key)])
+    found: dict[str, Any] = scene.numbers([key for key in keys if not _of_motion(key)]) | _tolerances(scene)
     for kind, key in LAW_CONTROLS.items():
         laws = {segment.law for segment in scene.motion if segment.segment == kind}
         found[key] = laws.pop() if len(laws) == 1 else ""
@@ -91,10 +96,40 @@ def scene_of_settings(scene: Scene, own: Settings, values: Settings, moved: str 
         why = {key: f"no control; {nearest(key, own)}" for key in unknown}
         raise BadInput([Mistake("page", key, None, text, bare=True) for key, text in why.items()])
     changes = {key: value for key, value in values.items() if value != own[key]}
-    plain = {key: value for key, value in changes.items() if not _of_motion(key)}
+    plain = {key: _whole_tolerance(scene, key, each) for key, each in changes.items() if not _of_motion(key)}
     if len(plain) < len(changes):
         plain["motion"] = _motion(scene, {**own, **values}, moved)
     return scene.replace(**plain) if plain else scene
+
+
+def _tolerances(scene: Scene) -> dict[str, float]:
+    """How wide the tolerances are, ±, by key; not of classes, of measured parts, and of one side."""
+    given = scene.tolerances
+    even = {key: each for key, each in given.spread.items() if each.plus == each.minus}
+    found = {key: each.plus for key, each in even.items() if each.iso is None and not each.of_measured}
+    found |= {key: value for key in DISTANCES if (value := getattr(given, key)) is not None}
+    return {f"tolerances.{key}": value for key, value in found.items()}
+
+
+def _whole_tolerance(scene: Scene, key: str, value: Any) -> Any:
+    """A value of a control; of a tolerance with all else that the scene says of it."""
+    own = scene.tolerances.spread.get(key.removeprefix("tolerances."))
+    more = own.model_dump(exclude_defaults=True, exclude={"plus", "minus"}) if own else {}
+    return {**more, "plus": value, "minus": value} if more and key.startswith("tolerances.") else value
+
+
+def _of_tolerances(scene: Scene) -> Iterator[Control]:
+    """The tolerances that are one number, from nothing to three times as wide, or as far as the scene allows."""
+    units = {f"tolerances.{each.key}": each.unit for each in variables_of(scene)}
+    units |= {f"tolerances.{key}": "deg" for key in ANGLES}
+    for key, value in _tolerances(scene).items():
+        unit, label = units.get(key, "mm"), key.removeprefix("tolerances.").rpartition(".")[2].replace("_", " ")
+        width = shown(value, unit) or NEW_TOLERANCE
+        wide = (width * reach for reach in REACHES)
+        high = next((each for each in wide if _allowed(scene, key, computed(each, unit))), width)
+        step = round_length(high / SLIDER_STEPS)
+        least = step if key.removeprefix("tolerances.") in DISTANCES else 0.0
+        yield Control(key, TOLERANCE_GROUP, f"± {label}", unit, shown(value, unit), least, high, step)
 
 
 def _motion(scene: Scene, values: Settings, moved: str) -> list[dict[str, Any]]:

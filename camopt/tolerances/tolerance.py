@@ -227,8 +227,13 @@ def tolerance(scene: Scene) -> MotionErrors:
         raise no_tolerances(turn.problem.file)
     search = PairWorst(turn) if turn.problem.setup.mechanism.further else WorstSearch.of(turn)
     worst_case = search.run() if turn.sampled else NOT_OFF
-    errors, reason = tuple(_error(turn, order) for order in range(ORDERS)), " ".join(_reasons(turn, worst_case))
+    errors, reason = errors_of(turn), " ".join(_reasons(turn, worst_case))
     return MotionErrors(scene, errors, worst_case, tuple(_dwells(turn)), reason, margins, tuple(plays(turn)))
+
+
+def errors_of(turn: TurnErrors) -> tuple[MotionError, ...]:
+    """Those of displacement, velocity and acceleration, to first order."""
+    return tuple(_error(turn, order) for order in range(ORDERS))
 
 
 def _error(turn: TurnErrors, order: int) -> MotionError:

@@ -104,6 +104,27 @@ def test_the_slider_of_a_number_goes_as_far_as_search_says_or_the_scene_allows()
             scene.replace(**{control.key: value})
 
 
+def test_tolerances_have_sliders_and_a_line_follows_them(tmp_path):
+    """Those that are one number; what else a scene says of them stays."""
+    uniform = {"plus": 0.05, "minus": 0.05, "distribution": "uniform"}
+    scene = camopt.find_scene("rocker-valve").replace(
+        tolerances={"follower.arm_length": uniform, "follower.roller_radius": "h6", "profile": 0.02, "phase": 0.05}
+    )
+    session = Session(scene, tmp_path)
+    found = {each.key: each for each in session.controls if each.group == "Tolerances"}
+    assert [*found] == [f"tolerances.{key}" for key in ("follower.arm_length", "phase", "profile")]
+    assert [each.unit for each in found.values()] == ["mm", "deg", "mm"]
+    values = {each.key: each.value for each in session.controls} | {"tolerances.follower.arm_length": 0.1}
+    moved = session.scene_of({"values": values})
+    wider = {**uniform, "plus": 0.1, "minus": 0.1}
+    assert moved == scene.replace(**{"tolerances.follower.arm_length": wider})
+    lines = [
+        line.text for line in session.move({"values": values, "moved": "tolerances.follower.arm_length"})["lines"]
+    ]
+    worst = camopt.tolerance(moved).errors[0].worst
+    assert any(f"off by at most: displacement {worst:.6g} deg" in line and "velocity ∞" in line for line in lines)
+
+
 def test_sliders_are_in_the_units_that_are_shown(tmp_path):
     """In inch; what was not moved keeps its digits, and what the page says is the cam that the scene is in mm."""
     scene, name = camopt.find_scene("roller-1000rpm"), "cam.base_radius"

@@ -1,0 +1,55 @@
+"""What tolerances do, on a page: a sentence while a control moves, and a section where they rest."""
+
+from io import BytesIO
+from math import isinf
+
+from camopt.problem.problem import Problem
+from camopt.quantities.unit_systems import shown
+from camopt.reporting.page import data_url
+from camopt.scene.scene import Scene
+from camopt.scene.tolerances import Tolerances
+from camopt.tables.cells import with_unit
+from camopt.tables.layout import Table
+from camopt.tolerances.batch import sample_cams
+from camopt.tolerances.picture import draw
+from camopt.tolerances.tolerance import MotionError, MotionErrors, errors_of
+from camopt.tolerances.turn import TurnErrors
+
+CAMS = 1024
+"""Of the batch of which a page tells the yield."""
+DOTS_PER_INCH = 110
+
+
+def has_tolerances(scene: Scene, problem: Problem) -> bool:
+    """Whether there is something to tell: tolerances, of a cam that can be put together."""
+    exists = problem.setup.mechanism.exists(problem.design, problem.programme)[0]
+    return bool(scene.tolerances != Tolerances() and exists)
+
+
+def in_a_sentence(scene: Scene, problem: Problem) -> str:
+    """How far the motion may be off, to first order; empty where nothing moves the tool."""
+    turn = TurnErrors(scene, problem)
+    if not turn.sampled:
+        return ""
+    told = ", ".join(map(_said, errors_of(turn)))
+    return f"By its tolerances off by at most: {told} (root sum square in brackets)."
+
+
+def _said(error: MotionError) -> str:
+    if isinf(error.worst):
+        return f"{error.name} ∞"
+    return f"{error.name} {with_unit(error.worst, error.unit)} ({shown(error.three_sigma, error.unit):.3g})"
+
+
+def tables_of(scene: Scene, found: MotionErrors) -> list[Table]:
+    """The errors of the motion, what two contacts do, the margins of limits, and a small batch with its yield."""
+    batch = sample_cams(scene, CAMS)
+    tables = (found.table(), found.plays_table(), found.margins_table(), batch.table(), batch.limits_table())
+    return [table for table in tables if table is not None]
+
+
+def picture_of(found: MotionErrors) -> str:
+    """The picture of the errors as an address that holds it."""
+    file = BytesIO()
+    draw(found).savefig(file, format="png", dpi=DOTS_PER_INCH)
+    return data_url(file.getvalue(), "image/png")
