@@ -13,10 +13,11 @@ from camopt.tables.cells import with_unit
 
 def write(work: Workpiece, path: Path, step: float | None = None) -> Export:
     """Draw the sheets of a cam, with a table in steps (deg); its curves are lines in its own mm at any scale."""
-    sheets = write_sheets(work.scene, work.problem, path, step)
+    sheets = write_sheets(work.scene, work.problem, path, step, work.disc)
     curves = {
         name: CurveInFile(found.points.size - 1, "lines", found.deviation)
         for name, found in sheets[0].cam.curves.items()
+        if name in work.curves()
     }
     about = {"paper": [each.paper.name for each in sheets], "scale": [scale_name(each.scale) for each in sheets]}
     told = {name: ", ".join(dict.fromkeys(each)) for name, each in about.items()}

@@ -31,15 +31,19 @@ class Sheet(NamedTuple):
 
 
 def write_sheets(
-    scene: Scene, problem: Problem, path: str | os.PathLike[str], step: float | None = None
+    scene: Scene,
+    problem: Problem,
+    path: str | os.PathLike[str],
+    step: float | None = None,
+    only: int | None = None,
 ) -> list[Sheet]:
     """The workshop drawing of a scene's cam as a PDF at true size, its table in steps of 5 or 10 deg if not given.
 
     One sheet, A4 or A3 (A2 for a table of many rows): the front view of a disc cam with the angles of its motion,
     and its section; or the developed groove of a cylindrical cam, its section and its hole; the table of the
     profile; notes; the title block. At 1:1 where that fits, or else at the nearest standard scale. Of a pair of
-    discs one sheet each, with the other disc behind it, and the section of both. The same scene gives the same
-    file.
+    discs one sheet each (``only`` that of the disc with a number), with the other disc dashed, and the section of
+    both. The same scene gives the same file.
 
     Raises
     ------
@@ -48,7 +52,7 @@ def write_sheets(
     OSError
         If the file cannot be written.
     """
-    sheets = sheets_of(scene, problem, step)
+    sheets = [each for each in sheets_of(scene, problem, step) if only in (None, each.cam.disc.number)]
     sizes = [(sheet.paper.width / INCH, sheet.paper.height / INCH) for sheet in sheets]
     with pages(path, sizes) as figures:
         for sheet, figure in zip(sheets, figures, strict=True):

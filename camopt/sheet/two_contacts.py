@@ -87,8 +87,9 @@ def two_contacts(cam: TrueCam) -> Iterator[str]:
         return
     if len(cam.discs) > 1:
         one, other = (f"{k + 1}" for k in (cam.place, 1 - cam.place))
-        text = "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark."
-        yield cam.say(text).format(one, other)
+        text = "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark{}."
+        where = cam.say(", on disc 1") if cam.part.hub_diameter else ""
+        yield cam.say(text).format(one, other, where)
     mechanism = cam.problem.setup.mechanism
     what = (
         "Angle between both arms {}"

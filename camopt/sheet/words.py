@@ -120,9 +120,11 @@ GERMAN = {
     "Clearance of the roller Ø{} in its groove{}{}.": "Spiel der Rolle Ø{} in ihrer Nut{}{}.",
     ", from {} to {}": ", von {} bis {}",
     # two contacts
-    "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark.": (
-        "Doppelkurve: Scheibe {} in Volllinien, Scheibe {} gestrichelt. Beide Tabellen ab derselben Einstellmarke."
+    "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark{}.": (
+        "Doppelkurve: Scheibe {} in Volllinien, Scheibe {} gestrichelt. Beide Tabellen ab derselben "
+        "Einstellmarke{}."
     ),
+    ", on disc 1": ", auf Scheibe 1",
     "Angle between both arms {}": "Winkel zwischen beiden Armen {}",
     "Distance of both flat faces {}": "Abstand beider ebenen Flächen {}",
     "Distance of the centres of both rollers {}": "Abstand der Mitten beider Rollen {}",

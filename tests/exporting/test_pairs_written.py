@@ -213,7 +213,6 @@ def test_a_file_of_one_disc_has_the_curves_of_that_disc(tmp_path):
         ),
         ("press-feed-by-pair", "a.p", {"disc": 3}, "disc = 3: must be 1 or 2"),
         ("press-feed-by-pair", "a.txt", {"disc": 1}, r"disc = 1: has no meaning in a \.txt file"),
-        ("press-feed-by-pair", "a.pdf", {"disc": 1}, r"disc = 1: has no meaning in a \.pdf file"),
         ("pump-of-constant-breadth", "a.nc", {"disc": 1}, "disc = 1: has no meaning for a cam of one disc"),
     ],
 )

@@ -145,7 +145,7 @@ def test_the_notes_of_a_pair_have_what_its_follower_is_and_how_it_is_inspected()
     for words in (
         "Disc 1: for an oscillating follower with a roller Ø32, arm 110",
         "Disc 2: for an oscillating follower with a roller Ø32, arm 100",
-        "disc 2 in full lines, disc 1 dashed",
+        "disc 2 in full lines, disc 1 dashed. Both tables are from the same timing mark, on disc 1.",
         "Angle between both arms 90.602°, made 90.592° for an interference of 0.01°.",
         "over a turn: angle between the arms 90.602° ±0.0059°.",
     ):
@@ -160,6 +160,9 @@ def test_a_pdf_of_a_pair_has_both_sheets(tmp_path):
     pages = [page.get_text() for page in pymupdf.open(tmp_path / "pair.pdf")]
     assert ["disc 1 in full" in text for text in pages] == [True, False]
     assert ["disc 2 in full" in text for text in pages] == [False, True]
+    assert set(export(FEED, tmp_path / "two.pdf", disc=2).curves) == {"second_pitch", "second_profile"}
+    (second,) = [page.get_text() for page in pymupdf.open(tmp_path / "two.pdf")]
+    assert second == pages[1]
 
 
 def ends_of(entity):
