@@ -23,7 +23,7 @@ class Ending(NamedTuple):
 ENDINGS = {
     ".dxf": Ending("dxf", of_plane=True),
     ".svg": Ending("svg", of_plane=True),
-    ".pdf": Ending("pdf", of_rib=False),
+    ".pdf": Ending("pdf"),
     ".step": Ending("step", "cad"),
     ".stp": Ending("step", "cad"),
     ".stl": Ending("stl", "cad"),

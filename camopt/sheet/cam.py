@@ -1,7 +1,7 @@
 """The subject of a sheet: one disc of a cam, its part, and its curves as polylines of proved deviation."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import degrees
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from camopt.contour.path import ArcPath
 from camopt.drawing.picture import END_SHARE, STROKE_NAMES, Picture
 from camopt.effects import Case, offered
 from camopt.mechanisms.design import ComplexArray
-from camopt.mechanisms.geometry import CamCurves, cam_curves
+from camopt.mechanisms.geometry import CamCurves, cam_curves, from_image
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
@@ -81,9 +81,24 @@ class TrueCam:
         return discs_of(self.problem)
 
     @property
+    def ribbed(self) -> bool:
+        """Whether both rollers are beside a rib of a cylinder."""
+        return len(self.discs) > 1 and self.problem.setup.mechanism.body.developed
+
+    @property
+    def paired(self) -> bool:
+        """Whether there are two discs on the shaft, each with a sheet of its own."""
+        return len(self.discs) > 1 and not self.ribbed
+
+    @property
+    def sheets(self) -> "list[TrueCam]":
+        """The same cam by each disc that has a sheet."""
+        return [replace(self, place=place) for place in range(len(self.discs) if self.paired else 1)]
+
+    @property
     def sheet(self) -> str:
         """The number of the sheet, and how many there are."""
-        return f"{self.disc.number}/{len(self.discs)}"
+        return f"{self.disc.number}/{len(self.sheets)}"
 
     @property
     def disc(self) -> Disc:
@@ -99,7 +114,7 @@ class TrueCam:
         """The curves of this disc at cam angles (rad)."""
         own = self.own
         found = cam_curves(own.setup.mechanism, own.design, own.programme, angles)
-        return found if self.disc.mirror > 0.0 else CamCurves(*map(np.conj, found))
+        return found if self.disc.mirror > 0.0 else from_image(own.setup.mechanism, own.programme.lift, found)
 
     @cached_property
     def picture(self) -> Picture:
@@ -174,6 +189,12 @@ class TrueCam:
         return [(f"{self.say(name)} {decimal(degrees(end - begin), 2)}°", begin, end) for name, begin, end in found]
 
     @property
+    def flank_height(self) -> float | None:
+        """The depth of the groove of a cylinder, or the height of its rib, mm; None if it is not known."""
+        found: float | None = getattr(self.part, self.problem.setup.mechanism.body.flank_height)
+        return found
+
+    @property
     def steady(self) -> list[Stroke]:
         """The follower's stretches at constant velocity; a tool's are none of the follower behind a train."""
         programme = self.problem.programme
@@ -196,7 +217,7 @@ class TrueCam:
 
     def quantity(self, name: str) -> float | None:
         """One quantity of this disc; None if the scene lacks a value that it needs."""
-        return quantity_of(self.own, name)
+        return quantity_of(self.own if self.paired else self.problem, name)
 
 
 def quantity_of(problem: Problem, name: str) -> float | None:

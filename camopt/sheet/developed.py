@@ -1,9 +1,9 @@
-"""The views of a cylindrical cam: its groove developed at the mean radius, its section, and the hole for the shaft.
+"""The views of a cylindrical cam: groove or rib developed at the mean radius, its section, the hole for the shaft.
 
-The groove is drawn over one turn, with cam angle 0 on the left: as seen from outside where the cam turns
+The groove (rib) is drawn over one turn, with cam angle 0 on the left: as seen from outside where the cam turns
 clockwise (as seen from above, where the lift goes), else from inside. Its middle is in the middle of the
 cylinder's length. The section goes through the axis, at the cam angles of the keyway and opposite to it; the
-groove is as wide in it as its flanks at the mean radius are apart along the axis.
+groove (rib) is as wide in it as its flanks at the mean radius are apart along the axis.
 """
 
 from collections.abc import Iterator
@@ -21,6 +21,7 @@ from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.cam import POINT_STEP, TrueCam
 from camopt.sheet.dimensions import (
+    ARROW,
     CELL,
     DATUM_REACH,
     FIRST_LEVEL,
@@ -42,6 +43,7 @@ from camopt.sheet.marks import (
     THICK,
     Line,
     Marks,
+    Pen,
     Words,
     box_of,
     line,
@@ -55,7 +57,6 @@ from camopt.sheet.section import Gap, hatching, mouth, outlines
 BESIDE_GROOVE = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
 VIEW_GAP = 12.0  # mm: one view from the next
 LEADER = 12.0  # mm: from a frame back to where its leader ends
-FLANKS = ("profile_left", "profile_right")
 
 
 def groove_and_body(cam: TrueCam, scale: float) -> tuple[Marks, Marks]:
@@ -115,8 +116,9 @@ class DevelopedView:
     def groove(self) -> Marks:
         """The developed cylinder from its lower left corner at x = 0."""
         bottom, top = self.ends
-        marks: Marks = [rectangle(1j * bottom, complex(self.around, top), THICK), *self._flanks()]
-        marks += [Line(self.pitch, DOUBLE_CHAIN)] if self.cam.problem.setup.rolls else []
+        marks: Marks = [rectangle(1j * bottom, complex(self.around, top), THICK)]
+        marks += self._on_face(self._curves("profile"), THICK)
+        marks += self._on_face(self._curves("pitch"), DOUBLE_CHAIN)
         for name, begin, end in self.cam.segments:
             x = begin * self.mean
             marks += [
@@ -130,7 +132,8 @@ class DevelopedView:
     def _stroke(self, name: str, begin: float, end: float) -> Marks:
         """The follower's motion over cam angles (rad), written above the cylinder."""
         x, to, foot = begin * self.mean, end * self.mean, self.ends[1] + FIRST_LEVEL + 2.0
-        height = next((h for h in (LARGE, MEDIUM) if width_of(name, h) + 2 * ROOM <= to - x), None)
+        beside = {LARGE: ROOM + ARROW, MEDIUM: ROOM}  # large letters reach down to the arrows
+        height = next((h for h, room in beside.items() if width_of(name, h) + 2 * room <= to - x), None)
         if height is None:
             at = complex((x + to + MEDIUM) / 2, foot + 3.0)
             return [Words(at, name, MEDIUM, 0.0, pi / 2)]
@@ -138,24 +141,23 @@ class DevelopedView:
         heads = [arrow(ends[0], -1.0), arrow(ends[1], 1.0)] if to - x > 8.0 else []
         return [line(*ends), *heads, Words(complex((x + to) / 2, foot + OVER_LINE), name, height, 0.5)]
 
-    def _flanks(self) -> Iterator[Line]:
-        """Both flanks of the groove, with those of the turns before and after if they reach into this one."""
+    def _curves(self, kind: str) -> list[ComplexArray]:
+        """The flanks, or the paths of rollers, over this turn, the one before and the one after."""
+        found = [curve.points * self.scale for name, curve in self.cam.curves.items() if kind in name]
+        return [np.concatenate([each - self.around, each, each + self.around]) for each in found]
+
+    def _on_face(self, curves: list[ComplexArray], pen: Pen) -> Iterator[Line]:
+        """Curves as far as they are on the cylinder."""
         from shapely import LineString, box
 
         bottom, top = self.ends
         face = box(0.0, bottom, self.around, top)
-        for flank in self._turned_flanks():
-            inside = LineString(np.column_stack([flank.real, flank.imag])).intersection(face)
+        for curve in curves:
+            inside = LineString(np.column_stack([curve.real, curve.imag])).intersection(face)
             for piece in getattr(inside, "geoms", [inside]):
                 if piece.geom_type == "LineString" and not piece.is_empty:
                     x, y = np.asarray(piece.coords.xy)
-                    yield Line(x + 1j * y, THICK)
-
-    def _turned_flanks(self) -> Iterator[ComplexArray]:
-        """Each flank over this turn, the one before and the one after."""
-        for name in FLANKS:
-            flank = self.cam.curve(name) * self.scale
-            yield np.concatenate([flank - self.around, flank, flank + self.around])
+                    yield Line(x + 1j * y, pen)
 
     def _lengths(self) -> Marks:
         bottom, top = self.ends
@@ -171,16 +173,27 @@ class DevelopedView:
         return f"{said(2 * pi * size)} (2π · R{said(size)})"
 
     def _width(self) -> Marks:
-        """The width of the groove at cam angle 0, and how far its middle is from the lower face."""
-        start, bottom = 1j * float(self.pitch[0].imag), 1j * self.ends[0]
-        half = self.cam.problem.half_width * self.scale
-        marks = distance(start - 1j * half, start + 1j * half, 1j, FIRST_LEVEL, width_said(self.cam))
+        """The width of groove or rib at cam angle 0, and how far its middle is from the lower face."""
+        start, bottom, half = self._start, 1j * self.ends[0], self._half
+        text = said(2 * half / self.scale) if self.cam.ribbed else width_said(self.cam)
+        marks = distance(start - 1j * half, start + 1j * half, 1j, FIRST_LEVEL, text)
         if self.part.thickness:
             far = said(abs(start - bottom) / self.scale)
             marks += distance(bottom, start, 1j, FIRST_LEVEL + LEVEL_STEP, far)
         if datum := symbols.datums_of(self.part, self.is_cut).face:
             marks += datum_at(bottom - FIRST_LEVEL - LEVEL_STEP / 2, -1j, STEM, datum)
         return marks
+
+    @property
+    def _start(self) -> complex:
+        """The middle of groove or rib at cam angle 0."""
+        return 1j * (sum(self._gap(0.0)) / 2 if self.cam.ribbed else float(self.pitch[0].imag))
+
+    @property
+    def _half(self) -> float:
+        """Half of the width there: across a groove, along the axis of a rib."""
+        low, high = self._gap(0.0)
+        return (high - low) / 2 if self.cam.ribbed else self.cam.problem.half_width * self.scale
 
     def _sense(self) -> Marks:
         """The direction of motion of the surface and other texts, below it."""
@@ -210,18 +223,28 @@ class DevelopedView:
 
     def _lowest(self, x: float) -> float:
         """The lower edge of the groove at a place of the circumference."""
-        flanks = np.concatenate([self.cam.curve(name) * self.scale for name in FLANKS])
+        flanks = np.concatenate(self._curves("profile"))
         near = np.abs(flanks.real - x) <= POINT_STEP * self.mean
         return float(flanks.imag[near].min())
 
     @property
     def is_cut(self) -> bool:
         """Whether the sizes of a section are known."""
-        return bool(self.part.thickness and self.part.groove_depth)
+        return bool(self.part.thickness and self.cam.flank_height)
+
+    @property
+    def _depth(self) -> float:
+        """Of the groove, or height of the rib."""
+        return (self.cam.flank_height or 0.0) * self.scale
 
     @property
     def outer(self) -> float:
-        return self.mean + (self.part.groove_depth or 0.0) * self.scale / 2
+        return self.mean + self._depth / 2
+
+    @property
+    def _round(self) -> float:
+        """The radius of the cylinder itself, without a rib."""
+        return self.outer - self._depth if self.cam.ribbed else self.outer
 
     @property
     def _outer_said(self) -> str:
@@ -231,30 +254,47 @@ class DevelopedView:
         """Through the axis, which is at y = 0; the lower end of the developed view on the left."""
         length, solid = (self.part.thickness or 0.0) * self.scale, self._solid()
         marks: Marks = [*outlines(solid), *hatching(solid), line(-4.0 + 0j, length + 4.0 + 0j, pen=CHAIN)]
-        marks += [line(-1j * self.outer + x, 1j * self.outer + x, pen=THICK) for x in (0.0, length)]
-        marks += mouth(self.part, self.scale, length)
+        round_ = self._round
+        marks += [line(-1j * round_ + x, 1j * round_ + x, pen=THICK) for x in (0.0, length)]
+        marks += [*mouth(self.part, self.scale, length), *self._rib_behind()]
         radius = (self.part.bore or 0.0) / 2 * self.scale
-        ends = -1j * self.outer, 1j * self.outer
-        marks += [
-            line(complex(0.0, side * self.outer), complex(length, side * self.outer), pen=THICK) for side in (-1, 1)
-        ]
-        marks += distance(ends[0], ends[0] + length, 1.0, -FIRST_LEVEL, said(self.part.thickness or 0.0))
-        marks += distance(*ends, 1j, FIRST_LEVEL, self._outer_said)
+        marks += [line(complex(0.0, side * round_), complex(length, side * round_), pen=THICK) for side in (-1, 1)]
+        low, beyond = -1j * round_, self.outer - round_ + FIRST_LEVEL
+        marks += distance(low, low + length, 1.0, -beyond, said(self.part.thickness or 0.0))
+        marks += self._diameters()
         if radius:
             marks += distance(length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, bore_said(self.part))
         marks += self._cut_angles()
-        depth = (self.part.groove_depth or 0.0) * self.scale
-        top = complex(self._cut_grooves[0][1], self.outer)
-        marks += distance(
-            top - 1j * depth,
-            complex(length, self.outer),
-            1j,
-            top.real - length - FIRST_LEVEL - (LEVEL_STEP if radius else 0.0),
-            said(self.part.groove_depth or 0.0),
-        )
+        corner, far = complex(self._cut_grooves[0][1], self.outer), length + FIRST_LEVEL + LEVEL_STEP * bool(radius)
+        ends = corner - 1j * self._depth, complex(length, self.outer)
+        ends = (ends[1] - 1j * self._depth, corner) if self.cam.ribbed else ends
+        marks += distance(*ends, 1j, ends[0].real - far, said(self._depth / self.scale))
         if datum := symbols.datums_of(self.part, self.is_cut).bore:
             marks += datum_at(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)
         return marks
+
+    def _diameters(self) -> Marks:
+        """The outer diameter, and that of the cylinder below a rib."""
+        if not self.cam.ribbed:
+            return distance(-1j * self.outer, 1j * self.outer, 1j, FIRST_LEVEL, self._outer_said)
+        above, below = self._cut_grooves
+        foot = self._round
+        marks = distance(-1j * foot, 1j * foot, 1j, FIRST_LEVEL, f"Ø{said(2 * foot / self.scale)}")
+        ends = complex(below[0], -self.outer), complex(above[0], self.outer)
+        return [*marks, *distance(*ends, 1j, ends[0].real + FIRST_LEVEL + LEVEL_STEP, self._outer_said)]
+
+    def _rib_behind(self) -> Iterator[Line]:
+        """The edges of a rib behind the section, as far as they are beyond the cylinder."""
+        if not self.cam.ribbed:
+            return
+        first, _ = self._cut_turns
+        for flank in self._curves("profile"):
+            turned = flank.real / self.mean - first
+            level = self.outer * np.cos(turned)
+            seen = (self.cam.sense * np.sin(turned) >= 0.0) & (np.abs(level) >= self._round) & (np.abs(turned) < pi)
+            for piece in np.split(np.flatnonzero(seen), np.flatnonzero(np.diff(np.flatnonzero(seen)) > 1) + 1):
+                if piece.size > 1:
+                    yield Line(flank.imag[piece] - self.ends[0] + 1j * level[piece], THICK)
 
     def _cut_angles(self) -> Iterator[Words]:
         """The cam angles of the section, over its upper groove and below the length under the lower one."""
@@ -277,25 +317,33 @@ class DevelopedView:
 
     def _cut_groove(self, turn: float) -> Gap:
         """From flank to flank at a cam angle (rad), from the lower face."""
+        low, high = self._gap(turn)
+        return low - self.ends[0], high - self.ends[0]
+
+    def _gap(self, turn: float) -> Gap:
+        """The heights of both flanks at a cam angle (rad)."""
         x = turn % (2 * pi) * self.mean
-        found = np.concatenate([_heights_at(x, flank) for flank in self._turned_flanks()]) - self.ends[0]
+        found = np.concatenate([_heights_at(x, flank) for flank in self._curves("profile")])
         return float(found.min()), float(found.max())
 
     def _solid(self) -> Any:
         """The cut material, as a shape of shapely."""
         from shapely import box, union_all
 
-        length = (self.part.thickness or 0.0) * self.scale
-        depth = (self.part.groove_depth or 0.0) * self.scale
+        length, depth, round_ = (self.part.thickness or 0.0) * self.scale, self._depth, self._round
         radius = (self.part.bore or 0.0) / 2 * self.scale
         key = (self.part.keyway_depth or 0.0) * self.scale
         above, below = self._cut_grooves
-        voids = [
-            box(above[0], self.outer - depth, above[1], self.outer + 1.0),
-            box(below[0], -self.outer - 1.0, below[1], depth - self.outer),
-            *([box(-1.0, -radius, length + 1.0, radius + key)] if radius else []),
-        ]
-        return box(0.0, -self.outer, length, self.outer).difference(union_all(voids))
+        body = box(0.0, -round_, length, round_)
+        beyond = 0.0 if self.cam.ribbed else 1.0
+        cut = union_all(
+            [
+                box(above[0], self.outer - depth, above[1], self.outer + beyond),
+                box(below[0], -self.outer - beyond, below[1], depth - self.outer),
+            ]
+        )
+        whole = body.union(cut) if self.cam.ribbed else body.difference(cut)
+        return whole.difference(box(-1.0, -radius, length + 1.0, radius + key)) if radius else whole
 
     def hole(self) -> Marks:
         """The bore with its keyway, above, as seen along the axis."""

@@ -201,6 +201,7 @@ def forms(body: Body, step: float | None = None) -> Iterator[Arrangement]:
 CYLINDER_FORMS = (
     Arrangement(A3, 5.0, 4, cylindrical),
     *(Arrangement(A3, 10.0, blocks, cylindrical) for blocks in (4, 3, 2)),
+    Arrangement(A3, 10.0, 1, cylinder_beside),
 )
 DISC_FORMS = (
     *(Arrangement(A4, 10.0, blocks, disc_above) for blocks in (3, 2)),

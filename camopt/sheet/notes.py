@@ -92,7 +92,7 @@ def _general(cam: TrueCam) -> Iterator[str]:
 
 def _followers(cam: TrueCam) -> Iterator[str]:
     """The follower, as each disc has it."""
-    if len(cam.discs) == 1:
+    if not cam.paired:
         yield cam.say("For {}.").format(_follower(cam, cam.problem.design))
         return
     for k, disc in enumerate(cam.discs, start=1):
@@ -108,11 +108,12 @@ def _follower(cam: TrueCam, design: Designs) -> str:
         ("flat", False): "with a flat face",
         ("flat", True): "with two flat faces",
         ("knife", False): "with a knife edge",
-    }[scene.tip.name, scene.mechanism.drive.one_disc]
+    }[scene.tip.name, scene.mechanism.drive.one_disc or cam.ribbed]
     radius = float(design.roller_radius[0]) * (2.0 if scene.tip.name == "roller" else 1.0)
     who = "a yoke {}" if scene.mechanism.drive.one_disc else f"{scene.mechanism.motion.words} follower {{}}"
     kind = cam.say(who)
     sizes = {
+        "{} apart": float(design.roller_spacing[0]),
         "arm {}": float(design.arm_length[0]),
         "distance of the pivot from the cam's axis {}": float(design.centre_distance[0]),
         "distance of the face from the pivot {}": float(design.face_offset[0]),
@@ -131,7 +132,8 @@ def _turning(cam: TrueCam) -> Iterator[str]:
     if cam.problem.setup.mechanism.body.developed:
         # cam angles grow to the right, and so against the turn of a cam that turns ccw, which only its inside shows
         side = {"cw": "outside", "ccw": "inside"}[scene.cam.rotation]
-        view = f"The groove is developed at the mean radius, as seen from {side}: the cam turns"
+        what = "rib" if cam.ribbed else "groove"
+        view = f"The {what} is developed at the mean radius, as seen from {side}: the cam turns"
         turn = f"{SENSES[scene.cam.rotation]}, as seen from above; the surface moves as the arrow shows"
         yield cam.say(f"{view} {turn}{{}}.").format(speed)
         return
@@ -155,7 +157,7 @@ def _keyway(cam: TrueCam) -> Iterator[str]:
         return
     angle = round(degrees(cam.sense * (pi / 2 - keyway_turn(part))) % 360.0, 3) % 360.0
     if cam.problem.setup.mechanism.body.developed:
-        where = ", where the section is" if part.groove_depth else ""
+        where = ", where the section is" if cam.flank_height else ""
         yield cam.say(f"The keyway is at cam angle {{}}°{where}.").format(decimal(angle))
         return
     if angle:
@@ -198,6 +200,12 @@ def _steady(stroke: Stroke, cam: TrueCam) -> str:
 def _columns(cam: TrueCam) -> Iterator[str]:
     setup = cam.problem.setup
     if setup.mechanism.body.developed:
+        if cam.ribbed:
+            text = (
+                "Table: cam angle θ, lift s; centres of rollers 1, beyond the rib, and 2: x round the mean radius, "
+            )
+            yield cam.say(f"{text}y along the axis.")
+            return
         point = cam.say(cam.scene.tip.trace)
         lift = ", lift s; {} x" if setup.angular else "; {} x"
         along = "y along the axis." if setup.angular else "y along the axis, which is its lift s."
@@ -215,8 +223,13 @@ def _columns(cam: TrueCam) -> Iterator[str]:
 
 
 def _groove(cam: TrueCam) -> Iterator[str]:
-    """The clearance of a roller in its groove, and the chamfers."""
+    """The clearance of a roller in its groove, and the chamfers; that of a rib between its rollers."""
     if cam.problem.setup.mechanism.body.bounded:
+        return
+    if cam.ribbed:
+        gap = 2 * (cam.problem.half_width - cam.roller)
+        if gap:
+            yield cam.say("Clearance of the rib between its rollers {}.").format(said(gap))
         return
     room = clearance_of(cam)
     if room.given is not None or room.ends:
@@ -237,15 +250,16 @@ def _computed(cam: TrueCam) -> Iterator[str]:
 def _results(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
     """What may be computed of a cam, in words with a place for the number, and its unit."""
     yield "largest pressure angle {}°", cam.quantity("pressure_angle_max_deg"), "deg"
-    yield "at the bottom of the groove {}°", cam.quantity(BOTTOM), "deg"
+    yield f"at {cam.problem.setup.mechanism.body.foot} {{}}°", cam.quantity(BOTTOM), "deg"
     yield "least convex radius of the profile {}", cam.quantity("profile_radius_min_mm"), "mm"
+    yield "rib at least {} thick", cam.quantity("rib_thickness_min_mm"), "mm"
     if cam.problem.setup.mechanism.two_sided:
         yield "cutter at most Ø{}", 2 * cam.problem.half_width, "mm"
     else:
         widest = cam.quantity(CUTTER) or 0.0
         straight = widest > FLANK_RADIUS * cam.size
         yield "cutter or wheel in hollow flanks at most R{}", None if straight else widest, "mm"
-    if len(cam.discs) == 1:  # the hub of a pair is in the mass of neither disc
+    if not cam.paired:  # the hub of a pair is in the mass of neither disc
         yield "mass {}", cam.quantity("cam_mass_kg"), "kg"
 
 

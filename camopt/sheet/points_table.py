@@ -6,7 +6,7 @@ the roller's centre on the developed cylinder, whose y is the lift of a translat
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
 
@@ -48,8 +48,10 @@ def printed(cam: TrueCam, step: float) -> list[Printed]:
     lifts = _written(np.degrees(lift)) if problem.setup.angular else _lengths(lift)
     curves = cam.curves_at(angles)
     columns = [Printed(("", "θ", "°"), tuple(f"{each:g}" for each in degrees))]
-    if problem.setup.angular or not problem.setup.mechanism.body.developed:
+    if problem.setup.angular or cam.ribbed or not problem.setup.mechanism.body.developed:
         columns.append(Printed(("", "s", "°" if problem.setup.angular else unit), lifts))
+    if cam.ribbed:
+        return [*columns, *_beside_rib(cam, angles)]
     if problem.setup.mechanism.body.developed:
         y = "y" if problem.setup.angular else "y = s"
         return [
@@ -61,6 +63,17 @@ def printed(cam: TrueCam, step: float) -> list[Printed]:
     if problem.setup.mechanism.body.bounded:
         columns += _polar(cam.say("profile"), curves.profile[0], cam.sense)
     return [*columns, *(_polar(cam.say("centre"), curves.pitch, cam.sense) if centred else ())]
+
+
+def _beside_rib(cam: TrueCam, angles: FloatArray) -> Iterator[Printed]:
+    """The centres of both rollers, which are at one place round the cam if they translate."""
+    unit = shown_unit("mm")
+    for place in (0, 1):
+        name, points = cam.say("roller {}").format(place + 1), replace(cam, place=place).curves_at(angles).pitch
+        if not place or cam.problem.setup.angular:
+            yield Printed((name, "x", unit), _lengths(points.real))
+            name = ""
+        yield Printed((name, "y", unit), _lengths(points.imag))
 
 
 def _polar(name: str, points: ComplexArray, sense: float) -> Iterator[Printed]:

@@ -1,7 +1,6 @@
 """The workshop drawing, at the largest standard scale and on the smallest paper that hold it."""
 
 import os
-from dataclasses import replace
 from itertools import islice
 from math import inf, pi
 from typing import NamedTuple
@@ -66,9 +65,7 @@ def write_sheets(
 
 def sheets_of(scene: Scene, problem: Problem, step: float | None = None) -> list[Sheet]:
     """The sheets of all discs, at one scale."""
-    first = TrueCam(scene, problem)
-    cams = [replace(first, place=place) for place in range(len(first.discs))]
-    sheets = [_sheet(cam, step) for cam in cams]
+    sheets = [_sheet(cam, step) for cam in TrueCam(scene, problem).sheets]
     least = min(sheet.scale for sheet in sheets)
     return [sheet if sheet.scale == least else _sheet(sheet.cam, step, least) for sheet in sheets]
 

@@ -69,7 +69,7 @@ class Datums(NamedTuple):
 def datums_of(part: Part, is_cut: bool) -> Datums:
     """The datums of a part with a profile tolerance and a section that shows the bore."""
     has = bool(part.bore) and is_cut and part.profile_tolerance is not None
-    wanted = has, has and bool(part.keyway_width), has and part.groove_depth is not None
+    wanted = has, has and bool(part.keyway_width), has and bool(part.groove_depth or part.rib_height)
     letters = iter("ABC")
     return Datums(*(next(letters) if each else "" for each in wanted))
 

@@ -56,7 +56,8 @@ def apart(cam: TrueCam) -> Apart | None:
     if not setup.mechanism.further:
         return None
     name = ANGLE if setup.angular else BREADTH if setup.mechanism.flat_faced else DISTANCE
-    value = quantity_of(cam.problem, name)
+    spacing = float(cam.problem.design.roller_spacing[0])  # of a rib
+    value = spacing if spacing and not setup.angular else quantity_of(cam.problem, name)
     assert value is not None
     drive = cam.scene.drive
     varies = None if tolerance is None else variation(cam, tolerance)
@@ -85,7 +86,7 @@ def two_contacts(cam: TrueCam) -> Iterator[str]:
     found = apart(cam)
     if found is None:
         return
-    if len(cam.discs) > 1:
+    if cam.paired:
         one, other = (f"{k + 1}" for k in (cam.place, 1 - cam.place))
         text = "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark{}."
         where = cam.say(", on disc 1") if cam.part.hub_diameter else ""
@@ -107,8 +108,11 @@ def two_contacts(cam: TrueCam) -> Iterator[str]:
 
 
 def _inspected(cam: TrueCam) -> str:
-    """How the discs are inspected."""
+    """How the discs, or the rib, are inspected."""
     mechanism = cam.problem.setup.mechanism
+    if cam.ribbed:
+        what = "angle between the arms {}." if cam.problem.setup.angular else "distance of their centres {}."
+        return f"Inspect the rib between both rollers, over a turn: {what}"
     if mechanism.flat_faced:
         return "Inspect the breadth between two parallel faces, in every direction: {}."
     if mechanism.drive.one_disc:

@@ -73,6 +73,16 @@ GERMAN = {
         "Nut am mittleren Radius abgewickelt, von innen gesehen: Die Kurve dreht gegen den Uhrzeigersinn, von oben "
         "gesehen; die Oberfläche bewegt sich in Pfeilrichtung{}."
     ),
+    "The rib is developed at the mean radius, as seen from outside: the cam turns clockwise, as seen from "
+    "above; the surface moves as the arrow shows{}.": (
+        "Rippe am mittleren Radius abgewickelt, von außen gesehen: Die Kurve dreht im Uhrzeigersinn, von oben "
+        "gesehen; die Oberfläche bewegt sich in Pfeilrichtung{}."
+    ),
+    "The rib is developed at the mean radius, as seen from inside: the cam turns counter-clockwise, as seen "
+    "from above; the surface moves as the arrow shows{}.": (
+        "Rippe am mittleren Radius abgewickelt, von innen gesehen: Die Kurve dreht gegen den Uhrzeigersinn, von "
+        "oben gesehen; die Oberfläche bewegt sich in Pfeilrichtung{}."
+    ),
     "Turns clockwise{}, as seen in the front view, which is at cam angle 0.": (
         "Dreht im Uhrzeigersinn{}, gesehen in der Vorderansicht, die bei Drehwinkel 0 steht."
     ),
@@ -119,7 +129,22 @@ GERMAN = {
     ),
     "Clearance of the roller Ø{} in its groove{}{}.": "Spiel der Rolle Ø{} in ihrer Nut{}{}.",
     ", from {} to {}": ", von {} bis {}",
+    "Clearance of the rib between its rollers {}.": "Spiel der Rippe zwischen ihren Rollen {}.",
+    "{} apart": "im Abstand {}",
+    "roller {}": "Rolle {}",
+    "rib at least {} thick": "Rippe mindestens {} dick",
+    "Table: cam angle θ, lift s; centres of rollers 1, beyond the rib, and 2: x round the mean radius, "
+    "y along the axis.": (
+        "Tabelle: Drehwinkel θ, Hub s; Mitten der Rollen 1, jenseits der Rippe, und 2: x um den mittleren Radius, "
+        "y längs der Achse."
+    ),
     # two contacts
+    "Inspect the rib between both rollers, over a turn: distance of their centres {}.": (
+        "Rippe zwischen beiden Rollen prüfen, über eine Umdrehung: Abstand ihrer Mitten {}."
+    ),
+    "Inspect the rib between both rollers, over a turn: angle between the arms {}.": (
+        "Rippe zwischen beiden Rollen prüfen, über eine Umdrehung: Winkel zwischen den Armen {}."
+    ),
     "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark{}.": (
         "Doppelkurve: Scheibe {} in Volllinien, Scheibe {} gestrichelt. Beide Tabellen ab derselben "
         "Einstellmarke{}."
@@ -145,6 +170,7 @@ GERMAN = {
     " Profile: contact; centre: of the spherical face R{}.": " Kontur: Berührpunkt; Mitte: der Kugelfläche R{}.",
     "largest pressure angle {}°": "größter Pressungswinkel {}°",
     "at the bottom of the groove {}°": "am Grund der Nut {}°",
+    "at the foot of the rib {}°": "am Fuß der Rippe {}°",
     "least convex radius of the profile {}": "kleinster erhabener Radius {}",
     "cutter or wheel in hollow flanks at most R{}": "Fräser in hohlen Flanken bis R{}",
     "cutter at most Ø{}": "Fräser bis Ø{}",

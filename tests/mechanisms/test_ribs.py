@@ -330,5 +330,5 @@ def test_files_have_both_flanks_and_each_has_its_steel_on_the_side_of_the_rib(mo
     for name, place in zip(("profile", "second_profile"), PLACES, strict=True):
         sharpest = 1.0 / points[f"{name}_curvature_per_mm"].max()
         assert sharpest == pytest.approx(quantity(problem, f"{place}_profile_radius_min_mm"), rel=0.05)
-    with pytest.raises(BadInput, match=r"a \.pdf file of a rib is not written yet; its flanks are in \.dxf, \.svg"):
-        camopt.export(scene, tmp_path / "rib.pdf")
+    with pytest.raises(BadInput, match=r"a \.p file of a rib is not written yet; its flanks are in \.dxf, \.svg"):
+        camopt.export(scene, tmp_path / "rib.p", cutter_radius=5.0)

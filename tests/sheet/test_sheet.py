@@ -46,7 +46,7 @@ def turning(segments, lift=2.0, law="cycloidal"):
 
 
 SCENES = {
-    **{name: find_scene(name) for name in shipped_scenes() if name != "bottle-filler-by-rib"},  # of ribs none
+    **{name: find_scene(name) for name in shipped_scenes() if name != "bottle-filler-by-rib"},  # test_two_contacts
     **{f"a {name}": Scene.from_dict(cam_with(name, part={**PART, "thickness": 60})) for name in CONTACTS},
     "key aside": PLATE.replace(**{"part.keyway_angle": 30}),
     "key below": PLATE.replace(**{"part.keyway_angle": -90}),

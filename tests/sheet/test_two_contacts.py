@@ -1,5 +1,6 @@
-"""Drawings of pairs of discs, yokes and grooves with clearance, against slow re-contact and ISO 286."""
+"""Drawings of pairs of discs, yokes, ribs and grooves with clearance, against slow re-contact and ISO 286."""
 
+import re
 from functools import cache
 
 import ezdxf
@@ -9,6 +10,9 @@ import pytest
 import shapely
 from scipy.optimize import brentq
 from support.pairs import centres, nearest, pair, profiles, yoke
+from support.ribs import centres as rib_centres
+from support.ribs import flanks as rib_flanks
+from support.ribs import rib
 from support.sheets import faults_of
 from test_sheet import sorted_columns
 
@@ -16,6 +20,7 @@ from camopt import Scene, export, find_scene
 from camopt.problem.problem import resolve_design
 from camopt.sheet.callouts import MARK_LENGTH
 from camopt.sheet.cam import TrueCam
+from camopt.sheet.developed import DevelopedView
 from camopt.sheet.front_view import FrontView
 from camopt.sheet.marks import CHAIN, HIDDEN, THICK, Line, Words
 from camopt.sheet.notes import texts_of
@@ -212,6 +217,45 @@ def test_the_breadth_of_a_yoke_is_dimensioned_with_its_tolerance(name):
     kind = "two flat faces" if name == "flat" else "two rollers Ø16"
     assert f"For a yoke with {kind}." in told
     assert told.count(found.nominal) == 1
+
+
+RIBS = {
+    "nozzles": find_scene("bottle-filler-by-rib"),
+    "arm": Scene.from_dict(
+        rib(np.random.default_rng(1), "oscillating")
+        | {"part": {"thickness": 200, "rib_height": 12, "bore": 30, "profile_tolerance": 0.02, "language": "de"}}
+    ),
+}
+
+
+@pytest.mark.parametrize("name", RIBS)
+def test_a_rib_has_one_sheet_with_both_flanks_and_rollers(name):
+    """The table where the rigid follower has its rollers; the section where its flanks are there."""
+    scene, problem = RIBS[name], resolve_design(RIBS[name])
+    (sheet,) = sheets_of(scene, problem)
+    assert faults_of(sheet) == []
+    assert [text for text in texts(sheet.marks) if re.fullmatch(r"\d/\d", text)] == ["1/1"]
+    turns, columns = angles_of(36), ["s", "x1", "y1", "y2"] if name == "nozzles" else ["s", "x1", "y1", "x2", "y2"]
+    commas = [m._replace(text=m.text.replace(",", ".")) if isinstance(m, Words) else m for m in sheet.marks]
+    table = dict(zip(columns, sorted_columns(sheet._replace(marks=commas), 36, len(columns)).T, strict=True))
+    for number, centre in enumerate(rib_centres(problem, turns), start=1):
+        assert np.abs(table.get(f"x{number}", table["x1"]) - centre.real).max() < 6e-4
+        assert np.abs(table[f"y{number}"] - centre.imag).max() < 6e-4
+    view, angles = DevelopedView(sheet.cam, 1.0), np.linspace(-0.5, 7.0, 20001)
+    edges = rib_flanks(problem, angles)
+    for gap, turn in zip(view._cut_grooves, view._cut_turns, strict=True):
+        x = turn % (2 * np.pi) * problem.design.size[0]
+        true = [np.interp(x, edge.real, edge.imag) - view.ends[0] for edge in edges[::-1]]
+        assert gap == pytest.approx(true, abs=5e-3)
+    if name == "nozzles":
+        assert {"30", "16", "Ø224", "Ø256"} <= set(texts(sheet.marks))
+        told = " ".join(texts_of(sheet.cam))
+        for words in (
+            "two rollers Ø30, 60 apart",
+            "60, made 59.99 for an interference of 0.01",
+            "at the foot of the rib",
+        ):
+            assert words in told
 
 
 def test_a_groove_is_dimensioned_by_its_fit_and_its_clearance_is_noted(tmp_path):
