@@ -112,6 +112,7 @@ def examples(scene: Scene) -> dict[str, dict[str, Any]]:
         key for each in MECHANISMS.values() if each.motion != mechanism.motion for key in each.motion.dynamics
     }
     others |= {*GUIDE_KEYS} if mechanism.further else set()
+    drive_keys = mechanism.drive.keys if not mechanism.further else ()  # a preload is none with a clearance
     swung = SWUNG if mechanism.motion.angular else {}
     seen = {"face_reach": 80} if tip == FLAT else {"pressure_angle": 45}
     bore = {} if scene.cam.shaft_diameter is None else {"bore": scene.cam.shaft_diameter}
@@ -119,7 +120,7 @@ def examples(scene: Scene) -> dict[str, dict[str, Any]]:
     return {
         "cam": {"rotation": "ccw", "rpm": 300},
         "follower.dynamics": {key: value for key, value in (DYNAMICS | swung).items() if key not in others},
-        "drive": {"kind": mechanism.drive.name} | {k: v for k, v in DRIVE.items() if k in mechanism.drive.keys},
+        "drive": {"kind": mechanism.drive.name} | {k: v for k, v in DRIVE.items() if k in drive_keys},
         "limits": {**seen, "curvature_radius": 1, "torque_rms_N_m": 50},
         "search": {**sizes, **({"law": ["cycloidal", "poly345"]} if laws else {}), "minimise": f"{body.size}_mm"},
         "synthesis": {"minimise": "acceleration"},
