@@ -168,6 +168,15 @@ class MotionErrors(HasHtml, Drawn):
         kinds = [Cell(head, NUMERIC if head else "") for head in heads]
         return Table.of(f"{self.scene.name}: held from both sides", kinds, rows) if rows else None
 
+    def worst_motion(self) -> Scene:
+        """The scene of the cam whose displacement was found the furthest off (``worst_case``).
+
+        The errors of its numbers are those of one measured part (``values`` with one number) in place of their
+        tolerances. The profile and the axis of the bore keep theirs: its worst case has them at their ends.
+        """
+        own = {key: each for key, each in self.worst_case.errors.items() if key in self.scene.tolerances.spread}
+        return self.scene.replace(**{f"tolerances.{key}": {"values": [each]} for key, each in own.items()})
+
     def worst_cam(self, limit: str) -> Scene:
         """The scene of the worst cam that was found for a limit.
 

@@ -178,9 +178,12 @@ def test_the_command_tells_the_bound_and_the_worst_cam(command, tmp_path):
 def test_the_errors_told_of_the_worst_cam_are_those_of_a_motion_that_is_as_far_off(contact):
     """Told in mm and deg, with the axis of the bore in the frame of the cam; by exact contact over the turn."""
     given = {"profile": 0.02, "bore_eccentricity": 0.02, "phase": 0.05}
+    given |= {f"follower.{key}": 0.03 for key in SIZES[contact] if key != "face_tilt"}
     scene = Scene.from_dict({**scene_of(contact, "ccw"), "tolerances": given})
     worst, problem = camopt.tolerance(scene).worst_case, resolve_design(scene)
     places = np.linspace(0.0, 2 * np.pi, 20_001)[:-1]
     errors = scale(problem.setup, 0) * RealCams(problem).errors(off_of(worst.errors, places.size), places, 0)
     assert np.abs(errors).max() == pytest.approx(abs(worst.error), rel=1e-6)
     assert errors[np.abs(errors).argmax()] * worst.error > 0.0
+    again = camopt.tolerance(camopt.tolerance(scene).worst_motion()).worst_case  # the cam as a scene
+    assert (again.error, again.errors) == (worst.error, worst.errors)

@@ -19,7 +19,8 @@ from camopt.cli.options import (
 
 WORST, ALLOCATED, CAMS, HISTOGRAM = "worst-{}.toml", "allocated.toml", "cams.parquet", "cams.svg"
 FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
-"""The scenes of the worst cam of each limit and of --allocate, what each cam of a batch has, and its picture."""
+"""The scenes of the worst motion, of the worst cam of each limit and of --allocate; what each cam of a batch has,
+and its picture."""
 
 
 @click.command(cls=Command)
@@ -32,8 +33,9 @@ FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
 @click.option(
     "--out",
     type=OutputPlace(),
-    help="Folder for the worst cam of each limit, and the one with the grades of --allocate, as scenes (TOML), and "
-    "with --cams for what each cam has, as a table (Parquet) and as histograms (SVG).",
+    help="Folder for the cam with the worst motion, the worst one of each limit, and the one with the grades of "
+    "--allocate, as scenes (TOML), and with --cams for what each cam has, as a table (Parquet) and as histograms "
+    "(SVG).",
 )
 @click.option(
     "--cams",
@@ -160,10 +162,12 @@ def _inspected(
 
 
 def _write(unit: Any, result: Any, allocation: Any, batch: Any) -> None:
-    """Write the worst cam of each limit that a size moves, the one with allocated tolerances, and a batch."""
+    """Write the cam with the worst motion, that of each limit, the one with allocated tolerances, and a batch."""
     from camopt.drawing.plot import plot
     from camopt.scene.written import write_scene
 
+    if result.worst_case.errors:
+        write_scene(unit.path(WORST.format("motion")), result.worst_motion())
     for margin in result.margins:
         if margin.quantity and margin.worst != margin.nominal:
             write_scene(unit.path(WORST.format(margin.limit)), result.worst_cam(margin.limit))
