@@ -176,23 +176,36 @@ class _Flying(NamedTuple):
 
 
 def _departed(programme: Programme, followers: Followers, flights: Flights, gap: HalfGap) -> _Flying:
-    """Where flanks are left: a little before F is 0 or after it, for a flank that the clearance moves."""
-    table, own = programme.table, flights.setting
-    mass, damping, stiffness, omega = (each[own] for each in followers[:4])
-    panel, design = flights.panel, flights.design
-    width = table.half_width[panel]
-    start = (flights.angle - table.centre[panel]) / width
-    aside = np.where(start + STEP_BACK / width > 1.0, -1.0, 1.0) * STEP_BACK / width
-    half, half1 = gap.at(design, panel, start)
-    half2 = (gap.at(design, panel, start + aside)[1] - half1) / (aside * width)
-    moved = mass * np.square(omega) * half2 + damping * omega * half1 + stiffness * half
-    falling = flights.side * flights.slope
-    with np.errstate(divide="ignore", invalid="ignore"):
-        early = np.where((flights.jump == 0.0) & (falling < 0.0), moved / falling, 0.0)
-    early = np.where(np.abs(early) < FURTHEST, early, 0.0)
-    panel, place = _placed(programme, panel, start, early)
+    """Where flanks are left: a little before F is 0 or after it, for a flank that the clearance moves.
+
+    Where the jerk jumps at the crossing, neither side may have such a place: then the flank is left just there.
+    """
+    table, panel, design = programme.table, flights.panel, flights.design
+    start = (flights.angle - table.centre[panel]) / table.half_width[panel]
+    early, late = (_left(programme, followers, flights, gap, start, side) for side in (-1.0, 1.0))
+    by = np.where(late > 0.0, late, np.minimum(early, 0.0))
+    panel, place = _placed(programme, panel, start, by)
     half, half1 = gap.at(design, panel, place)
     return _Flying(panel, place, np.zeros(design.size), -half, -half1)
+
+
+def _left(
+    programme: Programme, followers: Followers, flights: Flights, gap: HalfGap, start: FloatArray, side: float
+) -> FloatArray:
+    """How much after F is 0 a flank is left, rad, by the slopes just before the crossing (−1) or after it (1)."""
+    table, own, step = programme.table, flights.setting, np.full(start.size, STEP_BACK)
+    mass, damping, stiffness, omega = (each[own] for each in followers[:4])
+    (near, at), (far, beyond) = (
+        _placed(programme, flights.panel, start, side * each * step) for each in (1.0, 2.0)
+    )
+    half, half1 = gap.at(flights.design, near, at)
+    half2 = (gap.at(flights.design, far, beyond)[1] - half1) / (side * step)
+    moved = mass * np.square(omega) * half2 + damping * omega * half1 + stiffness * half
+    series = polynomial.polyder(followers.force[:, own, near])
+    falling = flights.side * polynomial.polyval(at, series, tensor=False) / table.half_width[near]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = np.where((flights.jump == 0.0) & (falling < 0.0), moved / falling, 0.0)
+    return np.where(np.abs(found) < FURTHEST, found, 0.0)
 
 
 def _placed(

@@ -33,10 +33,11 @@ def _is_peak(value: Any) -> Any:
     return number
 
 
-OBJECTIVE_TERMS = (
+AXIS_TERMS = (
     *("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms"),
     *("residual_vibration", "lost_lift_area"),
 )
+OBJECTIVE_TERMS = (*AXIS_TERMS, "crossing_jerk")
 TERM_OR_AXIS = "a term of the objective; loads, as torque_peak_N_m, are axes of a frontier"
 PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
 ObjectiveTerm = Annotated[str, known(OBJECTIVE_TERMS, TERM_OR_AXIS)]
@@ -48,7 +49,8 @@ class SynthesisSettings(SceneTable):
 
     ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or
     jerk_rms (root mean square over the turn), residual_vibration (in a dwell), lost_lift_area (what the lift area
-    lacks of the highest lift over 360 deg, mm·deg: the least has the largest lift area), or a table of weights for
+    lacks of the highest lift over 360 deg, mm·deg: the least has the largest lift area), crossing_jerk (largest
+    while a roller crosses ``drive.clearance``, which it does within ``crossing_window``), or a table of weights for
     several; units are those of ``[limits]``, or by the cam angle without a speed. ``peak_velocity``,
     ``peak_acceleration``, ``peak_jerk`` are those of rises and returns, as `camopt laws` lists them: a number
     for ±, a range, or the name of a law that has as much. Where neither these nor ``[limits]`` bound
@@ -75,6 +77,8 @@ class SynthesisSettings(SceneTable):
     """Whether rises never fall, and returns never rise."""
     symmetric: Switch = False
     """Whether the motion is its own mirror image, about a cam angle that the segments allow."""
+    crossing_window: Annotated[float, Within(gt=0, le=180)] = 15.0
+    """Cam angle from where the force turns round, within which the roller has to land on the other flank; deg."""
     smooth: Annotated[float, Within(ge=0, le=1)] = 0.0
     """Share of the objective that is given up for the least variation of the jerk; no unit."""
     points: PointPairs = ()

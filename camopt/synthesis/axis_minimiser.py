@@ -15,7 +15,7 @@ import numpy as np
 
 from camopt.mistakes import Unsolved
 from camopt.scene.scene import Scene
-from camopt.scene.synthesis import OBJECTIVE_TERMS
+from camopt.scene.synthesis import AXIS_TERMS
 from camopt.synthesis.cams import cam_for, programme_with, scene_with_laws, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
 from camopt.synthesis.convex import SOLVER_ERROR, Convex, convex
@@ -56,10 +56,10 @@ class AxisMinimiser:
 
     def __init__(self, scene: Scene, axes: Sequence[str], first: str, held: Sequence[str]) -> None:
         self.scene, self.axes, self.first = scene, axes, first
-        demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in OBJECTIVE_TERMS})
+        demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
         self.keys = {name: key for name, key in quantities(demand.problem).items() if name in (first, *held)}
         self.demand = replace(demand, objective={} if first in self.keys else {first: 1.0})
-        self.held = {term: Parameter() for term in held if term in OBJECTIVE_TERMS}
+        self.held = {term: Parameter() for term in held if term in AXIS_TERMS}
         self.known: list[Iterate] | None = None
 
     @cached_property
@@ -88,18 +88,18 @@ class AxisMinimiser:
         self, value: Mapping[str, float], starts: Sequence[Iterate] = (), bounded: bool = True
     ) -> FrontierCam | None:
         """The best cam with the other axes held at values; None if none is found."""
-        if not value and self.first in OBJECTIVE_TERMS:
+        if not value and self.first in AXIS_TERMS:
             return self._end()
         scene, demand, best = self.scene.with_values(self._limits(value)), self._demand(value), None
         for laws in self._candidates(demand, value, starts):
             row = self._row(scene, demand, laws, value)
             if row and (best is None or row[self.first] < best.row[self.first]):
                 best = FrontierCam(row, laws)
-            if best and self.first in OBJECTIVE_TERMS and self._close(best.row[self.first]):
+            if best and self.first in AXIS_TERMS and self._close(best.row[self.first]):
                 break
         if best is None:
             return None
-        local = self.first not in OBJECTIVE_TERMS or not self._close(best.row[self.first])
+        local = self.first not in AXIS_TERMS or not self._close(best.row[self.first])
         bound = self._bound(value, best) if bounded else None
         return best._replace(row=best.row | {"bound": bound, "local": local})
 
@@ -180,7 +180,7 @@ class AxisMinimiser:
     def _terms(self, cam: Synthesis, laws: Iterate) -> dict[str, Any]:
         """The row of a cam: its axes, its quantities and its scene."""
         programme, size = programme_with(self.demand, laws), cam.design[self.demand.problem.size_name]
-        terms = {axis: term_of(self.demand, programme, axis, size) for axis in self.axes if axis in OBJECTIVE_TERMS}
+        terms = {axis: term_of(self.demand, programme, axis, size) for axis in self.axes if axis in AXIS_TERMS}
         return {**terms, **cam.design, "scene": cam.scene.to_toml()}
 
     def _as_solved(self, laws: Iterate) -> Synthesis | None:

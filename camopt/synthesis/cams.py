@@ -24,7 +24,8 @@ from camopt.scene.scene import Scene
 from camopt.smallest.optimise import SECONDS, Optimum, optimise
 from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
-from camopt.synthesis.demand import LOST_AREA, SIZE_WORDS, SQUARES, TERM_ORDERS, Demand
+from camopt.synthesis.crossings import crossing_jerk
+from camopt.synthesis.demand import CROSSING_JERK, LOST_AREA, SIZE_WORDS, SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.synthesised import Synthesis, free_names
 from camopt.tables.designs import Design, scene_with_row
@@ -209,6 +210,8 @@ def term_of(demand: Demand, programme: Programme, name: str, size: float) -> flo
         return size
     if name == residual.TERM:
         return float(demand.per_unit[name] * vibration(programme, *demand.train).residual)
+    if name == CROSSING_JERK:
+        return demand.per_unit[name] * crossing_jerk(programme, demand.window, demand.crossings)
     if name == LOST_AREA:
         area = 2.0 * pi * mean_of_powers(programme, 0, 1)
         return demand.per_unit[name] * (demand.largest_area - area)

@@ -17,7 +17,7 @@ from camopt.mistakes import Unsolved
 from camopt.motion.table import DWELL
 from camopt.synthesis import residual
 from camopt.synthesis.conic import INFEASIBLE, NO_SOLUTION, SOLVED, SOLVER_ENDS, ConicProgramme
-from camopt.synthesis.demand import LOST_AREA, SQUARES, TERM_ORDERS, Demand
+from camopt.synthesis.demand import CROSSING_JERK, LOST_AREA, SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.fixed_motion import FixedMotion
 from camopt.synthesis.functions import ConvexFunction, LargestNorm, Linear, Magnitudes, Norm
 from camopt.synthesis.means import MeanConstraint
@@ -122,7 +122,7 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     held = held or {}
     sizes = Sizes(Unknown(), Unknown(), Unknown())
     names = dict.fromkeys((*demand.objective, *held, *([] if demand.residual is None else [residual.TERM])))
-    largest = {name: Unknown() for name in names if name in TERM_ORDERS}
+    largest = {name: Unknown() for name in names if name in (*TERM_ORDERS, CROSSING_JERK)}
     motions = [
         (make if stroke.is_free else FixedMotion)(demand, stroke, _ranges(demand, number, largest), sizes)
         for number, stroke in enumerate(demand.strokes)
@@ -136,6 +136,10 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     for number, partner in enumerate(demand.mirror or ()):
         if number <= partner:
             motions[number].mirrors(motions[partner])
+    for crossing in demand.crossings if CROSSING_JERK in largest else ():
+        motions[crossing.stroke].crosses(crossing, largest[CROSSING_JERK])
+        for end in demand.ranges[crossing.stroke].get(3, ()):  # with more of it there is no more allowed
+            rows.at_least((-1.0, largest[CROSSING_JERK]), (abs(end) / demand.scale, 1.0))
     for one, other in demand.opposed:
         motions[one].opposes(motions[other], demand.both_starts(one, other))
     for motion in motions:
@@ -164,7 +168,9 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
 def _ranges(demand: Demand, number: int, largest: Mapping[str, Any]) -> Ranges:
     """The ranges of a stroke's derivatives in units of the lift, its own and those over the turn."""
     found: Ranges = {
-        TERM_ORDERS[name]: [DerivativeRange(-1.0, 1.0, variable)] for name, variable in largest.items()
+        TERM_ORDERS[name]: [DerivativeRange(-1.0, 1.0, variable)]
+        for name, variable in largest.items()
+        if name != CROSSING_JERK
     }
     for order, (low, high) in demand.ranges[number].items():
         found.setdefault(order, []).append(DerivativeRange(low / demand.scale, high / demand.scale))
@@ -225,7 +231,7 @@ def _order_of(demand: Demand, name: str) -> float:
     shortest = min(stroke.angle for stroke in demand.free)
     if name == residual.TERM:
         return demand.scale * demand.per_unit[name] / (1.0 + (demand.train[0] * shortest) ** 2)
-    order = {**TERM_ORDERS, **SQUARES}[name]
+    order = {**TERM_ORDERS, **SQUARES, CROSSING_JERK: 3}[name]
     return demand.scale * demand.per_unit[name] / shortest**order
 
 

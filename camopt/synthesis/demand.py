@@ -5,10 +5,11 @@ alone, their radius), so that the size of the cam is √(s₀² + e²) less the 
 derivatives by the cam angle.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import degrees, inf, pi
+from math import degrees, hypot, inf, pi
+from typing import NamedTuple
 
 from camopt.effects.motion import scale
 from camopt.mechanisms import oscillating, translating
@@ -16,6 +17,7 @@ from camopt.motion.conditions import Condition
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES, RETURN, RISE
 from camopt.problem.problem import Problem
+from camopt.smallest.closed_form import slopes_of
 from camopt.synthesis import residual
 from camopt.synthesis.means import MeanConstraint
 from camopt.synthesis.residual import LeftOver, left_over
@@ -23,6 +25,8 @@ from camopt.synthesis.splines import Splines
 
 TERM_ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 SQUARES = {"acceleration_rms": 2, "jerk_rms": 3}
+CROSSING_JERK = "crossing_jerk"
+"""The term that is the largest jerk while a roller crosses its clearance (``crossings``)."""
 LOST_AREA = "lost_lift_area"
 """The term that is least where the lift area is largest, and linear: less of it is better, as of the others."""
 
@@ -61,6 +65,31 @@ class LinearConstraint:
         return self.bears_on(stroke) or (stroke.is_move and about)
 
 
+class Crossing(NamedTuple):
+    """Where the force turns round in a stroke: between which x of the unit stroke, and what it does from there."""
+
+    stroke: int
+    """By number."""
+    low: float
+    high: float
+    window: float
+    """By x, within which the roller has to land."""
+    angle: float
+    """The same as a cam angle, rad."""
+    pulled: float
+    """How much acceleration there may be at ``high``, for 1 of the largest jerk, rad."""
+    missing: float
+    """By how much less than the clearance it may have gone, for 1 of the largest jerk, rad³."""
+    gap: float
+    """The largest clearance along the motion, by the pressure angle that is allowed, in units of the lift."""
+
+    @property
+    def ends(self) -> tuple[float, ...]:
+        """Where something is asked for begins and ends."""
+        windows = (min(x + self.window, 1.0) for x in (self.low, self.high))
+        return self.low, self.high, *windows
+
+
 @dataclass(frozen=True)
 class Demand:
     """Everything that free laws have to hold, and what they minimise.
@@ -94,6 +123,10 @@ class Demand:
     """For each stroke the one that has to mirror it, where the motion is to be symmetric."""
     opposite: tuple[int, ...] | None = None
     """For each stroke the one half a turn later, which has to be it upside down, where a yoke is on one disc."""
+    crossings: tuple[Crossing, ...] = ()
+    """Where the force turns round, for the jerk there."""
+    window: float = 0.0
+    """The cam angle within which the roller has to land then, rad."""
     smooth: float = 0.0
     """The share of the objective that is given up for the least variation of the jerk."""
 
@@ -178,18 +211,39 @@ class Demand:
 
     def _cuts(self, stroke: Stroke) -> tuple[float, ...]:
         """Where something is asked for in a stroke, or in one that has to be as it is."""
-        alike = (
-            [stroke] if self.opposite is None else [stroke, self.strokes[self.opposite[self.strokes.index(stroke)]]]
-        )
-        parts = [part for each in self.conditions for one in alike if (part := one.part(each))]
+        place = self.strokes.index(stroke)
+        alike = [stroke, *(self.strokes[each] for each in (self.opposite or ())[place : place + 1])]
+        ends = {x for one in alike for x in self._asked_at(one)}
         if (partner := self.partner(stroke)) is not None:
-            others = [part for each in self.conditions if (part := partner.part(each))]
-            parts += [(1.0 - end, 1.0 - start) for start, end in others]
-        return tuple(sorted({x for part in parts for x in part if 0.0 < x < 1.0}))
+            ends |= {1.0 - x for x in self._asked_at(partner)}
+        return tuple(sorted(x for x in ends if 0.0 < x < 1.0))
+
+    def _asked_at(self, stroke: Stroke) -> Iterator[float]:
+        """Where in a stroke something that is asked begins or ends."""
+        for part in (stroke.part(each) for each in self.conditions):
+            yield from part or ()
+        for each in self.crossings_in(stroke):
+            yield from each.ends
 
     def partner(self, stroke: Stroke) -> Stroke | None:
         """The stroke that has to mirror a stroke."""
         return None if self.mirror is None else self.strokes[self.mirror[self.strokes.index(stroke)]]
+
+    def crossing(self, stroke: int, low: float, high: float) -> Crossing:
+        """That the force of a stroke turns round between two x of it."""
+        angle, width, problem = self.strokes[stroke].angle, self.window, self.problem
+        steepest = [slope for slope, kinds in slopes_of(problem) if kinds & self.strokes[stroke].kind]
+        across = float(problem.setup.given.drive.clearance or 0.0) * hypot(1.0, min(steepest, default=0.0))
+        arm = problem.choices.variables.get("arm_length")
+        shortest = arm.ends[0] if arm else float(problem.design.arm_length[0])
+        gap = across / (shortest if problem.setup.angular else 1.0)
+        between = (high - low) * angle
+        missing = width * between**2 / 2.0
+        return Crossing(stroke, low, high, width / angle, width, between, missing, gap / self.scale)
+
+    def crossings_in(self, stroke: Stroke) -> list[Crossing]:
+        """Those in one stroke."""
+        return [each for each in self.crossings if self.strokes[each.stroke] is stroke]
 
     @property
     def opposed(self) -> list[tuple[int, int]]:
@@ -230,6 +284,7 @@ class Demand:
         per = {name: scale(setup, order) for name, order in TERM_ORDERS.items()}
         per |= {"acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
         displacement = degrees(1.0) if setup.tool_turns else 1.0
+        per[CROSSING_JERK] = per["jerk"]
         return {"size": 1.0, **per, residual.TERM: displacement, LOST_AREA: degrees(displacement)}
 
     @property

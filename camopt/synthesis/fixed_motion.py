@@ -52,6 +52,9 @@ class FixedMotion:
     def mirrors(self, other: Any) -> None:
         """A straight line mirrors another as it is."""
 
+    def crosses(self, crossing: Any, jerk: Any) -> None:
+        """A straight line has no force that turns round."""
+
     def opposes(self, other: Any, both: float) -> None:
         """A straight line opposes another as it is."""
 

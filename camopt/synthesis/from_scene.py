@@ -22,7 +22,8 @@ from camopt.scene.synthesis import SynthesisSettings
 from camopt.smallest.closed_form import least_size
 from camopt.synthesis import residual
 from camopt.synthesis.conditions import Ground, conditions_of, ground_of
-from camopt.synthesis.demand import TERM_ORDERS, Demand, LowHigh, roller_of
+from camopt.synthesis.crossings import check_crossings
+from camopt.synthesis.demand import CROSSING_JERK, TERM_ORDERS, Demand, LowHigh, roller_of
 from camopt.synthesis.linear_constraints import floors_of, is_linear
 from camopt.synthesis.means import means_of
 from camopt.synthesis.splines import Splines
@@ -52,6 +53,8 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
     _check_rest(problem, asked, objective)
     _check_peaks(problem, asked)
     _check_train(problem, objective)
+    if CROSSING_JERK in objective:
+        check_crossings(problem)
     if given := given_profile(problem, "the motion"):
         raise BadInput(given)
     if problem.programme.given_at_follower:
@@ -91,6 +94,7 @@ def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str
         objective=objective,
         mirror=_mirror(problem, ground) if asked.symmetric else None,
         opposite=_opposite(problem, ground) if problem.setup.mechanism.drive.one_disc else None,
+        window=radians(asked.crossing_window),
         smooth=asked.smooth,
     )
 
@@ -116,7 +120,7 @@ def _check_rest(problem: Problem, asked: SynthesisSettings, objective: Mapping[s
     """A bounded or minimised jerk needs an acceleration that does not jump."""
     limited = any(isinstance(claim.curve, Derivative) and claim.curve.order == 3 for claim in problem.claims)
     bounded = limited or asked.peak_jerk is not None
-    if asked.rest == 1 and (bounded or 3 in _orders(objective)):
+    if asked.rest == 1 and (bounded or 3 in _orders(objective) or CROSSING_JERK in objective):
         what = "at least 2 where the jerk is limited or minimised: the acceleration may not jump then"
         raise BadInput([Mistake(problem.file, "synthesis.rest", asked.rest, what)])
 

@@ -24,7 +24,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.limits import limited_quantity
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
-from camopt.scene.synthesis import OBJECTIVE_TERMS
+from camopt.scene.synthesis import AXIS_TERMS
 from camopt.synthesis import residual
 from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
 from camopt.synthesis.cams import known_laws, known_row
@@ -99,15 +99,15 @@ def frontier(
     [30.6]
     """
     scene, axes = _checked(scene, axes)
-    demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in OBJECTIVE_TERMS})
+    demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
     with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used:
         pairs = len(axes) * (len(axes) - 1)
-        terms = sum(axis in OBJECTIVE_TERMS for axis in axes)
+        terms = sum(axis in AXIS_TERMS for axis in axes)
         kinds = (terms, len(axes) - terms, pairs - len(axes) + 1, points ** (len(axes) - 1))
         ends = _ends(scene, axes, used, Foresight(kinds, used.workers, tell))
         rows = list(_rows(scene, axes, ends, points, used, progress))
     known = [known_row(demand, cam) for cam in known_laws(scene).values()]
-    bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in OBJECTIVE_TERMS}
+    bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in AXIS_TERMS}
     least = {axis: (min(row[axis] for row in (ends[axis, axis].row, *rows)), bounds.get(axis)) for axis in axes}
     front = [Design(row, scene) for row in _front(rows, axes)]
     return Frontier(scene, axes, front, known, least, _local(ends, rows, axes))
@@ -138,7 +138,7 @@ def _rows(
 
 def _local(ends: "FrontierEnds", rows: Sequence[dict[str, Any]], axes: tuple[str, ...]) -> tuple[str, ...]:
     """The axes whose least values are local optima; where a load is held, only its own axis counts."""
-    convex = all(axis in OBJECTIVE_TERMS for axis in axes)
+    convex = all(axis in AXIS_TERMS for axis in axes)
     found = {axis: ends[axis, axis].row["local"] for axis in axes}
     found[axes[0]] |= convex and any(row["local"] for row in rows)
     return tuple(axis for axis in axes if found[axis])
@@ -153,16 +153,16 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
     given = [name for name in able if name in offered(problem.setup)]
     for axis in axes:
         name = limited_quantity(axis, problem.setup) if axis == residual.TERM else axis
-        if name in lacks and (axis in OBJECTIVE_TERMS or axis in able):
+        if name in lacks and (axis in AXIS_TERMS or axis in able):
             mistakes.append(Mistake("camopt", "axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
-        elif axis not in OBJECTIVE_TERMS and axis not in given:
-            what = f"a term of the objective or a load of this scene; {nearest(axis, [*OBJECTIVE_TERMS, *able])}"
+        elif axis not in AXIS_TERMS and axis not in given:
+            what = f"a term of the objective or a load of this scene; {nearest(axis, [*AXIS_TERMS, *able])}"
             mistakes.append(Mistake("camopt", "axes", axis, what))
         elif axis in given and not ceilings_at(problem, able[axis], 1.0):
             mistakes.append(Mistake("camopt", "axes", axis, "cannot be an axis for this follower", bare=True))
     if mistakes:
         raise BadInput(mistakes)
-    called = [axis for axis in axes if axis not in OBJECTIVE_TERMS]
+    called = [axis for axis in axes if axis not in AXIS_TERMS]
     outputs = {"sizes", *(scene.outputs or problem.wanted), *called}
     return scene.with_values({"outputs": tuple(sorted(outputs))}) if called else scene, tuple(axes)
 
@@ -176,10 +176,10 @@ def _ends(scene: Scene, axes: tuple[str, ...], engine: Engine, foresight: Foresi
     found: FrontierEnds = {}
     room: dict[str, float] = {}
     for some in (
-        [axis for axis in axes if axis in OBJECTIVE_TERMS],
-        [axis for axis in axes if axis not in OBJECTIVE_TERMS],
+        [axis for axis in axes if axis in AXIS_TERMS],
+        [axis for axis in axes if axis not in AXIS_TERMS],
     ):
-        tasks = [Task(axis, {} if axis in OBJECTIVE_TERMS else room) for axis in some]
+        tasks = [Task(axis, {} if axis in AXIS_TERMS else room) for axis in some]
         for axis, end in zip(some, _found(scene, axes, tasks, engine), strict=True):
             if end is None:
                 raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
@@ -190,7 +190,7 @@ def _ends(scene: Scene, axes: tuple[str, ...], engine: Engine, foresight: Foresi
     tasks = []
     for axis, other in pairs:
         held = {axis: _widened(found[axis, axis], axis)}
-        tasks.append(Task(other, held if other in OBJECTIVE_TERMS else room | held, (found[axis, axis].laws,)))
+        tasks.append(Task(other, held if other in AXIS_TERMS else room | held, (found[axis, axis].laws,)))
     for (axis, other), end in zip(pairs, _found(scene, axes, tasks, engine), strict=True):
         found[axis, other] = end or found[axis, axis]
     foresight.kind_done()
@@ -219,7 +219,7 @@ def _between(one: Iterate, other: Iterate, share: float) -> Iterate:
 def _widened(end: FrontierCam, axis: str) -> float:
     """The value of an axis at its end, with room for a solver."""
     value = float(end.row[axis])
-    return value * (1.0 + (END_WIDENING if axis in OBJECTIVE_TERMS else LOCAL_ENDS))
+    return value * (1.0 + (END_WIDENING if axis in AXIS_TERMS else LOCAL_ENDS))
 
 
 def _range(ends: FrontierEnds, axis: str) -> tuple[float, float]:

@@ -28,8 +28,8 @@ from camopt.smallest.freedom import Freedom
 from camopt.smallest.prices import Price
 from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import Convex, convex
-from camopt.synthesis.demand import LIMIT_MARGINS, Demand, tightened
-from camopt.synthesis.from_scene import by_offset, default_peaks, demand_of
+from camopt.synthesis.demand import CROSSING_JERK, LIMIT_MARGINS, Demand, tightened
+from camopt.synthesis.from_scene import by_offset, default_peaks, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
@@ -60,7 +60,12 @@ class GivenBound(NamedTuple):
 
 
 def prices_of_laws(result: Synthesis) -> list[Price]:
-    """The price of each bound that holds the free laws of a synthesis; none where a solver fails."""
+    """The price of each bound that holds the free laws of a synthesis; none where a solver fails.
+
+    And none where the force turns round at places that the programme has not chosen.
+    """
+    if CROSSING_JERK in objective_in(result.asked.synthesis):
+        return []
     scene = _in_numbers(result.asked)
     optimum = _optimum(scene, result)
     if optimum is None:

@@ -30,7 +30,7 @@ from scipy import sparse
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.synthesis.demand import Demand, LinearConstraint
+from camopt.synthesis.demand import Crossing, Demand, LinearConstraint
 from camopt.synthesis.rows import ConvexRows, LinearSum, LinearTerm, Unknown, negated, times
 from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 
@@ -48,7 +48,9 @@ class RelaxedMotion:
     def __init__(self, panels: int, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
         self.unit, self.angle, self.sizes = demand.scale, stroke.angle, sizes
         parts = [(each, part) for each in demand.conditions if (part := stroke.part(each)) is not None]
-        x = _nodes(panels, {end for _, part in parts for end in part})
+        turning = {end for each in demand.crossings_in(stroke) for end in each.ends}
+        x = _nodes(panels, {end for _, part in parts for end in part} | turning)
+        self.x, self.up = x, 1.0 if stroke.high > stroke.low else -1.0
         self.h = np.diff(x)
         self.each = sparse.eye_array(x.size, format="csr")
         self.first, self.last = self.each[:-1], self.each[1:]
@@ -172,6 +174,27 @@ class RelaxedMotion:
 
     def mirrors(self, other: Any) -> None:
         """The bound is one for all motions."""
+
+    def crosses(self, crossing: Crossing, jerk: Any) -> None:
+        low, high, soon, late = (int(np.abs(self.x - end).argmin()) for end in crossing.ends)
+        self._bent(slice(0, low), self.up)
+        self._bent(slice(high, self.x.size - 1), -self.up)
+        if high < soon:
+            self._range(3, DerivativeRange(-1.0, 1.0, jerk), slice(high, soon + 1))
+        start, end = self.each[[high]], self.each[[late]]
+        self.rows.at_least((self.up / self.angle**2 * start, self.a), (crossing.pulled, jerk))
+        gone: list[LinearTerm] = [(start - end, self.y), (crossing.window * start, self.v)]
+        self.rows.at_least(*times(self.up, gone), (crossing.missing, jerk), (-crossing.gap, 1.0))
+        self.rows.at_least((crossing.angle**3 / 6.0, jerk), (-crossing.gap, 1.0))
+
+    def _bent(self, panels: slice, way: float) -> None:
+        """Hold y'' at 0 or above, or below it, over some panels."""
+        h, change = self.h[panels], self.change[panels]
+        self.rows.at_least((way * self.each[panels.start : panels.stop + 1], self.a))
+        if h.size:
+            self.rows.at_least((way * change, self.v))
+            self.rows.at_least((way * change, self.y), (-way * _by(h, self.first[panels]), self.v))
+            self.rows.at_least((-way * change, self.y), (way * _by(h, self.last[panels]), self.v))
 
     def opposes(self, other: "RelaxedMotion", both: float) -> None:
         """At nodes; those of two strokes are the same unless conditions are asked of one alone."""

@@ -21,7 +21,7 @@ from camopt.problem.claims import Claim, Plain
 from camopt.synthesis.ceilings import Sampled, samples
 from camopt.synthesis.conic import SOLVER_ENDS, ConicProgramme
 from camopt.synthesis.convex import Convex
-from camopt.synthesis.demand import TERM_ORDERS
+from camopt.synthesis.demand import CROSSING_JERK, TERM_ORDERS
 from camopt.synthesis.iterate import Iterate, iterate_of, moving, sampled_motions
 from camopt.synthesis.rows import (
     AffineRows,
@@ -34,6 +34,7 @@ from camopt.synthesis.rows import (
     times,
     value_of,
 )
+from camopt.synthesis.spline_motion import SplineMotion
 
 PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
 MOST_CONVEX_STEPS, FIRST_REACH = 60, 0.1
@@ -221,6 +222,14 @@ class SequentialConvex:
                 tops[int(which)].append(float(row.max()))
         return max(tops[0]), max(tops[1])
 
+    def _largest(self, term: str) -> float:
+        """The largest of a derivative over the turn, or of the jerk where the force turns round."""
+        motions = self.model.motions
+        if term == CROSSING_JERK:
+            turning = [(motions[each.stroke], each) for each in self.model.demand.crossings]
+            return max(motion.turning_jerk(each) for motion, each in turning if isinstance(motion, SplineMotion))
+        return float(max(np.abs(each.samples(TERM_ORDERS[term])).max() for each in sampled_motions(self.model)))
+
     def _priced(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
         """The objective at a solution, with the price of what is above its bound, and the highest of the curves."""
         top, self.level.value = self._levels(at, held, lowered)
@@ -228,8 +237,7 @@ class SequentialConvex:
         reach = np.hypot(at.lead, at.height) if demand.traced else at.height
         model.sizes.prime.value = max(reach, demand.prime[0] / demand.length)
         for name, variable in model.largest.items():
-            every = [np.abs(motion.samples(TERM_ORDERS[name])).max() for motion in sampled_motions(model)]
-            variable.value = float(max(every))
+            variable.value = self._largest(name)
         level = self.level.value if lowered else 0.0
         price = model.cost + level + self.price * max(0.0, top - 1.0 + HELD_CLOSER)
         return price if np.isfinite(price) else inf, top

@@ -1,6 +1,6 @@
 """Motions made of splines: what holds of their Bernstein coefficients holds at every cam angle."""
 
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ from scipy import sparse
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.quadratic import INDEPENDENT
-from camopt.synthesis.demand import Demand, LinearConstraint
+from camopt.synthesis.demand import Crossing, Demand, LinearConstraint
 from camopt.synthesis.rows import ConvexRows, LinearSum, LinearTerm, Unknown, negated, times, value_of
 from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 
@@ -112,6 +112,22 @@ class SplineMotion:
         own = [(self.change * self._each, self.coefficients), (self.low, 1.0)]
         image = [(other.change * self._each[::-1], other.coefficients), (other.low, 1.0)]
         self.rows.zero(*own, *negated(image))
+
+    def crosses(self, crossing: Crossing, jerk: Any) -> None:
+        up, (low, high, soon, late) = np.sign(self.change), crossing.ends
+        pushed, pulled = DerivativeRange(0.0, inf), DerivativeRange(-inf, 0.0)
+        before, after = (pushed, pulled) if up > 0.0 else (pulled, pushed)
+        self._within(self._part(2, 0.0, low), 2, before)
+        self._within(self._part(2, high, 1.0), 2, after)
+        if high < soon:
+            self._within(self._part(3, high, soon), 3, DerivativeRange(-1.0, 1.0, jerk))
+        gone = [*self._at(high, 0), *times(crossing.angle, self._at(high, 1)), *negated(self._at(late, 0))]
+        self.rows.at_least(*times(up, gone), (crossing.missing, jerk), (-crossing.gap, 1.0))
+
+    def turning_jerk(self, crossing: Crossing) -> float:
+        """What encloses the jerk until the clearance is crossed, in units of the lift, of a solved programme."""
+        _, high, soon, _ = crossing.ends
+        return float(np.abs(value_of(self._values(self._part(3, high, soon), 3))).max())
 
     def opposes(self, other: "SplineMotion", both: float) -> None:
         every = [(each.change * each._each, each.coefficients) for each in (self, other)]

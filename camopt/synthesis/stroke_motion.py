@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from camopt.motion.stroke import Stroke
-from camopt.synthesis.demand import Demand, LinearConstraint
+from camopt.synthesis.demand import Crossing, Demand, LinearConstraint
 from camopt.synthesis.rows import ConvexRows, LinearSum, LinearTerm
 
 
@@ -64,6 +64,9 @@ class StrokeMotion(Protocol):
 
     def mirrors(self, other: Any) -> None:
         """Make it the mirror image of another such motion; not a bound, which is one for all motions."""
+
+    def crosses(self, crossing: Crossing, jerk: Any) -> None:
+        """Turn the force of a mass round there, with at most so much jerk until the clearance is crossed."""
 
     def opposes(self, other: Any, both: float) -> None:
         """Make the displacements of it and of another such motion have a sum, in units of the lift."""

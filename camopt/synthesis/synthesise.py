@@ -32,7 +32,8 @@ from camopt.synthesis.cams import (
 from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.conic import SOLVER_ENDS
 from camopt.synthesis.convex import SOLVER_ERROR, Convex, convex
-from camopt.synthesis.demand import LIMIT_MARGINS, Demand, tightened
+from camopt.synthesis.crossings import with_crossings
+from camopt.synthesis.demand import CROSSING_JERK, LIMIT_MARGINS, Demand, tightened
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
 from camopt.synthesis.prices import prices_of_laws
@@ -92,7 +93,11 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesis:
     39.8
     """
     demands = by_offset(demand_of(scene))
-    bounds = [bound_of(demand) for demand in demands]
+    bounds: list[float | None]
+    if CROSSING_JERK in demands[0].objective:
+        demands, bounds = map(list, zip(*map(with_crossings, demands), strict=True))
+    else:
+        bounds = [bound_of(demand) for demand in demands]
     some = [demand for demand, bound in zip(demands, bounds, strict=True) if bound != inf]
     if not some:
         raise contradiction(scene, demands[0], bound_of)

@@ -11,7 +11,7 @@ def unit_of(axis: str, scene: Scene) -> str:
     """The unit of a term of the objective, or of a quantity, for a scene: m/s² with a speed, mm/rad² without."""
     if axis in QUANTITIES:
         return QUANTITIES[axis].unit
-    angular, derivative = scene.tool_turns, axis.removesuffix("_rms")
+    angular, derivative = scene.tool_turns, axis.removesuffix("_rms").removeprefix("crossing_")
     if derivative in DERIVATIVES:
         return motion_unit(derivative, angular=angular, timed=scene.cam.rpm is not None)
     if axis == LOST_AREA:

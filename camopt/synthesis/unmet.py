@@ -12,7 +12,7 @@ from camopt.problem.limit import Limit
 from camopt.problem.problem import resolve
 from camopt.quantities import AT_LEAST, QUANTITIES
 from camopt.scene.scene import Scene
-from camopt.scene.synthesis import OBJECTIVE_TERMS
+from camopt.scene.synthesis import AXIS_TERMS
 from camopt.smallest.optimise import Optimum
 from camopt.synthesis.cams import beyond, largest_size
 from camopt.synthesis.demand import SIZE_WORDS, TERM_ORDERS, Demand
@@ -183,7 +183,7 @@ def _size_key(demand: Demand) -> str:
 def _least(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_of: BestPossible) -> str:
     """In words, the least of a term of the objective that a motion has with the other limits found."""
     term = "size" if name == SIZE_WORDS else name
-    if term not in OBJECTIVE_TERMS:
+    if term not in AXIS_TERMS:
         return ""
     others = demand.only([other for other in found if other != name])
     least = bound_of(replace(others, objective={term: 1.0}))

@@ -12,7 +12,7 @@ from camopt import BadInput, Frontier, Scene, certify, evaluate, find_scene, fro
 from camopt.cli.commands.frontier_report import show_frontier
 from camopt.cli.main import main
 from camopt.mistakes import Unmet
-from camopt.scene.synthesis import OBJECTIVE_TERMS
+from camopt.scene.synthesis import AXIS_TERMS
 from camopt.smallest.optimise import optimise
 from camopt.synthesis import foresight
 from camopt.synthesis.axis_minimiser import AxisMinimiser
@@ -247,14 +247,14 @@ def test_the_picture_names_axes_as_the_table_does(found):
     axes = plot(found).axes[0]
     for axis, words in zip(found.axes, (axes.get_ylabel(), axes.get_xlabel()), strict=True):
         assert words.startswith(axis.replace("_", " "))
-    assert AXIS_NAMES.keys() == {*OBJECTIVE_TERMS}
+    assert AXIS_NAMES.keys() == {*AXIS_TERMS}
     assert all(words.startswith(axis.replace("_", " ")) for axis, words in AXIS_NAMES.items())
 
 
 def test_units_of_terms_are_those_of_the_quantities(scene):
     slow = scene.replace(**{"cam.rpm": None})
     swung = find_scene("oscillating-roller")
-    every = {term: (unit_of(term, scene), unit_of(term, slow), unit_of(term, swung)) for term in OBJECTIVE_TERMS}
+    every = {term: (unit_of(term, scene), unit_of(term, slow), unit_of(term, swung)) for term in AXIS_TERMS}
     assert every["jerk"] == every["jerk_rms"] == ("m/s³", "mm/rad³", "deg/rad³")
     assert every["size"] == ("mm", "mm", "mm")
     assert every["lost_lift_area"] == ("mm·deg", "mm·deg", "deg·deg")

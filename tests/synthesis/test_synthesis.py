@@ -27,7 +27,7 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.problem.problem import resolve
-from camopt.scene.synthesis import OBJECTIVE_TERMS, SynthesisSettings
+from camopt.scene.synthesis import AXIS_TERMS, SynthesisSettings
 from camopt.synthesis.cams import known_laws, scene_with_laws, smallest_cams
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
 from camopt.synthesis.compare import known_laws_of
@@ -241,7 +241,7 @@ def motions(draw):
         low, high = min(s[0] for s in both), max(s[1] for s in both)
         if name != "peak_velocity" or draw(st.booleans()):
             ranges[f"synthesis.{name}"] = [low * (1 + 1e-12) - 1e-12, high * (1 + 1e-12) + 1e-12]
-    term = draw(st.sampled_from([term for term in OBJECTIVE_TERMS if term != "residual_vibration"]))
+    term = draw(st.sampled_from([term for term in AXIS_TERMS if term != "residual_vibration"]))
     weights = {"size": draw(st.floats(0.1, 10)), term: draw(st.floats(0.01, 1))}
     scene = Scene.from_dict(base).replace(**ranges, **{"synthesis.minimise": weights})
     return scene, laws
