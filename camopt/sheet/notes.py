@@ -229,12 +229,12 @@ def _groove(cam: TrueCam) -> Iterator[str]:
     if cam.ribbed:
         gap = 2 * (cam.problem.half_width - cam.roller)
         if gap:
-            yield cam.say("Clearance of the rib between its rollers {}.").format(said(gap))
+            yield cam.say("Clearance of the rib between its rollers {}.").format(said(gap, 4))
         return
     room = clearance_of(cam)
     if room.given is not None or room.ends:
-        given = f" {said(room.given)}" if room.given is not None else ""
-        ends = cam.say(", from {} to {}").format(*map(said, room.ends)) if room.ends else ""
+        given = f" {said(room.given, 4)}" if room.given is not None else ""
+        ends = cam.say(", from {} to {}").format(*(said(end, 4) for end in room.ends)) if room.ends else ""
         yield cam.say("Clearance of the roller Ø{} in its groove{}{}.").format(said(2 * cam.roller), given, ends)
     if cam.part.groove_chamfer:
         yield cam.say("Edges of the groove chamfered {} × 45°.").format(said(cam.part.groove_chamfer))

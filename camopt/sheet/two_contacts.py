@@ -100,7 +100,7 @@ def two_contacts(cam: TrueCam) -> Iterator[str]:
         else "Distance of the centres of both rollers {}"
     )
     made = "{}, made {} for an interference of {}." if found.interference else "{}."
-    sizes = [found.said(each) for each in (found.value - found.interference, found.interference)]
+    sizes = [found.said(found.value - found.interference), found.said(found.interference, 4)]
     yield cam.say(made).format(
         cam.say(what).format(found.said(found.value)), *sizes[: 2 * bool(found.interference)]
     )

@@ -82,6 +82,7 @@ def test_both_tables_are_from_one_zero(name, place):
         assert np.abs(drawn - own).max() < 2e-3  # 0.0005° and 0.0005 mm at about 100 mm
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", SCENES)
 def test_the_front_views_show_both_profiles_in_their_true_phase_and_one_timing_mark(name):
     """In full lines that of the sheet, dashed the other one; the mark is where the first disc ends."""
@@ -121,6 +122,7 @@ def test_the_section_has_both_plates_their_gap_and_the_hub():
             assert np.abs((levels - axis) / scale - end).min() < 2e-3
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", SCENES)
 def test_the_rollers_move_as_far_as_the_profiles_are_off(name):
     """Each roller on a profile that is larger by the tolerance, as shapely grows it; the angle, or distance."""
@@ -177,6 +179,7 @@ def ends_of(entity):
     return [point.vec2 for point in entity.flattening(1e-5)]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", SCENES)
 def test_both_rollers_stay_on_their_flanks_of_a_dxf_as_the_assembly_turns(name, tmp_path):
     scene, problem = SCENES[name], resolve_design(SCENES[name])
