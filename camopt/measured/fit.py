@@ -211,6 +211,8 @@ def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredPr
     known = ("deg",) if angular else tuple(MM_PER_UNIT)
     if given is not None and given not in known:
         of = "a profile" if profile else f"{(OSCILLATING if angular else TRANSLATING).words} follower"
+        if stages and not profile:  # whatever the follower does
+            of = f"a tool that {'turns' if angular else 'slides'}"
         what = f"{' or '.join(known)} for {of}"
         raise BadInput([Mistake("camopt", "lift_unit", given, what)])
     return given or known[0]

@@ -65,13 +65,13 @@ def robust_zones(scene: Scene, variables: Iterable[Variable], nominal: Off) -> d
     return {fields[key].field: zone for key, zone in zones.items() if zone.lower != zone.upper or zone.lower}
 
 
-def corners(zones: Mapping[str, Zone]) -> Iterator[Off]:
+def corners(zones: Mapping[str, Zone], most: int = MOST_CORNERED) -> Iterator[Off]:
     """By how much numbers are off at the corners of zones, by field; of more than a few where one of them is alone.
 
     None of zones that have no width.
     """
     ends = {field: {zone.lower, zone.upper} for field, zone in zones.items()}
-    if len(ends) > MOST_CORNERED:
+    if len(ends) > most:
         yield from ({field: end} for field, each in ends.items() for end in sorted(each) if end)
         return
     for corner in product(*(sorted(each) for each in ends.values())):

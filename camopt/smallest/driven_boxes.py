@@ -26,6 +26,7 @@ from camopt.numerics.sloped import Placed, Sloped, range_of, widened
 from camopt.numerics.state import Load, State, TrainForces
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
+from camopt.problem.variables import is_of_train
 from camopt.trains.carried import Brought
 from camopt.trains.joints import Weighted
 from camopt.trains.link import position_at
@@ -180,7 +181,7 @@ def _placed(problem: Problem, boxes: Designs, radicands: list[Sloped]) -> Design
 
 def _trains(problem: Problem, designs: Designs) -> Train:
     """The trains that designs bring."""
-    return problem.trains({key: designs.numbers[key] for key in train_keys(problem)})
+    return problem.trains({key: each for key, each in designs.numbers.items() if is_of_train(key)})
 
 
 def train_keys(problem: Problem) -> list[str]:

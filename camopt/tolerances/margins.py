@@ -4,19 +4,20 @@ Each of these cams is one of its own: it has the motion that is asked, with its 
 (How far the motion of a profile is off that was made for other sizes, is the other question:
 ``tolerances.tolerance``.) The worst cam is looked for at the corners of the box of numbers; the proof that none in
 it is worse (``verdicts.limit_boxes``) finds a cam that is, if there is one. Each train moves the follower in
-another way, which no proof covers between the corners: of links the worst is that of the corners.
+another way: the proof goes over all of their motions (``tolerances.train_margins``).
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import degrees, isfinite
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
@@ -33,19 +34,22 @@ from camopt.scene.tolerances import NUMBERED, Zone
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
 from camopt.tolerances.limited import is_of_errors, limited, worst_of
+from camopt.tolerances.train_margins import limit_over_trains
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import off_apart
-from camopt.verdicts.claim_boxes import Ends
+from camopt.verdicts.claim_boxes import Answer, Ends
 from camopt.verdicts.limit_boxes import limit_over_box
-from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
+from camopt.verdicts.words import BROKEN, HELD
 
 GAPS = (1e-9, 1e-6, 1e-3)
 """Relative, of the worst value: by no more than this a cam may be worse, the first that is proved."""
 WORSE = 8
 """How often a worse cam than the worst so far is taken for it."""
+MOST_LINKS = 4
+"""Of more numbers of a train there are too many corners, of each of which a motion is made."""
 INTERFERENCE, NO_INTERFERENCE = "drive.interference", 1e-12
-SECONDS = 20.0
-"""For the proofs of a limit."""
+SECONDS, TRAIN_SECONDS = 20.0, 5.0
+"""For the proofs of a limit, and of one that trains change."""
 
 
 class Margin(NamedTuple):
@@ -129,23 +133,35 @@ class Box:
         return [{}, *corners(self.problem.zones)]
 
     @cached_property
+    def of_train(self) -> dict[str, Zone]:
+        """The zones of numbers of the train."""
+        return {key: zone for key, zone in self.zones.items() if not self.variables[key].is_ranged}
+
+    @cached_property
+    def train_offs(self) -> list[Off]:
+        """By how much these are off that are looked at: at the corners of a few, else each alone."""
+        return [{}, *corners(self.of_train, MOST_LINKS)]
+
+    @cached_property
     def trains(self) -> list[Problem]:
-        """The problem itself, and those of trains at the corners."""
-        zones = {key: zone for key, zone in self.zones.items() if not self.variables[key].is_ranged}
+        """The problem itself, and those of trains that are off so."""
+        return [self._with_train(off) for off in self.train_offs]
+
+    def _with_train(self, off: Off) -> Problem:
         nominal = self.problem.nominal
-        offs = [{key: nominal[key] + by for key, by in off.items()} for off in corners(zones)]
-        return [self.problem, *(self.problem.with_numbers(each) for each in offs)]
+        return self.problem.with_numbers({key: nominal[key] + by for key, by in off.items()})
 
     def _margins(self) -> Iterator[Margin]:
         for place, limit in enumerate(self.problem.limits):
             if is_of_errors(limit):
                 continue
             found = [self._of_train(problem, problem.limits[place]) for problem in self.trains]
-            excess, values = (np.array([getattr(each, name) for each in found]) for name in ("excess", "value"))
-            worst, gap = found[worst_of(limit, excess, values)], None
-            verdict = self._verdict(limit, float(excess.max()))
-            if len(self.trains) == 1:
-                worst, gap = self._proved(limit, worst)
+            if len(self.of_train) > MOST_LINKS:
+                together = self._with_train(_together(limit, found, self.train_offs, self.of_train))
+                found.append(self._of_train(together, together.limits[place]))
+            worst, gap = found[_worst(limit, found)], None
+            verdict = self._verdict(limit, max(each.excess for each in found))
+            worst, gap = self._proved(limit, worst)
             name, nominal = limit.shown[0] if limit.shown else "", float(self._found(limit, self.tried)[1][0])
             about = limit.name, name, limit.relation, limit.bound, nominal
             yield Margin(*about, worst.value, gap, verdict, self._numbers(worst))
@@ -155,18 +171,18 @@ class Box:
         cams = self.tried
         excess, values = self._found(limit, cams, problem)
         if len(self.problem.zones) > MOST_CORNERED:
-            cams = all_moved(self.problem.design, [*self.offs, self._together(limit, excess, values)])
+            each = [Cam(problem, cams, *both) for both in zip(excess, values, strict=True)]
+            cams = all_moved(
+                self.problem.design, [*self.offs, _together(limit, each, self.offs, self.problem.zones)]
+            )
             excess, values = self._found(limit, cams, problem)
         place = worst_of(limit, excess, values)
         return Cam(problem, cams.take([place]), float(excess.max()), float(values[place]))
 
-    def _together(self, limit: Limit, excess: FloatArray, values: FloatArray) -> Off:
-        """Each number at the end which alone is the worst of cams."""
-        found: dict[str, float] = {}
-        for field in self.problem.zones:
-            places = [0, *(k for k, off in enumerate(self.offs) if field in off)]
-            found |= self.offs[places[worst_of(limit, excess[places], values[places])]]
-        return found
+    def _enters_train(self, limit: Limit) -> bool:
+        """Whether trains that are off change a limit: not one on the motion that is asked of the tool."""
+        asked = bool(limit.claims) and not self.problem.programme.given_at_follower
+        return len(self.trains) > 1 and not (asked and all(_of_tool(each.curve) for each in limit.claims))
 
     def _found(
         self, limit: Limit, designs: Designs, problem: Problem | None = None
@@ -185,29 +201,47 @@ class Box:
         """Whether all cams hold a limit, of which the worst at a corner has an excess."""
         if excess > 0.0:
             return BROKEN
-        if len(self.trains) > 1:
-            return UNDECIDED
-        return limit_over_box(self.problem, limit, self.problem.design, self.ends, now() + SECONDS).verdict
+        return self._over(limit, self._until(limit)).verdict
+
+    def _until(self, limit: Limit) -> float:
+        return now() + (TRAIN_SECONDS if self._enters_train(limit) else SECONDS)
+
+    def _over(self, limit: Limit, until: float) -> Answer:
+        """Whether all cams hold a limit."""
+        if not self._enters_train(limit):
+            return limit_over_box(self.problem, limit, self.problem.design, self.ends, until)
+        nominal, design = self.problem.nominal, self.problem.design
+        ends = {key: (nominal[key] + zone.lower, nominal[key] + zone.upper) for key, zone in self.of_train.items()}
+        design = design.with_values({key: np.array([nominal[key]]) for key in ends})
+        return limit_over_trains(replace(self.problem, design=design), limit, {**self.ends, **ends}, until)
+
+    def _cam(self, limit: Limit, witness: Designs) -> Cam:
+        """A cam that a proof finds, which may bring its train."""
+        train = {key: float(witness.numbers[key][0]) for key in self.of_train if key in witness.numbers}
+        problem, design = self.problem.with_numbers(train), witness.without(train)
+        own = next(each for each in problem.limits if each.name == limit.name)
+        excess, values = self._found(own, design, problem)
+        return Cam(problem, design, float(excess[0]), float(values[0]))
 
     def _proved(self, limit: Limit, worst: Cam) -> tuple[Cam, float | None]:
         """The worst cam, and by how much others may be worse."""
         if not isinstance(limit, QuantityLimit) or not isfinite(worst.value):
             return worst, None
-        if limit.is_of_motion:
+        if limit.is_of_motion and not self._enters_train(limit):
             return worst, 0.0
-        side, until = QUANTITIES[limit.quantities[0]].side, now() + SECONDS
+        side, until = QUANTITIES[limit.quantities[0]].side, self._until(limit)
         gaps = iter(GAPS)
         share = next(gaps)
         for _ in range(WORSE):
             gap = share * (abs(worst.value) or 1.0)
             easier = replace(limit, bound=worst.value + side * gap)
-            answer = limit_over_box(self.problem, easier, self.problem.design, self.ends, until)
+            answer = self._over(easier, until)
             if answer.verdict == HELD:
                 return worst, gap
             if answer.witness is not None:
-                value = float(self._found(limit, answer.witness)[1][0])
-                if side * (value - worst.value) > 0.0:
-                    worst = worst._replace(design=answer.witness, value=value)
+                found = self._cam(limit, answer.witness)
+                if side * (found.value - worst.value) > 0.0:
+                    worst = found
                     continue
             if (larger := next(gaps, None)) is None:
                 break
@@ -236,6 +270,26 @@ def made_so(scene: Scene, numbers: Mapping[str, float]) -> Scene:
     kept = {key: each for key, each in given["tolerances"].items() if key not in NUMBERED}
     limits = {f"limits.{key}": None for key in ERROR_LIMITS if not kept and key in given.get("limits", {})}
     return scene.replace(**{"tolerances": kept, "search.robust": None, **limits, **numbers})
+
+
+def _of_tool(made: Any) -> bool:
+    """Whether a curve is a derivative of the motion of the tool."""
+    return isinstance(made, Derivative) and not made.at_follower
+
+
+def _worst(limit: Limit, cams: Sequence[Cam]) -> int:
+    """Which of some cams is the worst by a limit."""
+    excess, values = (np.array([getattr(each, name) for each in cams]) for name in ("excess", "value"))
+    return worst_of(limit, excess, values)
+
+
+def _together(limit: Limit, cams: Sequence[Cam], offs: Sequence[Off], fields: Iterable[str]) -> Off:
+    """Each number at the end which alone makes the worst of cams that are off so; the first is not off."""
+    found: dict[str, float] = {}
+    for field in fields:
+        places = [0, *(k for k, off in enumerate(offs) if field in off)]
+        found |= offs[places[_worst(limit, [cams[k] for k in places])]]
+    return found
 
 
 def margins_table(scene: Scene, margins: tuple[Margin, ...]) -> Table:

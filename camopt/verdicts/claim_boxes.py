@@ -108,7 +108,11 @@ class Parts:
     @classmethod
     def first(cls, problem: Problem, claim: Claim, ends: Ends) -> "Parts":
         """Whole panels of the kinds of a claim, with the whole box, for each side of it."""
-        panels = np.flatnonzero(problem.programme.panels_of(claim.kinds))
+        return cls.of(np.flatnonzero(problem.programme.panels_of(claim.kinds)), claim, ends)
+
+    @classmethod
+    def of(cls, panels: IntArray, claim: Claim, ends: Ends) -> "Parts":
+        """Some whole panels with the whole box, for each side of a claim."""
         panel, side = (each.ravel() for each in np.meshgrid(panels, np.array(claim.sides), indexing="ij"))
         low, high = np.array([(-1.0, 1.0), *ends.values()]).T[..., None]
         every = np.ones(panel.size)

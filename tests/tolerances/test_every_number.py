@@ -16,6 +16,7 @@ from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tolerances.contributions import variances
 from camopt.tolerances.draw import drawn
+from camopt.tolerances.margins import Box
 from camopt.tolerances.response import Responses
 from camopt.tolerances.touching import contact_of, error_ends, off_by
 from camopt.tolerances.turn import TurnErrors
@@ -222,7 +223,26 @@ def test_limits_of_trains_that_are_off_are_those_of_cams_of_their_own():
         ]
         side = -1.0 if each.relation in ("≥", ">") else 1.0
         assert each.worst == pytest.approx(side * max(side * end for end in (*ends, each.nominal)), rel=1e-12)
-        assert each.verdict in ("undecided", "broken")
+
+
+def test_limits_of_all_trains_within_their_tolerances_are_proved():
+    """No cam of random trains is worse than the worst one; its value is where the verdict changes."""
+    given, rng = {"train.1.crank": 0.3, "train.1.coupler": 0.2}, np.random.default_rng(7)
+    scene = camopt.find_scene("slide-by-bell-crank").replace(limits={"pressure_angle": 26}, tolerances=given)
+    margins = {each.limit: each for each in Box.of(scene, resolve_design(scene)).margins}
+    (margin, undercut) = (margins[name] for name in ("pressure_angle", "undercut"))
+    assert (margin.verdict, undercut.verdict) == ("held", "held")
+    assert 0.0 < margin.gap < 1e-6
+    for _ in range(times(4, 100)):
+        cam = {key: scene.numbers([key])[key] + by * rng.uniform(-1, 1) for key, by in given.items()}
+        names = [margin.quantity, undercut.quantity]
+        values = camopt.evaluate(scene.replace(**cam, tolerances={}, outputs=names))
+        assert values[margin.quantity] <= margin.worst + margin.gap
+        assert values[undercut.quantity] >= undercut.worst - undercut.gap
+    for share, verdict in ((1.0 + 1e-8, "held"), (1.0 - 1e-8, "broken")):
+        other = scene.replace(**{"limits.pressure_angle": margin.worst * share})
+        found = Box.of(other, resolve_design(other)).margins
+        assert {each.limit: each.verdict for each in found}["pressure_angle"] == verdict
 
 
 def test_a_lever_that_is_off_moves_its_tool_in_proportion():

@@ -41,7 +41,8 @@ ROOMS = {
         "mistakes quantities storage numerics trains motion mechanisms effects scene problem tables verdicts"
     ),
     "tolerances": (
-        "mistakes quantities numerics motion trains mechanisms effects scene problem tables verdicts drawing"
+        "mistakes quantities numerics motion trains mechanisms effects scene problem tables verdicts smallest "
+        "drawing"
     ),
     "front": (
         "mistakes quantities storage engines numerics motion mechanisms effects scene problem tables verdicts "
