@@ -29,6 +29,7 @@ from camopt.quantities import (
     QUANTITIES,
     RMS_ORDERS,
     STROKE_WORDS,
+    error_quantity,
     motion_mean,
     motion_quantity,
 )
@@ -53,13 +54,17 @@ PART = {"thickness": 20, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3, "de
 GROOVED = {"groove_depth": 8, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3}
 """Without a length: the mass of a grooved cam is not proved."""
 RIBBED = {"rib_height": 8, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3}
-WITHOUT_SPEED = {
-    motion_quantity(derivative, stroke, angular=angular, timed=False)
-    for derivative, stroke, angular in product(DERIVATIVES, STROKE_WORDS, (False, True))
-} | {
-    motion_mean(derivative, angular=angular, timed=False)
-    for derivative, angular in product(RMS_ORDERS, (False, True))
-}
+WITHOUT_SPEED = (
+    {
+        motion_quantity(derivative, stroke, angular=angular, timed=False)
+        for derivative, stroke, angular in product(DERIVATIVES, STROKE_WORDS, (False, True))
+    }
+    | {
+        motion_mean(derivative, angular=angular, timed=False)
+        for derivative, angular in product(RMS_ORDERS, (False, True))
+    }
+    | {error_quantity(order, angular=angular, timed=False) for order, angular in product((1, 2), (False, True))}
+)
 """What only a scene without a speed has."""
 OTHERWISE = {"pressure_angle_return": {"pressure_angle": 89.0}}
 """What a scene has to say beside a limit, so that it is the limit that decides."""
@@ -117,7 +122,7 @@ def scene_of(cam, key=None, bound=None):
     part = RIBBED if "rib" in cam else GROOVED if contact.startswith("groove") else PART
     more = {"materials": WORN, "limits": limits, "part": part, "outputs": ["sizes"], "train": train, "drive": drive}
     if not drive:
-        more["tolerances"] = {"profile": 0.02, "phase": {"plus": 0.1, "minus": 0.03}}
+        more["tolerances"] = {"profile": 0.02, "waves": 5, "phase": {"plus": 0.1, "minus": 0.03}}
     if cam in IN_FACE:
         more |= {"drive": {"kind": "groove", **CROSSED}, "part": {**GROOVED, "outer_diameter": 300}}
     if cam == "yoke":
