@@ -102,7 +102,7 @@ def _smallest(problem: Problem, bounds: SizeBounds, until: float) -> Smallest:
     if found.design is not None:
         return Smallest(found.design, max(found.floor, *(bounds[disc][0] for disc in discs)), discs=discs)
     if len(discs) == 1 or found.floor == inf:
-        return branch_and_bound(problem, bounds, found.floor, until, discs=discs)
+        return _polished(problem, bounds, branch_and_bound(problem, bounds, found.floor, until, discs=discs), until)
     floor, start = found.floor, of_like_discs(problem, bounds, share(until, 2))
     for disc in discs:
         if start is None:
@@ -111,6 +111,17 @@ def _smallest(problem: Problem, bounds: SizeBounds, until: float) -> Smallest:
         if not feasible(problem, less)[0]:  # else it is not this disc that makes the pair so large
             floor = max(floor, floor_of_disc(problem, bounds, start, disc, share(until, 2)))
     return branch_and_bound(problem, bounds, floor, until, discs=discs, start=start)
+
+
+def _polished(problem: Problem, bounds: SizeBounds, answer: Smallest, until: float) -> Smallest:
+    """An answer made smaller by grids where some limit is told by no curve: boxes have only tried designs of it."""
+    told = all(
+        each.claims or each.mean or each.decided or each.is_of_motion or each.of_base for each in problem.limits
+    )
+    if answer.design is None or answer.proved or told:
+        return answer
+    smaller = shrink_on_grids(problem, bounds, answer.design, CLOSE, until)
+    return answer if smaller is None or smaller.size[0] >= answer.size else replace(answer, design=smaller)
 
 
 def of_like_discs(problem: Problem, bounds: SizeBounds, until: float) -> Designs | None:

@@ -118,6 +118,17 @@ def test_the_smallest_cam_just_holds_a_limit_on_velocity_or_acceleration(name):
     assert camopt.certify(room)[f"{name}_error"] == "held"
 
 
+def test_the_smallest_cam_with_a_limit_on_dwells_just_holds_it():
+    """In closed form: the lower dwell has the pressure angle e/s₀, and the waves move its follower by 2t/cos β."""
+    scene = scene_of("offset-roller", given={"profile": 0.02, "waves": 12}).replace(
+        search={"base_radius": [20, 200]}, limits={"dwell_error": 0.0404}
+    )
+    best = camopt.optimise(scene).best
+    prime = 11.0 / np.sqrt(1.0 - (0.04 / 0.0404) ** 2)  # cos β = s₀/R_p
+    assert best["base_radius_mm"] == pytest.approx(prime - 14.0, rel=1e-8)
+    assert best["binding"] == ["dwell_error"]
+
+
 def test_a_batch_has_the_yield_of_the_limit():
     scene = scene_of("flat", given={"profile": 0.03}).replace(**{"limits.position_error": 0.01})
     batch = camopt.sample_cams(scene, cams=2**12)
