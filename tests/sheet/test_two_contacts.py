@@ -167,9 +167,13 @@ def test_a_pdf_of_a_pair_has_both_sheets(tmp_path):
     pages = [page.get_text() for page in pymupdf.open(tmp_path / "pair.pdf")]
     assert ["disc 1 in full" in text for text in pages] == [True, False]
     assert ["disc 2 in full" in text for text in pages] == [False, True]
+
+
+@pytest.mark.long
+def test_a_pdf_of_one_disc_has_its_sheet(tmp_path):
     assert set(export(FEED, tmp_path / "two.pdf", disc=2).curves) == {"second_pitch", "second_profile"}
     (second,) = [page.get_text() for page in pymupdf.open(tmp_path / "two.pdf")]
-    assert second == pages[1]
+    assert "disc 2 in full" in second
 
 
 def ends_of(entity):
