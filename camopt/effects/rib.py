@@ -5,7 +5,9 @@ From the tangent of a flank where its roller touches it to the other roller, squ
     t = d·cos(β − σ·½δ) − 2·R_r − j,     sin(½δ) = d/(2l)      (translating: δ = 0)
 
 with the distance d of the rollers' centres, their clearance j, the pressure angle β at that roller, the sense of
-rotation σ, and arms of the length l (``mechanisms.ribs``). Below 0 the rollers leave no rib.
+rotation σ, and arms of the length l (``mechanisms.ribs``). The rib of a follower that translates is nowhere thinner
+than the least t. That of one that swings may be thicker than that, since its rollers go on circles: the least t is
+then on the safe side. At 0 and below the rollers leave no rib, and it is no cam.
 """
 
 from typing import Any, NamedTuple
@@ -42,10 +44,10 @@ def rib_thickness(f, i, at):
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return (THICKNESS,) if _has_rib(setup) else ()
+    return (THICKNESS,) if has_rib(setup) else ()
 
 
-def _has_rib(setup: Setup) -> bool:
+def has_rib(setup: Setup) -> bool:
     return "roller_spacing" in setup.mechanism.sizes
 
 
@@ -62,7 +64,11 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         pressure = setup.mechanism.pressure(designs, programme)
         return RibThickness(pressure, across, along, 2.0 * setup.half_width(designs) + zero)
 
-    return {THICKNESS: Peak(((thickness, ALL_STROKES),), LEAST, unit=_spacing)} if _has_rib(setup) else {}
+    return (
+        {THICKNESS: Peak(((thickness, ALL_STROKES),), LEAST, unit=_spacing, open_at_zero=True)}
+        if has_rib(setup)
+        else {}
+    )
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:

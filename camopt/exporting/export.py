@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from camopt.contour.curve import SECOND, curves_of
-from camopt.effects import Case
+from camopt.effects import Case, offered
+from camopt.effects.rib import THICKNESS
 from camopt.exporting.endings import ENDINGS
 from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
@@ -52,8 +53,9 @@ def export(scene: Scene, path: str | os.PathLike[str], disc: int | None = None, 
     Raises
     ------
     BadInput
-        For another ending, a setting that it has not, a cam that cannot be made (undercut, crossing itself, with
-        a profile that a jump of the velocity tears), or a library that is not installed.
+        For another ending, a setting that it has not, a cam that cannot be made (undercut, crossing itself, without
+        a rib between its rollers, with a profile that a jump of the velocity tears), or a library that is not
+        installed.
     OSError
         If the file cannot be written.
 
@@ -150,10 +152,10 @@ def check_rib(problem: Problem, suffix: str) -> None:
 
 
 def check_makable(problem: Problem) -> None:
-    """BadInput for a cam that no machine can make: undercut, crossing itself, or torn where the velocity jumps."""
-    asked = ["undercut", "self_crossing"] if problem.setup.mechanism.body.closed else ["undercut"]
+    """BadInput for a cam that no machine can make: undercut, crossing itself, without a rib, or torn."""
+    asked = FAULTS.keys() & {*offered(problem.setup)} | {"undercut"}
     found = run_effects(Case(problem.setup, problem.programme, problem.design), asked)
-    faults = [FAULTS[name] for name in asked if found.column(name)[0]]
+    faults = [why for name, (bad, why) in FAULTS.items() if name in asked and bad(found.column(name)[0])]
     faults += [
         f"torn: the velocity jumps at {degrees:.6g}°, and the {name} with it" for name, degrees in _torn(problem)
     ]
@@ -161,10 +163,12 @@ def check_makable(problem: Problem) -> None:
         raise BadInput([Mistake(problem.file, "cam", None, f"cannot be made: {faults[0]}", bare=True)])
 
 
-FAULTS = {
-    "undercut": "it is undercut (the follower would cut away a part of the profile)",
-    "self_crossing": "its profile crosses itself",
+FAULTS: dict[str, tuple[Callable[[Any], Any], str]] = {
+    "undercut": (bool, "it is undercut (the follower would cut away a part of the profile)"),
+    "self_crossing": (bool, "its profile crosses itself"),
+    THICKNESS: (lambda thickness: thickness <= 0.0, "its rollers leave no rib between them"),
 }
+"""Quantities of a cam: which values of them no machine can make, and why."""
 
 
 def _torn(problem: Problem) -> Iterator[tuple[str, float]]:

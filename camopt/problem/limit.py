@@ -25,7 +25,11 @@ from camopt.problem.rows import Columns
 from camopt.quantities import AT_LEAST, AT_MOST, QUANTITIES, SIGNED
 
 ASSEMBLY = "assembly"  # what a design violates that cannot be put together
-UNDERCUT, SELF_CROSSING = "undercut", "self_crossing"  # names of limits that every cam has to hold
+UNDERCUT, SELF_CROSSING, NO_RIB = (
+    "undercut",
+    "self_crossing",
+    "no_rib",
+)  # names of limits that every cam has to hold
 
 Decide = Callable[[Setup, Designs, Programme], bool | None]
 CLEAR = 1e-9  # relative, of what is further from a bound than rounding

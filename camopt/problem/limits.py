@@ -6,7 +6,7 @@ from functools import partial
 from math import pi
 from typing import Any
 
-from camopt.effects import EFFECTS, Setup, force, outline, wall
+from camopt.effects import EFFECTS, Setup, force, outline, rib, wall
 from camopt.effects.contacts import peaks_at
 from camopt.effects.curvature import CONVEX, CUTTER
 from camopt.effects.mean import Mean
@@ -15,7 +15,7 @@ from camopt.effects.train_peak import TrainPeak
 from camopt.motion.table import ALL_STROKES, DWELL, RISE
 from camopt.numerics import LEAST
 from camopt.problem.claims import Claim, Plain
-from camopt.problem.limit import SELF_CROSSING, UNDERCUT, Limit, QuantityLimit, SelfCrossing, WithinBase
+from camopt.problem.limit import NO_RIB, SELF_CROSSING, UNDERCUT, Limit, QuantityLimit, SelfCrossing, WithinBase
 from camopt.quantities import BOUNDED, DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 
@@ -120,13 +120,15 @@ def _of_jump(quantity: str, bound: float, setup: Setup) -> Iterator[Claim]:
 
 
 def _implied(setup: Setup) -> list[Limit]:
-    """The limits of every cam: no undercut, no self-crossing, room for shaft, bore and hub, and within its edge.
+    """The limits of every cam: no undercut or self-crossing, room for shaft, bore and hub, within its edge, a rib.
 
     Without undercut, only a round body can make a profile that crosses itself.
     """
     limits: list[Limit] = []
     if not setup.is_knife:
         limits.append(replace(bound_on(UNDERCUT, 0.0, setup, CONVEX), asked=False))
+    if rib.has_rib(setup):
+        limits.append(replace(bound_on(NO_RIB, 0.0, setup, rib.THICKNESS), asked=False))
     limits += _within_base(setup)
     if setup.solid.outer_diameter is not None and setup.mechanism.outline is not None:
         edge = bound_on("outer_diameter", setup.solid.outer_diameter / 2.0, setup, outline.RADIUS)

@@ -301,7 +301,8 @@ _ALL = [
         "t",
         "mm",
         "rib",
-        "Least thickness of a rib: from the tangent at one roller to the other roller, square to that tangent.",
+        "Least thickness of a rib: from the tangent at one roller to the other roller, square to that tangent; "
+        "oscillating: a lower bound of it. At 0 and below there is no rib.",
     ),
     Quantity(
         "pivot_clearance_min_mm",

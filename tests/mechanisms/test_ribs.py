@@ -274,6 +274,26 @@ def test_the_smallest_rib_is_that_of_a_scan():
     assert best["mean_radius_mm"] <= min(held) <= best["mean_radius_mm"] * 1.003
 
 
+def test_a_cam_whose_rollers_leave_no_rib_is_none(tmp_path):
+    """cos β_max = 2·R_r/d at the smallest mean radius with a rib, tan β_max = max |y'|/R there."""
+    scene = {**rib(np.random.default_rng(7), "translating"), "limits": {"pressure_angle": 80}}
+    del scene["cam"]["mean_radius"]
+    scene["follower"]["roller_spacing"] = 2.2 * scene["follower"]["roller_radius"]
+    best = camopt.optimise(Scene.from_dict({**scene, "search": {"mean_radius": {"start": 1, "stop": 200}}})).best
+    angles = np.linspace(0.0, 2.0 * np.pi, 20_001)
+    thin, none = (
+        Scene.from_dict({**scene, "cam": {**scene["cam"], "mean_radius": best["mean_radius_mm"] * by}})
+        for by in (1.0 + 1e-6, 1.0 - 1e-6)
+    )
+    steepest = np.abs(resolve_design(thin).programme.at(angles)[1]).max()
+    assert best["mean_radius_mm"] == pytest.approx(steepest / np.tan(np.arccos(1.0 / 1.1)), rel=1e-6)
+    assert (best["binding"], best["proved"]) == (["no_rib"], True)
+    assert (camopt.evaluate(none)["violated"], camopt.evaluate(thin)["feasible"]) == ("no_rib", True)
+    assert (camopt.certify(none)["no_rib"], camopt.certify(thin)["no_rib"]) == ("broken", "held")
+    with pytest.raises(BadInput, match="cannot be made: its rollers leave no rib between them"):
+        camopt.export(none, tmp_path / "none.dxf")
+
+
 BAD = {
     "rollers that overlap": ({"follower.roller_spacing": 10.0}, "above the diameter of the rollers .* rib between"),
     "no spacing": (
