@@ -39,7 +39,7 @@ from camopt.measured.smoothing import smoothed
 from camopt.measured.waves import ProfileWave, WavesFound, waves_of
 from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import FIELDS
-from camopt.mistakes import BadInput, Mistake
+from camopt.mistakes import BadInput, Mistake, Unsolved
 from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
 from camopt.numerics.neighbours import MEDIAN
@@ -60,6 +60,14 @@ TURNS, FITS = 1440, 6
 SHOWN_ROWS = 6
 LEAST_OFF = 1e-4
 """Points that are off by less, mm, are not told."""
+LIKELY = {
+    (0, 0): "turned on its shaft its points fit: their angle 0 is another one",
+    (0, 1): "in the mirror, x to -x, its points fit: measured from behind, or cam.rotation is the other one",
+    (1, 0): "the points of the other disc fit: the files are the wrong way round",
+    (1, 1): "in the mirror, x to -x, the points of the other disc fit: the files are the wrong way round",
+}
+"""What makes points fit, by whether they are of the other disc and in the mirror."""
+CHECKED = "rotation, probe, unit, and the angle 0 if aligned"
 NO_SUCH_CAM = 0.02
 """Of the stroke: a cam that is further off is not the one of the drawing, or was read wrongly."""
 
@@ -139,6 +147,8 @@ class Inspection(HasHtml):
         Tolerances that have no part in what is allowed of the motion: the follower is nominal here.
     far : bool
         Whether it is so far off that it is hardly a cam of this drawing.
+    likely : str
+        Why it is ``far``, if other points were tried and fit: its own in the mirror, or those of the other disc.
 
     Examples
     --------
@@ -167,6 +177,7 @@ class Inspection(HasHtml):
     unreached: tuple[int, ...] = ()
     not_counted: tuple[str, ...] = ()
     far: bool = False
+    likely: str = ""
 
     @property
     def within(self) -> bool | None:
@@ -200,7 +211,8 @@ class Inspection(HasHtml):
             self._of_waves,
         ]
         if self.far:
-            told.append("That is no cam of this drawing: check rotation, probe, unit, and the angle 0 if aligned")
+            likely = f", but {self.likely}" if self.likely else f": check {CHECKED}"
+            told.append(f"That is no cam of this drawing{likely}")
         if self.outliers:
             off = [f"row {each.row} by {with_unit(each.off, 'mm')}" for each in self.outliers]
             told.append(f"Points far off their neighbours, which count for the profile: {_some(off)}")
@@ -308,10 +320,7 @@ def inspect(
 def inspected(
     profiles: Sequence[MeasuredProfile], scene: Scene, columns: TableColumns, keep_outliers: bool, aligned: bool
 ) -> "list[InspectedDisc]":
-    """The follower on measured points of each disc of a cam, in order, which are on the shaft as they fit best.
-
-    All have one angle on the shaft: points of two discs have the same angle 0 and the same axes.
-    """
+    """The follower on measured points of each disc of a cam, in order, each as it fits best on the shaft."""
     problem = resolve_design(scene)
     if problem.setup.mechanism.body != DISC:
         raise BadInput([Mistake(problem.file, "cam.form", scene.cam.form, "disc: a profile is that of a disc cam")])
@@ -321,24 +330,47 @@ def inspected(
     if len(profiles) != len(discs):
         why = f"{len(discs)}: a file, or an array, of points for each disc of the cam"
         raise BadInput([Mistake("camopt", "measured", len(profiles), why)])
-    found = [
-        _met(disc, profile, scene, columns, keep_outliers, aligned)
-        for disc, profile in zip(discs, profiles, strict=True)
+    points = [read_points(each.points, replace(columns, kind=PROFILES[each.form])) for each in profiles]
+    sides = [_Side(disc, scene, keep_outliers) for disc in discs]
+    taken = list(zip(profiles, points, strict=True))
+    met = [side.met(*given, aligned) for side, given in zip(sides, taken, strict=True)]
+    zero = _tried(met)
+    found = [replace(each, zero=settled([each], zero)) for each in met]
+    if len(found) > 1 and any(each.far for each in found):  # one angle does not fit them all
+        found = [replace(each, zero=settled([each], _tried([each]))) for each in met]
+    return [
+        replace(each, likely=side.likely(taken[place:] + taken[:place], aligned)) if each.far else each
+        for place, (side, each) in enumerate(zip(sides, found, strict=True))
     ]
-    zero = _common_zero(found)
-    return [replace(each, zero=zero) for each in found]
 
 
-def _met(
-    disc: Disc, profile: MeasuredProfile, scene: Scene, columns: TableColumns, keep_outliers: bool, aligned: bool
-) -> "InspectedDisc":
-    """The follower of a disc on measured points; those of a second one are taken as they are in the mirror."""
-    measured = read_points(profile.points, replace(columns, kind=PROFILES[profile.form]))
-    if disc.mirror < 0.0:
-        measured = profile.mirrored(measured)
-    tables = _tables(disc, scene)
-    seen = met_by_follower(profile, measured, tables, disc.problem.file, keep_outliers, gaps_anywhere=True)
-    return InspectedDisc(disc, scene, measured, seen, aligned, keep_outliers)
+class _Side(NamedTuple):
+    """A disc of a drawing, which points are put against."""
+
+    disc: Disc
+    scene: Scene
+    keep_outliers: bool
+
+    def met(self, profile: MeasuredProfile, points: MeasuredPoints, aligned: bool) -> "InspectedDisc":
+        """The follower on measured points; those of a second disc are taken as they are in the mirror."""
+        measured = profile.mirrored(points) if self.disc.mirror < 0.0 else points
+        file, tables = self.disc.problem.file, _tables(self.disc, self.scene)
+        seen = met_by_follower(profile, measured, tables, file, self.keep_outliers, gaps_anywhere=True)
+        return InspectedDisc(self.disc, self.scene, measured, seen, aligned, self.keep_outliers)
+
+    def likely(self, taken: Sequence[tuple[MeasuredProfile, MeasuredPoints]], aligned: bool) -> str:
+        """What would make points fit, the own ones first and then those of the other disc; "" if nothing does."""
+        for way, said in LIKELY.items():
+            other, behind = way
+            if other < len(taken) and (aligned or any(way)):
+                profile, points = taken[other]
+                try:
+                    disc = self.met(profile, profile.mirrored(points) if behind else points, False)
+                    if not replace(disc, zero=settled([disc], _tried([disc]))).far:
+                        return said
+                except (BadInput, Unsolved):
+                    continue  # the follower cannot run on them
+        return ""
 
 
 def _tables(disc: Disc, scene: Scene) -> dict[str, Any]:
@@ -350,11 +382,24 @@ def _tables(disc: Disc, scene: Scene) -> dict[str, Any]:
     return tables
 
 
-def _common_zero(discs: "Sequence[InspectedDisc]") -> float:
-    """The angle of the points where the cam angle is 0, rad, at which all discs of a cam fit best."""
-    tried = np.linspace(0.0, discs[0].turn, 1 if discs[0].aligned else TURNS, endpoint=False)
-    off = [sum(float(np.var(disc.errors_at(each))) for disc in discs) for each in tried]
-    zero = float(tried[int(np.argmin(off))])
+def _tried(discs: "Sequence[InspectedDisc]") -> float:
+    """The angle of the points where the cam angle is 0, rad, at which all of some discs fit best of many."""
+    if discs[0].aligned:
+        return 0.0
+    tried = np.linspace(0.0, discs[0].turn, TURNS + 1)
+    asked = [disc.problem.programme.at(tried % disc.turn)[0] for disc in discs]
+    off = [
+        sum(
+            float(np.var(disc.positions - np.interp(disc.places_on(zero), tried, motion)))
+            for disc, motion in zip(discs, asked, strict=True)
+        )
+        for zero in tried[:-1]
+    ]
+    return float(tried[int(np.argmin(off))])
+
+
+def settled(discs: "Sequence[InspectedDisc]", zero: float) -> float:
+    """An angle near ``zero`` at which all of some discs fit best."""
     for _ in range(FITS):
         each = [disc.columns_at(zero) for disc in discs]
         own = block_diag(*(columns[:, 1:] for columns in each))
@@ -376,6 +421,7 @@ class InspectedDisc:
     keep_outliers: bool
     zero: float = 0.0
     """The angle of the points where the cam angle is 0, rad."""
+    likely: str = ""
 
     @property
     def problem(self) -> Problem:
@@ -385,8 +431,18 @@ class InspectedDisc:
     @cached_property
     def errors(self) -> FloatArray:
         """Smooth errors of the follower's own motion on this disc, mm (rad), at ``places``."""
-        errors = self.off * self.answers[0]
-        return np.asarray(errors + self._of_phase if self.aligned else errors)
+        return self.errors_on(0.0 if self.aligned else self.zero)
+
+    def errors_on(self, zero: float) -> FloatArray:
+        """The same of the disc as it is turned on its shaft."""
+        return np.asarray(self.off * self.answers[0] + self.errors_at(zero) - self.errors_at(self.zero))
+
+    @cached_property
+    def far(self) -> bool:
+        """Whether it is so far off that it is hardly a cam of this drawing."""
+        return float(np.abs(self.errors).max()) > NO_SUCH_CAM * float(
+            np.ptp(self.problem.programme.at(self.places)[0])
+        )
 
     def found(self) -> Inspection:
         """What is told of the disc."""
@@ -412,7 +468,8 @@ class InspectedDisc:
             tuple(self._gaps()),
             tuple(self.seen.unreached.tolist()),
             tuple(self._not_counted()),
-            float(np.abs(errors).max()) > NO_SUCH_CAM * float(np.ptp(self.problem.programme.at(self.places)[0])),
+            self.far,
+            self.likely,
         )
 
     def _used(self, place: int, moved: float) -> Iterator[ToleranceUse]:
@@ -459,8 +516,7 @@ class InspectedDisc:
 
     def errors_at(self, zero: float) -> FloatArray:
         """Positions less those of a cam that is turned on its shaft."""
-        there = np.mod(np.radians(self.points.angles) - zero, self.turn)
-        return np.asarray(self.positions - self.start - self.problem.programme.at(there)[0])
+        return np.asarray(self.positions - self.start - self.problem.programme.at(self.places_on(zero))[0])
 
     @cached_property
     def _of_phase(self) -> FloatArray:
@@ -474,7 +530,7 @@ class InspectedDisc:
     def columns_at(self, zero: float) -> FloatArray:
         """How the errors answer to phase, size and the axis of the bore."""
         alone = replace(self.problem, setup=replace(self.problem.setup, train=None))
-        answers = Responses(alone, np.mod(np.radians(self.points.angles) - zero, self.turn))
+        answers = Responses(alone, self.places_on(zero))
         slope = self.problem.programme.at(answers.angles)[1]
         return np.column_stack([slope, answers.to_profile[0], *(each[0] for each in answers.to_bore)])
 
@@ -491,7 +547,11 @@ class InspectedDisc:
     @cached_property
     def places(self) -> FloatArray:
         """Cam angles, rad."""
-        return np.mod(np.radians(self.points.angles) - self.zero, self.turn)
+        return self.places_on(self.zero)
+
+    def places_on(self, zero: float) -> FloatArray:
+        """The same of the disc as it is turned on its shaft."""
+        return np.asarray(np.mod(np.radians(self.points.angles) - zero, self.turn))
 
     @cached_property
     def answers(self) -> tuple[FloatArray, FloatArray, FloatArray]:

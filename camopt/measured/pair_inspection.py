@@ -25,7 +25,8 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.measured.columns import TableColumns
-from camopt.measured.inspection import InspectedDisc, Inspection, inspected
+from camopt.measured.inspection import NO_SUCH_CAM, InspectedDisc, Inspection, inspected, settled
+from camopt.measured.outline import ANGLE_DIGITS
 from camopt.measured.profile import MeasuredProfile
 from camopt.mechanisms.pairs import second_of
 from camopt.mistakes import BadInput, Mistake
@@ -34,6 +35,7 @@ from camopt.numerics.curves import curve
 from camopt.problem.problem import Problem, resolve_design
 from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
+from camopt.scene.tolerances import zone_of
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
 
@@ -54,8 +56,10 @@ class PairInspection(HasHtml):
     scene : Scene
         The drawing.
     discs : tuple of Inspection
-        Each measured disc as a cam of its own, with errors of its own motion, which is reversed at the second one;
-        a yoke has one.
+        Each measured disc as a cam of its own, turned on the shaft as it fits best itself, with errors of its own
+        motion, which is reversed at the second one; a yoke has one.
+    turned : float
+        By how much disc 2 is ahead of disc 1, deg; 0 of a yoke.
     quantity : str
         What both contacts are apart: ``subtending angle``, ``distance of the rollers`` along the motion, or
         ``breadth``.
@@ -75,6 +79,8 @@ class PairInspection(HasHtml):
         With what both contacts press at rest, N (N·m); below 0 they do not. None where the stiffness is not known.
     needed : ndarray or None
         What keeps both contacts at the speed of the scene, N (N·m): half of the force. None where it is not known.
+    reason : str
+        Why the discs do not hold one follower, such as a disc of another drawing; ``off`` is nan then.
 
     Examples
     --------
@@ -88,6 +94,7 @@ class PairInspection(HasHtml):
 
     scene: Scene
     discs: tuple[Inspection, ...]
+    turned: float
     quantity: str
     unit: str
     drawn: float
@@ -97,6 +104,7 @@ class PairInspection(HasHtml):
     interference: float
     preload: FloatArray | None
     needed: FloatArray | None
+    reason: str = ""
 
     @property
     def least(self) -> Extreme:
@@ -117,7 +125,7 @@ class PairInspection(HasHtml):
     @property
     def within(self) -> bool | None:
         """Whether it is off by no more than is allowed; None where nothing is said of that."""
-        return None if self.allowed is None else bool(np.abs(self.off).max() <= self.allowed)
+        return None if self.allowed is None or self.reason else bool(np.abs(self.off).max() <= self.allowed)
 
     @property
     def left(self) -> Extreme:
@@ -137,6 +145,10 @@ class PairInspection(HasHtml):
 
     def table(self) -> Table:
         """What both contacts are apart, and what is left of interference and preload."""
+        if self.reason:
+            return Table.of(
+                f"Both contacts of {self.scene.name}", [""], [], f"They are not compared: {self.reason}."
+            )
         drawn = with_unit(self.drawn, self.unit)
         if self.allowed is not None:
             drawn += f" ± {with_unit(self.allowed, self.unit)}"
@@ -164,7 +176,7 @@ class PairInspection(HasHtml):
     def _note(self) -> str:
         """What the table does not say, a sentence each."""
         left, spare = self.left, self.spare
-        told = [f"The {self.quantity} varies by {with_unit(self.variation, self.unit)}"]
+        told = [*self._of_turn, f"The {self.quantity} varies by {with_unit(self.variation, self.unit)}"]
         if self.within is not None:
             told.append(f"{'Within' if self.within else 'Beyond'} what the tolerance of the profile allows")
         if left.value > 0.0:
@@ -178,22 +190,42 @@ class PairInspection(HasHtml):
             told.append(f"At its speed {lets_go if spare.value < 0.0 else f'none lets go: {rest} spare'}")
         return "".join(f"{each}. " for each in told).rstrip()
 
+    @property
+    def _of_turn(self) -> list[str]:
+        turned = abs(round(self.turned, ANGLE_DIGITS))
+        if not turned:
+            return []
+        way = "ahead of" if self.turned > 0.0 else "behind"
+        tolerance = self.scene.tolerances.disc_phase
+        if tolerance is None:
+            allowed = "what the keyway allows"
+        else:
+            zone = zone_of(tolerance, "disc_phase", 0.0)
+            held = zone.lower <= self.turned <= zone.upper
+            allowed = f"{'within' if held else 'beyond'} tolerances.disc_phase"
+        return [f"Disc 2 is turned by {number(turned)} deg against disc 1, {way} it: {allowed}"]
+
     def records(self) -> dict[str, Any]:
-        """The numbers of the pair by name, without what is of each disc."""
-        return {
+        """The numbers of the pair by name, without what is of each disc; None where it has a reason."""
+        about = {
             "quantity": self.quantity,
             "unit": self.unit,
             "drawn": self.drawn,
             "allowed": self.allowed,
+            "turned_deg": self.turned,
+            "interference": self.interference,
+            "reason": self.reason,
+        }
+        found = {
             "least": self.least._asdict(),
             "most": self.most._asdict(),
             "variation": self.variation,
             "within": self.within,
-            "interference": self.interference,
             "left": self.left._asdict(),
             "preload_least": None if self.preload is None else float(self.preload.min()),
             "spare": self.spare and self.spare._asdict(),
         }
+        return about | (dict.fromkeys(found) if self.reason else found)
 
     @property
     def shown_cam(self) -> Scene:
@@ -215,8 +247,9 @@ def inspect_pair(
     """Find how far apart a measured conjugate pair, or the disc in a yoke, holds both contacts of its follower.
 
     Points of both discs are in one frame, that of the drawing as seen from its front: with the axis of the bore at
-    0, 0 and one angle 0, as they are measured in one clamping, or from the keyway. The pair is turned on its shaft
-    to where its errors are least, unless it is aligned; an angle between the discs is an error of theirs.
+    0, 0 and one angle 0, as they are measured in one clamping, or from the keyway. Each disc is turned to where its
+    own errors are least, and the pair to where those of both are, unless it is aligned: an angle between the discs
+    is no error of a profile, but one of what both contacts are apart.
 
     Parameters
     ----------
@@ -270,8 +303,11 @@ def inspect_pair(
     problem = resolve_design(scene)
     mechanism = problem.setup.mechanism
     if not mechanism.further or mechanism.body.developed:
-        has = "has one contact with the cam" if not mechanism.further else "has a rib between its rollers"
-        why = f"{has}: a pair of contacts is that of a conjugate pair or a yoke"
+        why = "has one contact with the cam: a pair of contacts is that of a conjugate pair or a yoke"
+        if mechanism.further:
+            why = (
+                "has a rib between its rollers: measured ribs are not compared yet, only conjugate pairs and yokes"
+            )
         raise BadInput([Mistake(problem.file, "follower", None, why, bare=True)])
     discs = inspected(
         profiles, scene, TableColumns(columns, angle_unit, lift_unit or "mm", turn), keep_outliers, aligned
@@ -294,21 +330,48 @@ class _Both:
         return PairInspection(
             self.scene,
             tuple(each.found() for each in self.discs),
+            self.turned,
             self._quantity,
             "deg" if angular else "mm",
             unit * self._drawn,
             None if tolerance is None else unit * tolerance * float(self._at_angles(self._answers).max()),
             np.degrees(self.angles),
-            unit * self.off,
+            unit * self.off + (np.nan if self._reason else 0.0),
             self.scene.drive.interference or 0.0,
-            self._preload,
+            None if self._reason else self._preload,
             self._needed,
+            self._reason,
         )
+
+    @property
+    def turned(self) -> float:
+        """By how much the second disc is ahead of the first, deg."""
+        first, *others = (disc.phase for disc in self.discs)
+        return (others[0] - first + 180.0) % 360.0 - 180.0 if others else 0.0
+
+    @property
+    def _reason(self) -> str:
+        """Why the discs do not hold one follower."""
+        far = [str(place) for place, disc in enumerate(self.discs, 1) if disc.far]
+        if far:
+            are = "are no cams" if len(far) > 1 else "is no cam"
+            return f"disc {' and disc '.join(far)} {are} of this drawing"
+        if np.abs(self.off).max() > NO_SUCH_CAM * self.problem.programme.lift:
+            return (
+                f"disc 2 is turned by {number(self.turned)} deg against disc 1: their points have not one angle 0"
+            )
+        return ""
+
+    @cached_property
+    def zero(self) -> float:
+        """The angle of the points at which both discs together are on the shaft, rad."""
+        first = self.discs[0]
+        return 0.0 if first.aligned else settled(self.discs, first.zero)
 
     @property
     def _places(self) -> list[FloatArray]:
         """Cam angles of the points at each contact, rad; of a yoke those of its one disc, and half a turn later."""
-        first, *others = (disc.places for disc in self.discs)
+        first, *others = (disc.places_on(self.zero) for disc in self.discs)
         return [first, *others] if others else [first, np.mod(first + np.pi, 2.0 * np.pi)]
 
     @cached_property
@@ -324,7 +387,7 @@ class _Both:
     @cached_property
     def off(self) -> FloatArray:
         """s, mm (rad)."""
-        return self._at_angles([disc.errors for disc in self.discs])
+        return self._at_angles([disc.errors_on(self.zero) for disc in self.discs])
 
     @property
     def _answers(self) -> list[FloatArray]:

@@ -27,6 +27,8 @@ PER_WAVE = 4
 """Points of a wave, at least."""
 ONE_IN = 20.0
 """Files in which noise looks like a wave."""
+LEAST_WAVE = 1e-5
+"""mm: a lower one is that of the digits of a file."""
 STEPS = 8
 """For each harmonic, at most."""
 
@@ -77,7 +79,8 @@ def waves_of(angles: FloatArray, off: FloatArray, noise: float) -> WavesFound:
     cosine, sine = np.cos(turned), np.sin(turned)
     cc, cs, ss = (np.sum(a * b, axis=1) for a, b in ((cosine, cosine), (cosine, sine), (sine, sine)))
     ss[0] = 1.0  # a mean has no sine
-    least, rest, parts = noise * sqrt(2.0 * log(ONE_IN * most)), off.copy(), np.zeros(most + 1, dtype=complex)
+    least = max(noise * sqrt(2.0 * log(ONE_IN * most)), LEAST_WAVE * sqrt(off.size / 2.0))
+    rest, parts = off.copy(), np.zeros(most + 1, dtype=complex)
     for _ in range(STEPS * most):
         c, s = cosine @ rest, sine @ rest
         a, b = ((ss * c - cs * s) / (cc * ss - cs**2), (cc * s - cs * c) / (cc * ss - cs**2))

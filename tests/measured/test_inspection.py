@@ -169,7 +169,9 @@ def test_a_cam_that_is_none_of_the_drawing_and_a_phase_are_told():
     assert phase.moves == pytest.approx(np.radians(aligned.phase_deg) * slope, rel=0.01)
     mirrored = camopt.inspect(with_noise(behind.conj()), ROLLER)
     assert (aligned.far, mirrored.far) == (False, True)
-    assert "check rotation" in mirrored.table().note
+    assert "but in the mirror, x to -x, its points fit" in mirrored.table().note
+    circle = camopt.inspect(with_noise(30.0 * np.exp(1j * ANGLES)), ROLLER)
+    assert "no cam of this drawing: check rotation" in circle.table().note
 
 
 def test_the_command_refuses_what_does_not_go_with_points(command, tmp_path):

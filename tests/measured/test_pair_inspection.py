@@ -163,6 +163,41 @@ def test_what_is_lost_is_told():
     ]
 
 
+def test_one_disc_of_another_drawing_leaves_the_other_as_it_is():
+    scene, discs = drawn("oscillating")
+    first, second = (points[::4] for points, _ in discs)
+    for given, far, said in (
+        ((first, -second.conj()), [False, True], "in the mirror, x to -x, its points fit"),
+        ((second, first), [True, True], "the points of the other disc fit"),
+    ):
+        found = inspect_pair([read_as(each) for each in given], scene)
+        assert [each.far for each in found.discs] == far
+        assert [said in each.table().note for each in found.discs] == far
+        assert [each.used[0].found < 1e-3 for each in found.discs] != far
+        table, known = found.table(), found.records()
+        assert table.rows == []
+        assert "They are not compared: disc" in table.note
+        assert [known[name] for name in ("variation", "left", "preload_least", "within")] == [None] * 4
+    apart = inspect_pair([read_as(first), read_as(second * np.exp(0.5j))], scene)
+    assert "their points have not one angle 0" in apart.table().note
+
+
+@pytest.mark.parametrize("aligned", [False, True])
+def test_a_disc_that_is_turned_against_the_other_has_no_error_of_its_profile(aligned):
+    """It moves its roller by y'·Δ, and so much is the subtending angle off if the pair is aligned."""
+    scene, discs = drawn("oscillating")
+    first, second = (points[::2] for points, _ in discs)
+    problem, turned = resolve_design(scene), 0.01
+    cut = second * np.exp(1j * problem.design.sense * np.radians(turned))
+    found = inspect_pair([read_as(first), read_as(cut)], scene, aligned=aligned)
+    slopes = problem.programme.at(np.radians(DEGREES))[1]
+    assert found.turned == pytest.approx(turned, abs=1e-5)
+    assert max(each.used[0].found for each in found.discs) < 1e-4
+    assert [each.waves for each in found.discs] == [(), ()]
+    assert found.variation == pytest.approx(turned * np.ptp(slopes), rel=2e-3)
+    assert "Disc 2 is turned by 0.01 deg against disc 1, ahead of it: what the keyway" in found.table().note
+
+
 def test_files_of_both_discs_are_read_by_the_command(capsys, tmp_path):
     scene = find_scene("press-feed-by-pair")
     points = cam_points(scene, np.arange(0.0, 360.0, 2.0))
@@ -190,6 +225,7 @@ def test_files_of_both_discs_are_read_by_the_command(capsys, tmp_path):
         ),
         ("pump-of-constant-breadth", 2, "measured = 2: must be 1: a file"),
         ("exhaust-valve", 1, "follower: has one contact with the cam"),
+        ("bottle-filler-by-rib", 2, "follower: has a rib between its rollers: measured ribs are not compared yet"),
     ],
 )
 def test_points_of_other_discs_than_the_cam_has_are_refused(name, count, message):
