@@ -142,7 +142,7 @@ def test_its_profile_is_that_of_a_cam():
 
 
 def test_free_laws_hold_its_limits():
-    free = synthesise(scene_with("synthesis").replace(**{"synthesis.pieces": 20}))
+    free = synthesise(scene_with("synthesis.rest").replace(**{"synthesis.pieces": 20}))
     assert evaluate(free.scene)["feasible"]
 
 
