@@ -4,12 +4,19 @@ import numpy as np
 import pytest
 
 import camopt
+from camopt.kernels import compile
 from camopt.mistakes import BadInput
 from tests.support.cams import CONTACTS
 from tests.tolerances.test_recontact import given_of
 from tests.tolerances.test_tolerance import TRAINS, scene_of
 
 LOPSIDED = ("follower", "phase", "face_tilt")
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch):
+    """Few designs, of so many mechanisms that their kernels would be compiled."""
+    monkeypatch.setattr(compile, "PAYS", np.inf)
 
 
 def lopsided(given):

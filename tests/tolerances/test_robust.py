@@ -99,6 +99,7 @@ def prices_of(scene, seconds=1e-3):
     return {price.key: price for price in next(iter(camopt.prices(camopt.optimise(scene), seconds).values()))}
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("contact", "toleranced"), [("arm", ["arm_length"]), ("roller", ["offset", "roller_radius"])]
 )
