@@ -42,6 +42,7 @@ from camopt.effects.flight import (
 )
 from camopt.effects.peak import Peak, PerRoller, at_corners
 from camopt.effects.peak_columns import peak_column
+from camopt.effects.preload import INTERFERENCE
 from camopt.effects.surface import spin_rate_curve
 from camopt.effects.work import integral
 from camopt.motion.programme import Programme
@@ -57,8 +58,8 @@ OF_FLIGHT, OF_ROLLER = (SPEED, LEADING, TIME, PLACE), (SLIP, SPIN_CHANGE, SKIDDI
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    mechanism = setup.mechanism
-    if "clearance" not in mechanism.drive.keys or setup.train is not None:
+    mechanism, preloaded = setup.mechanism, bool(setup.given[INTERFERENCE])
+    if "clearance" not in mechanism.drive.keys or setup.train is not None or preloaded:
         return ()
     rolls = setup.rolls and mechanism.two_sided
     return (COUNT, *OF_FLIGHT, *((*OF_ROLLER, SPIN_UP) if rolls else ()))

@@ -275,10 +275,10 @@ def _begin(program: Program, work: Workpiece, asked: Milling, every: dict[str, P
 
 
 def _narrower(work: Workpiece, cutter_radius: float) -> Iterator[str]:
-    """Notes on a cutter that is not as wide as the groove, and on what a rib has beside it."""
-    left, wide = work.problem.half_width - cutter_radius, "the groove"
+    """Notes on a cutter that leaves something on walls of a groove or a rib, and on what a rib has beside it."""
+    whole = work.problem.half_width
     if work.problem.setup.mechanism.further:
-        wide = "the rollers"
         yield "what is further from the rib than the cutter reaches is not cut away: turn or mill it away before"
-    if left > 0.0:
-        yield f"the cutter is narrower than {wide}: it roughs, and leaves {with_shown_unit(left)} on each wall"
+    if whole > cutter_radius:
+        left, radius = map(with_shown_unit, (whole - cutter_radius, whole))
+        yield f"the cutter leaves {left} on each wall: one with a radius of {radius} cuts them to size"

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
-from camopt.mechanisms import SECOND_FIELDS, Mechanism, mechanisms_for
+from camopt.mechanisms import DRIVEN, SECOND_FIELDS, Mechanism, mechanisms_for
 from camopt.mechanisms.body import BODIES
 from camopt.mechanisms.drive import PRELOAD
 from camopt.mechanisms.follower import FLAT, MOTIONS, Tip
@@ -182,11 +182,12 @@ def _drive(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[
 
 
 def _has_none(key: str, mechanism: Mechanism) -> str:
-    """That there is no such key of a drive; a size that another follower has, is none of this one."""
-    words = mechanism.drive.words
+    """That there is no such key of a drive; one that it has with another follower, it has not with this one."""
+    drive, follower = mechanism.drive, f"{mechanism.drive.words} with {mechanism.motion.words} follower"
     if mechanism.second_keys and f"drive.{key}" in SECOND_FIELDS:
-        return f"{words} with {mechanism.motion.words} follower has none; it has {', '.join(mechanism.second_keys)}"
-    return f"{words} has none"
+        return f"{follower} has none; it has {', '.join(mechanism.second_keys)}"
+    with_it = any(each.drive.name == drive.name and key in each.drive.keys for each in DRIVEN)
+    return f"{follower if with_it else drive.words} has none"
 
 
 def _of_two_contacts(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[Fault]:

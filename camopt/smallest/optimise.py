@@ -7,6 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.effects import offered
+from camopt.effects.curvature import CONVEX
+from camopt.effects.hertz import STRESS
+from camopt.effects.rib import THICKNESS
+from camopt.effects.wall import WALL
 from camopt.engines.progress import Progress, report_progress
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
@@ -334,8 +339,27 @@ def _warnings(problem: Problem, best: Design) -> Iterator[str]:
         yield f"the size does not depend on {listed(idle)} here: {given}"
     unasked = {limit.name for limit in problem.limits if not limit.asked}
     if best["binding"] and unasked.issuperset(best["binding"]):
-        wanted = "pressure_angle, curvature_radius or contact_stress"
-        yield f"only {listed(best['binding'])} holds this cam: [limits] such as {wanted} make it one to build"
+        holds = f"only {listed(best['binding'])} holds this cam"
+        unset = _not_set(problem)
+        yield f"{holds}: [limits] such as {listed(unset)} make it one to build" if unset else holds
+
+
+TO_BUILD = {
+    "pressure_angle": "pressure_angle_max_deg",
+    "curvature_radius": CONVEX,
+    "contact_stress": STRESS,
+    "hub_wall": WALL,
+    THICKNESS: THICKNESS,
+}
+"""Limits that make a cam one to build, each with its quantity."""
+
+
+def _not_set(problem: Problem) -> list[str]:
+    """Those of ``TO_BUILD`` that the scene does not set, and that can hold its cam."""
+    setup = problem.setup
+    flat = setup.mechanism.flat_faced and not setup.angular  # then the pressure angle is 0
+    out = {limit.name for limit in problem.limits} | ({"pressure_angle"} if flat else set())
+    return [key for key, name in TO_BUILD.items() if name in offered(setup) and key not in out]
 
 
 def _missed(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:

@@ -231,7 +231,7 @@ def test_a_program_of_a_rib_goes_round_each_flank_in_the_place_of_its_roller(tmp
 
 def test_a_cutter_that_is_smaller_than_the_roller_roughs(tmp_path):
     found = export(GROOVES["oscillating"](), tmp_path / "cam.nc", cutter_radius=7.0, feed=100.0)
-    assert "the cutter is narrower than the groove: it roughs, and leaves 1 mm on each wall" in found.notes
+    assert "the cutter leaves 1 mm on each wall: one with a radius of 8 mm cuts them to size" in found.notes
 
 
 @pytest.mark.parametrize("name", ["feeder-with-stop", "face-groove-shutter"])

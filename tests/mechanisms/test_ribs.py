@@ -279,7 +279,9 @@ def test_a_cam_whose_rollers_leave_no_rib_is_none(tmp_path):
     scene = {**rib(np.random.default_rng(7), "translating"), "limits": {"pressure_angle": 80}}
     del scene["cam"]["mean_radius"]
     scene["follower"]["roller_spacing"] = 2.2 * scene["follower"]["roller_radius"]
-    best = camopt.optimise(Scene.from_dict({**scene, "search": {"mean_radius": {"start": 1, "stop": 200}}})).best
+    found = camopt.optimise(Scene.from_dict({**scene, "search": {"mean_radius": {"start": 1, "stop": 200}}}))
+    best, wanted = found.best, "curvature_radius and rib_thickness_min_mm"
+    assert found.warnings == (f"only no_rib holds this cam: [limits] such as {wanted} make it one to build",)
     angles = np.linspace(0.0, 2.0 * np.pi, 20_001)
     thin, none = (
         Scene.from_dict({**scene, "cam": {**scene["cam"], "mean_radius": best["mean_radius_mm"] * by}})
@@ -316,6 +318,14 @@ BAD = {
     "both clearance and interference": (
         {"drive.clearance": 0.02, "drive.interference": 0.01, "drive.stiffness": 1e4},
         r"drive\.clearance = 0\.02: there is none between contacts with an interference",
+    ),
+    "crossings under preload": (
+        {"drive.interference": 0.01, "drive.stiffness": 1e4, "limits": {"crossing_speed": 0.1}},
+        "crossing_speed_max_m_s: neither contact lets go with enough preload",
+    ),
+    "a clearance where the follower swings": (
+        {"follower.motion": "oscillating", "follower.arm_length": 110.0, "drive.clearance": 0.02},
+        r"drive\.clearance = 0\.02: a rib with an oscillating follower has none",
     ),
     "a knife": ({"follower.contact": "knife", "follower.roller_radius": None}, "must be .*groove"),
 }

@@ -18,6 +18,7 @@ from camopt.motion import LAWS
 from camopt.motion.programme import span
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.problem.problem import exactly, resolve
+from camopt.smallest.optimise import _not_set
 from camopt.verdicts.judging import evaluate_rows
 from camopt.verdicts.screening import feasible
 
@@ -39,6 +40,17 @@ def test_the_radius_of_a_radial_roller_cam(law, radius):
         warnings.simplefilter("ignore")
         found = peer.get_base_circle(kind=law, follower="roller", roller_radius=5, max_pressure_angle=30)
     assert best["base_radius_mm"] == pytest.approx(found["Rb"], abs=2e-3)
+
+
+def test_limits_that_are_not_set_and_can_hold_the_cam_are_named():
+    """Nothing sets the pressure angle of a flat face that translates, which is 0."""
+    yoke = find_scene("pump-of-constant-breadth")
+    asked = [yoke, yoke.replace(limits={"hub_wall": 5}), find_scene("two-pauses").replace(limits={})]
+    assert [_not_set(resolve(each)) for each in asked] == [
+        ["hub_wall"],
+        ["curvature_radius", "contact_stress"],
+        ["pressure_angle", "curvature_radius", "hub_wall"],
+    ]
 
 
 def test_free_offset_gives_the_vertex_of_the_pressure_lines():
