@@ -7,11 +7,11 @@ import numpy as np
 
 from camopt.drawing.limit_lines import limit_lines
 from camopt.drawing.loads import by_way
-from camopt.drawing.panels import MarkedPeak, Panel, bounds, greatest_and_least, known, marked
+from camopt.drawing.panels import MarkedPeak, Panel, bounds, greatest_and_least, known, marked, of_contacts
 from camopt.drawing.picture import Picture, told
 from camopt.effects import Case, clearance, joints, preload, vibration
 from camopt.effects.force import force_curve, least_and_largest, over, weights
-from camopt.effects.loads import torque_curve, ways
+from camopt.effects.loads import along_curve, torque_curve, ways
 from camopt.effects.motion import scale
 from camopt.effects.peak import Variant
 from camopt.motion.programme import Programme
@@ -28,24 +28,41 @@ def dynamics_panels(picture: Picture) -> list[Panel]:
 
 def _force(picture: Picture) -> list[Panel]:
     problem, ends = picture.problem, ("contact_force_max_N", "contact_force_min_N")
-    paired = bool(problem.setup.mechanism.further)
-    if not known(picture, *(preload.names_of(problem.setup)[1:2] if paired else ends)):
+    if problem.setup.mechanism.further:
+        return _of_two_contacts(picture)
+    if not known(picture, *ends):
         return []
     values = picture.curve_values(force_curve(problem.setup, problem.design, problem.programme))
-    peaks = bounds(picture, values, _of_pair(picture)) if paired else greatest_and_least(picture, values, *ends)
-    panel = Panel("Force along the motion", "N", values, peaks, quantity="" if paired else ends[0])
+    panel = Panel(ALONG, "N", values, greatest_and_least(picture, values, *ends), quantity=ends[0])
     panel.peaks += _crossings(picture)
     panel.note = _below_zero(picture)
     panel.limits = limit_lines(picture, "contact_force_min_N")
     return [panel]
 
 
-def _of_pair(picture: Picture) -> tuple[float, float]:
-    """The largest and the least force of a follower with two contacts, which are no quantities of it."""
+ALONG = "Force along the motion"
+
+
+def _of_two_contacts(picture: Picture) -> list[Panel]:
+    """The force on each of two contacts, of which extremes are no quantities."""
+    if not known(picture, preload.names_of(picture.problem.setup)[1]):
+        return []
+    (panel,) = of_contacts(picture, _borne)
+    panel.peaks += _crossings(picture)
+    return [panel]
+
+
+def _borne(picture: Picture) -> list[Panel]:
+    """The force along the motion that one of two contacts bears."""
     problem = picture.problem
-    lever = float(problem.design.arm_length[0]) if problem.setup.angular else 1.0
-    least, largest = least_and_largest(Case(problem.setup, problem.programme, problem.design))
-    return float(over(largest, lever).value), float(over(least, lever).value)
+    setup, designs = problem.setup, problem.design
+    lever = float(designs.arm_length[0]) if setup.angular else 1.0
+    ends = (over(end, lever) for end in least_and_largest(Case(setup, problem.programme, designs)))
+    either = [setup.mechanism.way * float(getattr(end, "value", end)) for end in ends]
+    pressing = (setup.dynamics.pair_preload or 0.0) / lever
+    values = picture.curve_values(along_curve(setup, designs, problem.programme))
+    exact = tuple(preload.borne(force, pressing) for force in (max(either), min(either)))
+    return [Panel(ALONG, "N", values, bounds(picture, values, exact))]
 
 
 def _crossings(picture: Picture) -> list[MarkedPeak]:
@@ -62,10 +79,8 @@ def _crossings(picture: Picture) -> list[MarkedPeak]:
 
 def _below_zero(picture: Picture) -> str:
     """The note on a contact force below 0."""
-    mechanism = picture.problem.setup.mechanism
-    if mechanism.further:
-        return "below 0, the second contact bears"
-    return "below 0, the other flank bears" if mechanism.pulls else "contact is lost below 0"
+    pulls = picture.problem.setup.mechanism.pulls
+    return "below 0, the other flank bears" if pulls else "contact is lost below 0"
 
 
 def _torque(picture: Picture) -> list[Panel]:

@@ -38,6 +38,11 @@ def names_of(setup: Setup) -> tuple[str, str, str, str]:
     return f"pair_preload_{unit}", f"pair_preload_required_{unit}", f"interference_required_{angle}", RATIO
 
 
+def borne(force: float, preload: float) -> float:
+    """F₁, the part of a force along the motion that one of two contacts bears."""
+    return force / 2.0 + max(abs(force) / 2.0, preload)
+
+
 def offers(setup: Setup) -> tuple[str, ...]:
     return names_of(setup) if setup.mechanism.further else ()
 

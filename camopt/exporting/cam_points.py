@@ -89,7 +89,8 @@ def cam_points(
     unit normal out of the steel (``profile_normal_x``, ``profile_normal_y``) and the curvature
     (``profile_curvature_per_mm``, positive where convex). Then each load of the effects that the scene
     calls for, as ``contact_force_N``, ``torque_N_m``, ``contact_stress_MPa``; of several that friction can make,
-    the largest. One that is infinite somewhere has no column.
+    the largest. One that is infinite somewhere has no column. Of two contacts there are those of each, as
+    ``first_contact_force_N`` and ``second_contact_force_N``, with the preload shared.
 
     A disc cam is in its own frame, which is the ground frame at cam angle 0: cam centre at the origin,
     follower above it. A cylindrical cam is developed: x runs round it at the mean radius, as the cam angle does, y

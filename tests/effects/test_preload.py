@@ -5,7 +5,7 @@ import pytest
 from support.cams import STEEL, SWUNG
 from support.pairs import pair
 
-from camopt import BadInput, Scene, evaluate, optimise
+from camopt import BadInput, Scene, cam_points, evaluate, optimise
 from camopt.effects.loads import Preloaded
 from camopt.numerics.curves import Linear, curve
 from camopt.problem.problem import resolve_design
@@ -54,6 +54,7 @@ def test_the_stress_of_each_contact_is_that_of_its_share(motion):
     preload = 0.01 * (np.pi / 180.0 if swings else 1.0) * scene["drive"]["stiffness"] * unit
     shares = np.array([borne_by_springs(each, preload) for each in force[::20]]).T
     modulus, width = setup.bodies.modulus, STEEL["face_width"]
+    points = cam_points(Scene.from_dict(scene), np.degrees(angles[::20][5::50]))
     second = mechanism.further[0]
     for place, (form, design), share in zip(
         ("first", "second"),
@@ -64,7 +65,9 @@ def test_the_stress_of_each_contact_is_that_of_its_share(motion):
         tangent, kappa = (
             curve(made(design, problem.programme), ..., state)[0][::20] for made in (form.pressure, form.curvature)
         )
-        normal = share / (design.arm_length[0] if swings else 1.0) * np.hypot(1.0, tangent)
+        along = share / (design.arm_length[0] if swings else 1.0)
+        assert points[f"{place}_contact_force_N"] == pytest.approx(along[5::50], abs=1e-6 * along.max())
+        normal = along * np.hypot(1.0, tangent)
         radius = design.roller_radius[0] * (1.0 - kappa * design.roller_radius[0])
         seen = np.sqrt(normal * modulus / (np.pi * width * radius)).max()
         assert seen == pytest.approx(cam[f"{place}_contact_stress_max_MPa"], rel=1e-4)
