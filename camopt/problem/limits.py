@@ -1,12 +1,12 @@
 """Limits of a scene, and the quantity that each key of ``[limits]`` bounds."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from math import pi
 from typing import Any
 
-from camopt.effects import EFFECTS, Setup, force, outline, rib, wall
+from camopt.effects import EFFECTS, Setup, force, hertz, offered, outline, rib, wall
 from camopt.effects.contacts import peaks_at
 from camopt.effects.curvature import CONVEX, CUTTER
 from camopt.effects.mean import Mean
@@ -192,3 +192,20 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     limits += _implied(setup)
     limits += of({key: limited_quantity(key, setup) for key in LOAD_LIMITS})
     return tuple(sorted(limits, key=lambda limit: limit.last))
+
+
+TO_BUILD = {
+    "pressure_angle": "pressure_angle_max_deg",
+    "curvature_radius": CONVEX,
+    "contact_stress": hertz.STRESS,
+    "hub_wall": wall.WALL,
+    rib.THICKNESS: rib.THICKNESS,
+}
+"""Limits that make a cam one to build, each with its quantity."""
+
+
+def unset_limits(limits: Iterable[Limit], setup: Setup) -> list[str]:
+    """Those of ``TO_BUILD`` that are not among some limits of a scene, and that can hold its cam."""
+    flat = setup.mechanism.flat_faced and not setup.angular  # then the pressure angle is 0
+    out = {limit.name for limit in limits} | ({"pressure_angle"} if flat else set())
+    return [key for key, name in TO_BUILD.items() if name in offered(setup) and key not in out]

@@ -1,6 +1,7 @@
 """Values that a scene may have but that are hardly meant: metres for millimetres, turns a second, noisy tables."""
 
 from collections.abc import Iterator
+from math import sqrt
 
 from camopt.numerics.neighbours import share_of_noise
 from camopt.quantities.unit_systems import shown, shown_unit
@@ -56,7 +57,17 @@ def oddities(scene: Scene) -> list[str]:
         for key, value, (least, most, unit) in _values(scene)
         if not least <= value <= most
     ]
-    return [*found, *_noisy(scene), *_at_rest(scene), *thin_walls(scene)]
+    return [*found, *_noisy(scene), *_at_rest(scene), *_wide_contact(scene), *thin_walls(scene)]
+
+
+def _wide_contact(scene: Scene) -> Iterator[str]:
+    """A contact that is wider than the steel: the disc, the depth of its groove, or the height of its rib."""
+    key = scene.mechanism.body.flank_height or "thickness"
+    width, steel = scene.materials.face_width, getattr(scene.part, key)
+    if width and steel and width > steel:
+        wide, there = (f"{shown(each, 'mm'):.4g} {shown_unit('mm')}" for each in (width, steel))
+        more = f"on that the contact stress is {sqrt(width / steel):.3g} times what is computed"
+        yield f"materials.face_width = {wide}: wider than part.{key} ({there}); {more}"
 
 
 def thin_walls(scene: Scene) -> list[str]:

@@ -7,11 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import offered
-from camopt.effects.curvature import CONVEX
-from camopt.effects.hertz import STRESS
-from camopt.effects.rib import THICKNESS
-from camopt.effects.wall import WALL
 from camopt.engines.progress import Progress, report_progress
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
@@ -19,6 +14,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
+from camopt.problem.limits import unset_limits
 from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.settings import freed_of, given_profile, laws_of
 from camopt.problem.space import boxes_of, choices
@@ -340,26 +336,8 @@ def _warnings(problem: Problem, best: Design) -> Iterator[str]:
     unasked = {limit.name for limit in problem.limits if not limit.asked}
     if best["binding"] and unasked.issuperset(best["binding"]):
         holds = f"only {listed(best['binding'])} holds this cam"
-        unset = _not_set(problem)
+        unset = unset_limits(problem.limits, problem.setup)
         yield f"{holds}: [limits] such as {listed(unset)} make it one to build" if unset else holds
-
-
-TO_BUILD = {
-    "pressure_angle": "pressure_angle_max_deg",
-    "curvature_radius": CONVEX,
-    "contact_stress": STRESS,
-    "hub_wall": WALL,
-    THICKNESS: THICKNESS,
-}
-"""Limits that make a cam one to build, each with its quantity."""
-
-
-def _not_set(problem: Problem) -> list[str]:
-    """Those of ``TO_BUILD`` that the scene does not set, and that can hold its cam."""
-    setup = problem.setup
-    flat = setup.mechanism.flat_faced and not setup.angular  # then the pressure angle is 0
-    out = {limit.name for limit in problem.limits} | ({"pressure_angle"} if flat else set())
-    return [key for key, name in TO_BUILD.items() if name in offered(setup) and key not in out]
 
 
 def _missed(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:

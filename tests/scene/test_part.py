@@ -21,7 +21,7 @@ BASES = {
         part=CYLINDER
     ),  # mean radius 100, highest at 65.2433, roller 9
     "pair": find_scene("press-feed-by-pair").replace(
-        part={"thickness": 16, "hub_diameter": 80, "hub_length": 50}
+        part={"thickness": 16, "hub_diameter": 80, "hub_length": 50}, **{"materials.face_width": 16}
     ),  # base radius 62, shaft 50
 }
 BLANK = BASES["disc"].replace(**SHAFTLESS, part=None)
@@ -207,6 +207,12 @@ def test_a_part_is_read_and_written():
         assert oddities(base) == []
     told = BASES["disc"].replace(**{"part.density": 7.8})
     assert [line.partition(" = ")[0] for line in oddities(told)] == ["part.density"]
+    for name in ("press-feed-by-pair", "barrel-traverse", "bottle-filler-by-rib"):
+        scene = find_scene(name)
+        key = scene.mechanism.body.flank_height or "thickness"
+        (wide,) = oddities(scene.replace(**{"materials.face_width": 4 * getattr(scene.part, key)}))
+        assert f"wider than part.{key} (" in wide
+        assert wide.endswith("on that the contact stress is 2 times what is computed")
     assert [name for name in shipped_scenes() if "thickness" in find_scene(name).to_dict().get("part", {})]
 
 

@@ -17,8 +17,8 @@ from camopt.mechanisms import Designs
 from camopt.motion import LAWS
 from camopt.motion.programme import span
 from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.problem.limits import unset_limits
 from camopt.problem.problem import exactly, resolve
-from camopt.smallest.optimise import _not_set
 from camopt.verdicts.judging import evaluate_rows
 from camopt.verdicts.screening import feasible
 
@@ -46,7 +46,8 @@ def test_limits_that_are_not_set_and_can_hold_the_cam_are_named():
     """Nothing sets the pressure angle of a flat face that translates, which is 0."""
     yoke = find_scene("pump-of-constant-breadth")
     asked = [yoke, yoke.replace(limits={"hub_wall": 5}), find_scene("two-pauses").replace(limits={})]
-    assert [_not_set(resolve(each)) for each in asked] == [
+    problems = map(resolve, asked)
+    assert [unset_limits(each.limits, each.setup) for each in problems] == [
         ["hub_wall"],
         ["curvature_radius", "contact_stress"],
         ["pressure_angle", "curvature_radius", "hub_wall"],
