@@ -1,6 +1,6 @@
 """The errors of a motion over the turn: totals at cam angles, where they are largest, and where they jump.
 
-Contributions are sampled on every panel of the motion, on both sides of each jump, and every place that is nearly
+Contributions are sampled on every panel of the motion, on both sides of each jump, and every top that is nearly
 as high as the highest is looked at again between its neighbours: there they are smooth, but for kinks.
 """
 
@@ -80,8 +80,10 @@ def band(found: list[Contribution], order: int) -> FloatArray:
 def highest(nodes: FloatArray, value: Callable[[FloatArray], FloatArray]) -> float:
     """The cam angle of the largest of a value over the turn, from those at nodes (``TurnErrors.nodes``), rad."""
     values = value(nodes)
-    tops = np.flatnonzero(values >= values.max() - NEAR * abs(values.max()))
-    tops = tops[(values[tops] >= values[tops - 1]) & (values[tops] >= values[(tops + 1) % values.size])]
+    most, same = values.max(), SAME * abs(values.max())
+    rising = values > np.roll(values, 1) + same  # of a plateau, as in a dwell, the first node alone
+    tops = np.flatnonzero(rising & (values >= np.roll(values, -1) - same) & (values >= most - NEAR * abs(most)))
+    tops = np.union1d(tops, values.argmax())
     low, high = nodes[np.maximum(tops - 1, 0)], nodes[np.minimum(tops + 1, nodes.size - 1)]
     for _ in range(ZOOMS):
         inside = low + (high - low) * np.linspace(0.0, 1.0, FINER)[:, None]

@@ -1,16 +1,18 @@
 """What ``camopt tolerance`` prints."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from camopt.cli import terminal
-from camopt.measured.inspection import Inspection
-from camopt.measured.pair_inspection import PairInspection
 from camopt.problem.rows import finite
 from camopt.scene.scene import Scene
 from camopt.tolerances.allocation import Allocation
 from camopt.tolerances.batch import Batch
 from camopt.tolerances.tolerance import MotionErrors
+
+if TYPE_CHECKING:
+    from camopt.measured.inspection import Inspection
+    from camopt.measured.pair_inspection import PairInspection
 
 
 def show(result: MotionErrors, batch: Batch | None, allocation: Allocation | None) -> None:
@@ -58,24 +60,24 @@ def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocati
     terminal.print_json(about)
 
 
-def show_measured(found: Sequence[Inspection | PairInspection]) -> None:
+def show_measured(found: "Sequence[Inspection | PairInspection]") -> None:
     """Print the tables of a measured cam."""
     for each in found:
         terminal.show(each.table())
 
 
-def print_inspection(found: Inspection) -> None:
+def print_inspection(found: "Inspection") -> None:
     """Print what was found of a measured cam as JSON."""
     terminal.print_json(_of_disc(found))
 
 
-def print_pair(found: PairInspection) -> None:
+def print_pair(found: "PairInspection") -> None:
     """Print what was found of a measured cam with two contacts as JSON."""
     discs = [_of_disc(each) for each in found.discs]
     terminal.print_json({"scene": found.scene.name, "discs": discs, "pair": found.records()})
 
 
-def _of_disc(found: Inspection) -> dict[str, Any]:
+def _of_disc(found: "Inspection") -> dict[str, Any]:
     return {
         "scene": found.scene.name,
         "error": found.error,
