@@ -179,6 +179,7 @@ def test_a_wall_beside_a_groove_that_is_thin_is_told(contact):
     scene = Scene.from_dict(cam_with(contact, "poly345"))
     heights = cam_points(scene)["pitch_y_mm"]
     run = heights.max() - heights.min() + 2 * scene.follower.roller_radius
+    scene = scene.replace(**{"materials.face_width": 12})
     short, long = (scene.replace(part={"groove_depth": 12, "thickness": run + 2 * wall}) for wall in (5.97, 6.03))
     (told,) = oddities(short)
     assert oddities(long) == []
