@@ -203,6 +203,10 @@ class Zone(NamedTuple):
     deviation: float
     """Standard deviation."""
     mean: float = 0.0
+    under: float = 0.0
+    """How far parts may be below ``lower``: of normal ones, which have no end, three standard deviations out."""
+    over: float = 0.0
+    """The same above ``upper``."""
 
     def scaled(self, unit: float) -> "Zone":
         """The zone in another unit."""
@@ -219,9 +223,12 @@ def zone_of(given: Tolerance, key: str, size: float) -> Zone:
     else:
         lower, upper = -given.minus, given.plus
     if given.values is not None:
-        return Zone(lower, upper, float(np.std(given.values)), float(np.mean(given.values)))
+        under, over = max(lower - min(given.values), 0.0), max(max(given.values) - upper, 0.0)
+        return Zone(lower, upper, float(np.std(given.values)), float(np.mean(given.values)), under, over)
     half = (upper - lower) / 2
-    return Zone(lower, upper, half / SPREADS.get(given.distribution, WITHIN * given.cpk), (lower + upper) / 2)
+    deviation = half / SPREADS.get(given.distribution, WITHIN * given.cpk)
+    beyond = max(half / given.cpk - half, 0.0)
+    return Zone(lower, upper, deviation, (lower + upper) / 2, beyond, beyond)
 
 
 def moves_tool(key: str) -> bool:
@@ -383,6 +390,12 @@ def _ends(value: Any) -> tuple[float | None, float | None]:
     return number_of(value), number_of(value)
 
 
+def _measured_in(value: Any) -> list[float]:
+    """The measured errors of a tolerance; none of one without."""
+    found = value.get("values") if isinstance(value, Mapping) else None
+    return [each for each in map(number_of, found) if each is not None] if isinstance(found, list | tuple) else []
+
+
 def _spread(place: str, value: Any) -> Iterator[Fault]:
     """Check that there is one distribution, and that its capability is that of a normal one."""
     if not isinstance(value, Mapping):
@@ -397,6 +410,15 @@ def _spread(place: str, value: Any) -> Iterator[Fault]:
                 value[key],
                 "has measured values, which are a distribution: leave out one of both",
             )
+    plus, minus = _ends(value)
+    if (
+        (found := _measured_in(value))
+        and (plus or minus)
+        and not any(-(minus or 0.0) <= e <= (plus or 0.0) for e in found)
+    ):
+        zone = f"plus ({plus or 0.0:g}) and minus ({minus or 0.0:g})"
+        why = f"all {len(found)} are outside of {zone}: look at signs and units"
+        yield f"{place}.values", f"{min(found):g} to {max(found):g}", why
     if value.get("shared") is not None and value.get("batch") is None:
         yield f"{place}.shared", value["shared"], "goes with the name of a batch, which is missing"
 
@@ -404,9 +426,8 @@ def _spread(place: str, value: Any) -> Iterator[Fault]:
 def _left(place: str, value: Any, key: str, size: float | None) -> Iterator[Fault]:
     """Check that the least and the largest number are ones that the scene may have."""
     plus, minus = _ends(value)
-    if isinstance(value, Mapping) and isinstance(value.get("values"), list):
-        found = [each for each in map(number_of, value["values"]) if each is not None]
-        plus, minus = (plus, minus) if plus or minus or not found else (max(found), -min(found))
+    if (found := _measured_in(value)) and not (plus or minus):
+        plus, minus = max(found), -min(found)
     last = key.rpartition(".")[2]
     if size is not None and minus is not None and last in SEARCHED and last not in SIGNED_SIZES:
         if minus >= size > 0.0:

@@ -51,6 +51,13 @@ class Contribution(NamedTuple):
     batch: str | None = None
     shared: FloatArray = np.zeros(1)
     """What errors of the batch have in common (``draw.shared_part``)."""
+    beyond: tuple[FloatArray, FloatArray] = (np.zeros((ORDERS, 1)), np.zeros((ORDERS, 1)))
+    """By how much parts outside of the zone are below ``lower`` and above ``upper`` (``Zone.under``, ``over``)."""
+
+    @property
+    def spreads_beyond(self) -> bool:
+        """Whether parts are outside of the zone, more than the ends of a normal distribution."""
+        return any(bool(each.any()) for each in self.beyond)
 
 
 def contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
@@ -99,7 +106,9 @@ def _of_number(key: str, answer: FloatArray, zone: Zone) -> Contribution:
     ends, most = (answer * zone.lower, answer * zone.upper), max(-zone.lower, zone.upper)
     lower, upper, deviation = np.minimum(*ends), np.maximum(*ends), np.abs(answer) * zone.deviation
     change, middle = lambda: most * float(np.ptp(answer[0])), answer * zone.mean
-    return Contribution(key, lower, upper, deviation, change, middle, answer)
+    furthest = answer * (zone.lower - zone.under), answer * (zone.upper + zone.over)
+    beyond = lower - np.minimum(*furthest), np.maximum(*furthest) - upper
+    return Contribution(key, lower, upper, deviation, change, middle, answer, beyond=beyond)
 
 
 def variances(found: list[Contribution], order: int) -> FloatArray:

@@ -8,7 +8,8 @@ others; errors that are independent of each other have the root of the sum of th
 with the answer c of the motion (``tolerances.response``), the zone's end t, the mean m, the standard deviation σ,
 and the covariance of two errors i ≠ k of one batch, √(s_i·s_k)·σ_i·σ_k of normal ones. The band is the root sum
 square. If the sum is normal it holds 99.73 % of the cams at each cam angle: it nearly is if there are several
-errors of one order. With one that is uniform 3σ is beyond the worst case, which takes its place.
+errors of one order. With one that is uniform 3σ is beyond the worst case, which takes its place. Where parts spread
+beyond their zone (a Cpk below 1, measured errors), the furthest parts are the worst case that does so.
 
 Source: Greenwood and Chase, Worst case tolerance analysis with nonlinear problems, J. Eng. Ind. 110, 1988.
 """
@@ -27,6 +28,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
 from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.scene import Scene
+from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.contributions import Contribution, variances
@@ -40,8 +42,11 @@ from camopt.tolerances.worst_case import NOT_OFF, WorstCase, WorstSearch
 DWELL_NODES = 33
 """Cam angles at which a dwell is looked at."""
 ASSUMED = (
-    "The root sum square takes errors as independent and their sum as normal: 99.73 % of the cams are within it at "
-    "each cam angle, fewer all over the turn: a batch of cams counts them."
+    "The root sum square takes errors as independent{of_batch} and their sum as normal: 99.73 % of the cams are "
+    "within it at each cam angle, fewer all over the turn: a batch of cams counts them."
+)
+BEYOND = (
+    "Parts are beyond the tolerance of {keys}: the root sum square has them; worst case, proof and worst cam not."
 )
 
 
@@ -61,7 +66,7 @@ class MotionError(NamedTuple):
     at_deg: float | None
     """The cam angle of the worst case; of an infinite one where it first is; None if it is so everywhere."""
     three_sigma: float
-    """The largest root sum square, ``|mean|`` + 3σ; no more than the worst case."""
+    """The largest root sum square, ``|mean|`` + 3σ; no more than the worst case, if no part is beyond its zone."""
     three_sigma_at_deg: float | None
     shares: dict[str, float]
     """What each tolerance contributes to the worst case, which is their sum; to an infinite one its own largest."""
@@ -108,6 +113,8 @@ class MotionErrors(HasHtml, Drawn):
         What tolerances of numbers leave of each limit, in the order of the limits.
     plays : tuple of Play
         Of two contacts what they are apart, and what is left of interference and preload; of a groove the backlash.
+    beyond : tuple of str
+        The tolerances whose parts spread beyond them: of a Cpk below 1, and measured ones. Of those no proof is.
 
     Examples
     --------
@@ -125,6 +132,7 @@ class MotionErrors(HasHtml, Drawn):
     reason: str
     margins: tuple[Margin, ...] = ()
     plays: tuple[Play, ...] = ()
+    beyond: tuple[str, ...] = ()
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each of displacement, velocity and acceleration."""
@@ -145,7 +153,16 @@ class MotionErrors(HasHtml, Drawn):
             rows.append({"": "change in a dwell", NAMES[0]: max(each.change for each in self.dwells)})
         units = {each.name: each.unit for each in self.errors}
         table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *NAMES], units=units)
-        return replace(table, note=f"{self.reason} {self._of_worst_cam} {ASSUMED}".strip())
+        return replace(table, note=f"{self.reason} {self._of_worst_cam} {self._assumed}".strip())
+
+    @property
+    def _assumed(self) -> str:
+        """What the root sum square is of."""
+        batches = [
+            each.batch for key, each in self.scene.tolerances.spread.items() if moves_tool(key) and each.batch
+        ]
+        said = ASSUMED.format(of_batch=", but for those of one batch," if len(batches) > len({*batches}) else "")
+        return f"{said} {BEYOND.format(keys=', '.join(self.beyond))}" if self.beyond else said
 
     @property
     def _of_worst_cam(self) -> str:
@@ -237,7 +254,10 @@ def tolerance(scene: Scene) -> MotionErrors:
     search = PairWorst(turn) if turn.problem.setup.mechanism.further else WorstSearch.of(turn)
     worst_case = search.run() if turn.sampled else NOT_OFF
     errors, reason = errors_of(turn), " ".join(_reasons(turn, worst_case))
-    return MotionErrors(scene, errors, worst_case, tuple(_dwells(turn)), reason, margins, tuple(plays(turn)))
+    beyond = tuple(each.key for each in turn.sampled if each.spreads_beyond)
+    return MotionErrors(
+        scene, errors, worst_case, tuple(_dwells(turn)), reason, margins, tuple(plays(turn)), beyond
+    )
 
 
 def errors_of(turn: TurnErrors) -> tuple[MotionError, ...]:

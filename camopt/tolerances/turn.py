@@ -61,10 +61,14 @@ def worst_ends(found: list[Contribution], order: int) -> Ends:
 
 
 def band_ends(found: list[Contribution], order: int) -> Ends:
-    """The root sum square of an order: 3σ to either side of the mean, but within the worst case."""
+    """The root sum square of an order: 3σ to either side of the mean, but within the worst case.
+
+    Of parts that spread beyond their zones the worst case is that of the furthest parts.
+    """
     middle, most = sum(each.middle[order] for each in found), worst_ends(found, order)
     half = WITHIN * np.sqrt(np.maximum(variances(found, order).sum(axis=0), 0.0))
-    return Ends(np.maximum(middle - half, most.lower), np.minimum(middle + half, most.upper))
+    under, over = (sum(each.beyond[side][order] for each in found) for side in (0, 1))
+    return Ends(np.maximum(middle - half, most.lower - under), np.minimum(middle + half, most.upper + over))
 
 
 def worst(found: list[Contribution], order: int) -> FloatArray:
@@ -73,7 +77,7 @@ def worst(found: list[Contribution], order: int) -> FloatArray:
 
 
 def band(found: list[Contribution], order: int) -> FloatArray:
-    """The root sum square of an order, at each cam angle: |mean| + 3σ, but no more than the worst case."""
+    """The root sum square of an order, at each cam angle: |mean| + 3σ, but within the furthest parts."""
     return band_ends(found, order).magnitude
 
 

@@ -253,6 +253,10 @@ def test_a_mirrored_cam_has_the_same_errors():
         ({"bore_eccentricity": 900.0}, "tolerances.bore_eccentricity = 900.0: must be below cam.base_radius ("),
         ({"phase": {"minus": 181}}, "must be at most 180 deg"),
         ({"phase": {"plus": 1, "distribution": "uniform", "cpk": 1.3}}, "tolerances.phase.cpk = 1.3: a cpk is of"),
+        (
+            {"phase": {"plus": 0.1, "values": [-0.2, 0.3]}},
+            "values = '-0.2 to 0.3': all 2 are outside of plus (0.1)",
+        ),
     ],
 )
 def test_what_is_no_tolerance_is_told(given, said):
@@ -291,6 +295,22 @@ def test_one_uniform_error_has_no_root_sum_square_beyond_its_worst_case():
         given = {"phase": {"plus": 0.1, "minus": 0.1, "distribution": kind, **({"cpk": 2.0} if share < 1 else {})}}
         for each in camopt.tolerance(scene_of(given=given)).errors:
             assert each.three_sigma == pytest.approx(share * each.worst, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("spread", "sigma", "furthest"),
+    [({"cpk": 0.4}, 0.1 / 1.2, 0.25), ({"values": [-0.05, 0.15, 0.2]}, np.std([-0.05, 0.15, 0.2]), 0.2)],
+)
+def test_parts_beyond_their_zone_count_in_the_root_sum_square_and_are_told(spread, sigma, furthest):
+    """A flat face is lifted by what its phase is off times the slope: 3σ to either side, as far as parts go."""
+    given = {"phase": {"plus": 0.1, "minus": 0.1, **spread, "batch": "lot"}, "follower.offset": {"batch": "lot"}}
+    found = camopt.tolerance(scene_of("flat", given=given))
+    asked = found.errors[0]
+    mean = np.mean(spread.get("values", 0.0))
+    assert asked.three_sigma / asked.worst == pytest.approx(min(mean + 3 * sigma, furthest) / 0.1, rel=1e-9)
+    said = " ".join(str(found.table()).split())
+    assert "beyond the tolerance of phase" in said
+    assert "independent, but for those of one batch, and" in said
 
 
 def test_a_class_needs_the_size_that_it_is_of():
