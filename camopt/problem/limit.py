@@ -14,6 +14,7 @@ from camopt.effects.contacts import contacts_of, least_size_of
 from camopt.effects.crossing import find_crossing, round_bodies
 from camopt.effects.implied import Implied, LeastForce
 from camopt.effects.mean import Mean
+from camopt.effects.motion_errors import EFFECT as MOTION_ERRORS
 from camopt.effects.peak import DOUBLES, Bodies, OfBody, Peak
 from camopt.effects.peak_columns import extreme_of
 from camopt.effects.train_peak import TrainPeak
@@ -163,6 +164,11 @@ class Limit(ABC):
         """Whether motion and speed alone decide it, not the design."""
         effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
         return bool(effects) and not self.setup.free and all(effect.is_of_motion(self.setup) for effect in effects)
+
+    @cached_property
+    def of_errors(self) -> bool:
+        """Whether it is on errors by tolerances: those of all cams within them, of the nominal one as it is cut."""
+        return any(QUANTITIES[name].effect == MOTION_ERRORS.name for name in self.shown)
 
     @property
     def key(self) -> str:

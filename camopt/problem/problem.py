@@ -76,11 +76,21 @@ class Problem:
     offs: tuple[Off, ...] = ()
     """By how much they are of those that are looked at: at the corners, and where a worse one is known."""
 
-    def every(self, designs: Designs) -> Iterator[Designs]:
-        """Designs, and those that have to hold the limits with each of them; of any kind of number."""
-        yield designs
+    def every(self, designs: Designs) -> Iterator[tuple["Problem", Designs]]:
+        """Designs, and those that have to hold the limits with each of them, with what these have to hold.
+
+        Of any kind of number. Limits on errors by tolerances are those of the first alone: they are of all cams
+        within the tolerances already.
+        """
+        yield self, designs
+        others = self.without_errors if self.offs else self
         for off in self.offs:
-            yield moved(designs, off)
+            yield others, moved(designs, off)
+
+    @cached_property
+    def without_errors(self) -> "Problem":
+        """The problem without limits on errors by tolerances."""
+        return replace(self, limits=tuple(limit for limit in self.limits if not limit.of_errors))
 
     def to_error(self, relative_error: float) -> "Problem":
         """The problem with another relative error of its extremes."""

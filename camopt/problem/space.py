@@ -157,8 +157,11 @@ def _ungridded(file: str, variable: Variable) -> Iterator[Mistake]:
 
 
 def boxes_of(problem: Problem) -> list[SizeBounds]:
-    """The boxes to search: every combination of what is listed, with an interval for every range."""
-    options = {name: [(float(value[0]), float(value[0]))] for name, value in problem.design.sizes.items()}
+    """The boxes to search: every combination of what is listed, with an interval for every range.
+
+    Numbers that designs bring because a tolerance moves them are there as sizes are.
+    """
+    options = {name: [(float(value[0]), float(value[0]))] for name, value in problem.design.values.items()}
     options["size"] = [(0.0, inf)]
     varied = problem.choices.variables.values()
     options |= {v.field: v.intervals for v in varied if v.is_size or v.key in problem.setup.free}

@@ -42,8 +42,11 @@ def claims_on_size(
     problem: Problem, of: Callable[[Limit], Sequence[Claim]] = lambda limit: limit.claims
 ) -> list[Claim]:
     """The claims of the limits that depend on the sizes of the cam, or on numbers that it brings."""
-    claims = [of_designs(claim) for limit in problem.limits if not limit.is_of_motion for claim in of(limit)]
-    return [each for off in ({}, *problem.offs) for each in (claims if not off else [at(c, off) for c in claims])]
+    own, others = (
+        [of_designs(claim) for limit in each.limits if not limit.is_of_motion for claim in of(limit)]
+        for each in (problem, problem.without_errors)
+    )
+    return [*own, *(at(claim, off) for off in problem.offs for claim in others)]
 
 
 def at(claim: Claim, off: Off) -> Claim:

@@ -27,8 +27,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.quantities import QUANTITIES
 from camopt.smallest.freedom import DELTA, Freedom
-from camopt.verdicts.judging import excesses
-from camopt.verdicts.running import columns_for
+from camopt.verdicts.judging import every_excess
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
 SIDE_LINES = 2  # lines by direction along which the sides of kinks are sought
@@ -71,18 +70,17 @@ def bounds_met(freedom: Freedom) -> list[ActiveBound]:
     """The bounds that a cam just meets, of limits and of ``[search]``; not of limits that are held or not."""
     problem = freedom.problem
     limits = problem.without_last.limits
-    cams = [*problem.every(problem.design)]
-    columns = [columns_for(problem, limits, each) for each in cams]
-    excess = np.array([excesses(limits, *each)[:, 0] for each in zip(columns, cams, strict=True)])
+    cams, columns, found = zip(*every_excess(problem, limits, problem.design), strict=True)
+    excess = np.array(found)[:, :, 0]
     worst, most = excess.argmax(axis=0), excess.max(axis=0)
     met = [number for number, over in enumerate(most) if over > -BINDS]
-    found = []
+    bounds = []
     for number, gradients in zip(met, _gradients(freedom, [limits[k] for k in met]), strict=True):
         limit, of = limits[number], worst[number]
         unit = QUANTITIES[limit.shown[0]].unit if limit.shown else "mm"
         by_value = float(limit.by_bound(columns[of], cams[of])[0])
-        found.append(ActiveBound(limit.key, limit.bound, unit, limit.relation, gradients, by_value, limit))
-    return [*found, *_ends_met(freedom)]
+        bounds.append(ActiveBound(limit.key, limit.bound, unit, limit.relation, gradients, by_value, limit))
+    return [*bounds, *_ends_met(freedom)]
 
 
 def _ends_met(freedom: Freedom) -> Iterator[ActiveBound]:

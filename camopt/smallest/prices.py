@@ -164,7 +164,7 @@ def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
         moved = problem.with_programme(programme).with_numbers(numbers)
         turns = SegmentAngles(moved, pair)
         varied = [each for each in problem.variables if each.is_size or each.key in problem.setup.free]
-        values = {each.field: np.array([row[each.quantity]]) for each in varied}
+        values = {each.field: np.array([row[each.quantity]]) for each in varied if each.quantity in row}
         freed = np.array([row["angles_deg"][segment] for segment in turns.freed])
         turned = turns.problem_of(freed) if turns.freed else moved
         yield laws, Freedom(replace(turned, design=problem.design.with_values(values)), turns, freed)

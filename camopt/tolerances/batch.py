@@ -39,8 +39,8 @@ from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.draw import Drawn as Off
 from camopt.tolerances.draw import beyond, drawn, parts_of
 from camopt.tolerances.largest import LargestErrors
-from camopt.tolerances.limited import is_of_errors, limited, worst_of
-from camopt.tolerances.margins import Box
+from camopt.tolerances.limited import limited, worst_of
+from camopt.tolerances.margins import OWN_SIZES, Box
 from camopt.tolerances.touching import error_ends, error_unit
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
 from camopt.tolerances.two_contacts import SECOND, cams_of, errors_at
@@ -245,8 +245,8 @@ class Batch(HasHtml, Drawn):
             by = ", ".join(f"{key.removeprefix('follower.')} {100.0 * part:.0f} %" for key, part in parts)
             rows.append([each.limit, _percent(each.held), *values, with_unit(each.worst, unit), by])
         kinds = [Cell(head, NUMERIC if head in heads[1:6] else "") for head in heads]
-        title = f"{self.scene.name}: {self.cams:,} cams drawn by the tolerances"
-        return Table.of(title, kinds, rows, "In brackets with a confidence of 95 %.")
+        title = f"{self.scene.name}: {self.cams:,} cams drawn by the tolerances, each cut for its own sizes"
+        return Table.of(title, kinds, rows, f"In brackets with a confidence of 95 %. {OWN_SIZES}")
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each limit."""
@@ -337,7 +337,7 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
         limits = [
             limit
             for limit in box.problem.without_last.limits
-            if limit.shown and not (limit.is_of_motion or is_of_errors(limit))
+            if limit.shown and not (limit.is_of_motion or limit.of_errors)
         ]
         every = box.problem.design.take(np.zeros(cams, dtype=int)).with_values(own)
         excess, values = evaluated(box.problem, limits, every)
@@ -347,7 +347,7 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
         for limit, each in zip(limits, values, strict=True):
             known = QUANTITIES[limit.shown[0]]
             samples[known.name] = Sampled(known.unit, known.sentence, each)
-    on_errors = {limit.shown[0]: limit.bound for limit in problem.limits if is_of_errors(limit)}
+    on_errors = {limit.shown[0]: limit.bound for limit in problem.limits if limit.of_errors}
     on_errors |= {} if within is None else {error_names(problem.setup)[0]: within}
     for each in largest:
         held &= each.values <= on_errors.get(each.column, inf)

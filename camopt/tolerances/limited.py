@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from camopt.effects.motion_errors import EFFECT
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
@@ -27,11 +26,6 @@ def limited(problem: Problem, limits: Sequence[Limit], designs: Designs) -> tupl
         shown = [np.broadcast_to(columns[name], len(designs)) for name in limit.shown] or [excess[row]]
         values[row] = shown[0] if len(shown) == 1 else np.abs(shown).max(axis=0)
     return excess, values
-
-
-def is_of_errors(limit: Limit) -> bool:
-    """Whether a limit is on errors by tolerances, which no cam has by its own sizes."""
-    return any(QUANTITIES[name].effect == EFFECT.name for name in limit.shown)
 
 
 def worst_of(limit: Limit, excess: FloatArray, values: FloatArray) -> int:

@@ -9,7 +9,7 @@ another way: the proof goes over all of their motions (``tolerances.train_margin
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import degrees, isfinite
@@ -33,7 +33,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import NUMBERED, Zone
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
-from camopt.tolerances.limited import is_of_errors, limited, worst_of
+from camopt.tolerances.limited import limited, worst_of
 from camopt.tolerances.train_margins import limit_over_trains
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import off_apart
@@ -50,6 +50,12 @@ MOST_LINKS = 4
 INTERFERENCE, NO_INTERFERENCE = "drive.interference", 1e-12
 SECONDS, TRAIN_SECONDS = 20.0, 5.0
 """For the proofs of a limit, and of one that trains change."""
+OWN_SIZES = (
+    "Each cam has the motion that is asked, as it would if its profile were cut for its own sizes and numbers."
+)
+OF_ERRORS = (
+    "Limits on errors are of the cam of the first table, which is cut for the nominal sizes, at its nominal speed."
+)
 
 
 class Margin(NamedTuple):
@@ -113,8 +119,17 @@ class Box:
 
     @cached_property
     def margins(self) -> tuple[Margin, ...]:
-        """The margin of each limit; none without tolerances of numbers."""
-        return tuple(self._margins()) if self.zones else ()
+        """The margin of each limit; without tolerances of numbers of those on errors alone."""
+        return tuple(
+            (self.nominal if limit.of_errors else self)._margin(place, limit)
+            for place, limit in enumerate(self.problem.limits)
+            if limit.of_errors or self.zones
+        )
+
+    @cached_property
+    def nominal(self) -> "Box":
+        """The nominal cam alone, of which errors by tolerances are."""
+        return Box(replace(self.problem, zones={}, offs=()), {}, {})
 
     @cached_property
     def ends(self) -> Ends:
@@ -151,20 +166,18 @@ class Box:
         nominal = self.problem.nominal
         return self.problem.with_numbers({key: nominal[key] + by for key, by in off.items()})
 
-    def _margins(self) -> Iterator[Margin]:
-        for place, limit in enumerate(self.problem.limits):
-            if is_of_errors(limit):
-                continue
-            found = [self._of_train(problem, problem.limits[place]) for problem in self.trains]
-            if len(self.of_train) > MOST_LINKS:
-                together = self._with_train(_together(limit, found, self.train_offs, self.of_train))
-                found.append(self._of_train(together, together.limits[place]))
-            worst, gap = found[_worst(limit, found)], None
-            verdict = self._verdict(limit, max(each.excess for each in found))
-            worst, gap = self._proved(limit, worst)
-            name, nominal = limit.shown[0] if limit.shown else "", float(self._found(limit, self.tried)[1][0])
-            about = limit.name, name, limit.relation, limit.bound, nominal
-            yield Margin(*about, worst.value, gap, verdict, self._numbers(worst))
+    def _margin(self, place: int, limit: Limit) -> Margin:
+        """That of a limit, by its place among all."""
+        found = [self._of_train(problem, problem.limits[place]) for problem in self.trains]
+        if len(self.of_train) > MOST_LINKS:
+            together = self._with_train(_together(limit, found, self.train_offs, self.of_train))
+            found.append(self._of_train(together, together.limits[place]))
+        worst, gap = found[_worst(limit, found)], None
+        verdict = self._verdict(limit, max(each.excess for each in found))
+        worst, gap = self._proved(limit, worst)
+        name, nominal = limit.shown[0] if limit.shown else "", float(self._found(limit, self.tried)[1][0])
+        about = limit.name, name, limit.relation, limit.bound, nominal
+        return Margin(*about, worst.value, gap, verdict, self._numbers(worst))
 
     def _of_train(self, problem: Problem, limit: Limit) -> Cam:
         """The worst cam with a train."""
@@ -307,4 +320,7 @@ def margins_table(scene: Scene, margins: tuple[Margin, ...]) -> Table:
         differs = each.quantity and each.worst != each.nominal
         rows.append([each.limit, bound, *values, each.verdict, sizes if differs else ""])
     kinds = [Cell(head, NUMERIC if head in ("nominal", "worst") else "") for head in heads]
-    return Table.of(f"{scene.name}: limits within the tolerances", kinds, rows)
+    of_errors = {OF_ERRORS for each in margins if each.limit in ERROR_LIMITS}
+    note = " ".join([*{OWN_SIZES for each in margins if each.limit not in ERROR_LIMITS}, *of_errors])
+    title = f"{scene.name}: limits within the tolerances, each cam cut for its own sizes"
+    return Table.of(title, kinds, rows, note)

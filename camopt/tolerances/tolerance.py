@@ -204,7 +204,7 @@ class MotionErrors(HasHtml, Drawn):
         UnknownName
             If the scene has no such limit.
         """
-        found = {each.limit: each for each in self.margins}
+        found = {each.limit: each for each in self.margins if each.sizes}
         if limit not in found:
             raise UnknownName(f"{limit!r} is no limit with a margin; {nearest(str(limit), found)}")
         return made_so(self.scene, found[limit].sizes)

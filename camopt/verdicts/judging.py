@@ -5,7 +5,7 @@ Between the two a design is looked at again at an error near rounding, and then 
 undecided even then is no feasible design.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import inf
 from typing import NamedTuple
@@ -151,8 +151,23 @@ def excesses(limits: Iterable[Limit], columns: Columns, designs: Designs) -> Flo
 
 def worst_excesses(problem: Problem, limits: Sequence[Limit], designs: Designs) -> FloatArray:
     """Relative excess over each limit, (limits, designs), of the worst of all designs that have to hold it."""
-    found = [excesses(limits, columns_for(problem, limits, each), each) for each in problem.every(designs)]
-    return np.asarray(np.max(found, axis=0))
+    return np.asarray(np.max([each for _, _, each in every_excess(problem, limits, designs)], axis=0))
+
+
+def every_excess(
+    problem: Problem, limits: Sequence[Limit], designs: Designs
+) -> Iterator[tuple[Designs, Columns, FloatArray]]:
+    """Designs and those that have to hold limits with each, with their quantities and excesses (limits, designs).
+
+    −∞ of a limit that the first alone have to hold.
+    """
+    of_errors = [limit.of_errors for limit in limits]
+    for place, (_, each) in enumerate(problem.every(designs)):
+        columns = columns_for(problem, limits, each)
+        excess = excesses(limits, columns, each)
+        if place:
+            excess[of_errors] = -np.inf
+        yield each, columns, excess
 
 
 INFINITE_EXCESS = (

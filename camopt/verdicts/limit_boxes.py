@@ -40,7 +40,12 @@ def ends_within(problem: Problem, design: Designs) -> Ends:
 
 
 def limit_over_box(problem: Problem, limit: Limit, design: Designs, ends: Ends, until: float = inf) -> Answer:
-    """Whether all designs that differ from one by sizes between their ends hold a limit."""
+    """Whether all designs that differ from one by sizes between their ends hold a limit.
+
+    One on errors by tolerances is that of the design alone.
+    """
+    if limit.of_errors:
+        ends = {}
     if limit.of_base:
         design = design.with_values({field: np.array([ends[field][0]]) for field in OF_BODY if field in ends})
     if limit.is_of_motion or limit.of_base:

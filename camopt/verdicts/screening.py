@@ -92,11 +92,11 @@ def feasible(problem: Problem, designs: Designs, *, perhaps: bool = False) -> Bo
     So do those that have to hold the limits with them (``Problem.every``).
     """
     which, held = np.arange(len(designs)), np.zeros(len(designs), dtype=bool)
-    for each in problem.every(designs):
+    for own, each in problem.every(designs):
         some = each.take(which)
         exists = np.flatnonzero(problem.setup.mechanism.exists(some, problem.programme) & (some.size > 0.0))
-        found = begun(problem, some.take(exists))
-        for effect, names in found.plan(problem.needed):
+        found = begun(own, some.take(exists))
+        for effect, names in found.plan(own.needed):
             found = found.asked(extended(found.rows, found.case, effect, names))
         which = which[exists[found.which if perhaps else found.which[found.held]]]
     held[which] = True

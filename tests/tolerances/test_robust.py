@@ -136,6 +136,35 @@ def test_a_tolerance_has_a_price_where_a_limit_on_errors_holds_the_cam():
         assert costs[f"tolerances.{key}"].price == pytest.approx(exact, rel=1e-3)
 
 
+@pytest.mark.parametrize("order", ["position", "velocity"])
+def test_limits_on_errors_are_those_of_the_nominal_cam_at_its_speed(order):
+    """The table of errors, margins, certify and robust searches agree."""
+    scene = Scene.from_dict(
+        {
+            **{key: cam_with("roller", "cycloidal")[key] for key in ("cam", "follower", "motion")},
+            "tolerances": {"follower": {"offset": 0.02, "roller_radius": 0.01}, "cam": {"rpm": 30}},
+            "search": {"base_radius": [20, 200], "robust": True},
+        }
+    )
+    place = ("position", "velocity").index(order)
+    free = scene.replace(**{f"limits.{order}_error": 0.016 if order == "position" else 0.0009})
+    best = camopt.optimise(free).best
+    assert best["every_cam"] == "held"
+    assert best["binding"] == [f"{order}_error"]
+    assert best["safety_mm"] == pytest.approx(0.0, abs=1e-9)
+    bound, name = getattr(free.limits, f"{order}_error"), f"limits.{order}_error"
+    found = camopt.tolerance(best.scene)
+    assert found.errors[place].worst == pytest.approx(bound, rel=1e-6)
+    margin = next(each for each in found.margins if each.limit == f"{order}_error")
+    assert (margin.nominal, margin.worst, margin.verdict) == (
+        pytest.approx(bound, rel=1e-6),
+        margin.nominal,
+        "held",
+    )
+    for share, verdict in ((1.0, "held"), (1.0 - 1e-6, "broken")):
+        assert camopt.certify(best.scene.replace(**{name: bound * share}))[f"{order}_error"] == verdict
+
+
 def test_a_sweep_keeps_designs_that_hold_the_limits_at_all_corners(tmp_path):
     search = {"base_radius": {"start": 20, "stop": 60, "step": 0.5}, "offset": [0, 4]}
     scene = scene_of("roller", search=search)
