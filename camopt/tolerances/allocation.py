@@ -231,11 +231,14 @@ class _Choice:
 
     def impossible(self, finest: Grades) -> BadInput:
         """Why there are no grades."""
-        bound = with_unit(self.search(finest).run().bound, unit_of(self.problem.setup, 0))
-        why = f"no grades that are offered keep it: with the finest of all a cam may be {bound} off"
+        unit, worst = unit_of(self.problem.setup, 0), self.search(finest).run()
+        asked, found = with_unit(self.within, unit), with_unit(abs(worst.error), unit)
+        why = f"no grades that are offered keep ±{asked}: with the finest of all a cam is {found} off"
         if now() > self.until:
-            why = "no grades were proved in the time: allow more, or offer fewer grades"
-        return BadInput([Mistake(self.problem.file, "within", self.within, why, bare=True)])
+            why = f"no grades were proved to keep ±{asked} in the time: allow more, or offer fewer grades"
+        elif abs(worst.error) <= self.within:
+            why = f"no grades are proved to keep ±{asked}, though no cam is found that breaks it"
+        return BadInput([Mistake(self.problem.file, "tolerances", None, why, bare=True)])
 
     def cheapest_first(self) -> Iterator[tuple[float, Grades]]:
         """All sets of grades with their costs, from the cheapest on."""

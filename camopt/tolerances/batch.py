@@ -177,6 +177,8 @@ class Batch(HasHtml, Drawn):
     samples : dict of Sampled
         What each cam has, by the name of the column that ``write`` gives it: its errors, the largest errors of its
         motion, and the quantities of limits.
+    within : float, optional
+        The largest error of the tool's position that counts as held, mm (deg), if one was given.
 
     Examples
     --------
@@ -195,6 +197,7 @@ class Batch(HasHtml, Drawn):
     errors: tuple[ErrorSpread, ...]
     spreads: tuple[Spread, ...]
     samples: Mapping[str, Sampled] = field(repr=False, compare=False)
+    within: float | None = None
 
     def table(self) -> Table:
         """How far the motions of the cams are off."""
@@ -203,15 +206,23 @@ class Batch(HasHtml, Drawn):
             self._row("95 % of the cams", lambda each: each.of_95),
             self._row("99.73 % of the cams", lambda each: each.of_99_73),
             self._row("worst cam", lambda each: each.worst),
-            self._row("at cam angle, deg", lambda each: each.at_deg),
-            *(self._row(f"variance by {key}, %", partial(_variance, key=key)) for key in self._spread_by),
+            self._row("at cam angle, deg", lambda each: _plain(each.at_deg)),
+            *(
+                self._row(f"variance by {key}, %", lambda each, key=key: _plain(_variance(each, key)))
+                for key in self._spread_by
+            ),
             self._row("not found, at most", lambda each: each.missed),
         ]
         if any(each.held for each in self.errors):
             rows.append(self._row("limit held by", lambda each: each.held and _percent(each.held)))
         units = {each.name: each.unit for each in self.errors}
         title = f"{self.scene.name}: largest errors of the motions of {self.cams:,} cams"
-        note = f"{self._outside} Variances are those where the root sum square is the largest."
+        kept = (
+            f"Of the displacement the limit is ±{with_unit(self.within, self.errors[0].unit)}. "
+            if self.within
+            else ""
+        )
+        note = f"{self._outside} {kept}Variances are those where the root sum square is the largest."
         return replace(table_of(title, rows, ["", *units], units=units), note=note)
 
     @property
@@ -355,7 +366,13 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
     ends = {key: (zone.lower, zone.upper) for key, zone in error_zones(scene, problem.nominal).items()}
     ends |= error_ends(scene, problem)
     outside = int(np.count_nonzero(beyond(off, {key: ends[key.removesuffix(SECOND)] for key in off})))
-    return Batch(scene, cams, seed, outside, share_of(int(np.count_nonzero(held)), cams), errors, spreads, samples)
+    found = share_of(int(np.count_nonzero(held)), cams)
+    return Batch(scene, cams, seed, outside, found, errors, spreads, samples, within)
+
+
+def _plain(value: float | None) -> str | None:
+    """A number that has not the unit of its column."""
+    return None if value is None else number(round(value, 9))
 
 
 def _variance(spread: ErrorSpread, key: str) -> float | None:

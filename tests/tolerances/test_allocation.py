@@ -68,7 +68,7 @@ def test_grades_cost_no_less_than_the_best_widths_of_reciprocal_cost():
 def test_what_cannot_be_kept_or_is_no_cost_is_said(tmp_path):
     scene = scene_of("offset-roller", given=GIVEN)
     for within, costs, said in (
-        (0.001, None, "no grades that are offered keep it: with the finest of all a cam may be"),
+        (0.001, None, "no grades that are offered keep ±0.001 mm: with the finest of all a cam is"),
         (-1.0, None, "a distance above 0"),
         (0.1, {6: 1.0, 7: 2.0}, "must be at least that of the coarser grade 7"),
         (0.1, {6.5: 1.0}, "a grade, 1 to 18"),
@@ -87,7 +87,8 @@ def test_the_command_allocates_by_a_file_of_costs(command, tmp_path):
     costs.write_text("grade,cost,follower.offset\n6,3,9\nIT7,1.5,8\n8,1,7\n9,0.7,1\n")
     code, out, err = command("tolerance", file, "--allocate", "0.09", "--costs", costs, "--out", tmp_path / "out")
     assert (code, "the loosest grades within ±0.09 mm" in out, "allocated.toml" in err) == (0, True, True)
-    found = json.loads(command("tolerance", file, "--allocate", "0.09", "--costs", costs, "--json")[1])[
+    assert "--allocate = '0': must be an error of the tool" in command("tolerance", file, "--allocate", "0")[2]
+    found = json.loads(command("tolerance", file, "--allocate", "90 µm", "--costs", costs, "--json")[1])[
         "allocation"
     ]
     assert {each["key"]: each["named"] for each in found["tolerances"]}["follower.offset"] == "js9"

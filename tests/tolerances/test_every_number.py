@@ -313,6 +313,12 @@ def test_the_share_of_cams_within_a_distance_is_that_of_the_normal_distribution(
     known = 1.0 - 2.0 * stats.norm.sf(1.5)
     assert batch.held.share == pytest.approx(known, abs=1e-3)
     assert batch.errors[0].held == batch.held
+    with camopt.shown_in("inch"):
+        found = batch.table()
+    rows = {row[0].text: row[1].text for row in found.rows}
+    assert rows["variance by profile, %"] == f"{100 * batch.errors[0].variances['profile']:.6g}"
+    assert float(rows["worst cam"]) == pytest.approx(batch.errors[0].worst / 25.4, rel=1e-5)
+    assert "±0.000590551 in" in found.note
     told = json.loads(command("tolerance", file, "--cams", 4096, "--within", 0.015, "--json")[1])
     assert told["batch"]["held"]["share"] == batch.held.share
     assert command("tolerance", file, "--within", 0.015)[0] == 2

@@ -1,5 +1,7 @@
 """``camopt tolerance``."""
 
+import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,8 @@ from camopt.cli.options import (
 )
 
 WORST, ALLOCATED, CAMS, HISTOGRAM = "worst-{}.toml", "allocated.toml", "cams.parquet", "cams.svg"
+BARE = re.compile(r"[-+.\deE]+")
+"""A number without a unit."""
 FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
 """The scenes of the worst motion, of the worst cam of each limit and of --allocate; what each cam of a batch has,
 and its picture."""
@@ -43,9 +47,13 @@ and its picture."""
     help="Draw so many cams and show how far their motions are off, and the yield of each limit.",
 )
 @click.option(
-    "--within", type=float, help="With --cams, the share of them whose tool is never further off, mm (deg)."
+    "--within",
+    metavar="FLOAT",
+    help="With --cams, the share of them whose tool is never further off, mm (deg), or a text such as '0.002 in'.",
 )
-@click.option("--allocate", type=float, help="Find the loosest grades within ± this error of the tool, mm (deg).")
+@click.option(
+    "--allocate", metavar="FLOAT", help="Find the loosest grades within ± this error of the tool; as for --within."
+)
 @click.option(
     "--costs", type=click.Path(path_type=Path), help="Costs of grades, CSV: grade, and cost or a column a key."
 )
@@ -69,8 +77,8 @@ def tolerance(
     out: Path | None,
     cams: int | None,
     seed: int | None,
-    within: float | None,
-    allocate: float | None,
+    within: str | None,
+    allocate: str | None,
     costs: Path | None,
     measured: tuple[Path, ...],
     profile: str | None,
@@ -109,9 +117,10 @@ def tolerance(
         refuse_without("--allocate", {"costs": costs})
     if out:
         check_folder(scene, out, WORST.format("*"))
+    most, keeping = (_distance(scene, *each) for each in (("--within", within), ("--allocate", allocate)))
     result = run(scene)
-    batch = None if cams is None else sample_cams(scene, cams, seed or 0, within)
-    allocation = None if allocate is None else find_grades(scene, allocate, costs)
+    batch = None if cams is None else sample_cams(scene, cams, seed or 0, most)
+    allocation = None if keeping is None else find_grades(scene, keeping, costs)
     if picture:
         from camopt.drawing.plot import plot
 
@@ -128,6 +137,24 @@ def tolerance(
     if not quiet:
         terminal.say_written(written)
     return 0
+
+
+def _distance(scene: Any, option: str, text: str | None) -> float | None:
+    """An error of the tool that an option gives, in mm (deg), or as a text with a unit of its own."""
+    from math import inf
+
+    from camopt.mistakes import BadInput, Mistake
+    from camopt.scene.units import converted
+
+    if text is None:
+        return None
+    unit, value = "deg" if scene.tool_turns else "mm", 0.0
+    with suppress(ValueError):
+        value = float(text) if BARE.fullmatch(text.strip()) else converted(text, unit)
+    if not 0.0 < value < inf:
+        why = f"an error of the tool above 0, a number in {unit} or with a unit, such as '0.02 {unit}'"
+        raise BadInput([Mistake("camopt", option, text, why)])
+    return value
 
 
 def _given(reading: dict[str, Any]) -> dict[str, Any]:
