@@ -160,7 +160,10 @@ def changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:
         found: dict[str, Mistake] = {}
         for mistake in error.mistakes:
             key = next((key for key in changes if f"{mistake.key}.".startswith(f"{key}.")), None)
-            named = replace(mistake, file="camopt", key=changes[key][0]) if key else mistake
+            option = changes[key][0] if key else ""
+            if key and option.startswith("--set"):  # the key may lead into a table that it gives
+                option += mistake.key[len(key) :]
+            named = replace(mistake, file="camopt", key=option) if key else mistake
             found.setdefault(str(named), named)
         raise BadInput(found.values()) from None
 

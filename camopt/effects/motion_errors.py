@@ -37,6 +37,10 @@ from camopt.numerics.trigonometry import turned
 
 TOLERANCES, WAVES = ("tolerances",), ("tolerances.waves",)
 """The keys that a scene lacks without any, and for the slope of the profile."""
+OF_ONE_CONTACT = (
+    "it is of one contact, and of a train with a constant ratio, if any, whose links have no tolerances"
+)
+"""What errors are of that limits may be on."""
 
 
 class TraceError(NamedTuple):

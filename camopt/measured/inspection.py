@@ -449,7 +449,7 @@ class InspectedDisc:
         errors = self.errors
         place = int(np.abs(errors).argmax())
         unit, tool = scale(self.problem.setup, 0), self._at_tool(errors)
-        used = tuple(self._used(place, unit * float(np.abs(tool).max())))
+        used = tuple(self._used(place, unit * float(tool[place]), unit * float(np.abs(tool).max())))
         return Inspection(
             self.scene,
             self.phase,
@@ -472,7 +472,7 @@ class InspectedDisc:
             self.likely,
         )
 
-    def _used(self, place: int, moved: float) -> Iterator[ToleranceUse]:
+    def _used(self, place: int, moves: float, most_moved: float) -> Iterator[ToleranceUse]:
         given, unit = self.scene.tolerances, float(scale(self.problem.setup, 0))
         answer, bore = self.answers[0][place], self.bore
         apart = given.bore_eccentricity is not None
@@ -494,9 +494,8 @@ class InspectedDisc:
             yield ToleranceUse("phase", "deg", abs(self.phase), end, rate * float(self._of_phase[place]))
         if given.profile is not None or apart:
             bound = WorstSearch.of(TurnErrors(self._drawing, self.problem)).run().bound
-            yield ToleranceUse(
-                "motion", unit_of(self.problem.setup, 0), moved, bound if isfinite(bound) else None, moved
-            )
+            allowed, of_tool = (bound if isfinite(bound) else None), unit_of(self.problem.setup, 0)
+            yield ToleranceUse("motion", of_tool, most_moved, allowed, moves)
 
     @cached_property
     def points(self) -> MeasuredPoints:

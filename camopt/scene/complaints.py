@@ -36,6 +36,8 @@ def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], ke
         other = _only_key(last)
         meant = f"did you mean {other}?" if other else nearest(last, table.model_fields)
         why = f"not a known key; {meant}"
+        if "." in last and last.partition(".")[0] in table.model_fields:  # what ``unfolded`` could not put in place
+            why = "is given twice: leave out one of both"
         return Mistake(file, key, value, getattr(table, "elsewhere", {}).get(last, why), bare=True)
     if kind == "missing":
         return Mistake(file, key, None, "missing", bare=True)

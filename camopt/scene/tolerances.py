@@ -450,7 +450,11 @@ def _class(place: str, value: Any, key: str, size: float | None) -> Iterator[Fau
         return
     last = key.rpartition(".")[2]
     if last not in SEARCHED and key not in SECOND_FIELDS and OF_STAGE.get(last) != "mm":
-        yield place, name, f"{key} is no length that a class of ISO 286 is of: give ± a number"
+        yield (
+            place,
+            name,
+            f"{key} has no class of ISO 286, which sizes of cam, follower and train have: give ± a number",
+        )
     elif isinstance(value, Mapping) and not {"plus", "minus"}.isdisjoint(value):
         yield place, name, "has a class and plus or minus: give one of both"
     elif size is None:

@@ -105,4 +105,6 @@ def _whatever_the_size(problem: Problem, excess: FloatArray) -> bool:
             return True
         if limit.needs and problem.programme.corners and np.all(over == inf):
             return True
+        if limit.infinite_at(problem.programme):
+            return True
     return False

@@ -32,11 +32,14 @@ from camopt.tolerances.response import Responses
 from camopt.tolerances.touching import BORE, BORE_WAY
 from camopt.tolerances.turn import TurnErrors, highest, worst
 from camopt.tolerances.two_contacts import SECOND, PairCams, PairResponses, contacts_of, errors_at, off_apart
-from camopt.tolerances.worst_case import WorstCase, WorstSearch
+from camopt.tolerances.worst_case import CORNERS, WorstCase, WorstSearch
 from camopt.verdicts.running import run_effects
 
 APART = ("subtending_angle_deg", "roller_distance_mm", "breadth_mm")
 """What two contacts are apart, of which a mechanism has one."""
+UNPROVED = (
+    "of two contacts it is of a train with a constant ratio alone, whose links are not off, and takes its time"
+)
 NONE = Zone(0.0, 0.0, 0.0)
 
 
@@ -107,7 +110,9 @@ class PairWorst:
         at = highest(self.turn.nodes, lambda angles: np.abs(self.error(errors, angles)))
         found = unit * float(self.error(errors, np.array([at]))[0])
         said = {key: degrees(each) if key in (*ANGLES, BORE_WAY) else each for key, each in errors.items()}
-        return WorstCase(unit * self.bound(), found, degrees(at), said)
+        bound = unit * self.bound()
+        why = "" if bound < inf else CORNERS if self.turn.problem.programme.corners else UNPROVED
+        return WorstCase(bound, found, degrees(at), said, why)
 
     def error(self, errors: Mapping[str, float], angles: FloatArray) -> FloatArray:
         """The error of the tool, mm (rad)."""

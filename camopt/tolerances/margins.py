@@ -50,6 +50,8 @@ MOST_LINKS = 4
 INTERFERENCE, NO_INTERFERENCE = "drive.interference", 1e-12
 SECONDS, TRAIN_SECONDS = 20.0, 5.0
 """For the proofs of a limit, and of one that trains change."""
+SAME = 1e-12
+"""Values of a quantity that are this near to each other, relative, are the same."""
 OWN_SIZES = (
     "Each cam has the motion that is asked, as it would if its profile were cut for its own sizes and numbers."
 )
@@ -84,6 +86,8 @@ class Margin(NamedTuple):
     """Whether every cam holds the limit: held or broken, both proved, or undecided."""
     sizes: dict[str, float]
     """The numbers of the worst cam that have tolerances, by key of the scene, in its units."""
+    moving: tuple[str, ...] = ()
+    """Those of them that change the quantity of that cam."""
 
 
 class Cam(NamedTuple):
@@ -177,7 +181,18 @@ class Box:
         worst, gap = self._proved(limit, worst)
         name, nominal = limit.shown[0] if limit.shown else "", float(self._found(limit, self.tried)[1][0])
         about = limit.name, name, limit.relation, limit.bound, nominal
-        return Margin(*about, worst.value, gap, verdict, self._numbers(worst))
+        numbers = self._numbers(worst)
+        moving = tuple(key for key in numbers if limit.shown and self._matters(limit, worst, key))
+        return Margin(*about, worst.value, gap, verdict, numbers, moving)
+
+    def _matters(self, limit: Limit, cam: Cam, key: str) -> bool:
+        """Whether a number of a cam changes the quantity of a limit; one of the train does."""
+        field = self.variables[key].field
+        if field not in self.problem.zones:
+            return not self.variables[key].is_ranged
+        nominal = cam.design.with_values({field: self.problem.design.values[field]})
+        value = float(self._found(limit, nominal, cam.problem)[1][0])
+        return not abs(value - cam.value) <= SAME * abs(cam.value)
 
     def _of_train(self, problem: Problem, limit: Limit) -> Cam:
         """The worst cam with a train."""
@@ -315,7 +330,7 @@ def margins_table(scene: Scene, margins: tuple[Margin, ...]) -> Table:
         bound = f"{each.relation} {with_unit(each.bound, unit)}" if each.quantity else ""
         values = [number(shown(v, unit)) if each.quantity else "" for v in (each.nominal, each.worst)]
         sizes = ", ".join(
-            f"{key.removeprefix('follower.')} {with_unit(v, units[key])}" for key, v in each.sizes.items()
+            f"{key.removeprefix('follower.')} {with_unit(each.sizes[key], units[key])}" for key in each.moving
         )
         differs = each.quantity and each.worst != each.nominal
         rows.append([each.limit, bound, *values, each.verdict, sizes if differs else ""])

@@ -16,7 +16,7 @@ Source: Greenwood and Chase, Worst case tolerance analysis with nonlinear proble
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import degrees, inf, isinf
+from math import degrees, inf
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -39,6 +39,10 @@ from camopt.tolerances.touching import error_unit
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band, no_tolerances, worst
 from camopt.tolerances.worst_case import NOT_OFF, WorstCase, WorstSearch
 
+FAR = 1e-3
+"""A bound that is further above the worst cam, relative, is told."""
+IDLE = 1e-9
+"""An error that contributes less to the worst case, relative, is not told of the worst cam."""
 DWELL_NODES = 33
 """Cam angles at which a dwell is looked at."""
 ASSUMED = (
@@ -170,9 +174,12 @@ class MotionErrors(HasHtml, Drawn):
         worst = self.worst_case
         if not worst.errors:
             return "No tolerance moves the tool."
-        units = {key: error_unit(self.scene, key) for key in worst.errors}
-        said = ", ".join(f"{key} {with_unit(each, units[key])}" for key, each in worst.errors.items())
-        return f"The worst cam, at {number(round(worst.at_deg, 9))} deg: {said}."
+        shares, least = self.errors[0].shares, IDLE * self.errors[0].worst
+        moving = {key: each for key, each in worst.errors.items() if shares.get(key, least) >= least}
+        said = ", ".join(f"{key} {with_unit(each, error_unit(self.scene, key))}" for key, each in moving.items())
+        above = worst.gap / abs(worst.error) if worst.error else 0.0
+        told = f" The bound is {100.0 * above:.2g} % above it." if FAR < above < inf else ""
+        return f"The worst cam, at {number(round(worst.at_deg, 9))} deg: {said}.{told}"
 
     def margins_table(self) -> Table | None:
         """The limits with the worst cam's quantity, and whether every cam holds them; None without margins."""
@@ -253,7 +260,8 @@ def tolerance(scene: Scene) -> MotionErrors:
         raise no_tolerances(turn.problem.file)
     search = PairWorst(turn) if turn.problem.setup.mechanism.further else WorstSearch.of(turn)
     worst_case = search.run() if turn.sampled else NOT_OFF
-    errors, reason = errors_of(turn), " ".join(_reasons(turn, worst_case))
+    errors = errors_of(turn)
+    reason = " ".join(_reasons(turn, worst_case, errors[0].shares))
     beyond = tuple(each.key for each in turn.sampled if each.spreads_beyond)
     return MotionErrors(
         scene, errors, worst_case, tuple(_dwells(turn)), reason, margins, tuple(plays(turn)), beyond
@@ -317,13 +325,14 @@ def _dwells(turn: TurnErrors) -> Iterator[DwellError]:
             yield DwellError(degrees(stroke.start), degrees(end), unit * sum(each.change() for each in found))
 
 
-def _reasons(turn: TurnErrors, worst_case: WorstCase) -> Iterator[str]:
+def _reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) -> Iterator[str]:
     """Why errors are infinite, a sentence each."""
-    if turn.problem.programme.corners:
-        corner = turn.problem.programme.corners[0].at
-        yield f"No bound is proved: the velocity of the motion jumps at {degrees(corner):.6g} deg."
-    elif isinf(worst_case.bound):
-        yield "No bound is proved: the tolerances are too large for it, or the time was over."
+    corners = turn.problem.programme.corners
+    if worst_case.unproved:
+        where = f" at {degrees(corners[0].at):.6g} deg" if corners else ""
+        largest = max(shares, key=shares.__getitem__)
+        smaller = "" if corners else f" {largest} has the largest share: make it smaller first."
+        yield f"No bound is proved: {worst_case.unproved}{where}.{smaller}"
     if turn.impulses:
         order = min(turn.impulses.values()).order
         what = NAMES[order]

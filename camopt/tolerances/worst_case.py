@@ -45,6 +45,7 @@ GAPS = (1e-5, 1e-4, 1e-3, 1e-2)
 WORSE = 8
 """How often a worse cam than the worst so far is taken for it."""
 SECONDS = 20.0
+CORNERS = "the velocity of the motion jumps"
 HALVINGS = 12
 """Of a tolerance that is too large, for the largest one that is not."""
 SAME_PLACE = 1e-9
@@ -73,6 +74,8 @@ class WorstCase(NamedTuple):
     errors: dict[str, float]
     """Of that cam, by key of ``[tolerances]``, mm and deg; ``bore_eccentricity_way`` is the direction in which the
     axis of the profile is off that of the bore, in the frame of the cam that does not turn, at the cam angle 0."""
+    unproved: str = ""
+    """Why no bound is proved; "" if one is."""
 
     @property
     def gap(self) -> float:
@@ -324,7 +327,9 @@ class WorstSearch:
             gap = larger
         contact = contact_of(self.problem, errors, np.array([angle]))
         at = float(np.mod(contact.angle[0], self.problem.programme.strokes[-1].end))
-        return WorstCase(unit * bound, unit * found, degrees(at), self.said(errors, angle))
+        late = f"the time of {SECONDS:g} s was over" if now() > until else "the tolerances are too large for it"
+        why = "" if bound < inf else late if not self.problem.programme.corners else CORNERS
+        return WorstCase(unit * bound, unit * found, degrees(at), self.said(errors, angle), why)
 
     def proof(self, bound: float, until: float) -> Answer:
         """Whether no cam within the tolerances exceeds a bound."""

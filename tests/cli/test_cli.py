@@ -803,5 +803,7 @@ def test_every_command_that_takes_a_scene_takes_keys_of_it(run, command):
     assert (code, len(err.splitlines())) == (2, 2)
     assert "camopt: --set cam.rmp = 3: not a known key; did you mean rpm?" in err
     assert "camopt: --set follower.offset = 'wide': must be a number" in err
+    code, _, err = run(command, "two-pauses", *words, "--set", "tolerances.phase={plus=0.1,mius=0.1}")
+    assert err.startswith("camopt: --set tolerances.phase.mius = 0.1: not a known key; did you mean minus?")
     code, _, err = run(command, "two-pauses", *words, "--rpm", "3", "--set", "cam.rpm=4")
     assert (code, err.strip()) == (2, "camopt: --set cam.rpm = 4: is given by --rpm already")

@@ -106,6 +106,7 @@ def test_a_cam_that_is_off_its_axis_moves_an_arm_as_exact_contact_says(contact):
     used = {each.key: each for each in found.used}
     assert used["phase"].share == pytest.approx(0.4, abs=0.03)
     assert used["motion"].allowed > used["motion"].found
+    assert used["motion"].moves == found.error
 
 
 ROLLER = drawn("offset-roller")

@@ -346,7 +346,11 @@ def test_a_robust_scene_of_given_sizes_is_certified_with_classes_of_them():
     [
         ({"train.2.ratio": 1}, "tolerances.train.2.ratio: the train of the scene has 1 stage"),
         ({"train.1.crank": 1}, "tolerances.train.1.crank: this stage, ratio, has no crank"),
-        ({"train.1.ratio": "h6"}, "train.1.ratio is no length that a class of ISO 286 is of"),
+        (
+            {"train.1.ratio": 0.1, "train": {"1": {"ratio": 0.2}}},
+            "train.1.ratio = 0.1: is given twice: leave out one",
+        ),
+        ({"train.1.ratio": "h6"}, "train.1.ratio has no class of ISO 286, which sizes of"),
         ({"follower.dynamics.damping": 1}, "is of follower.dynamics.damping, which the scene does not give"),
         ({"cam.shaft_diameter": 1}, "tolerances.cam.shaft_diameter: has none: give the shaft"),
         ({"cam.rpm": 200}, "takes cam.rpm (100) to -100, which must be"),

@@ -136,6 +136,16 @@ def test_a_tolerance_has_a_price_where_a_limit_on_errors_holds_the_cam():
         assert costs[f"tolerances.{key}"].price == pytest.approx(exact, rel=1e-3)
 
 
+def test_an_error_that_is_infinite_whatever_the_size_stops_a_search_at_once():
+    scene = Scene.from_dict({
+        **{key: cam_with("roller", "parabolic")[key] for key in ("cam", "follower", "motion")},
+        "tolerances": {"follower": {"offset": 0.02}},
+        "limits": {"acceleration_error": 1.0},
+        "search": {"base_radius": [20, 200]},
+    })  # fmt: skip
+    assert camopt.optimise(scene).obstacles == {"parabolic": "acceleration_error"}
+
+
 @pytest.mark.parametrize("order", ["position", "velocity"])
 def test_limits_on_errors_are_those_of_the_nominal_cam_at_its_speed(order):
     """The table of errors, margins, certify and robust searches agree."""
@@ -155,6 +165,7 @@ def test_limits_on_errors_are_those_of_the_nominal_cam_at_its_speed(order):
     bound, name = getattr(free.limits, f"{order}_error"), f"limits.{order}_error"
     found = camopt.tolerance(best.scene)
     assert found.errors[place].worst == pytest.approx(bound, rel=1e-6)
+    assert all("cam.rpm" not in each.moving for each in found.margins)  # it is in the boxes, and moves none of them
     margin = next(each for each in found.margins if each.limit == f"{order}_error")
     assert (margin.nominal, margin.worst, margin.verdict) == (
         pytest.approx(bound, rel=1e-6),

@@ -12,6 +12,7 @@ from camopt.effects.motion import scale
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
+from camopt.tolerances import worst_case
 from camopt.tolerances.recontact import RealCams, off_of
 from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends, off_by
 from tests.support.cams import CONTACTS, cam_with
@@ -162,6 +163,19 @@ def test_where_the_velocity_jumps_no_bound_is_proved_and_it_is_said():
     found = camopt.tolerance(scene)
     assert np.isinf(found.worst_case.bound)
     assert "No bound is proved: the velocity of the motion jumps at" in found.reason
+
+
+def test_why_no_bound_is_proved_and_a_bound_that_is_far_above_are_said(monkeypatch):
+    given = {"follower": {"offset": 0.01}, "profile": 0.05}
+    scene = camopt.find_scene("roller-1000rpm").replace(tolerances=given)
+    monkeypatch.setattr(worst_case, "GAPS", (1e-2,))
+    found = camopt.tolerance(scene)
+    assert found.worst_case.bound == pytest.approx(1.01 * abs(found.worst_case.error), rel=1e-9)
+    assert "The bound is 1 % above it." in found.table().note
+    monkeypatch.setattr(worst_case, "SECONDS", -1.0)
+    found = camopt.tolerance(scene)
+    assert np.isinf(found.worst_case.bound)
+    assert found.reason.startswith("No bound is proved: the time of -1 s was over. profile has the largest share:")
 
 
 def test_the_command_tells_the_bound_and_the_worst_cam(command, tmp_path):
