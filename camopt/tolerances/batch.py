@@ -207,10 +207,7 @@ class Batch(HasHtml, Drawn):
             self._row("99.73 % of the cams", lambda each: each.of_99_73),
             self._row("worst cam", lambda each: each.worst),
             self._row("at cam angle, deg", lambda each: _plain(each.at_deg)),
-            *(
-                self._row(f"variance by {key}, %", lambda each, key=key: _plain(_variance(each, key)))
-                for key in self._spread_by
-            ),
+            *(self._row(f"variance by {key}, %", partial(_variance, key=key)) for key in self._spread_by),
             self._row("not found, at most", lambda each: each.missed),
         ]
         if any(each.held for each in self.errors):
@@ -375,9 +372,9 @@ def _plain(value: float | None) -> str | None:
     return None if value is None else number(round(value, 9))
 
 
-def _variance(spread: ErrorSpread, key: str) -> float | None:
+def _variance(spread: ErrorSpread, key: str) -> str | None:
     """The share of the variance that a tolerance explains, in %."""
-    return 100.0 * spread.variances[key] if spread.variances else None
+    return _plain(100.0 * spread.variances[key]) if spread.variances else None
 
 
 def _errors_sampled(scene: Scene, off: Off) -> Iterator[tuple[str, Sampled]]:
