@@ -293,6 +293,8 @@ class _Way(NamedTuple):
         start, (before, after, quarter) = self.path.vertices[0], self.ends
         program.rapid(self.out(before))
         if depth is not None:
+            if clear > CLEARANCE:  # of a hub that stands out in front, and not here
+                program.up(CLEARANCE)
             program.down(-depth, self.feed)
         program.line(before, self.feed)
         program.arc(before, start, quarter, self.feed)
