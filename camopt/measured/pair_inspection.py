@@ -179,6 +179,9 @@ class PairInspection(HasHtml):
         told = [*self._of_turn, f"The {self.quantity} varies by {with_unit(self.variation, self.unit)}"]
         if self.within is not None:
             told.append(f"{'Within' if self.within else 'Beyond'} what the tolerance of the profile allows")
+        if self.interference and self.allowed is not None and self.allowed >= self.interference:
+            clearance = with_unit(self.allowed - self.interference, self.unit)
+            told.append(f"That tolerance leaves the worst pair a clearance of {clearance}")
         if left.value > 0.0:
             told.append(f"At rest both contacts press, with at least {with_unit(left.value, self.unit)}")
         else:

@@ -232,6 +232,14 @@ class Scene(HasHtml, Drawn, SceneTable):
         paired = bool(self.mechanism.second_keys)
         return resolved(self.part, self.name, self.cam, self.materials, self.tolerances.profile, paired)
 
+    @property
+    def toleranced(self) -> "Scene":
+        """The scene with the tolerance of the profile in ``[tolerances]``, whichever table it is in."""
+        given = self.part.profile_tolerance
+        return (
+            self if given is None else self.replace(**{"part.profile_tolerance": None, "tolerances.profile": given})
+        )
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self.__dict__ == other.__dict__
 

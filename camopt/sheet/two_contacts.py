@@ -39,6 +39,11 @@ class Apart(NamedTuple):
         return f"{decimal(value, digits)}°" if self.angular else said(value, digits)
 
     @property
+    def clearance(self) -> float:
+        """The largest that is left of an interference within the tolerance; 0 where that leaves none."""
+        return max((self.varies or 0.0) - self.interference, 0.0) if self.interference else 0.0
+
+    @property
     def nominal(self) -> str:
         """The size with how far it may be off."""
         off = "" if self.varies is None else f" ±{self.said(_down(self.varies, self.angular), 4)}"
@@ -105,6 +110,9 @@ def two_contacts(cam: TrueCam) -> Iterator[str]:
         cam.say(what).format(found.said(found.value)), *sizes[: 2 * bool(found.interference)]
     )
     yield cam.say(_inspected(cam)).format(found.nominal if found.varies is not None else found.said(found.value))
+    if found.clearance:
+        text = "Within the tolerance of the profile the interference may be lost: clearance up to {}."
+        yield cam.say(text).format(found.said(found.clearance, 4))
 
 
 def _inspected(cam: TrueCam) -> str:

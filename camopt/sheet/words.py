@@ -167,6 +167,9 @@ GERMAN = {
     "Inspect both discs together, with both rollers on them, over a turn: distance of their centres {}.": (
         "Beide Scheiben zusammen prüfen, mit beiden Rollen, über eine Umdrehung: Abstand ihrer Mitten {}."
     ),
+    "Within the tolerance of the profile the interference may be lost: clearance up to {}.": (
+        "Innerhalb der Toleranz der Kontur kann das Übermaß verloren gehen: Spiel bis {}."
+    ),
     " Profile: contact; centre: of the spherical face R{}.": " Kontur: Berührpunkt; Mitte: der Kugelfläche R{}.",
     "largest pressure angle {}°": "größter Pressungswinkel {}°",
     "at the bottom of the groove {}°": "am Grund der Nut {}°",

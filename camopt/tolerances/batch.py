@@ -327,6 +327,7 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
         raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
     if not isinstance(cams, int) or not 1 <= cams <= MOST_CAMS:
         raise BadInput([Mistake("camopt", "cams", cams, f"a whole number from 1 to {MOST_CAMS:,}")])
+    scene = scene.toleranced
     problem = resolve_design(scene)
     pair = bool(problem.setup.mechanism.further)
     off = drawn(scene, problem.nominal, cams, seed, partial(errors_at, problem) if pair else lambda key: [key])

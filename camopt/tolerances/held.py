@@ -25,9 +25,12 @@ from camopt.effects.motion import scale, unit_of
 from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
+from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
 from camopt.problem.zones import number_zones, tool_zones
+from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLES, Zone
+from camopt.tables.cells import with_unit
 from camopt.tolerances.response import Responses
 from camopt.tolerances.touching import BORE, BORE_WAY
 from camopt.tolerances.turn import TurnErrors, highest, worst
@@ -40,6 +43,7 @@ APART = ("subtending_angle_deg", "roller_distance_mm", "breadth_mm")
 UNPROVED = (
     "of two contacts it is of a train with a constant ratio alone, whose links are not off, and takes its time"
 )
+INTERFERENCE = "interference"
 NONE = Zone(0.0, 0.0, 0.0)
 
 
@@ -48,7 +52,7 @@ class Play(NamedTuple):
 
     Examples
     --------
-    >>> scene = camopt.find_scene("press-feed-by-pair").replace(**{"tolerances.disc_phase": 0.01})
+    >>> scene = camopt.find_scene("press-feed-by-pair").replace(part={}, tolerances={"disc_phase": 0.01})
     >>> apart, interference, preload = camopt.tolerance(scene).plays
     >>> interference.what, interference.nominal, round(interference.least, 5), round(interference.most, 5)
     ('interference', 0.01, 0.00675, 0.01325)
@@ -61,6 +65,19 @@ class Play(NamedTuple):
     least: float
     """Below 0 of an interference that is lost: the clearance that is left then."""
     most: float
+
+
+def lost_within(play: Play) -> str:
+    """What is lost of an interference within the tolerances, in a sentence; "" if nothing is."""
+    if play.what != INTERFERENCE or not play.nominal or play.least > 0.0:
+        return ""
+    clearance = with_unit(-play.least, play.unit)
+    return f"Not all cams within the tolerances have a preload: the worst has a clearance of {clearance}."
+
+
+def preload_lost(scene: Scene, problem: Problem) -> str:
+    """The same of a scene with two contacts of its follower on discs."""
+    return "".join(map(lost_within, plays(TurnErrors(scene.toleranced, problem))))
 
 
 def plays(turn: TurnErrors) -> Iterator[Play]:
@@ -89,7 +106,7 @@ def _of_pair(turn: TurnErrors, zones: Mapping[str, Zone]) -> Iterator[Play]:
         return
     zone = zones.get("drive.interference", NONE)
     ends = interference + zone.lower + low, interference + zone.upper + high
-    yield Play("interference", angle, interference, *ends)
+    yield Play(INTERFERENCE, angle, interference, *ends)
     stiffness, zone = given.get("drive.stiffness"), zones.get("drive.stiffness", NONE)
     if stiffness is not None:
         products = [(stiffness + by) * end / unit for by in (zone.lower, zone.upper) for end in ends]

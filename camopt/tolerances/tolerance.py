@@ -32,7 +32,7 @@ from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.contributions import Contribution, variances
-from camopt.tolerances.held import PairWorst, Play, plays
+from camopt.tolerances.held import PairWorst, Play, lost_within, plays
 from camopt.tolerances.margins import Box, Margin, made_so, margins_table
 from camopt.tolerances.response import ORDERS
 from camopt.tolerances.touching import error_unit
@@ -190,7 +190,8 @@ class MotionErrors(HasHtml, Drawn):
         heads = ["", "nominal", "least", "most"]
         rows = [[each.what, *(with_unit(v, each.unit) for v in each[2:])] for each in self.plays]
         kinds = [Cell(head, NUMERIC if head else "") for head in heads]
-        return Table.of(f"{self.scene.name}: held from both sides", kinds, rows) if rows else None
+        title, lost = f"{self.scene.name}: held from both sides", "".join(map(lost_within, self.plays))
+        return Table.of(title, kinds, rows, lost) if rows else None
 
     def worst_motion(self) -> Scene:
         """The scene of the cam whose displacement was found the furthest off (``worst_case``).
@@ -233,7 +234,7 @@ def tolerance(scene: Scene) -> MotionErrors:
     Parameters
     ----------
     scene : Scene
-        A scene with sizes of its own, and ``[tolerances]``.
+        A scene with sizes of its own, and ``[tolerances]``, or ``part.profile_tolerance``.
 
     Returns
     -------
@@ -254,6 +255,7 @@ def tolerance(scene: Scene) -> MotionErrors:
     >>> [round(each.worst, 4) for each in camopt.tolerance(scene).errors]
     [0.0134, 0.028, inf]
     """
+    scene = scene.toleranced
     turn = TurnErrors(scene, resolve_design(scene))
     margins = Box.of(scene, turn.problem).margins
     if not (turn.sampled or scene.tolerances.numbers):

@@ -158,6 +158,11 @@ def test_the_notes_of_a_pair_have_what_its_follower_is_and_how_it_is_inspected()
     ):
         assert words in told
     assert "mass" not in told
+    assert "may be lost" not in told
+    thin = FEED.replace(**{"part.profile_tolerance": 0.01})
+    assert "the interference may be lost: clearance up to 0.0018°" in " ".join(
+        texts_of(sheets_of(thin, resolve_design(thin))[0].cam)
+    )
 
 
 def test_a_pdf_of_a_pair_has_both_sheets(tmp_path):

@@ -9,6 +9,8 @@ import pytest
 import camopt
 from camopt.mistakes import BadInput
 from camopt.problem.problem import resolve_design
+from camopt.sheet.cam import TrueCam
+from camopt.sheet.two_contacts import apart
 from camopt.tolerances.two_contacts import SECOND, PairCams, PairResponses, errors_at, off_apart
 from tests.measured.test_pair_inspection import drawn, held
 
@@ -166,7 +168,7 @@ def test_a_batch_of_pairs_has_the_variances_of_first_order(every):
 
 def test_a_disc_of_constant_breadth_has_its_closed_forms(command):
     """An axis that is off moves both faces alike; a profile that stands out holds them further apart."""
-    yoke = camopt.find_scene("pump-of-constant-breadth").replace(limits={})
+    yoke = camopt.find_scene("pump-of-constant-breadth").replace(limits={}, part={})
     off = camopt.tolerance(yoke.replace(tolerances={"bore_eccentricity": 0.02}))
     assert off.errors[0].worst == pytest.approx(0.02)
     assert off.plays[0][2:] == pytest.approx((64.0, 64.0, 64.0))
@@ -175,6 +177,24 @@ def test_a_disc_of_constant_breadth_has_its_closed_forms(command):
     assert larger.plays_table().title.endswith("held from both sides")
     told = json.loads(command("tolerance", "pump-of-constant-breadth", *WIDE, "--json")[1])
     assert (told["errors"][0]["worst"], told["plays"][0]["most"]) == pytest.approx((0.01, 64.02))
+
+
+def test_a_tolerance_of_the_profile_that_takes_the_preload_is_told(command, tmp_path):
+    """Whichever table it is in; the clearance is what the sheet says that the contacts vary by, less the rest."""
+    thin = {"drive.interference": 0.004, "limits": {}}
+    scene = camopt.find_scene("press-feed-by-pair").replace(**thin)
+    found = camopt.tolerance(scene)
+    assert found.plays == camopt.tolerance(scene.toleranced).plays
+    assert scene.toleranced.tolerances.profile == scene.part.profile_tolerance
+    sheet = apart(TrueCam(scene, resolve_design(scene)))
+    clearance = sheet.varies - 0.004
+    assert -found.plays[1].least == pytest.approx(clearance, rel=1e-4)
+    assert sheet.clearance == pytest.approx(clearance)
+    said = f"the worst has a clearance of {-found.plays[1].least:.6g} deg"
+    assert said in found.plays_table().note
+    (tmp_path / "thin.toml").write_text(scene.to_toml())
+    assert said in command("evaluate", tmp_path / "thin.toml")[1]
+    assert "no preload" not in command("evaluate", "press-feed-by-pair")[1]
 
 
 def test_the_backlash_of_a_groove_is_its_clearance_over_the_pressure_angle():

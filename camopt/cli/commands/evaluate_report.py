@@ -25,6 +25,8 @@ def show_evaluation(result: "Evaluation", as_json: bool) -> None:
     show(result.table(explained=room_across() >= ROOM_TO_EXPLAIN), _highest(result.scene))
     if tightest := result.tightest:
         show(f"Tightest of both contacts: {tightest}.")
+    if lost := _lost(result.scene):
+        show(lost)
     if result.scene.mechanism.motion.angular:
         show(f"{ARM_UNCHECKED}.")
     if joints := [
@@ -48,6 +50,16 @@ def _highest(scene: "Scene") -> str:
     angle = degrees(farthest(programme, 1.0).angle)
     whose, lift = " of the tool" if scene.train else "", with_unit(programme.lift / programme.unit, unit)
     return f"Largest lift{whose}: {lift}, reached at {number(angle)}°."
+
+
+def _lost(scene: "Scene") -> str:
+    """Whether cams within the tolerances have no preload between two contacts."""
+    if not scene.mechanism.further or scene.mechanism.body.developed or not scene.drive.interference:
+        return ""
+    from camopt.problem.problem import resolve_design
+    from camopt.tolerances.held import preload_lost
+
+    return preload_lost(scene, resolve_design(scene))
 
 
 def _of_crank(result: "Evaluation") -> str:
