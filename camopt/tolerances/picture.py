@@ -51,10 +51,11 @@ def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") ->
     if not turn.sampled:
         axes.text(0.5, 0.5, "no tolerance moves the tool", transform=axes.transAxes, ha="center", color=MUTED)
     elif bounded:
-        for ends, colour, label in (
+        bands = (
             (worst_ends(turn.sampled, order), LIGHT, "worst case"),
             (band_ends(turn.sampled, order), DARK, BAND),
-        ):
+        )
+        for ends, colour, label in sorted(bands, key=lambda band: -band[0].magnitude.max()):  # the wider behind
             axes.fill_between(angles, unit * ends.lower, unit * ends.upper, color=colour, lw=0, label=label)
         if error.at_deg is not None:
             axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":", label="where the worst case is largest")
