@@ -22,7 +22,7 @@ class Workpiece:
     @cached_property
     def part(self) -> Part:
         """The part, completed from other tables of the scene: bore, material, density, name."""
-        return self.scene.whole_part
+        return self.scene.whole_part.of_disc(self.disc)
 
     @cached_property
     def discs(self) -> tuple[Disc, ...]:

@@ -149,6 +149,12 @@ class Part(SceneTable):
         """Whether the hub is longer than the plates that it includes."""
         return (self.hub_length or 0.0) > self.width
 
+    def of_disc(self, disc: int | None) -> "Part":
+        """One disc of a pair: without a hub it is a part of its own, with a number of its own."""
+        if disc is None or self.hub_diameter or not self.number:
+            return self
+        return self.model_copy(update={"number": f"{self.number}/{disc}"})
+
     @property
     def bore_reach(self) -> float:
         """The largest distance of the bore, its keyway included, from the axis; 0 without a bore; mm."""

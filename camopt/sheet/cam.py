@@ -122,7 +122,7 @@ class TrueCam:
 
     @cached_property
     def part(self) -> Part:
-        return self.scene.whole_part
+        return self.scene.whole_part.of_disc(self.disc.number if self.paired else None)
 
     @property
     def say(self) -> Callable[[str], str]:

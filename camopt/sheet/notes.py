@@ -20,7 +20,7 @@ from camopt.sheet.two_contacts import two_contacts
 from camopt.tables.cells import with_unit
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
 
-FLANK_RADIUS = 100.0  # of the cam's size: the radius of a hollow that is a straight flank to any cutter
+FLANK_RADIUS = 1e3  # of the cam's size: the radius of a hollow that is a straight flank to any cutter
 LINE_STEP = 4.2  # mm from line to line
 INDENT = 6.0  # mm
 NOTE_LINES = 20  # lines of one note: only a name without end, or hundreds of segments, have more

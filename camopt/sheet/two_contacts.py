@@ -94,7 +94,7 @@ def two_contacts(cam: TrueCam) -> Iterator[str]:
     if cam.paired:
         one, other = (f"{k + 1}" for k in (cam.place, 1 - cam.place))
         text = "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark{}."
-        where = cam.say(", on disc 1") if cam.part.hub_diameter else ""
+        where = cam.say(", on disc 1" if cam.part.hub_diameter else ", which each disc has")
         yield cam.say(text).format(one, other, where)
     mechanism = cam.problem.setup.mechanism
     what = (

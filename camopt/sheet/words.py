@@ -150,6 +150,7 @@ GERMAN = {
         "Einstellmarke{}."
     ),
     ", on disc 1": ", auf Scheibe 1",
+    ", which each disc has": ", die jede Scheibe hat",
     "Angle between both arms {}": "Winkel zwischen beiden Armen {}",
     "Distance of both flat faces {}": "Abstand beider ebenen Flächen {}",
     "Distance of the centres of both rollers {}": "Abstand der Mitten beider Rollen {}",

@@ -163,6 +163,10 @@ def test_the_notes_of_a_pair_have_what_its_follower_is_and_how_it_is_inspected()
     assert "the interference may be lost: clearance up to 0.0018°" in " ".join(
         texts_of(sheets_of(thin, resolve_design(thin))[0].cam)
     )
+    hubless = FEED.replace(**{"part.hub_diameter": None, "part.hub_length": None, "part.number": "SF-1"})
+    loose = TrueCam(hubless, resolve_design(hubless)).sheets
+    assert [each.part.number for each in loose] == ["SF-1/1", "SF-1/2"]
+    assert "from the same timing mark, which each disc has." in " ".join(texts_of(loose[0]))
 
 
 def test_a_pdf_of_a_pair_has_both_sheets(tmp_path):
