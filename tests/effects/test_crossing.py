@@ -592,7 +592,7 @@ def test_half_of_the_time_is_kept_for_crossings(monkeypatch):
     problem, ends = a_row_of_lobes()[0], []
 
     def timed(search):
-        return lambda *given: ends.append(given[-1] - now()) or search(*given)
+        return lambda *given, **more: ends.append(given[-1] - now()) or search(*given, **more)
 
     for search in (least_of_others, branch_and_bound):
         monkeypatch.setattr(f"camopt.smallest.smallest.{search.__name__}", timed(search))

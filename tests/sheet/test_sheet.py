@@ -45,8 +45,8 @@ def turning(segments, lift=2.0, law="cycloidal"):
     return [{"segment": s, "angle": a, **(moving if s != "dwell" else {})} for s, a in segments]
 
 
-SCENES = {
-    **{name: find_scene(name) for name in shipped_scenes() if name != "bottle-filler-by-rib"},  # test_two_contacts
+SCENES = {  # of the rib: test_sheets_of_pairs
+    **{name: find_scene(name) for name in shipped_scenes() if name != "bottle-filler-by-rib"},
     **{f"a {name}": Scene.from_dict(cam_with(name, part={**PART, "thickness": 60})) for name in CONTACTS},
     "key aside": PLATE.replace(**{"part.keyway_angle": 30}),
     "key below": PLATE.replace(**{"part.keyway_angle": -90}),
@@ -189,6 +189,7 @@ def test_no_note_is_cut(name):
     assert [text for text in texts_of(sheet(name).cam) if text.replace(" ", "") not in whole] == []
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", CHECKED)
 def test_a_tolerance_refers_to_the_bore_and_to_the_keyway_that_turns_the_cam(name):
     """Each datum twice: in the frame of the tolerance, and where it is."""
@@ -239,6 +240,7 @@ def test_a_section_has_no_line_inside_its_metal():
             assert np.abs(mark.points.imag).min() >= hub
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", CHECKED)
 def test_what_the_follower_does_adds_up_to_a_turn(name):
     angles = [float(angle) for _, angle in ring_of(name)]

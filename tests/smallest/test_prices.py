@@ -100,7 +100,7 @@ HELD += (
 )
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(7)
 @pytest.mark.parametrize("name", HELD)
 def test_so_it_is_in_the_shipped_scenes(name):
     case = find_scene(name)
@@ -166,7 +166,7 @@ def with_binding_limit(name, case, share):
     return case.replace(**{f"limits.{name}": share * evaluate(cam)[quantity]})
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", SLOWER)
 def test_so_it_is_for_limits_on_loads(name):
     case = with_binding_limit(name, *SLOWER[name])

@@ -200,7 +200,7 @@ def test_keys_may_be_quoted_and_have_units():
     assert quoted.search.numbers == numbers
     assert quoted == type(quoted).from_dict(quoted.to_dict())
     assert [each.quantity for each in resolve(quoted).choices.trains] == ["train_1_coupler_mm", "train_1_crank_mm"]
-    with pytest.raises(BadInput, match=r"search.train.1.crank = \[150\]: not a known key"):
+    with pytest.raises(BadInput, match=r"search.train.1.crank = \[150\]: is given twice"):
         SLIDE.replace(search=search | {"train.1.crank": [150]})
 
 
