@@ -131,11 +131,13 @@ class SharedCurves:
         order = slice(None) if np.all(costs[:-1] <= costs[1:]) else np.argsort(costs, kind="stable")
         costs = costs[order]
         fresh = np.append(True, costs[1:] != costs[:-1])
-        lowest = np.minimum.reduceat(least[order], np.flatnonzero(fresh))
-        before = np.append(np.inf, np.minimum.accumulate(lowest)[:-1])
+        apart = np.all(fresh)  # or sizes of equal cost are taken together
+        lowest = least[order] if apart else np.minimum.reduceat(least[order], np.flatnonzero(fresh))
+        before = np.full(lowest.size, np.inf)
+        np.minimum.accumulate(lowest[:-1], out=before[1:])
         allowed = np.where((lowest < before) | (before == np.inf), lowest, -np.inf)
         most = np.empty(least.size)
-        most[order] = allowed[np.cumsum(fresh) - 1]
+        most[order] = allowed if apart else allowed[np.cumsum(fresh) - 1]
         return most
 
     def _is_shared(self, name: str) -> bool:

@@ -214,7 +214,7 @@ class Problem:
         """The quantity of the size of the cam."""
         return self.setup.mechanism.body.size_quantity
 
-    @property
+    @cached_property
     def sizes(self) -> frozenset[str]:
         """The quantities of the sizes of a design."""
         return frozenset(n for n in offered(self.setup) if QUANTITIES[n].effect == "sizes")

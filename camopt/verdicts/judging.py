@@ -25,7 +25,7 @@ from camopt.verdicts.running import columns_for, extended, planned
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 CERTIFIED, SAMPLED = "certified", "sampled"
-LAST_AT_ONCE = 16  # designs of which limits that are asked last are asked, to stop in time
+LAST_AT_ONCE = 16  # designs of which limits that are asked last are asked, where there is a time to stop
 
 
 def proved_status(programme: Programme) -> str:
@@ -107,7 +107,8 @@ def bound_excesses(problem: Problem, designs: Designs, wanted: frozenset[str], u
     index = np.flatnonzero(np.all(outer <= 0.0, axis=0))
     last = problem.limits[len(first) :]
     outer[len(first) :, index] = inf
-    for some in np.array_split(index, 1 + index.size // LAST_AT_ONCE) if last and index.size else ():
+    pieces = 1 + index.size // LAST_AT_ONCE if until < inf else 1
+    for some in np.array_split(index, pieces) if last and index.size else ():
         if now() > until:
             break
         found, case = rows.take(some), replace(case, designs=designs.take(some))
