@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
 from camopt.mechanisms.geometry import distances, image_level
-from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES
@@ -202,18 +201,9 @@ def discs_of(problem: Problem) -> tuple[Disc, ...]:
 
     Of a rib its flanks, each with its roller. The second one is an ordinary cam of the reversed motion, seen in the
     mirror (``mechanisms.pairs``). So whatever is of one disc is asked of each.
-
-    Raises
-    ------
-    BadInput
-        If a train drives the pair: its motion reversed is not known in balls.
     """
     if not problem.setup.mechanism.two_profiles:
         return (Disc(problem),)
-    if problem.setup.train is not None:
-        what = "flank of a rib" if problem.setup.mechanism.body.developed else "disc of a pair"
-        why = f"the second {what} that drives a train is not written yet: leave out [[train]]"
-        raise BadInput([Mistake(problem.file, "train", None, why, bare=True)])
     (contact,) = problem.setup.mechanism.further
     ordinary = replace(problem.setup, mechanism=replace(problem.setup.mechanism, further=()))
     first = replace(problem, setup=ordinary)

@@ -81,6 +81,8 @@ class Programme:
     """The motion of the tool that the follower drives through a train, if there is one; without loads."""
     given_at_follower: bool = False
     """Whether that of the follower is the one that is given, and the tool's follows from it."""
+    reverse_of: "Programme | None" = None
+    """The turn whose displacement y is lift − y here, if this one is reversed."""
 
     @property
     def tool(self) -> "Programme":
@@ -117,7 +119,7 @@ class Programme:
     def reversed(self) -> "Programme":
         """The turn with the displacement lift − y, without loads and train: that of a second disc of a pair."""
         strokes = tuple(each.reversed(self.lift) for each in self.strokes)
-        return Programme(strokes, start=(self.lift - self.strokes[0].low) / self.unit)
+        return Programme(strokes, start=(self.lift - self.strokes[0].low) / self.unit, reverse_of=self)
 
     def on_base_circle(self) -> "Programme":
         """The same turn with its displacements relative to the lowest one."""

@@ -11,6 +11,7 @@ from camopt.motion.driven import DrivenLaw
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
+from camopt.motion.table import turned_kinds
 from camopt.motion.train_load import TrainLoad
 from camopt.verdicts.ball import Ball, precisely
 from camopt.verdicts.exact_driven import DrivenPiece, follower_at, narrowed, train_in_balls
@@ -74,6 +75,8 @@ class ExactMotion:
 @precisely()
 def exact_motion(programme: Programme) -> ExactMotion:
     """The turn of a programme, the numbers that it was made from taken as exact."""
+    if programme.reverse_of is not None:
+        return _reversed(exact_motion(programme.reverse_of), arb(programme.reverse_of.lift))
     if programme.asked is None:
         return _given_motion(programme, None if programme.load is None else LoadsInBalls(programme.load))
     if programme.given_at_follower:
@@ -81,6 +84,17 @@ def exact_motion(programme: Programme) -> ExactMotion:
         tool = replace(_driven(programme.asked, follower), asked=None)
         return replace(follower, asked=tool, given_at_follower=True)
     return _driven(programme, exact_motion(programme.asked))
+
+
+def _reversed(motion: ExactMotion, lift: arb) -> ExactMotion:
+    """The turn with the displacement lift − y, without loads and train."""
+    turned = (
+        each._replace(
+            kind=int(turned_kinds(each.kind)), low=lift - each.low, size=-each.size, change=-each.change, lines=()
+        )
+        for each in motion.strokes
+    )
+    return ExactMotion(tuple(turned), None)
 
 
 def _loads_of_train(programme: Programme) -> LoadsInBalls | None:

@@ -9,7 +9,7 @@ from support.controls import run_iso
 from support.pairs import centres, nearest, pair, profiles, yoke
 from support.solids import enclosed, extents, hole, section, solids_in
 
-from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene
+from camopt import BadInput, MeasuredProfile, Scene, cam_points, evaluate, export, find_scene, inspect_pair
 from camopt.contour.curve import discs_of
 from camopt.effects import Case
 from camopt.exporting import shapes
@@ -65,6 +65,7 @@ def test_each_disc_is_an_ordinary_cam_with_the_quantities_of_its_contact(scene):
 NC = {"cutter_radius": 5.0, "feed": 300.0}
 PLATES = {"thickness": 12, "bore": 20, "keyway_width": 4, "keyway_depth": 1.8, "keyway_angle": 37}
 HUB = {"hub_diameter": 44, "hub_length": 40}
+SLIDES = {"motion": "translating", "contact": "roller", "roller_radius": 16}
 
 
 def ring(path):
@@ -127,6 +128,43 @@ def test_points_of_both_discs_touch_their_rollers_at_every_step_of_the_turn(scen
         seen, line = centres(problem, angles)[which] * turned, table[f"{name}_x_mm"] + 1j * table[f"{name}_y_mm"]
         gaps = shapely.distance(shapely.points(seen.real, seen.imag), ring(line)) - design.roller_radius
         assert np.abs(gaps).max() <= told.curves[name].deviation_mm + 1e-9
+
+
+def on_crank(slide, crank, coupler, offset, start):
+    """The angle of the crank at which a slide is where it is asked, by bisection of its closed loop."""
+    first = np.radians(start)
+
+    def place(angle):
+        return crank * np.cos(angle) + np.sqrt(coupler**2 - (crank * np.sin(angle) - offset) ** 2)
+
+    low, high = np.full(slide.shape, first), np.full(slide.shape, first + 1.0)
+    for _ in range(60):
+        middle = (low + high) / 2
+        beyond = place(middle) - place(first) > slide
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    return low - first
+
+
+def test_discs_of_a_pair_that_drives_a_slide_hold_its_arms_where_the_slide_is_asked(tmp_path):
+    """The rigid follower where the closed loop of its crank has it: on points and measured discs."""
+    stage = {"stage": "bell-crank", "crank": 160, "coupler": 220, "offset": -150, "angle": -110}
+    feed = find_scene("press-feed-by-pair").to_dict()
+    moves = [{**each, **({"lift": 70.0} if "lift" in each else {})} for each in feed["motion"]]
+    scene = Scene.from_dict({**feed, "motion": moves, "train": [stage]})
+    problem, degrees = resolve_design(scene), np.arange(0.0, 360.0)
+    alone = resolve_design(Scene.from_dict({"cam": feed["cam"], "motion": moves, "follower": SLIDES}))
+    swung = on_crank(alone.programme.at(np.radians(degrees))[0], 160.0, 220.0, -150.0, -110.0)
+    assert np.abs(problem.programme.at(np.radians(degrees))[0] - swung).max() < 1e-12
+    told, names = export(scene, tmp_path / "pair.csv"), ("profile", "second_profile")
+    table = np.genfromtxt(tmp_path / "pair.csv", delimiter=",", names=True)
+    turned = np.exp(-1j * problem.design.sense * np.radians(degrees))
+    for name, centre in zip(names, centres(problem, np.radians(degrees)), strict=True):
+        seen = shapely.points((centre * turned).real, (centre * turned).imag)
+        away = shapely.distance(seen, ring(table[f"{name}_x_mm"] + 1j * table[f"{name}_y_mm"]))
+        assert np.abs(away - 16.0).max() <= told.curves[name].deviation_mm + 1e-9
+    points = cam_points(scene, degrees[::2])
+    discs = [MeasuredProfile(np.column_stack([points[f"{n}_{x}_mm"] for x in "xy"]), "xy") for n in names]
+    assert inspect_pair(discs, scene).variation < 1e-3  # deg
 
 
 @pytest.mark.parametrize("part", [{**PLATES, **HUB}, PLATES])
