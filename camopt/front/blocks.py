@@ -10,8 +10,8 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from camopt.front.curve_numbers import CurveNumbers, OwnCurves
+from camopt.front.curve_verdicts import CurveVerdicts
 from camopt.front.pareto import best_of_laws, non_dominated
-from camopt.front.shared_curves import SharedCurves
 from camopt.mechanisms.design import BoolArray
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Objectives, Rows, concatenate_rows
@@ -117,8 +117,8 @@ class Blocks:
         counts = [-(-(stop - start) // size) for _, start, stop in self._parts]
         self._ends = np.cumsum(counts).tolist()
         self._numbers, self._own = numbers, own
-        self._curves: WeakValueDictionary[int, SharedCurves] = WeakValueDictionary()
-        self._latest: SharedCurves | None = None  # keeps those of the motion that is worked on
+        self._curves: WeakValueDictionary[int, CurveVerdicts] = WeakValueDictionary()
+        self._latest: CurveVerdicts | None = None  # keeps those of the motion that is worked on
         self._one_at_a_time = Lock()
 
     def __len__(self) -> int:
@@ -172,7 +172,7 @@ class Blocks:
             return self._of_curves(self._curves_of(part, problem), first, last)
         if self._own:
             own = OwnCurves(self.space, first, last)
-            return self._of_curves(SharedCurves(self.space, problem, own, self._names), first, last)
+            return self._of_curves(CurveVerdicts(self.space, problem, own, self._names), first, last)
         return self._alone(problem, first, last)
 
     def _alone(self, problem: Problem, first: int, last: int) -> BlockResult:
@@ -188,28 +188,28 @@ class Blocks:
             rows = rows.take(feasible(problem, designs.take(which)))
         return BlockResult(len(designs), rows.count, rows, effort, np.ones(rows.count, dtype=bool))
 
-    def _of_curves(self, shared: SharedCurves, first: int, last: int) -> BlockResult:
+    def _of_curves(self, curves: CurveVerdicts, first: int, last: int) -> BlockResult:
         """The same by what their pitch curves say of them."""
-        told = shared.verdicts(first, last, every=self._kept)
+        told = curves.verdicts(first, last, every=self._kept)
         rows, count, compared, effort = (
-            shared.feasible(told.surely, self._names),
+            curves.feasible(told.surely, self._names),
             told.held,
             told.compared,
             Effort(),
         )
         if len(told.perhaps):
-            left, which, effort = shared.judged(told.perhaps, self._names)
+            left, which, effort = curves.judged(told.perhaps, self._names)
             order = np.argsort(np.concatenate([told.surely.designs, told.perhaps.designs[which]]))
             rows, count = concatenate_rows([rows, left]).take(order), count + left.count
             compared = np.concatenate([compared, np.ones(left.count, dtype=bool)])[order]
         return BlockResult(told.existing, count, rows, effort, compared)
 
-    def _curves_of(self, part: int, problem: Problem) -> SharedCurves:
+    def _curves_of(self, part: int, problem: Problem) -> CurveVerdicts:
         """The pitch curves of a motion, kept while a thread uses them or until those of another are made."""
         assert self._numbers is not None
         with self._one_at_a_time:
             curves = self._curves.get(part)
             if curves is None:
-                curves = SharedCurves(self.space, problem, self._numbers, self._names)
+                curves = CurveVerdicts(self.space, problem, self._numbers, self._names)
                 self._curves[part] = self._latest = curves
             return curves

@@ -14,7 +14,7 @@ import numpy as np
 from camopt.engines import Engine
 from camopt.front.blocks import BLOCK, SHARING_BLOCK, Batch, Blocks, merged
 from camopt.front.curve_numbers import CurveNumbers, curve_numbers
-from camopt.front.shared_curves import curves_tell_all
+from camopt.front.curve_verdicts import curves_tell_all
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.numerics.distinct import distinct
 from camopt.problem.problem import Problem, resolve

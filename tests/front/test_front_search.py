@@ -18,15 +18,15 @@ from camopt import Scene, evaluate, find_scene, load, sweep
 from camopt.effects import Case, offered
 from camopt.engines.threads import Threads
 from camopt.front import curve_numbers as numbering
-from camopt.front import front_search, plan, shared_curves
+from camopt.front import curve_verdicts, front_search, plan
 from camopt.front.blocks import Blocks
 from camopt.front.box_bounds import BoxBounds, all_bounded, is_bounded
 from camopt.front.curve_numbers import curve_numbers
+from camopt.front.curve_verdicts import CurveVerdicts, curves_tell_all
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
 from camopt.front.pareto import LARGEST_COST, non_dominated, row_costs
 from camopt.front.plan import column_names, compared_names, with_objectives
-from camopt.front.shared_curves import SharedCurves, curves_tell_all
 from camopt.front.streaming import gathered
 from camopt.numerics import dominance
 from camopt.numerics.dominance import Dominators, Known
@@ -250,7 +250,7 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
     monkeypatch.setattr(numbering, "AT_ONCE", 3)
     monkeypatch.setattr(numbering, "WORTH", 1.0)
     space, names = space_of(problem), column_names(problem)
-    curves = SharedCurves(space, problem, curve_numbers(space), frozenset(names))
+    curves = CurveVerdicts(space, problem, curve_numbers(space), frozenset(names))
     together = Barrier(2)
 
     def late(count):
@@ -259,7 +259,7 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
             sleep(0.05 * together.wait(10.0))
         return np.zeros(count)
 
-    alone = SharedCurves(space, problem, curve_numbers(space), frozenset(names))
+    alone = CurveVerdicts(space, problem, curve_numbers(space), frozenset(names))
 
     def feasible(curves, first):
         """The rows of four designs, from one on."""
@@ -270,7 +270,7 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
     expected = [feasible(alone, first) for first in (0, 12)]
     assert all(rows.count for rows in expected)
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(2) as pool:
-        patch.setattr(shared_curves, "np", SimpleNamespace(**{**vars(np), "zeros": late}))
+        patch.setattr(curve_verdicts, "np", SimpleNamespace(**{**vars(np), "zeros": late}))
         list(pool.map(lambda first: feasible(curves, first), (0, 12)))
     for first, rows in zip((0, 12), expected, strict=True):
         same_rows(rows, feasible(curves, first))

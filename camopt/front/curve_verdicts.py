@@ -66,7 +66,7 @@ class BlockVerdicts(NamedTuple):
     """Those that may hold all limits."""
 
 
-class SharedCurves:
+class CurveVerdicts:
     """Verdicts on the designs of one motion from their pitch curves."""
 
     def __init__(
@@ -166,14 +166,12 @@ class SharedCurves:
         """With what their curves say of the quantities that are called for."""
         plan, setup = candidates.plan(names), self._problem.setup
         called = {name for _, needed in plan for name in needed}
-        judged, half_width = needs_of(candidates.pending), self._half_width[curves]
-        if np.all(half_width <= self._problem.accuracy):  # or balls narrow them all
-            called_far = called & judged.union(*(effect.reads(setup) for effect, _ in plan))
-        else:
-            called_far = called
+        judged = needs_of(candidates.pending).union(*(effect.reads(setup) for effect, _ in plan))
+        half_width = self._half_width[curves]
+        far = called & judged if np.all(half_width <= self._problem.accuracy) else called  # which balls narrow
         columns, outward = (
             {name: values[curves] for name, values in kept.items() if name in some}
-            for kept, some in ((self._columns, called), (self._outward, called_far))
+            for kept, some in ((self._columns, called), (self._outward, far))
         )
         rows = Rows(columns, candidates.rows.count, outward, half_width)
         return replace(candidates, rows=rows)
