@@ -37,7 +37,7 @@ from camopt.mechanisms.design import Designs, Mechanism, Misfit
 from camopt.mechanisms.drive import RIBBED
 from camopt.mechanisms.follower import ROLLER
 from camopt.mechanisms.pairs import with_opposed
-from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift
+from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve, formula
@@ -62,6 +62,24 @@ def half_spacing(mechanism: Mechanism, designs: Designs) -> Any:
     """By how much the first roller is ahead of the middle between both, mm; rad of a follower that swings."""
     half = designs.roller_spacing / 2.0
     return np.arcsin(half / designs.arm_length) if mechanism.motion.angular else half
+
+
+def _half_wider(mechanism: Mechanism, designs: Designs, off: Off) -> Any:
+    """By how much further that is, where sizes of the follower are off."""
+    wider = off.of("roller_spacing") * 0.5
+    if not mechanism.motion.angular:
+        return wider
+    longer, arm = off.of("arm_length"), designs.arm_length
+    sine = designs.roller_spacing / (2.0 * arm)
+    return angle_by_sine(sine, np.sqrt((1.0 - sine) * (1.0 + sine)), (wider - longer * sine) / (longer + arm))
+
+
+def _half_slopes(mechanism: Mechanism, designs: Designs) -> dict[str, Any]:
+    """By how much more that is for a size that is larger, by field of ``Designs``, mm/mm (rad/mm)."""
+    if not mechanism.motion.angular:
+        return {"roller_spacing": 0.5}
+    half, arm = half_spacing(mechanism, designs), designs.arm_length
+    return {"roller_spacing": 0.5 / (arm * np.cos(half)), "arm_length": -np.tan(half) / arm}
 
 
 def seen_in_mirror(designs: Designs) -> Designs:
@@ -101,10 +119,16 @@ def _with_rib(mechanism: Mechanism) -> Mechanism:
         return mechanism.contact(design, lift, angle, y + half_spacing(mechanism, design), y1)
 
     def shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
-        return mechanism.shifts(design, lift, y + half_spacing(mechanism, design), y1)
+        found = mechanism.shifts(design, lift, y + half_spacing(mechanism, design), y1)
+        x, up = found["displacement"]
+        for field, slope in _half_slopes(mechanism, design).items():
+            across, along = found.get(field, (0.0, 0.0))
+            found[field] = across + x * slope, along + up * slope
+        return found
 
     def rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
-        return mechanism.rest(design, lift, y + half_spacing(mechanism, design), y1, off)
+        found = mechanism.rest(design, lift, y + half_spacing(mechanism, design), y1, off)
+        return found._replace(moved=found.moved - _half_wider(mechanism, design, off))
 
     first = replace(
         mechanism,

@@ -200,8 +200,6 @@ def _of_two_contacts(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[
             if at(data, key) is not None:
                 why = f"the guide of {words} is not computed: which of both contacts it takes up is not known"
                 yield key, at(data, key), why
-    if data.get("tolerances") and mechanism.body.developed:
-        yield "tolerances", None, f"of {words} tolerances are not computed: leave them out"
     for key, other in (PRELOAD, PRELOAD[::-1]):
         for place in _both(f"drive.{key}"):
             if at(data, place) is not None and all(at(data, each) is None for each in _both(f"drive.{other}")):

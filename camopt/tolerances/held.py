@@ -5,7 +5,7 @@ preload k·(δ₀ + s). A roller in a groove that is wider by c along its normal
 
     c·|N|/(N·u)·f'        that is c/cos β of a follower that translates
 
-from one wall to the other (``tolerances.response``).
+from one wall to the other (``tolerances.response``). So do two rollers with the clearance c about a rib, less s.
 
 The worst cam of a pair is one at ends of its zones, by exact contact with each disc at one cam angle. That none
 is worse than half of what both contacts have at most, is proved of each by itself (``tolerances.worst_case``).
@@ -32,18 +32,26 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLES, Zone
 from camopt.tables.cells import with_unit
 from camopt.tolerances.response import Responses
-from camopt.tolerances.touching import BORE, BORE_WAY
+from camopt.tolerances.touching import BORE, BORE_WAY, error_ends
 from camopt.tolerances.turn import TurnErrors, highest, worst
-from camopt.tolerances.two_contacts import SECOND, PairCams, PairResponses, contacts_of, errors_at, off_apart
+from camopt.tolerances.two_contacts import (
+    SECOND,
+    WIDER,
+    PairCams,
+    PairResponses,
+    contacts_of,
+    errors_at,
+    off_apart,
+)
 from camopt.tolerances.worst_case import CORNERS, WorstCase, WorstSearch
 from camopt.verdicts.running import run_effects
 
-APART = ("subtending_angle_deg", "roller_distance_mm", "breadth_mm")
-"""What two contacts are apart, of which a mechanism has one."""
+APART = ("subtending_angle_deg", "roller_distance_mm", "breadth_mm", "roller_spacing_mm")
+"""What two contacts are apart: the first of these that a mechanism has."""
 UNPROVED = (
     "of two contacts it is of a train with a constant ratio alone, whose links are not off, and takes its time"
 )
-INTERFERENCE = "interference"
+INTERFERENCE, BACKLASH = "interference", "backlash of the tool"
 NONE = Zone(0.0, 0.0, 0.0)
 
 
@@ -90,18 +98,25 @@ def plays(turn: TurnErrors) -> Iterator[Play]:
         play, zone = float(problem.nominal["drive.clearance"]), zones.get("drive.clearance", NONE)
         answer = scale(problem.setup, 0) * np.abs(Responses(problem, turn.nodes).to_profile[0])
         ends = play * answer.max(), (play + zone.lower) * answer.min(), (play + zone.upper) * answer.max()
-        yield Play("backlash of the tool", unit_of(problem.setup, 0), *map(float, ends))
+        yield Play(BACKLASH, unit_of(problem.setup, 0), *map(float, ends))
 
 
 def _of_pair(turn: TurnErrors, zones: Mapping[str, Zone]) -> Iterator[Play]:
     problem, between = turn.problem, off_apart(turn.scene, turn.problem, turn.nodes)
     unit, angle = (degrees(1.0), "deg") if problem.setup.angular else (1.0, "mm")
     low, high = unit * between.least, unit * between.most
-    name = next(each for each in offered(problem.setup) if each in APART)
+    name = next(each for each in APART if each in offered(problem.setup))
     columns = run_effects(Case(problem.setup, problem.programme, problem.design), [name]).columns
     drawn = float(np.ravel(columns[name])[0])
     yield Play(name.removesuffix(f"_{angle}").replace("_", " "), angle, drawn, drawn + low, drawn + high)
     given = problem.nominal
+    if (clearance := given.get("drive.clearance")) is not None:
+        zone, answers = zones.get("drive.clearance", NONE), PairResponses(problem, turn.nodes)
+        wide, ratio = answers.apart(WIDER) / 2.0, scale(problem.setup, 0) * np.abs(answers.ratio)
+        least = (ratio * ((clearance + zone.lower) * wide - between.high)).min()
+        most = (ratio * ((clearance + zone.upper) * wide - between.low)).max()
+        drawn = (ratio * clearance * wide).max()
+        yield Play(BACKLASH, unit_of(problem.setup, 0), *map(float, (drawn, least, most)))
     if (interference := given.get("drive.interference")) is None:
         return
     zone = zones.get("drive.interference", NONE)
@@ -155,14 +170,13 @@ class PairWorst:
 
     def _ends(self) -> tuple[dict[str, tuple[float, float]], dict[str, tuple[float, float]]]:
         """Between which values errors are at each contact, by their keys there."""
-        given, problem = self.turn.scene.tolerances, self.turn.problem
+        problem = self.turn.problem
         found = dict[str, tuple[float, float]](), dict[str, tuple[float, float]]()
-        zones = {
-            key: (zone.lower, zone.upper) for key, zone in tool_zones(self.turn.scene, problem.nominal).items()
-        }
-        if given.profile is not None:
-            zones["profile"] = -given.profile, given.profile
-        for tolerance, (low, high) in zones.items():
+        for tolerance, (low, high) in error_ends(self.turn.scene, problem).items():
+            if tolerance in (BORE, BORE_WAY):
+                for ends in found:
+                    ends[tolerance] = low, high
+                continue
             if is_of_train(tolerance):
                 continue
             for at in errors_at(problem, tolerance).values():
@@ -172,9 +186,6 @@ class PairWorst:
                         before = ends.get(key, (0.0, 0.0))
                         more = sorted((sign * low, sign * high))
                         ends[key] = before[0] + more[0], before[1] + more[1]
-        if given.bore_eccentricity is not None:
-            for ends in found:
-                ends |= {BORE: (0.0, given.bore_eccentricity), BORE_WAY: (-np.pi, np.pi)}
         return found
 
     def _corner(self, angle: FloatArray) -> dict[str, float]:

@@ -6,10 +6,13 @@ both hold stands in the middle, and they are nearer to each other by the sum:
 
     δ = (e₁ − e₂)/2,    s = e₁ + e₂,    P = k·(δ₀ + s)
 
-with the interference δ₀ against the stiffness k; where δ₀ + s is below 0 there is a clearance as large.
+with the interference δ₀ against the stiffness k; where δ₀ + s is below 0 there is a clearance as large. Where the
+nominal follower has a clearance, δ is that of the middle of it.
 
 What is of one disc or its roller counts at one contact: sizes under ``[drive]``, the angle between the discs and a
-profile of its own at the second. The pivot, the angle on the shaft and the bore of both discs count at both.
+profile of its own at the second. The pivot, the angle on the shaft and the bore of both discs count at both. So do
+the arms of two rollers about a rib, which are of one length, and the distance of these, by half at each; its two
+flanks and rollers are off each by itself.
 Another base radius has the motion that is asked, and moves the roller by ∂s₀/∂R_b: that is an error of s alone.
 
 Source: Rothbart, Cam Design Handbook, ch. 3 (conjugate and yoke cams).
@@ -37,6 +40,8 @@ SECOND = " (second)"
 """What the key of an error has after it that is of the second contact, where one key is of both."""
 AT_BOTH = ("follower.centre_distance", "phase", "face_tilt")
 """Errors that are the same at both contacts."""
+OF_BOTH = ("offset", "arm_length", "roller_spacing")
+"""And sizes of a follower whose second contact has none of its own."""
 TOUCHES = 6
 """How often the place is found anew that is touched at a cam angle."""
 STEP = 1e-6
@@ -50,6 +55,10 @@ class At(NamedTuple):
 
     first: Own | None
     second: Own | None
+
+
+WIDER = At(("profile", 1.0), ("profile", 1.0))
+"""Both profiles that stand out alike: what holds the contacts further apart."""
 
 
 def contacts_of(problem: Problem) -> tuple[Problem, Problem]:
@@ -72,12 +81,19 @@ def errors_at(problem: Problem, key: str) -> dict[str, At]:
         return {key: At(None, ("phase", 1.0))}
     if table == "drive":
         return {key: At(None, (f"follower.{name}", 1.0))}
-    if problem.setup.mechanism.drive.one_disc and name == "offset":
+    alike = not problem.setup.mechanism.second_keys
+    if alike and name in OF_BOTH:
         return {key: At((key, 1.0), (key, 1.0))}
     first = {key: At((key, 1.0), None)}
-    if key == "profile" or problem.setup.mechanism.drive.one_disc:
+    if key == "profile" or alike:
         return {**first, f"{key}{SECOND}": At(None, (key, 1.0))}
     return first
+
+
+def in_mirror(problem: Problem) -> bool:
+    """Whether the second contact sees the cam turn the other way: in a mirror along its axis, not across it."""
+    (further,) = problem.setup.mechanism.further
+    return bool(further.seen(problem.design).sense != problem.design.sense)
 
 
 @dataclass(frozen=True)
@@ -104,7 +120,12 @@ class PairResponses:
     def bores(self) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
         """To the axis of the bore in two directions that turn with the cam, at both contacts; y in the mirror."""
         (x, y), (across, up) = (each.to_bore for each in self.contacts)
-        return (x, across), (y, -up)
+        return (x, across), (y, -up if in_mirror(self.problem) else up)
+
+    @property
+    def ratio(self) -> FloatArray:
+        """Of the tool to the follower, (m,)."""
+        return np.asarray(self.through_train(np.ones((ORDERS, self.angles.size)))[0])
 
     def through_train(self, found: FloatArray) -> FloatArray:
         """What derivatives at the follower are at the tool."""
@@ -132,14 +153,22 @@ class PairResponses:
 
 
 class Between(NamedTuple):
-    """What both contacts are nearer to each other at most and at least, mm (rad)."""
+    """By how much both contacts are held further apart at least and at most, mm (rad), at each cam angle."""
 
-    least: float
-    most: float
+    low: FloatArray
+    high: FloatArray
+
+    @property
+    def least(self) -> float:
+        return float(self.low.min())
+
+    @property
+    def most(self) -> float:
+        return float(self.high.max())
 
 
 def off_apart(scene: Scene, problem: Problem, angles: FloatArray) -> Between:
-    """s of all cams within the tolerances, over cam angles, to first order."""
+    """s of all cams within the tolerances, at cam angles, to first order."""
     answers, given = PairResponses(problem, angles), scene.tolerances
     low, high = np.zeros(angles.size), np.zeros(angles.size)
     for key, zone in tool_zones(scene, problem.nominal).items():
@@ -158,7 +187,7 @@ def off_apart(scene: Scene, problem: Problem, angles: FloatArray) -> Between:
     for key, sizes in _base_zones(scene, problem).items():
         moved = sizes * _slope_of_start(problem)[key]
         low, high = low + moved.min(), high + moved.max()
-    return Between(float(low.min()), float(high.max()))
+    return Between(low, high)
 
 
 def _base_zones(scene: Scene, problem: Problem) -> dict[str, FloatArray]:
@@ -205,23 +234,26 @@ class PairCams:
     def _of(self, place: int, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
         """The errors of the motion of a contact, of which the place is found that touches at each cam angle."""
         own, problem, places = own_errors(self.problem, place, errors), self.contacts[place], angles
-        way = own.get(BORE_WAY, 0.0)
+        way, developed = own.pop(BORE_WAY, None), problem.setup.mechanism.body.developed
         for _ in range(TOUCHES):
-            if BORE_WAY in own:  # in the ground
-                own = {**own, BORE_WAY: way + problem.design.sense * places}
-            found = contact_of(problem, own, places)
+            given = dict(own)
+            if way is not None and developed:  # along the surface of the cylinder, where it is touched
+                given[BORE] = own[BORE] * np.cos(way + problem.design.sense * angles)
+            elif way is not None:  # in the ground
+                given[BORE_WAY] = way + problem.design.sense * places
+            found = contact_of(problem, given, places)
             places = places - (found.angle - angles)
         return found.error
 
 
 def own_errors(problem: Problem, place: int, errors: Mapping[str, Any]) -> dict[str, Any]:
     """Errors as a contact has them; that of the bore, in the frame of the cam, is in the mirror at the second."""
-    found = dict[str, Any]()
+    found, turned = dict[str, Any](), bool(place) and in_mirror(problem)
     for key, value in errors.items():
         if key == BORE:
-            found[key] = np.conj(value) if place else value
+            found[key] = np.conj(value) if turned else value
         elif key == BORE_WAY:
-            found[key] = -value if place else value
+            found[key] = -value if turned else value
         elif (own := errors_at(problem, key.removesuffix(SECOND))[key][place]) is not None:
             found[own[0]] = found.get(own[0], 0.0) + own[1] * value
     return found

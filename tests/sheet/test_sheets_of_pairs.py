@@ -268,7 +268,7 @@ def test_a_rib_has_one_sheet_with_both_flanks_and_rollers(name):
         told = " ".join(texts_of(sheet.cam))
         for words in (
             "two rollers Ø30, 60 apart",
-            "60, made 59.99 for an interference of 0.01",
+            "60, made 59.96 for an interference of 0.04",
             "at the foot of the rib",
         ):
             assert words in told

@@ -212,7 +212,7 @@ def test_the_backlash_of_a_groove_is_its_clearance_over_the_pressure_angle():
     [
         ("roller-1000rpm", {"disc_phase": 0.1}, "tolerances.disc_phase: is for the two discs of a conjugate pair"),
         ("pump-of-constant-breadth", {"drive.roller_radius": 0.1}, "tolerances.drive.roller_radius: a yoke"),
-        ("bottle-filler-by-rib", {"phase": 0.1}, "tolerances: of a rib tolerances are not computed"),
+        ("bottle-filler-by-rib", {"drive.roller_radius": 0.1}, "tolerances.drive.roller_radius: a rib has none"),
         ("press-feed-by-pair", {"drive.offset": 0.1}, "tolerances.drive.offset: a conjugate pair has none"),
     ],
 )

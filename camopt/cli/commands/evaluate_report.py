@@ -54,7 +54,7 @@ def _highest(scene: "Scene") -> str:
 
 def _lost(scene: "Scene") -> str:
     """Whether cams within the tolerances have no preload between two contacts."""
-    if not scene.mechanism.further or scene.mechanism.body.developed or not scene.drive.interference:
+    if not scene.mechanism.further or not scene.drive.interference:
         return ""
     from camopt.problem.problem import resolve_design
     from camopt.tolerances.held import preload_lost
