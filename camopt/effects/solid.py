@@ -4,6 +4,10 @@ A disc cam is a plate as its section (``effects.section``), with a hub on one si
 
     m = ρ·(t·A + (L − t)·A_hub),    unbalance ρ·|∫(x + iy) dV|,    J = ρ·∫r² dV
 
+A conjugate pair is both plates, t·(A₁ + A₂), and on a hub that includes them and their gap (L − 2t)·A_hub. The
+second section is seen in the mirror, x + iy as x − iy. The balance is that in one plane: the couple of both discs,
+which are a distance apart along the axis, does not count.
+
 A cylindrical cam is a cylinder of radius R_m + d/2 less bore, keyway and a groove of depth d about R_m. At each
 radius r a cutter as wide as the roller leaves a band of the width 2R_r along a curve of the length L(r), with the
 area 2·R_r·L(r) (Steiner: what a band gains on one side of a bend it loses on the other), so that
@@ -25,6 +29,7 @@ undercut counts as in ``effects.section``.
 """
 
 from collections.abc import Callable
+from functools import reduce
 from math import pi, sqrt
 from typing import Any, NamedTuple
 
@@ -34,7 +39,7 @@ from camopt.effects.case import Bounded, Case, Effect, Setup, SolidGiven
 from camopt.effects.contacts import at_contact, contacts_of
 from camopt.effects.figures import Figure, disc, keyway
 from camopt.effects.implied import Implied
-from camopt.effects.section import AREA, CENTROID, JUST_ABOVE, POLAR_MOMENT, groove_integrals_of
+from camopt.effects.section import JUST_ABOVE, groove_integrals_of, section_of
 from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER
 from camopt.numerics.quadrature import GAUSS_ORDERS, gauss
 
@@ -56,21 +61,20 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {name: keys for name, keys in found.items() if keys}
 
 
-def reads(setup: Setup) -> tuple[str, ...]:
-    return BODY_FORMULAS[setup.mechanism.body].reads
-
-
 def implies(setup: Setup, name: str, bound: float) -> Implied:
     """The base radius above which no disc cam has as little: its profile goes round the base circle."""
     if not setup.mechanism.body.bounded or name not in (MASS, INERTIA):
         return Implied()
-    return Implied(most_size=_most_size(setup.solid, name, bound))
+    return Implied(most_size=_most_size(setup, name, bound))
 
 
-def _most_size(solid: SolidGiven, name: str, most: float) -> float:
+def _most_size(setup: Setup, name: str, most: float) -> float:
+    """Of the first disc of a pair, where the second one is no larger than the bore."""
+    solid = setup.solid
     assert solid.thickness is not None
     assert solid.density is not None
-    rest, sought = _rest(solid), most / (KG if name == MASS else KG_M2) / solid.density
+    rest = _beside(solid, _count(setup)).without(_hollow(solid).times(solid.thickness))
+    sought = most / (KG if name == MASS else KG_M2) / solid.density
     square = max(sought - rest.area, 0.0) / (pi * solid.thickness)
     if name == INERTIA:
         square = sqrt(2.0 * max(sought - rest.polar, 0.0) / (pi * solid.thickness))
@@ -102,22 +106,35 @@ def _hollow(solid: SolidGiven) -> Figure:
     return disc(solid.bore_radius).and_(slot)
 
 
-def _plate(case: Case) -> tuple[Figure, Figure]:
-    """The volume of plate and hub with its moments, and the error of each."""
-    solid, found = case.setup.solid, case.found
+def _plates(case: Case) -> tuple[Figure, Figure]:
+    """The volume of the plates and the hub with its moments, and the error of each."""
+    solid, (first, *others) = case.setup.solid, contacts_of(case.setup)[: _count(case.setup)]
     assert solid.thickness is not None
-    centre = found[CENTROID[0]] + 1j * found[CENTROID[1]]
-    plate = Figure(found[AREA], found[AREA] * centre, found[POLAR_MOMENT]).times(solid.thickness).and_(_rest(solid))
-    area, polar = (case.far(name) - found[name] for name in (AREA, POLAR_MOMENT))
-    apart = np.hypot(*(case.far(name) - found[name] for name in CENTROID))
-    return plate, Figure(area, found[AREA] * apart + np.abs(centre) * area, polar).times(solid.thickness)
+    sections = [_section(at_contact(case, first))]
+    sections += [_section(at_contact(case, other), mirror=-1.0) for other in others]
+    body, off = (reduce(Figure.and_, each).times(solid.thickness) for each in zip(*sections, strict=True))
+    hollow = _hollow(solid).times(len(sections) * solid.thickness)
+    return body.without(hollow).and_(_beside(solid, len(sections))), off
 
 
-def _rest(solid: SolidGiven) -> Figure:
-    """The volume of the hub beside the plate, less bore and keyway in both, and its moments."""
+def _count(setup: Setup) -> int:
+    """How many discs there are."""
+    return 1 + bool(setup.mechanism.second_keys)
+
+
+def _section(case: Case, mirror: float = 1.0) -> tuple[Figure, Figure]:
+    """The section of a disc, or its mirror image in the x axis, and the error of each of its integrals."""
+    found = section_of(case)
+    _, area, x, y, polar = found.value
+    _, off_area, off_x, off_y, off_polar = found.error
+    return Figure(area, x + 1j * mirror * y, polar), Figure(off_area, np.hypot(off_x, off_y), off_polar)
+
+
+def _beside(solid: SolidGiven, plates: int) -> Figure:
+    """The volume of the hub beside the plates, less bore and keyway, and its moments."""
     assert solid.thickness is not None
-    hollow, beside = _hollow(solid), max(solid.hub_length - solid.thickness, 0.0)
-    return disc(solid.hub_radius).without(hollow).times(beside).without(hollow.times(solid.thickness))
+    beside = max(solid.hub_length - plates * solid.thickness, 0.0)
+    return disc(solid.hub_radius).without(_hollow(solid)).times(beside)
 
 
 def _cylinder(case: Case) -> tuple[Figure, Figure]:
@@ -172,15 +189,14 @@ class BodyFormula(NamedTuple):
 
     volume: Callable[[Case], tuple[Figure, Figure]]
     offers: tuple[str, ...]
-    reads: tuple[str, ...] = ()
 
 
 BODY_FORMULAS = {
-    DISC: BodyFormula(_plate, (MASS, *BALANCE, INERTIA), (AREA, *CENTROID, POLAR_MOMENT)),
+    DISC: BodyFormula(_plates, (MASS, *BALANCE, INERTIA)),
     FACE_GROOVE: BodyFormula(_grooved_plate, (MASS, *BALANCE, INERTIA)),
     CYLINDER: BodyFormula(_cylinder, (MASS, INERTIA)),
     RIBBED_CYLINDER: BodyFormula(_ribbed_cylinder, (MASS, INERTIA)),
 }
 """By body."""
 
-EFFECT = Effect("solid", offers, run, lacks, reads, implies=implies, of_disc=True)
+EFFECT = Effect("solid", offers, run, lacks, implies=implies)

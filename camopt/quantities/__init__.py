@@ -486,7 +486,7 @@ _ALL = [
         "m",
         "kg",
         "solid",
-        "Mass of the cam: plate and hub, or cylinder, less bore, keyway and groove.",
+        "Mass of the cam: plate (both of a pair) and hub, or cylinder, less bore, keyway and groove.",
     ),
     Quantity(
         "unbalance_g_mm", "U", "g·mm", "solid", "Mass of the cam times the distance of its centre of gravity."

@@ -13,6 +13,7 @@ from camopt.contour.follow import LONGEST_CHORD, SHORTEST_CHORD, Followed, follo
 from camopt.contour.path import ArcPath
 from camopt.drawing.picture import END_SHARE, STROKE_NAMES, Picture
 from camopt.effects import Case, offered
+from camopt.effects.solid import MASS
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves, from_image
 from camopt.motion.programme import Programme
@@ -218,6 +219,12 @@ class TrueCam:
     def quantity(self, name: str) -> float | None:
         """One quantity of this disc; None if the scene lacks a value that it needs."""
         return quantity_of(self.own if self.paired else self.problem, name)
+
+    @property
+    def mass(self) -> float | None:
+        """The mass of the part, kg: one disc of a pair, or both where a hub joins them; None if it is not known."""
+        loose = self.paired and not self.part.hub_diameter
+        return quantity_of(self.own if loose else self.problem, MASS)
 
 
 def quantity_of(problem: Problem, name: str) -> float | None:

@@ -259,8 +259,7 @@ def _results(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
         widest = cam.quantity(CUTTER) or 0.0
         straight = widest > FLANK_RADIUS * cam.size
         yield "cutter or wheel in hollow flanks at most R{}", None if straight else widest, "mm"
-    if not cam.paired:  # the hub of a pair is in the mass of neither disc
-        yield "mass {}", cam.quantity("cam_mass_kg"), "kg"
+    yield "mass {}", cam.mass, "kg"
 
 
 def _result(value: float | None, unit: str) -> str:

@@ -10,11 +10,12 @@ from scipy.integrate import quad
 from shapely.affinity import rotate
 from shapely.geometry import Point, Polygon, box
 from support.cams import CONTACTS, cam_with
+from support.pairs import pair, profiles
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene
 from camopt.effects import figures, lift_change, section, solid, wall
 from camopt.mechanisms.geometry import profile_points
-from camopt.problem.problem import resolve_design
+from camopt.problem.problem import resolve, resolve_design
 
 PLATE = {
     "thickness": 16, "bore": 25, "hub_diameter": 44, "hub_length": 32, "keyway_width": 8, "keyway_depth": 3.3,
@@ -64,6 +65,35 @@ def test_a_plate_with_its_hub_is_two_polygons(contact):
     assert found["unbalance_g_mm"] == pytest.approx(1e3 * abs(moment), rel=1e-6)
     assert found["centre_of_gravity_mm"] == pytest.approx(abs(moment) / mass, rel=1e-6)
     assert found["cam_inertia_kg_m2"] == pytest.approx(inertia, rel=1e-7)
+
+
+@pytest.mark.parametrize("hub", [{}, {"hub_diameter": 44, "hub_length": 40}])
+@pytest.mark.parametrize("motion", ["translating", "oscillating"])
+def test_a_pair_is_two_plates_and_a_hub_through_both(motion, hub):
+    """As polygons: both profiles in one frame; bore and keyway once at each height, the hub beside plates alone."""
+    part = {k: v for k, v in PLATE.items() if not k.startswith("hub")} | {"disc_gap": 3, "thickness": 12, **hub}
+    scene = Scene.from_dict({**pair(np.random.default_rng(12), motion), "outputs": ["solid"], "part": part})
+    found = evaluate(scene)
+    slot = rotate(box(0, -4, 12.5 + 3.3, 4), 130, origin=(0, 0))
+    bore = Point(0, 0).buffer(12.5, quad_segs=20_000).union(slot)
+    turns = np.linspace(0, 2 * np.pi, 20_001)[:-1]
+    outer = [Polygon(np.column_stack([z.real, z.imag])) for z in profiles(resolve_design(scene), turns)]
+    shapes = [(each.difference(bore), 12.0) for each in outer]
+    if hub:
+        shapes.append((Point(0, 0).buffer(22, quad_segs=20_000).difference(bore), 40.0 - 2 * 12.0))
+    mass = 7.8e-6 * sum(t * shape.area for shape, t in shapes)
+    moment = 7.8e-6 * sum(t * shape.area * complex(*shape.centroid.coords[0]) for shape, t in shapes)
+    assert found["cam_mass_kg"] == pytest.approx(mass, rel=2e-7)
+    assert found["unbalance_g_mm"] == pytest.approx(1e3 * abs(moment), rel=1e-6)
+    assert found["centre_of_gravity_mm"] == pytest.approx(abs(moment) / mass, rel=1e-6)
+    inertia = 7.8e-12 * sum(t * polar_of(shape) for shape, t in shapes)
+    assert found["cam_inertia_kg_m2"] == pytest.approx(inertia, rel=2e-7)
+    for name, limit in (("cam_mass_kg", "cam_mass"), ("cam_inertia_kg_m2", "cam_inertia")):
+        limited = resolve(scene.replace(**{f"limits.{limit}": found[name]})).limits
+        (most,) = (each.most_size for each in limited if each.name == limit)
+        assert scene.cam.base_radius < most  # as it has to be of a pair that just holds it
+        if not hub:  # and is nearly, beside a second disc that is all bore
+            assert most < 2.0 * scene.cam.base_radius
 
 
 def test_an_eccentric_is_a_cylinder_beside_its_axis():

@@ -16,7 +16,7 @@ from support.ribs import rib
 from support.sheets import faults_of
 from test_sheet import sorted_columns
 
-from camopt import Scene, export, find_scene
+from camopt import Scene, evaluate, export, find_scene
 from camopt.problem.problem import resolve_design
 from camopt.sheet.callouts import MARK_LENGTH
 from camopt.sheet.cam import TrueCam
@@ -157,7 +157,7 @@ def test_the_notes_of_a_pair_have_what_its_follower_is_and_how_it_is_inspected()
         "over a turn: angle between the arms 90.602° ±0.0059°.",
     ):
         assert words in told
-    assert "mass" not in told
+    assert f"mass {evaluate(FEED.replace(outputs=['solid']))['cam_mass_kg']:.4g} kg" in told  # of both, on a hub
     assert "may be lost" not in told
     thin = FEED.replace(**{"part.profile_tolerance": 0.01})
     assert "the interference may be lost: clearance up to 0.0018°" in " ".join(
@@ -167,6 +167,8 @@ def test_the_notes_of_a_pair_have_what_its_follower_is_and_how_it_is_inspected()
     loose = TrueCam(hubless, resolve_design(hubless)).sheets
     assert [each.part.number for each in loose] == ["SF-1/1", "SF-1/2"]
     assert "from the same timing mark, which each disc has." in " ".join(texts_of(loose[0]))
+    both = evaluate(hubless.replace(outputs=["solid"]))["cam_mass_kg"]
+    assert sum(each.mass for each in loose) == pytest.approx(both, rel=1e-9)
 
 
 def test_a_pdf_of_a_pair_has_both_sheets(tmp_path):
