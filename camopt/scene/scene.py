@@ -7,6 +7,7 @@ at once, a line for each mistake, as a BadInput.
 import os
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -415,7 +416,7 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
         )
     word = os.fsdecode(name)
     if word in shipped_scenes():
-        return Scene.from_dict(tomllib.loads(shipped_toml(word)), word)
+        return _shipped_scene(word)
     path = Path(word)
     if settled_path(path).is_file():
         return Scene.from_toml(word)
@@ -426,3 +427,9 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
     else:
         why = f"a TOML file or a shipped scene; {nearest(word, shipped_scenes())}"
     raise BadInput([Mistake("camopt", "scene", word, why)])
+
+
+@cache
+def _shipped_scene(name: str) -> Scene:
+    """A shipped scene, which is read once: its file never changes, nor does a scene."""
+    return Scene.from_dict(tomllib.loads(shipped_toml(name)), name)
