@@ -7,50 +7,33 @@ preload k·(δ₀ + s). A roller in a groove that is wider by c along its normal
 
 from one wall to the other (``tolerances.response``). So do two rollers with the clearance c about a rib, less s.
 
-The worst cam of a pair is one at ends of its zones, by exact contact with each disc at one cam angle. That none
-is worse than half of what both contacts have at most, is proved of each by itself (``tolerances.worst_case``).
-
 Source: Rothbart, Cam Design Handbook, ch. 3 and 13 (conjugate cams; clearance of grooves).
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from math import degrees, inf
+from math import degrees
 from typing import NamedTuple
 
 import numpy as np
 
 from camopt.effects import Case, offered
 from camopt.effects.motion import scale, unit_of
-from camopt.motion.driven import tool_position
-from camopt.numerics import FloatArray
-from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
-from camopt.problem.variables import is_of_train
-from camopt.problem.zones import number_zones, tool_zones
+from camopt.problem.zones import number_zones
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import ANGLES, Zone
+from camopt.scene.tolerances import Zone
 from camopt.tables.cells import with_unit
 from camopt.tolerances.response import Responses
-from camopt.tolerances.touching import BORE, BORE_WAY, error_ends
-from camopt.tolerances.turn import TurnErrors, highest, worst
+from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import (
-    SECOND,
     WIDER,
-    PairCams,
     PairResponses,
-    contacts_of,
-    errors_at,
     off_apart,
 )
-from camopt.tolerances.worst_case import CORNERS, WorstCase, WorstSearch
 from camopt.verdicts.running import run_effects
 
 APART = ("subtending_angle_deg", "roller_distance_mm", "breadth_mm", "roller_spacing_mm")
 """What two contacts are apart: the first of these that a mechanism has."""
-UNPROVED = (
-    "of two contacts it is of a train with a constant ratio alone, whose links are not off, and takes its time"
-)
 INTERFERENCE, BACKLASH = "interference", "backlash of the tool"
 NONE = Zone(0.0, 0.0, 0.0)
 
@@ -127,82 +110,3 @@ def _of_pair(turn: TurnErrors, zones: Mapping[str, Zone]) -> Iterator[Play]:
         products = [(stiffness + by) * end / unit for by in (zone.lower, zone.upper) for end in ends]
         preload = stiffness * interference / unit
         yield Play("preload", "N·m" if problem.setup.angular else "N", preload, min(products), max(products))
-
-
-@dataclass(frozen=True)
-class PairWorst:
-    """The search for the worst error of a follower with two contacts."""
-
-    turn: TurnErrors
-
-    def run(self) -> WorstCase:
-        """The worst cam at the worst cam angle to first order, by exact contact, and what none exceeds."""
-        unit, angle = scale(self.turn.problem.setup, 0), np.array([self.turn.highest(worst, 0)])
-        errors = self._corner(angle)
-        at = highest(self.turn.nodes, lambda angles: np.abs(self.error(errors, angles)))
-        found = unit * float(self.error(errors, np.array([at]))[0])
-        said = {key: degrees(each) if key in (*ANGLES, BORE_WAY) else each for key, each in errors.items()}
-        bound = unit * self.bound()
-        why = "" if bound < inf else CORNERS if self.turn.problem.programme.corners else UNPROVED
-        return WorstCase(bound, found, degrees(at), said, why)
-
-    def error(self, errors: Mapping[str, float], angles: FloatArray) -> FloatArray:
-        """The error of the tool, mm (rad)."""
-        problem, train = self.turn.problem, self.turn.problem.setup.train
-        own = {key: each for key, each in errors.items() if not is_of_train(key)}
-        moved, _ = PairCams(problem).at(own, angles)
-        if train is None:
-            return moved
-        stands = train.follower_at(tool_position(problem.programme, angles))
-        there = problem.train_off(errors).tool(Taylor([stands + moved])).terms[0]
-        return np.asarray(there - train.tool(Taylor([stands])).terms[0])
-
-    def bound(self) -> float:
-        """Half of what both contacts may have at most, mm (rad); infinite behind a train whose ratio changes."""
-        problem = self.turn.problem
-        ratio = 1.0 if problem.setup.train is None else problem.setup.train.constant_ratio
-        if ratio is None or any(map(is_of_train, tool_zones(self.turn.scene, problem.nominal))):
-            return inf
-        unit, total = degrees(1.0) if problem.setup.angular else 1.0, 0.0
-        for contact, ends in zip(contacts_of(problem), self._ends(), strict=True):
-            total += WorstSearch(TurnErrors(self.turn.scene, contact), ends).run().bound / unit if ends else 0.0
-        return abs(ratio) * total / 2.0
-
-    def _ends(self) -> tuple[dict[str, tuple[float, float]], dict[str, tuple[float, float]]]:
-        """Between which values errors are at each contact, by their keys there."""
-        problem = self.turn.problem
-        found = dict[str, tuple[float, float]](), dict[str, tuple[float, float]]()
-        for tolerance, (low, high) in error_ends(self.turn.scene, problem).items():
-            if tolerance in (BORE, BORE_WAY):
-                for ends in found:
-                    ends[tolerance] = low, high
-                continue
-            if is_of_train(tolerance):
-                continue
-            for at in errors_at(problem, tolerance).values():
-                for own, ends in zip(at, found, strict=True):
-                    if own is not None:
-                        key, sign = own
-                        before = ends.get(key, (0.0, 0.0))
-                        more = sorted((sign * low, sign * high))
-                        ends[key] = before[0] + more[0], before[1] + more[1]
-        return found
-
-    def _corner(self, angle: FloatArray) -> dict[str, float]:
-        """The ends of errors that move the tool furthest at a cam angle, mm or rad."""
-        found, given, problem = self.turn.at(angle), self.turn.scene.tolerances, self.turn.problem
-        side = 1.0 if sum(each.upper[0, 0] for each in found) >= -sum(each.lower[0, 0] for each in found) else -1.0
-        zones, errors = tool_zones(self.turn.scene, problem.nominal), dict[str, float]()
-        answers = PairResponses(problem, angle)
-        for each in found:
-            tolerance = each.key.removesuffix(SECOND)
-            if tolerance == BORE:
-                x, y = (answers.through_train((one - other) / 2.0)[0, 0] for one, other in answers.bores)
-                errors |= {BORE: given.bore_eccentricity or 0.0, BORE_WAY: float(np.arctan2(side * y, side * x))}
-            elif tolerance == "profile":
-                answer = answers.to(errors_at(problem, "profile")[each.key])[0, 0]
-                errors[each.key] = side * float(np.sign(answer)) * (given.profile or 0.0)
-            else:
-                zone, upwards = zones[tolerance], side * each.answer[0, 0] >= 0.0
-                errors[each.key] = zone.upper if upwards else zone.lower
-        return errors

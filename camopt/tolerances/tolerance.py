@@ -32,12 +32,13 @@ from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.contributions import Contribution, variances
-from camopt.tolerances.held import PairWorst, Play, lost_within, plays
+from camopt.tolerances.held import Play, lost_within, plays
 from camopt.tolerances.margins import Box, Margin, made_so, margins_table
 from camopt.tolerances.response import ORDERS
 from camopt.tolerances.touching import error_unit
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band, no_tolerances, worst
-from camopt.tolerances.worst_case import NOT_OFF, WorstCase, WorstSearch
+from camopt.tolerances.worst_case import NOT_OFF, WorstCase
+from camopt.tolerances.worst_pairs import worst_search
 
 FAR = 1e-3
 """A bound that is further above the worst cam, relative, is told."""
@@ -260,8 +261,7 @@ def tolerance(scene: Scene) -> MotionErrors:
     margins = Box.of(scene, turn.problem).margins
     if not (turn.sampled or scene.tolerances.numbers):
         raise no_tolerances(turn.problem.file)
-    search = PairWorst(turn) if turn.problem.setup.mechanism.further else WorstSearch.of(turn)
-    worst_case = search.run() if turn.sampled else NOT_OFF
+    worst_case = worst_search(turn).run() if turn.sampled else NOT_OFF
     errors = errors_of(turn)
     reason = " ".join(_reasons(turn, worst_case, errors[0].shares))
     beyond = tuple(each.key for each in turn.sampled if each.spreads_beyond)

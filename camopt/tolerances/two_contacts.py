@@ -34,7 +34,7 @@ from camopt.problem.zones import number_zones, tool_zones
 from camopt.scene.scene import Scene
 from camopt.tolerances.recontact import Off, RealCams, RealMotion
 from camopt.tolerances.response import ORDERS, Responses
-from camopt.tolerances.touching import BORE, BORE_WAY, contact_of
+from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends
 
 SECOND = " (second)"
 """What the key of an error has after it that is of the second contact, where one key is of both."""
@@ -42,7 +42,7 @@ AT_BOTH = ("follower.centre_distance", "phase", "face_tilt")
 """Errors that are the same at both contacts."""
 OF_BOTH = ("offset", "arm_length", "roller_spacing")
 """And sizes of a follower whose second contact has none of its own."""
-TOUCHES = 6
+TOUCHES = 4
 """How often the place is found anew that is touched at a cam angle."""
 STEP = 1e-6
 """Of a base radius, relative, for the slope of where its roller stands."""
@@ -238,7 +238,8 @@ class PairCams:
         for _ in range(TOUCHES):
             given = dict(own)
             if way is not None and developed:  # along the surface of the cylinder, where it is touched
-                given[BORE] = own[BORE] * np.cos(way + problem.design.sense * angles)
+                there = angles + own.get("phase", 0.0)
+                given[BORE] = own[BORE] * np.cos(way + problem.design.sense * there)
             elif way is not None:  # in the ground
                 given[BORE_WAY] = way + problem.design.sense * places
             found = contact_of(problem, given, places)
@@ -251,12 +252,23 @@ def own_errors(problem: Problem, place: int, errors: Mapping[str, Any]) -> dict[
     found, turned = dict[str, Any](), bool(place) and in_mirror(problem)
     for key, value in errors.items():
         if key == BORE:
-            found[key] = np.conj(value) if turned else value
+            found[key] = np.conj(value) if turned and BORE_WAY not in errors else value
         elif key == BORE_WAY:
             found[key] = -value if turned else value
         elif (own := errors_at(problem, key.removesuffix(SECOND))[key][place]) is not None:
             found[own[0]] = found.get(own[0], 0.0) + own[1] * value
     return found
+
+
+def ends_of(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
+    """Between which values each error of the cams within the tolerances is, with one contact or two."""
+    found = error_ends(scene, problem)
+    if not problem.setup.mechanism.further:
+        return found
+    own = (BORE_WAY, *filter(is_of_train, found))
+    return {
+        each: ends for key, ends in found.items() for each in ([key] if key in own else errors_at(problem, key))
+    }
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ import numpy as np
 
 from camopt.effects.motion import scale
 from camopt.mechanisms import Designs
+from camopt.mechanisms.rest import Rest
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.driven import tool_position
 from camopt.motion.programme import LEAST_JUMP, Programme
@@ -34,7 +35,7 @@ from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
 from camopt.scene.tolerances import ANGLES
-from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends, off_by
+from camopt.tolerances.touching import BORE, BORE_WAY, Contact, contact_of, error_ends, off_by
 from camopt.tolerances.turn import TurnErrors, highest
 from camopt.trains.carried import Joint
 from camopt.verdicts.claim_boxes import Answer, Parts, Search
@@ -95,14 +96,20 @@ class Jumped(NamedTuple):
     """How far it is ahead, rad."""
     behind: Interval
 
-    def seen(self, a: Interval) -> tuple[Interval, Interval]:
-        """What it adds to y and to y' at an angle a further on."""
+    def seen(self, a: Interval) -> tuple[Interval, Interval, Interval]:
+        """What it adds to y, to y' and to y'' at an angle a further on."""
         over, back = _beyond(a, self.ahead), _beyond(-a, self.behind)
-        return (over * over - back * back) * (0.5 * self.size), (over + back) * self.size
+        passed = _none_or_all(over) - _none_or_all(back)
+        return (over * over - back * back) * (0.5 * self.size), (over + back) * self.size, passed * self.size
 
 
 def _beyond(a: Interval, distance: Interval) -> Interval:
     return Interval(np.maximum(a.low - distance.high, 0.0), np.maximum(a.high - distance.low, 0.0))
+
+
+def _none_or_all(beyond: Interval) -> Interval:
+    """1 beyond a jump, 0 before it."""
+    return Interval(np.where(beyond.low > 0.0, 1.0, 0.0), np.where(beyond.high > 0.0, 1.0, 0.0))
 
 
 class Place(NamedTuple):
@@ -126,13 +133,18 @@ class ToolError(NamedTuple):
 @formula(ToolError)
 def tool_error(f, i, at):  # type: ignore[no-untyped-def]
     setup = f.problem.setup
-    rest = setup.mechanism.rest(f.design, f.problem.programme.lift, at.y, at.y1, off_by(f.errors))
-    moved, turned = (_plain(each, at.y) for each in rest)
-    turned = turned - f.errors.get("phase", 0.0)
-    change = _change(f.problem.programme, at, turned)
+    moved, turned = rest_over(f.problem, f.design, f.errors, at.y, at.y1)
+    change = ahead_of(f.problem.programme, at, turned).y
     if setup.train is None:
         return moved - change, 0.0
-    return _through(f.problem, f.errors, at.y, moved, change), 0.0
+    return through(f.problem, f.errors, moved - change, at.y + change), 0.0
+
+
+def rest_over(problem: Problem, design: Designs, errors: Mapping[str, Any], y: Sloped, y1: Sloped) -> Rest:
+    """Where a follower rests over boxes, of errors of its cam with that of the phase."""
+    found = problem.setup.mechanism.rest(design, problem.programme.lift, y, y1, off_by(errors))
+    moved, turned = (_plain(each, y) for each in found)
+    return Rest(moved, turned - errors.get("phase", 0.0))
 
 
 def _plain(x: Any, like: Sloped) -> Any:
@@ -140,26 +152,34 @@ def _plain(x: Any, like: Sloped) -> Any:
     return x.divided() if hasattr(x, "divided") else x + like * 0.0
 
 
-def _change(programme: Programme, at: Place, turned: Sloped) -> Sloped:
-    """y(φ + a) − y(φ), where a changes with the errors and with φ."""
+class FurtherOn(NamedTuple):
+    """The motion at an angle further on: by how much y differs there, and y'."""
+
+    y: Sloped
+    y1: Sloped
+
+
+def ahead_of(programme: Programme, at: Place, turned: Sloped) -> FurtherOn:
+    """y(φ + a) − y(φ) and y'(φ + a), where a changes with the errors and with φ."""
     table, place = programme.table, replace(at.y, slopes=_along(at.y))
     jerk = float((table.most[:, 3] + table.error[:, 3]).max())
     unseen = LEAST_JUMP * float(table.most[:, 2].max()) + 2.0 * float(table.error[:, 2].max())
 
-    def ahead(a: Interval, y1: Interval, y2: Interval, jumps: list[Jumped]) -> tuple[Interval, Interval]:
-        """By how much y and y' differ at an angle a further on."""
-        stray = a.largest_magnitude * jerk + unseen
-        bent = a * Interval(y2.low - stray, y2.high + stray)
-        rise, seen = a * y1 + a * bent * 0.5, [jump.seen(a) for jump in jumps]
-        room = SUMMED * ((a * y1).largest_magnitude + (a * bent).largest_magnitude)
-        return sum((each for each, _ in seen), Interval(rise.low - room, rise.high + room)), sum(
-            (each for _, each in seen), bent
-        )
+    def ahead(a: Interval, y1: Interval, y2: Interval, jumps: list[Jumped]) -> tuple[Interval, Interval, Interval]:
+        """By how much y and y' differ at an angle a further on, and y'' there."""
+        stray, seen = a.largest_magnitude * jerk + unseen, [jump.seen(a) for jump in jumps]
+        there = Interval(y2.low - stray, y2.high + stray)
+        bent = a * there
+        rise, room = a * y1 + a * bent * 0.5, SUMMED * ((a * y1).largest_magnitude + (a * bent).largest_magnitude)
+        smooth = Interval(rise.low - room, rise.high + room), bent, there
+        rise, further, there = (sum(each, first) for first, *each in zip(smooth, *seen, strict=True))
+        return rise, further, there
 
     a, y1, y2 = (range_of(each) for each in (turned, at.y1, at.y2))
-    value, further = ahead(a, y1, y2, at.jumps)
-    point, _ = ahead(at_point(turned), at_point(at.y1), at_point(at.y2), at.of_middle)
-    return by_chain(value, point, [(turned, y1 + further), (place, further)])
+    value, further, there = ahead(a, y1, y2, at.jumps)
+    point, to_point, _ = ahead(at_point(turned), at_point(at.y1), at_point(at.y2), at.of_middle)
+    y = by_chain(value, point, [(turned, y1 + further), (place, further)])
+    return FurtherOn(y, by_chain(y1 + further, at_point(at.y1) + to_point, [(turned, there), (place, there)]))
 
 
 def _along(like: Sloped) -> Interval:
@@ -210,10 +230,10 @@ class OffTrain:
         return train.joints(_series(start + place, way, terms))[-1]
 
 
-def _through(problem: Problem, errors: Mapping[str, Any], y: Sloped, moved: Sloped, change: Sloped) -> Sloped:
-    """f*(y + moved) − f(y + change)."""
-    error, stands, train = moved - change, y + change, problem.setup.train
-    links = {key: _plain(each, y) for key, each in errors.items() if is_of_train(key)}
+def through(problem: Problem, errors: Mapping[str, Any], error: Sloped, stands: Sloped) -> Sloped:
+    """f*(y + δ) − f(y), of a follower that should stand at y."""
+    train = problem.setup.train
+    links = {key: _plain(each, stands) for key, each in errors.items() if is_of_train(key)}
     assert train is not None
     if not links and (ratio := train.constant_ratio) is not None:
         return by_chain(error.value * ratio, error.at * ratio, [(error, as_interval(ratio))])
@@ -325,8 +345,8 @@ class WorstSearch:
             if (larger := next(gaps, None)) is None:
                 break
             gap = larger
-        contact = contact_of(self.problem, errors, np.array([angle]))
-        at = float(np.mod(contact.angle[0], self.problem.programme.strokes[-1].end))
+        touched = self.contact(errors, np.array([angle])).angle[0]
+        at = float(np.mod(touched, self.problem.programme.strokes[-1].end))
         late = f"the time of {SECONDS:g} s was over" if now() > until else "the tolerances are too large for it"
         why = "" if bound < inf else late if not self.problem.programme.corners else CORNERS
         return WorstCase(unit * bound, unit * found, degrees(at), self.said(errors, angle), why)
@@ -334,12 +354,20 @@ class WorstSearch:
     def proof(self, bound: float, until: float) -> Answer:
         """Whether no cam within the tolerances exceeds a bound."""
 
-        def error(designs: Designs, programme: Programme) -> ToolError:
-            return ToolError(self.problem, designs, {key: designs.numbers[key] for key in self.ends})
+        def error(designs: Designs, programme: Programme) -> Any:
+            return self.curve(designs, {key: designs.numbers[key] for key in self.ends})
 
         claim = Claim(error, ALL_STROKES, LARGEST_MAGNITUDE, Plain(bound))
         parts = Parts.first(self.problem, claim, self.ends)
         return Proof(self.problem, claim, self.problem.design, tuple(self.ends), until).run(parts)
+
+    def curve(self, design: Designs, errors: Mapping[str, Any]) -> Any:
+        """The exact error of the tool over the turn."""
+        return ToolError(self.problem, design, errors)
+
+    def contact(self, errors: Mapping[str, Any], angles: FloatArray) -> Contact:
+        """Where cams touch that have errors, and those of their motion there."""
+        return contact_of(self.problem, errors, angles)
 
     def first(self) -> dict[str, float]:
         """Errors at their ends that are the worst, or nearly so, at the worst cam angle."""
@@ -377,7 +405,7 @@ class WorstSearch:
     def error(self, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
         """FloatingPointError where a follower does not touch its cam."""
         with np.errstate(invalid="ignore"):
-            found = contact_of(self.problem, errors, angles).error
+            found = self.contact(errors, angles).error
         if not np.isfinite(found).all():
             raise FloatingPointError
         return found
@@ -420,7 +448,7 @@ class WorstSearch:
         """Errors in mm and deg, with the direction of the bore as the cam has it."""
         sense, found = self.problem.design.sense, dict(errors)
         if BORE in errors and BORE_WAY not in errors:
-            there = contact_of(self.problem, errors, np.array([angle])).angle[0] + errors.get("phase", 0.0)
+            there = self.contact(errors, np.array([angle])).angle[0] + errors.get("phase", 0.0)
             found |= {BORE: abs(errors[BORE]), BORE_WAY: -sense * there + (pi if errors[BORE] < 0.0 else 0.0)}
         elif BORE in errors:
             found[BORE_WAY] = errors[BORE_WAY] - sense * angle

@@ -58,7 +58,7 @@ def stands(motion, errors, place, theta):
     design, lift, key = problem.design, problem.programme.lift, SECOND if place else ""
     points, normal = cut(motion)[place]
     ahead, side = errors.get("phase", 0.0), -1.0 if place else 1.0
-    bore = errors.get("bore_eccentricity", 0.0) * np.cos(errors.get(WAY, 0.0) + design.sense * theta)
+    bore = errors.get("bore_eccentricity", 0.0) * np.cos(errors.get(WAY, 0.0) + design.sense * (theta + ahead))
     near = np.abs(TURN - theta) < 0.5
     line = shapely.LineString(
         [(p.real, p.imag) for p in (points + errors.get(f"profile{key}", 0.0) * normal + bore)[near]]
