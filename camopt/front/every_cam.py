@@ -11,7 +11,6 @@ import numpy as np
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
-from camopt.verdicts.certify import over_box
 from camopt.verdicts.words import worst
 
 SECONDS = 60.0
@@ -21,6 +20,8 @@ COLUMN = "proof"
 
 def with_proofs(space: Space, rows: Rows) -> Rows:
     """Rows with a verdict on each over the box of its tolerances, in the column ``proof``."""
+    from camopt.verdicts.certify import over_box
+
     found, until = np.full(rows.count, "", dtype=object), now() + SECONDS
     for problem, index, designs in space.designs_apart(rows):
         for place, number in enumerate(index.tolist()):

@@ -132,6 +132,7 @@ LATE = {
     ("storage.version", "kernels.version"): "it imports importlib.metadata",
     ("front.compared", "front.refine"): "it imports the searches of optimise",
     ("front.plan", "front.box_bounds"): "boxes of designs are for a front alone",
+    ("front.every_cam", "verdicts.certify"): "balls are for what rounding leaves open",
     ("front.sweep", "front.front_search"): "boxes of designs are for a front alone",
     ("front.sweep", "front.checkpoint"): "boxes of designs are for a front alone",
 }
