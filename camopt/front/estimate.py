@@ -10,7 +10,7 @@ import numpy as np
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.front.journal import Journal, Tell, encoded
+from camopt.front.journal import Journal, Tell
 from camopt.front.plan import TABLED, SweepPlan
 from camopt.numerics.clock import now
 from camopt.tables.cells import duration
@@ -60,7 +60,11 @@ def estimated(plan: SweepPlan, numbers: range, own: Threads, workers: int, folde
     batches = [*own.in_order(plan.evaluated, timed)]
     seconds = (now() - start) * own.workers / workers
     share = len(numbers) / len(timed)
-    kept = sum(len(encoded(batch, plan.row_names)) for batch in batches) if plan.keep in TABLED else 0
+    kept = 0
+    if plan.keep in TABLED:
+        from camopt.front.batch_bytes import encoded
+
+        kept = sum(len(encoded(batch, plan.row_names)) for batch in batches)
     designs = plan.blocks.designs_before(numbers.stop) - plan.blocks.designs_before(numbers.start)
     return Estimate(designs, share * seconds, share * kept, shutil.disk_usage(folder).free)
 

@@ -5,7 +5,6 @@ before, with its length and digest: what a death cut short, or a flipped bit cha
 A part of a sweep is a journal that is whole.
 """
 
-import json
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -14,27 +13,17 @@ from pathlib import Path
 from shutil import copyfile
 from typing import Any, BinaryIO, TypeVar
 
-import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
-
 from camopt.engines import Engine
 from camopt.front.blocks import Batch, merged
-from camopt.front.forged_rows import table_oddities
 from camopt.front.plan import SweepKey, SweepPlan
 from camopt.mistakes import Stopped
 from camopt.numerics.clock import now
-from camopt.problem.rows import Rows
-from camopt.storage.damage import ARROW_ERRORS, raise_if_of_the_disk
 from camopt.storage.files import regular_file, synced, whole_file
 from camopt.storage.publishing import already_done, answered
 from camopt.storage.records import END_RECORD, JOURNAL_MAGIC, cut_after, record, records
 from camopt.storage.unit import journal_path
-from camopt.tables.table import arrow_schema, parquet_options, to_table
-from camopt.verdicts.judging import Effort
 
 RECORD_SECONDS = 1.0  # between records: less is lost at most, and a sweep that is shorter writes none
-BATCH_TABLES = ("kept", "front", "best")
 
 Found = TypeVar("Found")
 
@@ -146,6 +135,8 @@ class Journal:
         self._writing = None
 
     def _write(self, batch: Batch) -> None:
+        from camopt.front.batch_bytes import encoded
+
         self._append(encoded(batch, self.plan.row_names))
         self.done = batch.last
 
@@ -247,6 +238,8 @@ def question_of(path: Path) -> SweepKey | None:
 
 def batches_of(file: BinaryIO, question: SweepKey, plan: SweepPlan) -> Iterator[tuple[Batch, int]]:
     """The batches of a journal up to an odd one, each with where it ends; none if it is of another question."""
+    from camopt.front.batch_bytes import sound
+
     numbers = plan.numbers(question.part, question.parts)
     found, expected = records(file), numbers.start
     for payload, _ in found:
@@ -256,7 +249,7 @@ def batches_of(file: BinaryIO, question: SweepKey, plan: SweepPlan) -> Iterator[
     for payload, end in found:
         if payload == END_RECORD:
             return
-        batch = _sound(payload, plan)
+        batch = sound(payload, plan)
         if batch is None or batch.first != expected or batch.last > numbers.stop:
             return
         expected = batch.last
@@ -310,80 +303,3 @@ def whole_batches(path: Path, question: SweepKey, plan: SweepPlan) -> Iterator[B
         last = file.read()
     if done != numbers.stop or last != record(END_RECORD):
         raise Broken(f"this is {cut_after(whole)}, or not what a sweep of its scene gives there")
-
-
-def encoded(batch: Batch, names: tuple[str, ...]) -> bytes:
-    """A batch as bytes: numbers as JSON, then its rows as Parquet."""
-    layout = arrow_schema(names, "")
-    tables = [_table_bytes(to_table(getattr(batch, name), layout)) for name in BATCH_TABLES]
-    numbers = {name: value for name, value in vars(batch).items() if name not in BATCH_TABLES}
-    head = json.dumps([numbers, [*map(len, tables)]]).encode()
-    return b"".join([len(head).to_bytes(4, "little"), head, *tables])
-
-
-def batch_of(payload: bytes) -> Batch:
-    """A batch from its bytes."""
-    return _batch(*_parted(payload))
-
-
-def _sound(payload: bytes, plan: SweepPlan) -> Batch | None:
-    """A batch from its bytes; None if no sweep can have made it, though its digest may be right."""
-    try:
-        numbers, tables = _parted(payload)
-        names, of = plan.row_names, (plan.scene, plan.problem)
-        if any(why for table in tables.values() for why in table_oddities(table, names, *of)):
-            return None
-        batch = _batch(numbers, tables)
-        return batch if _counted(batch, plan) else None
-    except (*ARROW_ERRORS, LookupError, TypeError, AttributeError, RecursionError) as trouble:
-        raise_if_of_the_disk(trouble)
-        return None
-
-
-def _counted(batch: Batch, plan: SweepPlan) -> bool:
-    """Whether the numbers of a batch can be those of its blocks."""
-    counts = (batch.first, batch.last, batch.designs, batch.existing, batch.feasible, *batch.effort)
-    if not all(type(count) is int and count >= 0 for count in counts) or batch.first >= batch.last:
-        return False
-    if type(batch.reached) not in (int, float) or not batch.reached >= 0.0:
-        return False
-    before = plan.blocks.designs_before
-    rows = max(batch.kept.count, batch.front.count, batch.best.count)
-    most = batch.existing if plan.keep == "all" else batch.feasible
-    designs = before(batch.last) - before(batch.first)
-    return designs == batch.designs >= batch.existing >= batch.feasible and rows <= most
-
-
-def _parted(payload: bytes) -> tuple[dict[str, Any], dict[str, pa.Table]]:
-    """The numbers of a batch, and its tables by name."""
-    start = 4 + int.from_bytes(payload[:4], "little")
-    numbers, lengths = json.loads(payload[4:start])
-    tables = {}
-    for name, length in zip(BATCH_TABLES, lengths, strict=True):
-        tables[name] = pq.read_table(pa.BufferReader(payload[start : start + length]))
-        start += length
-    return numbers, tables
-
-
-def _batch(numbers: dict[str, Any], tables: dict[str, pa.Table]) -> Batch:
-    rows: dict[str, Any] = {name: _rows(table) for name, table in tables.items()}
-    return Batch(**{**numbers, "effort": Effort._make(numbers["effort"])}, **rows)
-
-
-def _table_bytes(table: pa.Table) -> bytes:
-    sink = pa.BufferOutputStream()
-    plain = table.replace_schema_metadata(None)
-    pq.write_table(plain, sink, compression="zstd", **parquet_options(plain.schema))
-    return bytes(sink.getvalue())
-
-
-def _rows(table: pa.Table) -> Rows:
-    return Rows({name: _column(table[name]) for name in table.column_names}, table.num_rows)
-
-
-def _column(column: pa.ChunkedArray) -> Any:
-    if column.type != pa.string():
-        return column.to_numpy()
-    coded = column.combine_chunks().dictionary_encode()
-    words = np.array(coded.dictionary.to_pylist() or [""], dtype=str)
-    return words[coded.indices.to_numpy()]

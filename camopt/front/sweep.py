@@ -36,7 +36,7 @@ from camopt.storage.publishing import published
 from camopt.storage.unit import Unit
 from camopt.tables.cells import to_json
 from camopt.tables.designs import Design
-from camopt.tables.table import TableWriter, arrow_schema, table_file
+from camopt.tables.writing import TableWriter, table_file
 
 if TYPE_CHECKING:
     from camopt.front.checkpoint import Checkpoint
@@ -185,7 +185,10 @@ def result_of(
         unit = None if out is None else stack.enter_context(_published(out, plan))
         kept = stack.enter_context(keep(unit.journal)) if unit and keep else None
         tables = _tables(stack, unit, plan) if unit else {}
-        seen = search(kept, tables["designs"].append if tables and plan.keep in TABLED else _nowhere)
+        rows_of_search = tables["designs"] if tables and plan.keep in TABLED else None
+        seen = search(kept, rows_of_search.append if rows_of_search else _nowhere)
+        if rows_of_search:
+            rows_of_search.end()
         compared, seen = compared_rows(plan, seen, progress), seen.without_rows()
         rows, grid = compared.front, compared.grid
         front = front_of(rows, plan.problem.objectives, grid if scene.search.refine else None)
@@ -260,7 +263,7 @@ def _tables(stack: ExitStack, unit: Unit, plan: SweepPlan) -> dict[str, TableWri
     """The tables of a sweep by name, open until the stack is left."""
     scene = plan.scene.to_toml()
     return {
-        table: stack.enter_context(table_file(unit.path(file_name(table)), arrow_schema(kept, scene)))
+        table: stack.enter_context(table_file(unit.path(file_name(table)), kept, scene))
         for table, kept in _columns(plan).items()
     }
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from hashlib import sha256
+from pathlib import Path
 from typing import Any, BinaryIO
 
 import pyarrow as pa
@@ -30,22 +31,26 @@ FOOTER_BYTES = 8
 
 
 @contextmanager
-def sealed(file: BinaryIO, layout: pa.Schema, **options: Any) -> Iterator[Callable[[pa.Table], None]]:
+def sealed(path: Path, layout: pa.Schema, **options: Any) -> Iterator[Callable[[pa.Table], None]]:
     """A function that adds rows to a Parquet file, which is sealed when the block ends well.
+
+    It is a file of arrow's: in each write to one of Python's a thread would wait for the interpreter.
 
     Parameters
     ----------
-    file : BinaryIO
-        An empty file to write and read.
+    path : pathlib.Path
+        The file, which is made anew.
     layout : pyarrow.Schema
         Columns and metadata.
     **options
         Options of ``pyarrow.parquet.ParquetWriter``.
     """
-    with pq.ParquetWriter(file, layout, compression="zstd", write_page_checksum=True, **options) as parquet:
+    plain: Any = {"compression": "zstd", "write_page_checksum": True, **options}
+    with pa.OSFile(os.fspath(path), "wb") as file, pq.ParquetWriter(file, layout, **plain) as parquet:
         yield partial(parquet.write_table, row_group_size=ROWS_IN_GROUP)
         parquet.add_key_value_metadata(dict.fromkeys(SEAL_KEYS, BLANK))
-    close_seal(file)
+    with path.open("r+b") as whole:
+        close_seal(whole)
 
 
 def close_seal(file: BinaryIO) -> None:

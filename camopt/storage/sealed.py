@@ -21,10 +21,9 @@ SCENE_KEY = b"camopt_scene"
 
 def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
     """Write a table with its seal, whole or not at all."""
-    with whole_file(path) as partial, partial.open("w+b") as file:
-        plain = {"use_compliant_nested_type": False}  # the items of lists keep their name
-        with sealed(file, table.schema, **plain) as add:
-            add(table)
+    plain = {"use_compliant_nested_type": False}  # the items of lists keep their name
+    with whole_file(path) as partial, sealed(partial, table.schema, **plain) as add:
+        add(table)
 
 
 def read_table(path: str | os.PathLike[str]) -> pa.Table:

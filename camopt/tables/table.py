@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -14,7 +14,6 @@ from camopt.mistakes import BadInput
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES, Quantity
 from camopt.scene.scene import Scene
-from camopt.storage.files import whole_file
 from camopt.storage.seal import ROWS_IN_GROUP, sealed
 from camopt.storage.sealed import SCENE_KEY, TYPES, no_table, read_table, table_facts, write_table
 from camopt.storage.version import VERSION
@@ -119,25 +118,20 @@ def parquet_options(layout: pa.Schema) -> dict[str, Any]:
 
 
 @contextmanager
-def table_file(path: Path, layout: pa.Schema) -> Iterator["TableWriter"]:
-    """A Parquet file that grows by batches and takes its final name only when whole."""
-    with whole_file(path) as partial, ExitStack() as stack:
-        file = stack.enter_context(partial.open("w+b"))  # a folder that takes no files is found out at once
-        writer = TableWriter(
-            lambda layout: stack.enter_context(sealed(file, layout, **parquet_options(layout))), layout
-        )
-        yield writer
-        writer.finish()
+def row_groups(path: Path, names: tuple[str, ...], about: Mapping[str, str]) -> Iterator["RowGroups"]:
+    """What writes rows of some quantities to a file, which is sealed when the block ends well."""
+    layout = schema_of((QUANTITIES[name] for name in names), **about)
+    with sealed(path, layout, **parquet_options(layout)) as add:
+        yield RowGroups(add, layout)
 
 
-class TableWriter:
+class RowGroups:
     """Collects rows and writes them in groups of a fixed size, so that files do not depend on the batches."""
 
-    def __init__(self, opened: Callable[[pa.Schema], Callable[[pa.Table], None]], layout: pa.Schema) -> None:
-        self._opened, self._layout = opened, layout
-        self._add: Callable[[pa.Table], None] | None = None
+    def __init__(self, add: Callable[[pa.Table], None], layout: pa.Schema) -> None:
+        self._add, self._layout = add, layout
         self._pending: list[pa.Table] = []
-        self._waiting = 0
+        self._waiting = self._groups = 0
 
     def append(self, rows: Rows) -> None:
         """Add rows."""
@@ -155,18 +149,13 @@ class TableWriter:
             self._pending = [merged.slice(whole)]
             self._waiting = merged.num_rows - whole
 
-    def describe(self, key: str, text: str) -> None:
-        """Add something to the metadata, before the first rows."""
-        self._layout = self._layout.with_metadata({**self._layout.metadata, key: text})
-
     def finish(self) -> None:
         """Write the rows that fill no group."""
-        if self._pending or self._add is None:
+        if self._pending or not self._groups:
             self._write(pa.concat_tables(self._pending or [self._layout.empty_table()]))
 
     def _write(self, table: pa.Table) -> None:
-        if self._add is None:
-            self._add = self._opened(self._layout)
+        self._groups += 1
         self._add(table)
 
 

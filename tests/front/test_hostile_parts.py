@@ -14,7 +14,7 @@ from support.depth import times
 import camopt
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
-from camopt.front.journal import BATCH_TABLES, _parted, _table_bytes
+from camopt.front.batch_bytes import BATCH_TABLES, _parted, _table_bytes
 from camopt.front.plan import SweepKey
 from camopt.storage.records import END_RECORD, JOURNAL_MAGIC, record, records
 

@@ -16,11 +16,12 @@ from hypothesis import strategies as st
 import camopt
 from camopt.engines.threads import Threads
 from camopt.front import checkpoint, estimate, journal, plan
+from camopt.front.batch_bytes import batch_of, encoded
 from camopt.front.blocks import merged
 from camopt.front.certified import certify_table
 from camopt.front.estimate import Estimate, check_room, estimated, size_in_words
 from camopt.front.front_search import FrontSearch
-from camopt.front.journal import batch_of, encoded, interrupted
+from camopt.front.journal import interrupted
 from camopt.front.plan import sweep_plan
 from camopt.front.sweep import sweep
 from camopt.mistakes import BadInput, Stopped
@@ -411,7 +412,7 @@ def test_an_interrupt_while_tables_are_finished_says_what_is_kept(tmp_path, monk
     def interrupt(self):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("camopt.tables.table.TableWriter.finish", interrupt)
+    monkeypatch.setattr("camopt.tables.writing.TableWriter.finish", interrupt)
     with pytest.raises(KeyboardInterrupt, match=r"interrupted; 2,[0-9]00 of 2,400 designs are done and kept"):
         run(tmp_path)
 

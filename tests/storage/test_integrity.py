@@ -2,6 +2,8 @@
 
 import io
 from hashlib import sha256
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pandas as pd
 import pyarrow as pa
@@ -45,10 +47,10 @@ TABLE = pa.table([*COLUMNS.values()], schema=LAYOUT)
 
 
 def written(table, **options):
-    sink = io.BytesIO()
-    with sealed(sink, table.schema, **options) as add:
-        add(table)
-    return sink.getvalue()
+    with TemporaryDirectory() as folder:
+        with sealed(path := Path(folder) / "table", table.schema, **options) as add:
+            add(table)
+        return path.read_bytes()
 
 
 WHOLE = written(TABLE)

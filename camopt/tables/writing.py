@@ -1,0 +1,80 @@
+"""A table that a thread of its own writes, beside the search that finds its rows."""
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from camopt.problem.rows import Rows
+from camopt.storage.files import naming, whole_file
+
+if TYPE_CHECKING:
+    from camopt.tables.table import RowGroups
+
+WAITING = 2  # batches of rows that wait in memory while another is written
+
+
+@contextmanager
+def table_file(path: Path, names: tuple[str, ...], scene: str) -> Iterator["TableWriter"]:
+    """A Parquet file of some quantities that grows by batches, and takes its final name only when whole."""
+    with whole_file(path) as partial, ExitStack() as open_file:
+        writer = TableWriter(path, partial, open_file, names, {"camopt_scene": scene})
+        with writer.thread:
+            yield writer
+            writer.finish()
+
+
+class TableWriter:
+    """Has rows written by a thread, which imports pyarrow: few wait in memory, errors come with the next."""
+
+    def __init__(
+        self, path: Path, partial: Path, open_file: ExitStack, names: tuple[str, ...], about: dict[str, str]
+    ) -> None:
+        self._path, self._partial, self._open_file = path, partial, open_file
+        self._names, self._about = names, about
+        self.thread = ThreadPoolExecutor(1)
+        self._writing: deque[Future[None]] = deque()
+        self._groups: RowGroups | None = None
+        self._ended = False
+
+    def describe(self, key: str, text: str) -> None:
+        """Add something to the metadata, before the first rows."""
+        self._about[key] = text
+
+    def append(self, rows: Rows) -> None:
+        """Add rows."""
+        if rows.count:
+            self._have_done(lambda: self._opened().append(rows))
+
+    def end(self) -> None:
+        """Take no more rows: those that fill no group and the seal are written while other work goes on."""
+        if not self._ended:
+            self._ended = True
+            self._have_done(self._close)
+
+    def finish(self) -> None:
+        """Wait until all is written."""
+        self.end()
+        self._wait_for(0)
+
+    def _have_done(self, work: Callable[[], None]) -> None:
+        self._wait_for(WAITING)
+        self._writing.append(self.thread.submit(work))
+
+    def _wait_for(self, left: int) -> None:
+        with naming(self._path, self._partial):
+            while len(self._writing) > left:
+                self._writing.popleft().result()
+
+    def _opened(self) -> "RowGroups":
+        if self._groups is None:
+            from camopt.tables.table import row_groups
+
+            self._groups = self._open_file.enter_context(row_groups(self._partial, self._names, self._about))
+        return self._groups
+
+    def _close(self) -> None:
+        self._opened().finish()
+        self._open_file.close()
