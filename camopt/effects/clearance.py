@@ -1,8 +1,8 @@
 """Clearance of a positive drive: what happens where the follower crosses from one flank to the other.
 
-Where the force along the motion changes its sign, the follower flies over the gap g = j/(l·cos β) that the
-clearance j leaves along the motion (``effects.flight``), and strikes the other flank. With the jerk J of F/m there,
-or the acceleration A to which it jumps, and small g,
+Where the force along the motion changes its sign, the follower flies over the gap that the clearance j leaves along
+the motion, g = j/(l·cos β), of a rib between swinging rollers ½·j/l·(1/cos β₁ + 1/cos β₂) (``effects.flight``), and
+strikes the other flank. With the jerk J of F/m there, or the acceleration A to which it jumps, and small g,
 
     t = (6·g/J)^⅓,  v = ½·J·t²        t = √(2·g/A),  v = √(2·A·g)
 
@@ -30,6 +30,7 @@ from numpy.polynomial import polynomial
 
 from camopt.effects import force
 from camopt.effects.case import Case, Effect, Setup, of_setting
+from camopt.effects.contacts import contacts_of
 from camopt.effects.flight import (
     Crossings,
     Flights,
@@ -163,8 +164,11 @@ def flights_of(case: Case) -> tuple[Flights, Followers]:
 def half_gap(case: Case) -> HalfGap:
     """Half the clearance along the motion, of the designs of a case."""
     clearance = np.broadcast_to(case.each.given.drive.clearance, len(case.designs))
-    pressure = case.setup.mechanism.pressure(case.designs, case.programme)
-    return HalfGap(pressure, 0.5 * clearance / _lever(case), case.programme)
+    pressures = tuple(
+        contact.mechanism.pressure(contact.seen(case.designs), case.programme)
+        for contact in contacts_of(case.setup)
+    )
+    return HalfGap(pressures, 0.5 * clearance / _lever(case), case.programme)
 
 
 def _lever(case: Case) -> FloatArray:
@@ -176,7 +180,7 @@ def _leading(case: Case, followers: Followers, flights: Flights, gap: HalfGap) -
     """The speeds of landing of small gaps, m/s."""
     table = case.programme.table
     place = (flights.angle - table.centre[flights.panel]) / table.half_width[flights.panel]
-    way = 2.0 * gap.at(flights.design, flights.panel, place)[0]
+    way = sum(gap.at(flights.design, flights.panel, place, side)[0] for side in (flights.side, -flights.side))
     mass, omega = (each[flights.setting] for each in (followers.mass, followers.omega))
     jerk = np.maximum(-flights.side * flights.slope, 0.0) * omega / mass
     stepped = np.sqrt(2.0 * np.abs(flights.jump) / mass * way)

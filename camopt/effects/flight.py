@@ -4,12 +4,13 @@ While the follower is on a flank, the contact gives it the force F along the mot
 changes its sign that flank cannot give it: the follower flies until the other flank takes it. With u its way beyond
 the prescribed displacement, by the cam angle,
 
-    m·ω²·u'' + c·ω·u' + k·u = −F(θ),    on the flanks u = ∓e,    e = ½·j/(l·cos β)
+    m·ω²·u'' + c·ω·u' + k·u = −F(θ),    on the flanks u = −e₁ and u = e₂,    e = ½·j/(l·cos β)
 
-with the clearance j along the common normal, and l the length of an arm, or 1. The first flank is left where the
-force that it gives, F ∓ (m·ω²·e'' + c·ω·e' + k·e), is 0, and the other one is met where u = ±e, at the speed
-ω·l·(u' ∓ e'). The motion is a series of powers on each panel, which the equation gives term by term. Bends of the
-pitch curve within the clearance, j·κ ≪ 1, count for nothing.
+with the clearance j along the common normal, and l the length of an arm, or 1. Walls of a groove are parallels of
+one pitch curve, with one β; where the follower of a rib swings, each flank has its own, and so e₁ and e₂. The flank
+at −e is left where the force that it gives, F − (m·ω²·e'' + c·ω·e' + k·e), is 0, and the other one is met at the
+speed ω·l·(u' − e'). The motion is a series of powers on each panel, which the equation gives term by term. Bends of
+the pitch curve within the clearance, j·κ ≪ 1, count for nothing.
 
 A force that turns round soon again may bring the follower back to the flank that it left. Where F changes its sign
 while the follower flies, no other flight begins.
@@ -126,15 +127,19 @@ class Landings(NamedTuple):
 class HalfGap(NamedTuple):
     """e, half the clearance along the motion, of designs over the turn: mm, or rad."""
 
-    pressure: Any
-    """The curve of tan β."""
+    pressures: tuple[Any, ...]
+    """The curves of tan β: of the flank that pushes outward, and of the other one if it has another."""
     half: FloatArray
     """½·j/l of each design."""
     programme: Programme
 
-    def at(self, design: IntArray, panel: IntArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """e and e', by the cam angle, of designs at places of panels."""
-        tangent, slope = curve(self.pressure, design, state_at(self.programme, panel, u))
+    def at(
+        self, design: IntArray, panel: IntArray, u: FloatArray, side: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """e and e' by the cam angle, of designs at places of panels, of the flanks that bear forces with a sign."""
+        state = state_at(self.programme, panel, u)
+        each = [curve(pressure, design, state) for pressure in self.pressures]
+        tangent, slope = np.where(side > 0.0, each[0], each[-1])
         secant = np.sqrt(1.0 + np.square(tangent))
         return self.half[design] * secant, self.half[design] * tangent * slope / secant
 
@@ -185,7 +190,7 @@ def _departed(programme: Programme, followers: Followers, flights: Flights, gap:
     early, late = (_left(programme, followers, flights, gap, start, side) for side in (-1.0, 1.0))
     by = np.where(late > 0.0, late, np.minimum(early, 0.0))
     panel, place = _placed(programme, panel, start, by)
-    half, half1 = gap.at(design, panel, place)
+    half, half1 = gap.at(design, panel, place, flights.side)
     return _Flying(panel, place, np.zeros(design.size), -half, -half1)
 
 
@@ -198,8 +203,8 @@ def _left(
     (near, at), (far, beyond) = (
         _placed(programme, flights.panel, start, side * each * step) for each in (1.0, 2.0)
     )
-    half, half1 = gap.at(flights.design, near, at)
-    half2 = (gap.at(flights.design, far, beyond)[1] - half1) / (side * step)
+    half, half1 = gap.at(flights.design, near, at, flights.side)
+    half2 = (gap.at(flights.design, far, beyond, flights.side)[1] - half1) / (side * step)
     moved = mass * np.square(omega) * half2 + damping * omega * half1 + stiffness * half
     series = polynomial.polyder(followers.force[:, own, near])
     falling = flights.side * polynomial.polyval(at, series, tensor=False) / table.half_width[near]
@@ -241,15 +246,15 @@ def _step(
     series = _solved(pushed, mass * np.square(omega), damping * omega, stiffness, flying.way, flying.speed)
 
     def gone(share: Any) -> tuple[FloatArray, FloatArray]:
-        """s·u − e and s·u + e after a share of the step: the other flank is met at 0, the first left above it."""
+        """s·u less its value on the other flank, and on the first one: that is met at 0, this left above it."""
         along = share * length
         way = polynomial.polyval(along, series, tensor=False)
-        half, _ = gap.at(design, panel, flying.place + along / width)
-        return way - half, way + half
+        ahead, behind = (gap.at(design, panel, flying.place + along / width, each)[0] for each in (-side, side))
+        return way - ahead, way + behind
 
     looked = [gone(share) for share in SHARES]
     beyond = np.array([one >= 0.0 for one, _ in looked])
-    size = gap.at(design, panel, flying.place)[0]
+    size = gap.at(design, panel, flying.place, side)[0]
     back = np.array([two < -APART * size for _, two in looked])
     met = beyond | back
     ends = met.any(axis=0)
@@ -264,7 +269,7 @@ def _step(
     along = np.where(ends, high, 1.0) * length
     way, speed = (polynomial.polyval(along, each, tensor=False) for each in (series, polynomial.polyder(series)))
     place = flying.place + along / width
-    _, half1 = gap.at(design, panel, place)
+    _, half1 = gap.at(design, panel, place, np.where(returns, side, -side))
     here = index[ends]
     flown = flying.flown + along
     landed.panel[here], landed.length[here] = panel[ends], flown[ends]

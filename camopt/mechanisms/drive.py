@@ -31,5 +31,5 @@ PRELOAD = ("interference", "stiffness")
 CONJUGATE = Drive("conjugate", "a conjugate pair", flanks=OUTER, keys=(*PRELOAD, "base_radius", "roller_radius"))
 BREADTH = Drive("breadth", "a yoke of constant breadth", flanks=OUTER, keys=PRELOAD, one_disc=True)
 DIAMETER = Drive("diameter", "a yoke of constant diameter", flanks=OUTER, keys=PRELOAD, one_disc=True)
-RIBBED = Drive("rib", "a rib", flanks=OUTER, keys=PRELOAD)
+RIBBED = Drive("rib", "a rib", flanks=OUTER, keys=(*PRELOAD, "clearance"))
 DRIVES: dict[str, Drive] = {drive.name: drive for drive in (SPRUNG, GROOVED, CONJUGATE, BREADTH, DIAMETER, RIBBED)}

@@ -133,7 +133,7 @@ def _with_rib(mechanism: Mechanism) -> Mechanism:
     first = replace(
         mechanism,
         body=RIBBED_CYLINDER,
-        drive=RIBBED if mechanism.motion.angular else replace(RIBBED, keys=(*RIBBED.keys, "clearance")),
+        drive=RIBBED,
         tips=(ROLLER,),
         sizes=(*mechanism.sizes, "roller_spacing"),
         name=f"ribbed cylindrical cam, {mechanism.motion.name} follower with two rollers",

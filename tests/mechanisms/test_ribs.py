@@ -323,10 +323,6 @@ BAD = {
         {"drive.interference": 0.01, "drive.stiffness": 1e4, "limits": {"crossing_speed": 0.1}},
         "crossing_speed_max_m_s: neither contact lets go with enough preload",
     ),
-    "a clearance where the follower swings": (
-        {"follower.motion": "oscillating", "follower.arm_length": 110.0, "drive.clearance": 0.02},
-        r"drive\.clearance = 0\.02: a rib with an oscillating follower has none",
-    ),
     "a knife": ({"follower.contact": "knife", "follower.roller_radius": None}, "must be .*groove"),
 }
 
