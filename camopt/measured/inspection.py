@@ -53,6 +53,7 @@ from camopt.tables.layout import NUMERIC, Cell, Table
 from camopt.tolerances.contributions import contributions
 from camopt.tolerances.response import Responses
 from camopt.tolerances.turn import TurnErrors
+from camopt.tolerances.two_contacts import contacts_of
 from camopt.tolerances.worst_case import WorstSearch
 
 TURNS, FITS = 1440, 6
@@ -149,6 +150,8 @@ class Inspection(HasHtml):
         Whether it is so far off that it is hardly a cam of this drawing.
     likely : str
         Why it is ``far``, if other points were tried and fit: its own in the mirror, or those of the other disc.
+    mover : str
+        Whose errors these are: ``tool``, or of one disc of a pair that drives a train ``follower``.
 
     Examples
     --------
@@ -178,6 +181,7 @@ class Inspection(HasHtml):
     not_counted: tuple[str, ...] = ()
     far: bool = False
     likely: str = ""
+    mover: str = "tool"
 
     @property
     def within(self) -> bool | None:
@@ -187,7 +191,7 @@ class Inspection(HasHtml):
 
     def table(self) -> Table:
         """What is found of each tolerance, beside what is allowed."""
-        heads = ["", "allowed", "found", "used", "moves the tool"]
+        heads = ["", "allowed", "found", "used", f"moves the {self.mover}"]
         rows = []
         for each in self.used:
             allowed = "" if each.allowed is None else with_unit(each.allowed, each.unit)
@@ -205,7 +209,7 @@ class Inspection(HasHtml):
         ahead = "ahead of" if self.phase_deg >= 0.0 else "behind"
         told = [
             said[self.within],
-            f"The tool is off by {with_unit(self.error, self.unit)} at {number(self.at_deg)} deg; "
+            f"The {self.mover} is off by {with_unit(self.error, self.unit)} at {number(self.at_deg)} deg; "
             f"noise of the points {with_unit(self.noise, 'mm')}",
             f"The cam is {ahead} the angles of the points by {number(abs(self.phase_deg))} deg",
             self._of_waves,
@@ -327,6 +331,8 @@ def inspected(
     if columns.lift_unit not in MM_PER_UNIT:
         raise BadInput([Mistake("camopt", "lift_unit", columns.lift_unit, "mm or inch for a profile")])
     discs = discs_of(problem)
+    if len(discs) > 1:  # each alone tells of the follower, not of a tool that both drive
+        discs = tuple(each._replace(problem=alone) for each, alone in zip(discs, contacts_of(problem), strict=True))
     if len(profiles) != len(discs):
         why = f"{len(discs)}: a file, or an array, of points for each disc of the cam"
         raise BadInput([Mistake("camopt", "measured", len(profiles), why)])
@@ -470,6 +476,7 @@ class InspectedDisc:
             tuple(self._not_counted()),
             self.far,
             self.likely,
+            "follower" if self.scene.train and self.problem.setup.train is None else "tool",
         )
 
     def _used(self, place: int, moves: float, most_moved: float) -> Iterator[ToleranceUse]:

@@ -57,7 +57,7 @@ class PairInspection(HasHtml):
         The drawing.
     discs : tuple of Inspection
         Each measured disc as a cam of its own, turned on the shaft as it fits best itself, with errors of its own
-        motion, which is reversed at the second one; a yoke has one.
+        motion, which is reversed at the second one; a yoke has one. Behind a train they are of the follower.
     turned : float
         By how much disc 2 is ahead of disc 1, deg; 0 of a yoke.
     quantity : str

@@ -163,8 +163,14 @@ def test_discs_of_a_pair_that_drives_a_slide_hold_its_arms_where_the_slide_is_as
         away = shapely.distance(seen, ring(table[f"{name}_x_mm"] + 1j * table[f"{name}_y_mm"]))
         assert np.abs(away - 16.0).max() <= told.curves[name].deviation_mm + 1e-9
     points = cam_points(scene, degrees[::2])
-    discs = [MeasuredProfile(np.column_stack([points[f"{n}_{x}_mm"] for x in "xy"]), "xy") for n in names]
-    assert inspect_pair(discs, scene).variation < 1e-3  # deg
+    lines = [np.column_stack([points[f"{n}_{x}_mm"] for x in "xy"]) for n in names]
+    lines[1] += [0.0, 0.003]  # the bore of the second disc is off
+    found = inspect_pair([MeasuredProfile(line, "xy") for line in lines], scene)
+    far = np.degrees(0.003 / 100.0)  # of an arm, where its pressure angle is 0
+    told = found.discs[1]
+    assert told.mover == "follower"
+    assert far < abs(told.error) < far / np.cos(np.radians(evaluate(scene)["second_pressure_angle_max_deg"]))
+    assert np.ptp(found.off) == pytest.approx(2.0 * far, rel=0.06)
 
 
 @pytest.mark.parametrize("part", [{**PLATES, **HUB}, PLATES])
