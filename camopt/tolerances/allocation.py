@@ -5,23 +5,31 @@ from the cheapest on. One that a cam within it refutes, whose error by exact con
 first of which no cam is, proved (``tolerances.worst_case``), is the cheapest of all. Where a set is neither refuted
 nor proved, the cost that none is below is that of the cheapest such set.
 
+Of a follower with two contacts the errors at both have the grade of their tolerance, as those of both profiles do.
+Where it is mounted with an interference, sets that may take all of it are passed over too: nothing would hold the
+follower in the middle.
+
 Source: K. W. Chase, W. H. Greenwood, B. G. Loosli, L. F. Hauglund, Least cost tolerance allocation for mechanical
 assemblies with automated process selection, Manufacturing Review 3, 1990 (search of discrete costs).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from heapq import heappop, heappush
-from itertools import pairwise
-from math import fsum, inf
+from itertools import chain, pairwise
+from math import degrees, fsum, inf
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from camopt.effects.motion import scale, unit_of
-from camopt.mistakes import BadInput, Mistake
+from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem, resolve_design
+from camopt.problem.zones import number_zones
 from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
@@ -30,7 +38,9 @@ from camopt.tolerances.contributions import Contribution, contributions
 from camopt.tolerances.grades import Prices, class_of, costs_for, graded_keys, with_grades
 from camopt.tolerances.touching import error_ends
 from camopt.tolerances.turn import TurnErrors, worst_ends
+from camopt.tolerances.two_contacts import apart_by, errors_of
 from camopt.tolerances.worst_case import WorstCase, WorstSearch
+from camopt.tolerances.worst_pairs import worst_search
 from camopt.verdicts.words import BROKEN, HELD
 
 SECONDS = 60.0
@@ -143,12 +153,15 @@ class Allocation(HasHtml):
         return self.scene
 
 
-def allocate(scene: Scene, within: float, costs: Any = None, seconds: float = SECONDS) -> Allocation:
+def allocate(
+    scene: Scene, within: float, costs: Any = None, seconds: float = SECONDS, only: Sequence[str] = ()
+) -> Allocation:
     """Find the cheapest grades of tolerances of which no cam moves the tool further off than a distance.
 
     Sizes of the follower that have a tolerance get another grade of ISO 286, with their letter (js in place of a
-    number), and so does the profile: ± half of the grade's width at the diameter of the base circle. Other
-    tolerances, as of phase and bore, stay as they are.
+    number), and so does the profile: ± half of the grade's width at the diameter of the base circle. Two contacts
+    with an interference keep a preload. Other
+    tolerances, as of phase and bore, stay as they are, and so do all but those that ``only`` names.
 
     Parameters
     ----------
@@ -162,6 +175,8 @@ def allocate(scene: Scene, within: float, costs: Any = None, seconds: float = SE
         IT12.
     seconds : float, default 60
         For the search.
+    only : sequence of str, optional
+        The keys of the tolerances that get other grades; all that have one unless given.
 
     Returns
     -------
@@ -171,8 +186,7 @@ def allocate(scene: Scene, within: float, costs: Any = None, seconds: float = SE
     Raises
     ------
     BadInput
-        If nothing of the scene has a grade, or the follower has two contacts; for costs that are none, or if no
-        grades keep the distance.
+        If nothing of the scene has a grade; for costs that are none, or if no grades keep the distance.
 
     References
     ----------
@@ -186,11 +200,13 @@ def allocate(scene: Scene, within: float, costs: Any = None, seconds: float = SE
     """
     if not (isinstance(within, int | float) and within > 0.0):
         raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
+    scene = scene.toleranced
     problem = resolve_design(scene)
     keys = graded_keys(scene, problem)
-    if problem.setup.mechanism.further:
-        why = "has two contacts with its cam: grades are found for a follower with one"
-        raise BadInput([Mistake(problem.file, "follower", None, why, bare=True)])
+    if unknown := [each for each in only if each not in keys]:
+        why = f"is no tolerance with a grade; {nearest(unknown[0], keys)}" if keys else "has no grade"
+        raise BadInput([Mistake("camopt", "only", unknown[0], why, bare=True)])
+    keys = tuple(key for key in keys if key in only) or keys
     if not keys:
         why = "names nothing that has a grade: give one, such as follower.offset = 'js7' or profile = 0.02"
         raise BadInput([Mistake(problem.file, "tolerances", None, why, bare=True)])
@@ -213,12 +229,12 @@ class _Choice:
     def run(self) -> Allocation:
         """The cheapest grades that are proved."""
         finest = {key: min(each) for key, each in self.zones.items()}
-        if self.nested and self.refuted(finest):
+        if self.nested and (self.refuted(finest) or self.clearance(finest) > 0.0):
             raise self.impossible(finest)
         least, tried = inf, 0
         for cost, grades in self.cheapest_first():
             tried += 1
-            if self.refuted(grades):
+            if self.refuted(grades) or self.clearance(grades) > 0.0:
                 continue
             verdict = self.search(grades).proof(self.within / self.unit, now() + PROOF_SECONDS).verdict
             if verdict == HELD:
@@ -234,7 +250,10 @@ class _Choice:
         unit, worst = unit_of(self.problem.setup, 0), self.search(finest).run()
         asked, found = with_unit(self.within, unit), with_unit(abs(worst.error), unit)
         why = f"no grades that are offered keep ±{asked}: with the finest of all a cam is {found} off"
-        if now() > self.until:
+        if (loose := self.clearance(finest)) > 0.0:
+            why = "no grades that are offered keep the preload: with the finest of all a cam has a clearance of"
+            why = f"{why} {with_unit(loose, 'deg' if self.problem.setup.angular else 'mm')}"
+        elif now() > self.until:
             why = f"no grades were proved to keep ±{asked} in the time: allow more, or offer fewer grades"
         elif abs(worst.error) <= self.within:
             why = f"no grades are proved to keep ±{asked}, though no cam is found that breaks it"
@@ -260,8 +279,8 @@ class _Choice:
 
     def refuted(self, grades: Grades) -> bool:
         """Whether a cam is further off at the angle that is the worst to first order."""
-        found = [*self.fixed, *(self.contributed[key][grade] for key, grade in grades.items())]
-        ends = worst_ends(found, 0)
+        found = [each for key, grade in grades.items() for each in self.contributed[key][grade]]
+        ends = worst_ends([*self.fixed, *found], 0)
         if not self.unit * float(ends.magnitude.max()) > self.within:
             return False
         angle = self.turn.nodes[[int(ends.magnitude.argmax())]]
@@ -269,19 +288,30 @@ class _Choice:
         errors = (search.error(search.corner(angle, side), angle)[0] for side in (1.0, -1.0))
         return bool(self.unit * max(map(abs, errors)) > self.within)
 
+    def clearance(self, grades: Grades) -> float:
+        """What is left between two contacts of some cam in place of an interference, to first order, mm (deg).
+
+        0 where all have a preload, and where none is meant to have one.
+        """
+        if not self.interference:
+            return 0.0
+        low = self.fixed_apart + sum(self.apart[key][grade] for key, grade in grades.items())
+        unit = degrees(1.0) if self.problem.setup.angular else 1.0
+        return max(-(self.interference + unit * float(low.min())), 0.0)
+
     def search(self, grades: Grades) -> WorstSearch:
         """The search for the worst of the cams within grades."""
-        zones = {key: self.zones[key][grade] for key, grade in grades.items()}
-        return WorstSearch(self.turn, error_ends(self.scene, self.problem) | zones)
+        zones = {each: self.zones[key][g] for key, g in grades.items() for each in errors_of(self.problem, key)}
+        return worst_search(self.turn, zones)
 
     def allocation(self, grades: Grades, least: float, tried: int) -> Allocation:
         """What is told of grades that keep the distance."""
         found = {key: self.contributed[key][grade] for key, grade in grades.items()}
-        ends = worst_ends([*self.fixed, *found.values()], 0)
+        ends = worst_ends([*self.fixed, *chain(*found.values())], 0)
         place, upwards = int(ends.magnitude.argmax()), ends.upper.max() >= -ends.lower.min()
 
-        def share(each: Contribution) -> float:
-            return self.unit * float((each.upper if upwards else -each.lower)[0, place])
+        def share(some: list[Contribution]) -> float:
+            return self.unit * fsum(float((each.upper if upwards else -each.lower)[0, place]) for each in some)
 
         allotted = [
             Allotted(
@@ -296,9 +326,8 @@ class _Choice:
         ]
         unit, scene = unit_of(self.problem.setup, 0), with_grades(self.scene, self.problem, grades)
         cost, worst = fsum(each.cost for each in allotted), self.search(grades).run()
-        return Allocation(
-            scene, self.within, unit, tuple(allotted), fsum(map(share, self.fixed)), cost, least, worst, tried
-        )
+        others = share(self.fixed)
+        return Allocation(scene, self.within, unit, tuple(allotted), others, cost, least, worst, tried)
 
     @cached_property
     def unit(self) -> float:
@@ -337,17 +366,46 @@ class _Choice:
         return all(wide[0] <= low and high <= wide[1] for each in ordered for (low, high), wide in pairwise(each))
 
     @cached_property
-    def contributed(self) -> dict[str, dict[int, Contribution]]:
+    def contributed(self) -> dict[str, dict[int, list[Contribution]]]:
         """What each tolerance contributes by key and grade."""
         return {
-            key: {grade: self._contributions(scene)[key] for grade, scene in scenes.items()}
+            key: {grade: self._contributions(scene, key) for grade, scene in scenes.items()}
             for key, scenes in self.graded.items()
         }
 
     @cached_property
-    def fixed(self) -> list[Contribution]:
-        """What tolerances without a grade contribute."""
-        return [each for key, each in self._contributions(self.scene).items() if key not in self.prices]
+    def interference(self) -> float:
+        """The least between two contacts as they are mounted, mm (deg); 0 if there is none."""
+        key = "drive.interference"
+        if not (self.problem.setup.mechanism.further and self.problem.nominal.get(key)):
+            return 0.0
+        zone = number_zones(self.scene, self.problem.nominal).get(key)
+        return self.problem.nominal[key] + (zone.lower if zone else 0.0)
 
-    def _contributions(self, scene: Scene) -> dict[str, Contribution]:
-        return {each.key: each for each in contributions(scene, self.problem, self.turn.nodes)}
+    @cached_property
+    def apart(self) -> dict[str, dict[int, FloatArray]]:
+        """By how much each tolerance takes them apart at least, by key and grade."""
+        return {
+            key: {grade: self._apart(scene)[key] for grade, scene in scenes.items()}
+            for key, scenes in self.graded.items()
+        }
+
+    @cached_property
+    def fixed_apart(self) -> FloatArray:
+        """By how much all others do."""
+        others = [low for key, low in self._apart(self.scene).items() if key not in self.prices]
+        return sum(others, np.zeros(self.turn.nodes.size))
+
+    def _apart(self, scene: Scene) -> dict[str, FloatArray]:
+        return {key: found.low for key, found in apart_by(scene, self.problem, self.turn.nodes)}
+
+    @cached_property
+    def fixed(self) -> list[Contribution]:
+        """What tolerances without another grade contribute."""
+        graded = [each for key in self.prices for each in errors_of(self.problem, key)]
+        return [each for each in contributions(self.scene, self.problem, self.turn.nodes) if each.key not in graded]
+
+    def _contributions(self, scene: Scene, key: str) -> list[Contribution]:
+        """Those of a tolerance of a scene."""
+        own = errors_of(self.problem, key)
+        return [each for each in contributions(scene, self.problem, self.turn.nodes) if each.key in own]

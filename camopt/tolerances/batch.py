@@ -43,7 +43,7 @@ from camopt.tolerances.limited import limited, worst_of
 from camopt.tolerances.margins import OWN_SIZES, Box
 from camopt.tolerances.touching import error_ends, error_unit
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
-from camopt.tolerances.two_contacts import SECOND, cams_of, errors_at
+from camopt.tolerances.two_contacts import SECOND, cams_of, errors_of
 
 CAMS = 2**16
 """Unless told."""
@@ -330,7 +330,7 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
     scene = scene.toleranced
     problem = resolve_design(scene)
     pair = bool(problem.setup.mechanism.further)
-    off = drawn(scene, problem.nominal, cams, seed, partial(errors_at, problem) if pair else lambda key: [key])
+    off = drawn(scene, problem.nominal, cams, seed, partial(errors_of, problem))
     if not off:
         raise no_tolerances(problem.file)
     box, spreads = Box.of(scene, problem), tuple[Spread, ...]()

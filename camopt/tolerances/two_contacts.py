@@ -18,7 +18,7 @@ Another base radius has the motion that is asked, and moves the roller by âˆ‚sâ‚
 Source: Rothbart, Cam Design Handbook, ch. 3 (conjugate and yoke cams).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -42,7 +42,7 @@ AT_BOTH = ("follower.centre_distance", "phase", "face_tilt")
 """Errors that are the same at both contacts."""
 OF_BOTH = ("offset", "arm_length", "roller_spacing")
 """And sizes of a follower whose second contact has none of its own."""
-TOUCHES = 4
+TOUCHES = 3
 """How often the place is found anew that is touched at a cam angle."""
 STEP = 1e-6
 """Of a base radius, relative, for the slope of where its roller stands."""
@@ -169,25 +169,27 @@ class Between(NamedTuple):
 
 def off_apart(scene: Scene, problem: Problem, angles: FloatArray) -> Between:
     """s of all cams within the tolerances, at cam angles, to first order."""
+    found, none = [*apart_by(scene, problem, angles)], np.zeros(angles.size)
+    return Between(*(sum((each[end] for _, each in found), none) for end in (0, 1)))
+
+
+def apart_by(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[tuple[str, Between]]:
+    """What each tolerance makes of it, by its key."""
     answers, given = PairResponses(problem, angles), scene.tolerances
-    low, high = np.zeros(angles.size), np.zeros(angles.size)
-    for key, zone in tool_zones(scene, problem.nominal).items():
-        if is_of_train(key):
-            continue
-        for at in errors_at(problem, key).values():
-            ends = answers.apart(at) * np.array([[zone.lower], [zone.upper]])
-            low, high = low + ends.min(axis=0), high + ends.max(axis=0)
+    zones = {key: (zone.lower, zone.upper) for key, zone in tool_zones(scene, problem.nominal).items()}
     if given.profile is not None:
-        for at in errors_at(problem, "profile").values():
-            most = given.profile * np.abs(answers.apart(at))
-            low, high = low - most, high + most
+        zones["profile"] = -given.profile, given.profile
+    for key, (lower, upper) in zones.items():
+        if not is_of_train(key):
+            every = [answers.apart(at) for at in errors_at(problem, key).values()]
+            ends = [np.sort([lower * each, upper * each], axis=0) for each in every]
+            yield key, Between(*np.sum(ends, axis=0))
     if given.bore_eccentricity is not None:
         most = given.bore_eccentricity * np.hypot(*(first[0] + second[0] for first, second in answers.bores))
-        low, high = low - most, high + most
+        yield BORE, Between(-most, most)
     for key, sizes in _base_zones(scene, problem).items():
         moved = sizes * _slope_of_start(problem)[key]
-        low, high = low + moved.min(), high + moved.max()
-    return Between(low, high)
+        yield key, Between(*(end + np.zeros(angles.size) for end in (moved.min(), moved.max())))
 
 
 def _base_zones(scene: Scene, problem: Problem) -> dict[str, FloatArray]:
@@ -260,15 +262,16 @@ def own_errors(problem: Problem, place: int, errors: Mapping[str, Any]) -> dict[
     return found
 
 
+def errors_of(problem: Problem, key: str) -> tuple[str, ...]:
+    """The keys of the errors that a tolerance is of: with two contacts it may be one of each."""
+    alone = not problem.setup.mechanism.further or key == BORE_WAY or is_of_train(key)
+    return (key,) if alone else tuple(errors_at(problem, key))
+
+
 def ends_of(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
     """Between which values each error of the cams within the tolerances is, with one contact or two."""
     found = error_ends(scene, problem)
-    if not problem.setup.mechanism.further:
-        return found
-    own = (BORE_WAY, *filter(is_of_train, found))
-    return {
-        each: ends for key, ends in found.items() for each in ([key] if key in own else errors_at(problem, key))
-    }
+    return {each: ends for key, ends in found.items() for each in errors_of(problem, key)}
 
 
 @dataclass(frozen=True)

@@ -149,7 +149,7 @@ class PairSearch(WorstSearch):
         return np.arctan2(y, x) + turned, np.arctan2(-y, -x) + turned
 
 
-def worst_search(turn: TurnErrors) -> WorstSearch:
-    """The search for the worst cam of a follower with one contact or two."""
+def worst_search(turn: TurnErrors, changed: Mapping[str, tuple[float, float]] | None = None) -> WorstSearch:
+    """The search for the worst cam of a follower with one contact or two, within its tolerances but for some."""
     kind = PairSearch if turn.problem.setup.mechanism.further else WorstSearch
-    return kind(turn, ends_of(turn.scene, turn.problem))
+    return kind(turn, {**ends_of(turn.scene, turn.problem), **(changed or {})})

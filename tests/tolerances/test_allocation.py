@@ -42,6 +42,44 @@ def test_no_set_of_grades_that_keeps_the_distance_is_cheaper(contact, given, wit
     assert again.bound == pytest.approx(found.worst_case.bound, rel=2e-5)
 
 
+@pytest.mark.parametrize(
+    ("name", "given", "within", "only"),
+    [
+        ("pump-of-constant-breadth", {"profile": 0.02, "bore_eccentricity": 0.005}, 0.04, ()),
+        ("face-groove-shutter", {"profile": 0.02, "follower.arm_length": "js7"}, 0.04, ()),
+        (
+            "bottle-filler-by-rib",
+            {"profile": 0.01, "follower.roller_radius": "h6", "phase": 0.01},
+            0.06,
+            ("profile",),
+        ),
+    ],
+)
+def test_the_grades_of_followers_held_from_both_sides_are_the_cheapest_too(name, given, within, only):
+    """Of those with which each cam has a preload, where one is meant to; the rib would be within with IT7."""
+    scene, grades = camopt.find_scene(name).replace(part={}, limits={}, tolerances=given), (5, 6, 7)
+    found, held = camopt.allocate(scene, within, dict(zip(grades, (4, 3, 2), strict=True)), only=only), {}
+    asked = [each.key for each in found.tolerances]
+    body = scene.cam.base_radius or scene.cam.mean_radius
+    for tried in product(grades, repeat=len(asked)):
+        named = {
+            key: deviations(f"js{grade}", 2 * body).upper if key == "profile" else f"h{grade}"
+            for key, grade in zip(asked, tried, strict=True)
+        }
+        of = camopt.tolerance(scene.replace(**{f"tolerances.{key}": each for key, each in named.items()}))
+        kept = all(each.least > 0.0 for each in of.plays if each.what == "preload")
+        if kept and of.worst_case.bound <= within:
+            held.setdefault(sum(9 - each for each in tried), []).append(tried)
+    assert found.cost == found.least_cost == min(held)
+    assert tuple(each.grade for each in found.tolerances) in held[min(held)]
+    assert set(asked) == set(only) or not only
+    assert found.worst_case.bound <= within
+    if name.startswith("bottle"):
+        loose = camopt.tolerance(scene.replace(**{"tolerances.profile": deviations("js7", 2 * body).upper}))
+        assert loose.worst_case.bound <= within
+        assert loose.plays[-1].least < 0.0
+
+
 def test_grades_cost_no_less_than_the_best_widths_of_reciprocal_cost():
     """Σ B/T under the linear worst case at some cam angles, a convex programme; with one of them alone by
     Lagrange's rule, T² ~ B/c, which gives (Σ √(Bc))²/X."""
@@ -77,6 +115,8 @@ def test_what_cannot_be_kept_or_is_no_cost_is_said(tmp_path):
     ):
         with pytest.raises(BadInput, match=said):
             camopt.allocate(scene, within, costs)
+    with pytest.raises(BadInput, match=r"only = 'follower.ofset': is no tolerance with a grade; did you mean"):
+        camopt.allocate(scene, 0.1, only=["follower.ofset"])
     with pytest.raises(BadInput, match="names nothing that has a grade"):
         camopt.allocate(scene_of(given={"phase": 0.1}), 0.1)
 

@@ -222,8 +222,8 @@ def test_a_second_roller_has_the_class_of_the_first_where_it_is_as_large():
     angle, interference, _ = camopt.tolerance(scene).plays
     assert interference.most == pytest.approx(0.01)  # h6 goes down alone
     assert angle.least < angle.nominal
-    with pytest.raises(BadInput, match="grades are found for a follower with one"):
-        camopt.allocate(scene, 0.1)
+    with pytest.raises(BadInput, match=r"keep the preload: with the finest of all a cam has a clearance of 0\.0"):
+        camopt.allocate(scene.replace(**{"drive.interference": 0.001}), 0.1)
     with pytest.raises(BadInput, match="has no position_error_max_deg"):
         resolve_design(scene.replace(**{"limits.position_error": 0.1}))
 

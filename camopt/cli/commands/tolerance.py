@@ -57,6 +57,12 @@ and its picture."""
 @click.option(
     "--costs", type=click.Path(path_type=Path), help="Costs of grades, CSV: grade, and cost or a column a key."
 )
+@click.option(
+    "--only",
+    metavar="KEY",
+    multiple=True,
+    help="With --allocate, a tolerance that gets another grade, such as follower.offset: the others stay.",
+)
 @click.option("--seed", type=click.IntRange(0), help="Which of all such draws; 0 unless given.")
 @click.option(
     "--measured",
@@ -80,6 +86,7 @@ def tolerance(
     within: str | None,
     allocate: str | None,
     costs: Path | None,
+    only: tuple[str, ...],
     measured: tuple[Path, ...],
     profile: str | None,
     probe: float | None,
@@ -108,19 +115,19 @@ def tolerance(
 
     if measured:
         others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": allocate, "costs": costs}
-        refuse_with("--measured", {**others, "within": within})
+        refuse_with("--measured", {**others, "within": within, "only": only or None})
         return _inspected(scene, measured, profile, probe or 0.0, reading, as_json)
     refuse_without("--measured", {"profile": profile, "probe": probe, **_given(reading)})
     if cams is None:
         refuse_without("--cams", {"seed": seed, "within": within})
     if allocate is None:
-        refuse_without("--allocate", {"costs": costs})
+        refuse_without("--allocate", {"costs": costs, "only": only or None})
     if out:
         check_folder(scene, out, WORST.format("*"))
     most, keeping = (_distance(scene, *each) for each in (("--within", within), ("--allocate", allocate)))
     result = run(scene)
     batch = None if cams is None else sample_cams(scene, cams, seed or 0, most)
-    allocation = None if keeping is None else find_grades(scene, keeping, costs)
+    allocation = None if keeping is None else find_grades(scene, keeping, costs, only=only)
     if picture:
         from camopt.drawing.plot import plot
 
