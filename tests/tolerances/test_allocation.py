@@ -49,7 +49,7 @@ def test_no_set_of_grades_that_keeps_the_distance_is_cheaper(contact, given, wit
         ("face-groove-shutter", {"profile": 0.02, "follower.arm_length": "js7"}, 0.04, ()),
         (
             "bottle-filler-by-rib",
-            {"profile": 0.01, "follower.roller_radius": "h6", "phase": 0.01},
+            {"profile": 0.01, "follower.roller_radius": "h5", "phase": 0.01},
             0.06,
             ("profile",),
         ),
