@@ -2,7 +2,7 @@
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import Lock
 from typing import NamedTuple
 from weakref import WeakValueDictionary
@@ -185,7 +185,8 @@ class Blocks:
             return BlockResult(len(designs), int(np.count_nonzero(held)), rows, effort, held)
         rows, which, effort = screened(problem, designs, self._names)
         if problem.offs:
-            rows = rows.take(feasible(problem, designs.take(which)))
+            others = replace(problem)  # trains that are off are kept as long as this block
+            rows = rows.take(feasible(others, designs.take(which)))
         return BlockResult(len(designs), rows.count, rows, effort, np.ones(rows.count, dtype=bool))
 
     def _of_curves(self, curves: CurveVerdicts, first: int, last: int) -> BlockResult:

@@ -153,7 +153,7 @@ class BoxBounds(NamedTuple):
             angle, side = self._worst(claim.curve, asked, inside)
             value, designs, like = self._over(claim.curve, angle, box, inside)
             yield as_sloped(excess_of(claim, side, as_quotient(value), designs), like)
-        for mean in means_on_size(self.problem):
+        for _, mean in means_on_size(self.problem):
             yield mean_excess(self.problem, mean, box, inside, self.free)
 
     def _by_arithmetic(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:

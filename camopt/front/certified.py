@@ -24,7 +24,7 @@ from camopt.verdicts.certify import certify_cams, summary
 def certify_table(path: str | os.PathLike[str], progress: Progress | None = None) -> Counter[str]:
     """Prove or refute the limits of the scene for each row of a table, and add the verdict as the column ``proof``.
 
-    With ``search.robust`` a row is held if every cam within the tolerances of its sizes holds each limit. Returns
+    With ``search.robust`` a row is held if every cam within the tolerances of its numbers holds each limit. Returns
     how many rows are held, broken and undecided.
 
     Raises

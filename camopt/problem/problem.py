@@ -25,7 +25,7 @@ from camopt.problem.limits import limits_of
 from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.problem.variables import Variable, is_of_train, variables_of
-from camopt.problem.zones import Off, corners, moved, nominal_of, robust_zones
+from camopt.problem.zones import Off, corners, moved, nominal_of, of_train, robust_zones
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
@@ -72,7 +72,8 @@ class Problem:
     """The largest relative error of reported values that is asked; the setup's may be smaller."""
     values: "SceneValues"
     zones: Mapping[str, Zone] = field(default_factory=dict)
-    """Between which ends sizes may be off of the cams that have to hold the limits as well, by field of designs."""
+    """Between which ends numbers may be off of the cams that have to hold the limits as well, by field of designs;
+    those of the train by key."""
     offs: tuple[Off, ...] = ()
     """By how much they are of those that are looked at: at the corners, and where a worse one is known."""
 
@@ -83,9 +84,35 @@ class Problem:
         within the tolerances already.
         """
         yield self, designs
-        others = self.without_errors if self.offs else self
+        for own, off in self.others:
+            yield own, moved(designs, off)
+
+    @cached_property
+    def others(self) -> "tuple[tuple[Problem, Off], ...]":
+        """Those that have to hold the limits with designs: the problem of their train, and how far off they are."""
+        found = dict[frozenset[tuple[str, float]], Problem]()
+        pairs = []
         for off in self.offs:
-            yield others, moved(designs, off)
+            train = of_train(off)
+            place = frozenset(train.items())
+            if place not in found:
+                found[place] = self.without_errors.with_train_off(train)
+            pairs.append((found[place], {key: by for key, by in off.items() if key not in train}))
+        return tuple(pairs)
+
+    def with_train_off(self, off: Off) -> "Problem":
+        """The problem of a train whose numbers are off, with the same limits of those that the scene gives."""
+        if not off:
+            return self
+        most = {key: self.setup.given[key] for key in self.setup.free}
+        moved = self.with_numbers({**most, **{key: self.nominal[key] + by for key, by in off.items()}})
+        return self._with_same_limits(moved.bringing(self.setup.free))
+
+    def _with_same_limits(self, changed: "Problem") -> "Problem":
+        """Another problem with those limits that this one has."""
+        given = {(limit.name, limit.bound): limit for limit in changed.limits}
+        limits = tuple(given.get((limit.name, limit.bound), limit) for limit in self.limits)  # some may be left out
+        return replace(changed, limits=limits)
 
     @cached_property
     def without_errors(self) -> "Problem":
@@ -143,10 +170,7 @@ class Problem:
 
     def alone(self, design: Designs) -> "tuple[Problem, Designs]":
         """The problem with the numbers of one design in it, and the design without them."""
-        changed = self.with_numbers(design.brought)
-        given = {(limit.name, limit.bound): limit for limit in changed.limits}
-        limits = tuple(given.get((limit.name, limit.bound), limit) for limit in self.limits)  # some may be left out
-        return replace(changed, limits=limits), replace(design, numbers={})
+        return self._with_same_limits(self.with_numbers(design.brought)), replace(design, numbers={})
 
     def settled(self, design: Designs) -> "tuple[Problem, Designs]":
         """As ``alone``, but the design still brings what tolerances of a robust cam move."""
@@ -219,7 +243,7 @@ class Problem:
         """The quantities of the sizes of a design."""
         return frozenset(n for n in offered(self.setup) if QUANTITIES[n].effect == "sizes")
 
-    @property
+    @cached_property
     def without_last(self) -> "Problem":
         """The problem without the limits that are asked last."""
         return replace(self, limits=tuple(limit for limit in self.limits if not limit.last))

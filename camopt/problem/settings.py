@@ -14,6 +14,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.problem.choices import LawPair
 from camopt.problem.problem import Problem
+from camopt.problem.zones import of_train
 
 MOST_SETTINGS = 10_000  # of which each has problems of its own, one for each motion
 
@@ -59,7 +60,8 @@ def toleranced(problem: Problem) -> Problem:
 
 
 def _freed(problem: Problem, searched: Mapping[str, tuple[float, float]]) -> Problem:
-    zones = {key: each for key, each in problem.zones.items() if key not in problem.design.sizes}
+    brought = problem.zones.keys() - problem.design.sizes.keys() - of_train(problem.zones).keys()
+    zones = {key: each for key, each in problem.zones.items() if key in brought}
     own = {key: problem.nominal[key] for key in zones if key not in searched}
     ends = {**searched, **{key: (value, value) for key, value in own.items()}}
     if not ends:

@@ -3,19 +3,21 @@
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
 from math import radians
+from typing import TypeVar
 
 import numpy as np
 
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
-from camopt.problem.variables import Variable
+from camopt.problem.variables import Variable, is_of_train
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLES, Zone, moves_tool, zone_of
 
 MOST_CORNERED = 8
 """Of more numbers there are too many corners."""
 Off = Mapping[str, float]
-"""By how much numbers are off, by field of ``Designs``."""
+"""By how much numbers are off, by field of ``Designs``; those of a train by key."""
+T = TypeVar("T")
 
 
 def nominal_of(variables: Iterable[Variable], design: Designs, others: Mapping[str, float | None]) -> Off:
@@ -51,7 +53,7 @@ def robust_zones(scene: Scene, variables: Iterable[Variable], nominal: Off) -> d
     Raises
     ------
     BadInput
-        If no number has a tolerance, or one that all designs share, as a link of a train.
+        If no number has a tolerance.
     """
     if not scene.search.robust:
         return {}
@@ -59,10 +61,12 @@ def robust_zones(scene: Scene, variables: Iterable[Variable], nominal: Off) -> d
     if not zones:
         why = "needs a tolerance of a size, such as tolerances.follower.offset = 0.02"
         raise BadInput([Mistake(scene.file, "search.robust", True, why, bare=True)])
-    if shared := [key for key in zones if not fields[key].is_ranged]:
-        why = f"is not for numbers of the train ({shared[0]}): camopt tolerance shows what they do to each limit"
-        raise BadInput([Mistake(scene.file, "search.robust", True, why, bare=True)])
-    return {fields[key].field: zone for key, zone in zones.items() if zone.lower != zone.upper or zone.lower}
+    return {fields[key].field: zone for key, zone in zones.items() if zone.moves}
+
+
+def of_train(off: Mapping[str, T]) -> dict[str, T]:
+    """What of some numbers is of the train, which designs do not bring."""
+    return {key: each for key, each in off.items() if is_of_train(key)}
 
 
 def corners(zones: Mapping[str, Zone], most: int = MOST_CORNERED) -> Iterator[Off]:

@@ -208,6 +208,11 @@ class Zone(NamedTuple):
     over: float = 0.0
     """The same above ``upper``."""
 
+    @property
+    def moves(self) -> bool:
+        """Whether a number within it may be another one than the nominal."""
+        return bool(self.lower or self.upper)
+
     def scaled(self, unit: float) -> "Zone":
         """The zone in another unit."""
         return Zone(*(unit * each for each in self))

@@ -24,7 +24,7 @@ from camopt.problem.problem import Problem
 from camopt.smallest.bisection import Bisection
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import NUDGES, negligible
-from camopt.smallest.enclosure import Examined, claims_on_size, designs_at, examined, means_on_size, representatives
+from camopt.smallest.enclosure import Asked, Examined, claims_on_size, designs_at, examined, means_on_size, representatives
 from camopt.smallest.excesses import Excesses, cut_by, widest
 from camopt.smallest.first_look import FEW_VALUES, VALUES, Look, coarse_grid, first_look, largest_size, scale_of
 from camopt.smallest.result import (
@@ -69,7 +69,7 @@ def branch_and_bound(
         return Smallest(look.design, inf, look.nearest, discs)
     boxes = Boxes.one({**bounds, **ends}, scale_of(problem, bounds), problem.choices.variables, discs)
     crossings = known_crossings(problem)
-    claims: list[AnyClaim] = [*claims_on_size(problem), *means_on_size(problem)]
+    claims: list[Asked[AnyClaim]] = [*claims_on_size(problem), *means_on_size(problem)]
     search = BoxSearch(problem, claims, crossings, look.design, until, discs)
     found = search.bisect(boxes, until)
     return Smallest(search.incumbent, max(found, floor), look.nearest, discs)
@@ -82,7 +82,7 @@ class BoxSearch(Bisection):
     most_boxes = 1_000_000
 
     problem: Problem
-    claims: Sequence[AnyClaim]
+    claims: Sequence[Asked[AnyClaim]]
     crossings: KnownCrossings | None
     """What shows that cams of a box cross themselves, if that is a limit."""
     incumbent: Designs | None

@@ -15,7 +15,7 @@ import numpy as np
 from camopt.effects.peak import BodyRadiusPlus
 from camopt.mechanisms import Designs, cylindrical, translating, translating_flat
 from camopt.mechanisms.design import SizeBounds
-from camopt.motion.programme import span
+from camopt.motion.programme import Programme, span
 from camopt.motion.table import ALL_STROKES, DWELL
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, claims_on
@@ -105,12 +105,9 @@ def _nearest_in_polygon(
     projection of the origin on a line, where two lines cross, or at an end of the interval.
     """
     ends = sorted(problem.design.sense * e for e in offset)
-    lines: list[tuple[float, float]] = []  # s₀ ≥ a + b·e
-    for tangent, kinds in slopes:
-        lines.append((span(problem.programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
-        lines.append((-span(problem.programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
     if problem.offs:
-        return _nearest_of_all(problem, (ends[0], ends[1]), lines, least)
+        return _nearest_of_all(problem, (ends[0], ends[1]), slopes, least)
+    lines = _lines(problem.programme, slopes)
     candidates = [0.0, *(-a * b / (1 + b * b) for a, b in lines)]
     candidates += [(a2 - a1) / (b1 - b2) for (a1, b1), (a2, b2) in combinations(lines, 2) if b1 != b2]
     leads = np.clip(np.array([*ends, *candidates]), ends[0], ends[1])
@@ -120,22 +117,35 @@ def _nearest_in_polygon(
     return float(leads[best]), float(primes[best])
 
 
+def _lines(programme: Programme, slopes: list[tuple[float, int]]) -> list[tuple[float, float]]:
+    """The lines s₀ ≥ a + b·e, as a and b."""
+    lines = []
+    for tangent, kinds in slopes:
+        lines.append((span(programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
+        lines.append((-span(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
+    return lines
+
+
 def _nearest_of_all(
-    problem: Problem, ends: tuple[float, float], lines: list[tuple[float, float]], least: float
+    problem: Problem, ends: tuple[float, float], slopes: list[tuple[float, int]], least: float
 ) -> tuple[float, float]:
     """The same of the smallest cam with which those that are off hold the pressure angle too.
 
     One that is off by δe and δR needs R_p ≥ √((e + δe)² + s₀(e + δe)²) − δR: convex in e, as the largest of all is.
     """
-    sense, slope = problem.design.sense, np.array(lines).reshape(-1, 2, 1)
+    sense = problem.design.sense
     offs = [
-        (sense * off.get("offset", 0.0), off.get("roller_radius", 0.0) + off.get("size", 0.0))
-        for off in ({}, *problem.offs)
+        (
+            np.array(_lines(own.programme, slopes)).reshape(-1, 2, 1),
+            sense * off.get("offset", 0.0),
+            off.get("roller_radius", 0.0) + off.get("size", 0.0),
+        )
+        for own, off in ((problem, {}), *problem.others)
     ]
 
     def primes(leads: FloatArray) -> FloatArray:
         found = [np.full_like(leads, least)]
-        for lead, radius in offs:
+        for slope, lead, radius in offs:
             heights = np.max(slope[:, 0] + slope[:, 1] * (leads + lead), axis=0, initial=0.0)
             found.append(np.hypot(leads + lead, heights) - radius)
         return np.asarray(np.max(found, axis=0))

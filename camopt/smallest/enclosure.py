@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
 
@@ -35,22 +35,36 @@ from camopt.verdicts.claim_boxes import excess_of
 from camopt.verdicts.mean_boxes import mean_excess
 from camopt.verdicts.sloped_designs import sloped_boxes
 
-Present = TypeVar("Present", Claim, MeanClaim, AnyClaim)
+Kind = TypeVar("Kind", bound=AnyClaim, covariant=True)
+
+
+class Asked(NamedTuple, Generic[Kind]):
+    """A claim on designs, with the problem of their motion."""
+
+    problem: Problem
+    claim: Kind
 
 
 def claims_on_size(
     problem: Problem, of: Callable[[Limit], Sequence[Claim]] = lambda limit: limit.claims
-) -> list[Claim]:
-    """The claims of the limits that depend on the sizes of the cam, or on numbers that it brings."""
-    own, others = (
-        [of_designs(claim) for limit in each.limits if not limit.is_of_motion for claim in of(limit)]
-        for each in (problem, problem.without_errors)
-    )
-    return [*own, *(at(claim, off) for off in problem.offs for claim in others)]
+) -> list[Asked[Claim]]:
+    """The claims of the limits that depend on the sizes of the cam, or on numbers that it brings.
+
+    Those of all cams that have to hold them, with the motion that each has by its train.
+    """
+    return [
+        Asked(own, at(of_designs(claim), off))
+        for own, off in ((problem, {}), *problem.others)
+        for limit in own.limits
+        if not limit.is_of_motion
+        for claim in of(limit)
+    ]
 
 
 def at(claim: Claim, off: Off) -> Claim:
     """What a claim says of the design that is off by so much."""
+    if not off:
+        return claim
     made, factor, unit = claim.curve, claim.factor, claim.unit
     return claim._replace(
         curve=lambda designs, programme: made(moved(designs, off), programme),
@@ -75,9 +89,10 @@ def _level(designs: Designs, programme: Programme, derivative: Derivative, strok
     return Linear(none, none, none, none + most)
 
 
-def means_on_size(problem: Problem) -> list[MeanClaim]:
+def means_on_size(problem: Problem) -> list[Asked[MeanClaim]]:
     """The claims on means of the limits that depend on the size of the cam."""
-    return [limit.mean for limit in problem.limits if limit.mean is not None and not limit.is_of_motion]
+    means = (limit.mean for limit in problem.limits if not limit.is_of_motion)
+    return [Asked(problem, mean) for mean in means if mean is not None]
 
 
 def designs_at(
@@ -111,7 +126,7 @@ class Examined(NamedTuple):
 
 def examined(
     problem: Problem,
-    claims: Sequence[AnyClaim],
+    claims: Sequence[Asked[AnyClaim]],
     box: Designs,
     free: list[str],
     discs: Sequence[str] = ("size",),
@@ -126,12 +141,12 @@ def examined(
     intervals: dict[str, Any] = box.values
     low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
     side, index, level = np.argmax(high - low, axis=0), np.flatnonzero(exists), exists.copy()
-    present = present_claims(problem, claims)
+    present = [each for each in claims if each.problem.programme.has(each.claim.kinds)]
     if index.size and present:
         point = np.array([inside.values[n][index] for n in free])
         span = Interval(low[:, index] - point, high[:, index] - point)
         with np.errstate(all="ignore"):
-            over = _excesses(problem, present, box.take(index), inside.take(index), free)
+            over = _excesses(present, box.take(index), inside.take(index), free)
             together = over
             for disc in set(discs).intersection(free) if len(free) > 1 else ():
                 together = combined(together, span, free.index(disc))
@@ -142,28 +157,23 @@ def examined(
     return Examined(empty, level, inside, side, *ends)
 
 
-def present_claims(problem: Problem, claims: Sequence[Present]) -> list[Present]:
+def present_claims(problem: Problem, claims: Sequence[Claim]) -> list[Claim]:
     """Those of some claims whose strokes the motion has."""
     return [each for each in claims if problem.programme.has(each.kinds)]
 
 
-def _excesses(
-    problem: Problem,
-    claims: Sequence[AnyClaim],
-    box: Designs,
-    inside: Designs,
-    free: list[str],
-) -> Excesses:
+def _excesses(claims: Sequence[Asked[AnyClaim]], box: Designs, inside: Designs, free: list[str]) -> Excesses:
     """The limits on both sides of the cam angles where one design of each box exceeds them the most.
 
     Those on means are over the whole turn.
     """
-    case, count, found = Case(problem.setup, problem.programme, inside), len(inside), []
-    for claim in claims:
+    count, found, cases = len(inside), [], dict[int, Case]()
+    for problem, claim in claims:
         if isinstance(claim, MeanClaim):
             found.append(Excesses.of(mean_excess(problem, claim, box, inside, free)))
             continue
         goals = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+        case = cases.setdefault(id(problem), Case(problem.setup, problem.programme, inside))
         angles = problem.programme.one_sided(case.extremes(claim.curve, goals).where, claim.kinds).ravel()
         rows = angles.size // count
         designs, like = sloped_boxes(box, inside, free, rows)

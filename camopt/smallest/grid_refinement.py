@@ -19,7 +19,7 @@ SHRINKS = 2.5  # the factor from grid to grid
 NEAR, CLOSE = 12, 22  # grids: 1e-5 and 1e-9 of the first
 
 Preference = Callable[[Designs, FloatArray], int]
-"""The best of some designs, by their excesses over the limits, (limits, designs)."""
+"""The best of some designs, by their excesses over the limits of all that have to hold them, (limits, designs)."""
 
 
 def nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, until: float = inf) -> Designs:
@@ -59,7 +59,8 @@ def _zoomed(
         points = design.with_values({n: moved.get(n, v * ones) for n, v in design.values.items()})
         points = points.take(problem.setup.mechanism.exists(points, problem.programme) & (points.size > 0.0))
         if len(points):
-            excess = bound_excesses(problem, points, frozenset(), until).outer
+            every = [bound_excesses(own, each, frozenset(), until).outer for own, each in problem.every(points)]
+            excess = np.concatenate(every)
             if now() > until:  # not all is known
                 break
             design = points.take([choice(points, excess)])

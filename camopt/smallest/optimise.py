@@ -23,6 +23,7 @@ from camopt.quantities import in_order
 from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.smallest.closed_form import negligible
+from camopt.smallest.exchange import EXCHANGES, with_proof
 from camopt.smallest.multipliers import BINDS
 from camopt.smallest.reasons import Reason, in_one_sentence, listed, reason
 from camopt.smallest.result import GAP, Smallest
@@ -35,10 +36,8 @@ from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import ByLaw, Design
 from camopt.tables.layout import Table
 from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, evaluate_rows, excesses, worst_excesses
-from camopt.verdicts.limit_boxes import ends_within, limit_over_box
 from camopt.verdicts.screening import feasible
 from camopt.verdicts.warned import warnings_of
-from camopt.verdicts.words import worst
 
 SECONDS = 60.0  # of a search, unless told
 RADII = 48  # sizes above the optimum at which feasibility is looked at
@@ -56,8 +55,8 @@ class Optimum(HasHtml):
       radius; of two discs that both have a range it is the larger one that counts, and the other one beside it;
     - ``gap_mm``: by how much a feasible design might be smaller;
     - ``angles_deg``: the angles of all segments, if ``[search]`` varies some;
-    - ``every_cam``, with ``search.robust``: whether every cam within the tolerances of its sizes holds every limit:
-      held (proved over the whole box) or undecided;
+    - ``every_cam``, with ``search.robust``: whether every cam within the tolerances of its numbers holds every
+      limit: held (proved over the whole box), undecided, or broken, where no cam was found that all hold;
     - ``nominal_mm``, likewise: the size of the smallest cam of which the nominal one alone holds them, and
       ``safety_mm``, by how much the robust one is larger: what safety costs;
     - ``clear_above_mm``: all larger designs that were tried above this size are feasible. It exceeds the optimum if
@@ -130,9 +129,9 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     then the other one beside it, by its own sizes. Where the proof for ranges of numbers of the train takes too
     long, the answer is the best of the trains that were tried all over them and on the way down from there.
 
-    With ``search.robust`` every cam whose sizes are within ``[tolerances]`` has to hold the limits too, as one of
-    its own; the size that is found is nominal. It is proved that no smaller cam is robust; that this one is, is
-    proved over the whole box of sizes, not at its corners alone (``every_cam``).
+    With ``search.robust`` every cam whose numbers are within ``[tolerances]``, those of its train too, has to hold
+    the limits, as one of its own; the size that is found is nominal. It is proved that no smaller cam is robust; that
+    this one is, is proved over the whole box of numbers, not at its corners alone (``every_cam``).
 
     Parameters
     ----------
@@ -185,9 +184,8 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
         until = share(end, len(programmes) - done)
         turns = SegmentAngles(problem, pair, until=until)
-        answers = list(answers_of(problem.with_programme(programme), turns, until))
+        answers, least = least_of_all(problem.with_programme(programme), turns, until)
         out_of_time |= now() > until or any(each.cut for each in answers)
-        least = least_of(problem, answers)
         if least is not None:
             assert least.answer.design is not None
             alone, design = least.problem.settled(least.answer.design)
@@ -232,6 +230,32 @@ class Answered(NamedTuple):
     """Whether the time was over before a search among trains was."""
 
 
+def least_of_all(
+    problem: Problem, turns: SegmentAngles, until: float
+) -> tuple[list[Answered], Answered | None]:
+    """The smallest cam of each train and box of sizes, and that of all, if there is one, with what is proved of it.
+
+    Where every cam within tolerances has to hold the limits, by exchange (``smallest.exchange``).
+
+    Raises
+    ------
+    BadInput
+        If nothing limits the size.
+    """
+    for _ in range(EXCHANGES if problem.zones else 1):
+        answers = list(answers_of(problem, turns, until))
+        least = _least_of(problem, answers)
+        if least is None or not problem.zones:
+            break
+        proved, off = with_proof(least.problem, least.answer, least.bounds, until)
+        least = least._replace(answer=proved)
+        if off is None:
+            break
+        offs = (*problem.offs, off)
+        problem, turns = replace(problem, offs=offs), replace(turns, problem=replace(turns.problem, offs=offs))
+    return answers, least
+
+
 def answers_of(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[Answered]:
     """The smallest cam of each train of which ``[search]`` lists the numbers, and of each box of sizes."""
     trains = listed_trains(problem)
@@ -260,14 +284,8 @@ def _answers_of_train(problem: Problem, turns: SegmentAngles, until: float) -> I
         yield Answered(turns.problem_of(freed), bounds, answer, freed, angles)
 
 
-def least_of(problem: Problem, answers: list[Answered]) -> Answered | None:
-    """The smallest cam of all boxes, with what is proved of it; None if there is none.
-
-    Raises
-    ------
-    BadInput
-        If nothing limits the size.
-    """
+def _least_of(problem: Problem, answers: list[Answered]) -> Answered | None:
+    """The smallest cam of all boxes, with what is proved of it; None if there is none."""
     least = min(answers, key=lambda each: each.answer.size)
     if least.answer.design is None:
         return None
@@ -360,7 +378,7 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
     excess = worst_excesses(problem, problem.limits, design)[:, 0]
     values = rows.records()[0]
     quantities = {name: values[name] for name in in_order(values)}
-    smaller = _moved(answer, -BINDS * design.prime_radius)
+    smaller = answer.moved(-BINDS * design.prime_radius)
     stopped = str(evaluate_rows(problem, smaller, frozenset(), until).column("violated")[0]).split(",")
     binding = [
         limit.name
@@ -374,15 +392,8 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
         "proved": answer.proved,
         "gap_mm": answer.gap,
         "clear_above_mm": clear,
-        **({"every_cam": worst(_verdicts_within(problem, design, until))} if problem.zones else {}),
+        **({"every_cam": answer.every_cam} if answer.every_cam else {}),
     }
-
-
-def _moved(answer: Smallest, by: FloatArray) -> Designs:
-    """The cam of an answer with the sizes that it makes least larger by some lengths, mm."""
-    assert answer.design is not None
-    moved = answer.design.take(np.zeros(by.size, dtype=int))
-    return moved.with_values({disc: moved.sizes[disc] + by for disc in answer.discs})
 
 
 def _nominal(problem: Problem, turns: SegmentAngles, robust: float, until: float) -> dict[str, Any]:
@@ -390,16 +401,10 @@ def _nominal(problem: Problem, turns: SegmentAngles, robust: float, until: float
     if not problem.zones:
         return {}
     alone = replace(turns, problem=replace(turns.problem, zones={}, offs=()))
-    least = least_of(problem, list(answers_of(replace(problem, zones={}, offs=()), alone, until)))
+    _, least = least_of_all(replace(problem, zones={}, offs=()), alone, until)
     if least is None:
         return {}
     return {"nominal_mm": least.answer.size, "safety_mm": robust - least.answer.size}
-
-
-def _verdicts_within(problem: Problem, design: Designs, until: float) -> Iterator[str]:
-    """The verdicts on all limits for every cam within the tolerances of an optimum."""
-    for limit in problem.limits:
-        yield limit_over_box(problem, limit, design, ends_within(problem, design), until).verdict
 
 
 def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:
@@ -415,7 +420,7 @@ def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:
     sizes = size + prime_radius * np.geomspace(1e-6, 10.0, RADII)
 
     def held(sizes: FloatArray) -> Any:
-        return feasible(problem, _moved(answer, sizes - size), perhaps=True)
+        return feasible(problem, answer.moved(sizes - size), perhaps=True)
 
     if not held(sizes[-1:])[0]:
         return inf

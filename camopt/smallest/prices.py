@@ -18,7 +18,7 @@ from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.settings import freed_of, laws_of
 from camopt.smallest.freedom import Freedom
 from camopt.smallest.multipliers import NO_RATES, ActiveBound, Rates, bounds_met, rates
-from camopt.smallest.optimise import SECONDS, Optimum, answers_of, end_of, least_of
+from camopt.smallest.optimise import SECONDS, Optimum, end_of, least_of_all
 from camopt.smallest.turns import SegmentAngles
 from camopt.smallest.widened import Toleranced, tolerances_of
 from camopt.tables.columns import joined_laws
@@ -215,9 +215,8 @@ def _with_next(price: Price, cam: Freedom, until: float) -> Price:
         return tolerance.in_problem(problem, NO_BAND) if tolerance else problem.without(price.key)
 
     easier, turns = without(cam.problem), replace(cam.turns, problem=without(cam.turns.problem), until=until)
-    answers = list(answers_of(easier, turns, until))
     try:
-        least = least_of(easier, answers)
+        _, least = least_of_all(easier, turns, until)
     except BadInput:  # nothing else limits the size
         return replace(price, size_without=0.0, next=())
     if least is None or least.answer.design is None or not least.answer.proved:

@@ -11,6 +11,7 @@ import numpy as np
 from camopt.effects.crossing_boxes import KnownCrossings
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SECOND_SIZE, SizeBounds
+from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.verdicts.judging import LAST_AT_ONCE, evaluate_rows
@@ -43,6 +44,8 @@ class Smallest:
     """The sizes, by field, the largest of which is least."""
     beside: float = 0.0
     """By how much the smaller disc of a pair may be smaller beside the larger one, mm."""
+    every_cam: str = ""
+    """Whether every cam within the tolerances holds the limits with the design, if they have to."""
 
     @property
     def size(self) -> float:
@@ -58,6 +61,12 @@ class Smallest:
     def proved(self) -> bool:
         """Whether no feasible design of these bounds is smaller by more than ``gap_of``."""
         return self.gap <= (0.0 if self.design is None else gap_of(self.design))
+
+    def moved(self, by: FloatArray) -> Designs:
+        """The design with the sizes that are made least larger by some lengths, mm."""
+        assert self.design is not None
+        moved = self.design.take(np.zeros(by.size, dtype=int))
+        return moved.with_values({disc: moved.sizes[disc] + by for disc in self.discs})
 
 
 def gap_of(design: Designs) -> float:

@@ -8,11 +8,6 @@ smallest one that holds all others, and most often that one does.
 
 Of a pair whose discs both have a range the larger one is made least, and then the other beside it. The pair of like
 discs comes first: where one of them cannot be smaller by the limits at its own contact, it is the answer.
-
-Where all cams within tolerances have to hold the limits, those at the corners of the zones are looked at with each
-design. If the proof over the whole box then finds another cam that breaks one, that is added, and so on: no robust
-cam is smaller than the smallest of those that hold them for some cams of the box. (Exchange method: J. W.
-Blankenship, J. E. Falk, Infinitely constrained optimization problems, J. Optim. Theory Appl. 19, 1976.)
 """
 
 from dataclasses import replace
@@ -22,20 +17,15 @@ from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SECOND_SIZE, SizeBounds
 from camopt.numerics.clock import share
 from camopt.problem.problem import Problem, exactly
-from camopt.problem.zones import Off
 from camopt.smallest.branch_and_bound import branch_and_bound, floor_of_disc
 from camopt.smallest.closed_form import NUDGES, closed_form, least_size, nudged
 from camopt.smallest.cutting_planes import Cut, by_cutting_planes
 from camopt.smallest.first_look import first_look, largest_size
 from camopt.smallest.grid_refinement import CLOSE, NEAR, shrink_on_grids
 from camopt.smallest.result import Smallest, discs_of
-from camopt.verdicts.limit_boxes import ends_within, limit_over_box
 from camopt.verdicts.screening import feasible
-from camopt.verdicts.words import BROKEN
 
 ALIKE = 1e-6  # relative: discs whose sizes differ by no more are as large as each other
-EXCHANGES = 8
-"""How often a cam within the tolerances that breaks a limit is added to those that have to hold it."""
 
 
 def smallest(problem: Problem, bounds: SizeBounds, until: float = inf) -> Smallest:
@@ -44,29 +34,6 @@ def smallest(problem: Problem, bounds: SizeBounds, until: float = inf) -> Smalle
     After ``until`` (``clock.now``) the best so far, not proved. Half of the time is kept for limits that come last.
     """
     problem, bounds = exactly(problem), _worth_a_look(problem, bounds)
-    for _ in range(EXCHANGES if problem.zones else 1):
-        answer = _of_those_known(problem, bounds, until)
-        off = _worse(problem, answer.design, until)
-        if off is None:
-            break
-        problem = replace(problem, offs=(*problem.offs, off))
-    return answer
-
-
-def _worse(problem: Problem, design: Designs | None, until: float) -> Off | None:
-    """By how much a cam is off that breaks a limit which a design has to hold with it; None if none is found."""
-    if design is None or not problem.zones:
-        return None
-    ends = ends_within(problem, design)
-    for limit in problem.limits:
-        found = limit_over_box(problem, limit, design, ends, until)
-        if found.verdict == BROKEN and found.witness is not None:
-            return {f: float(found.witness.values[f][0] - design.values[f][0]) for f in ends}
-    return None
-
-
-def _of_those_known(problem: Problem, bounds: SizeBounds, until: float) -> Smallest:
-    """As ``smallest``, with those cams that are known to have to hold the limits."""
     answer = _smallest(problem.without_last, bounds, share(until, 2) if problem.has_last else until)
     if answer.design is not None and problem.has_last and not feasible(problem, answer.design)[0]:
         answer = branch_and_bound(problem, bounds, min(answer.floor, answer.size), until, discs=answer.discs)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import chain
 from math import pi
 from typing import Any, NamedTuple
 
@@ -18,7 +19,8 @@ from camopt.numerics.curves import curve
 from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, at_point
 from camopt.problem.claims import Claim, MeanClaim
 from camopt.problem.problem import Problem, strictest
-from camopt.smallest.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_boxes
+from camopt.problem.zones import Off, moved
+from camopt.verdicts.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_boxes
 from camopt.smallest.enclosure import curve_of_designs, present_claims
 from camopt.smallest.excesses import HUGE_SLOPE, Excesses
 from camopt.smallest.motion_boxes import Said
@@ -106,7 +108,12 @@ class TrainLimits:
         return ToolPlaces.of(self.problem.programme, both.ravel(), terms)
 
     def learn(self, design: Designs, problem: Problem) -> None:
-        """Add the places at which one cam of a train exceeds limits the most."""
+        """Add the places at which one cam of a train exceeds limits the most, or one that has to hold them with it."""
+        for own, each in problem.every(design):
+            if own.setup.mechanism.exists(each, own.programme)[0]:
+                self._learn(each, own)
+
+    def _learn(self, design: Designs, problem: Problem) -> None:
         for claim in present_claims(problem, self.claims):
             if order := _order(claim):
                 found = [_largest_at(problem.programme, order, side, claim.kinds) for side in claim.sides]
@@ -134,8 +141,22 @@ class TrainLimits:
         """The excess where one design of each box exceeds a limit the most, for each limit that is near.
 
         And what is above 0 where no train, or no cam, can be put together. Where it is not known which way
-        followers of a box go, nothing is known of limits.
+        followers of a box go, nothing is known of limits. So of all cams that have to hold them with those of boxes.
         """
+        every = [self._said(self._off(boxes, off), self._off(inside, off), like) for off in self.offs]
+        return Said(*(list(chain.from_iterable(part)) for part in zip(*every, strict=True)))
+
+    @property
+    def offs(self) -> tuple[Off, ...]:
+        """By how much cams are off that have to hold the limits."""
+        return {}, *self.problem.offs
+
+    def _off(self, designs: Designs, off: Off) -> Designs:
+        """Designs that are off, with their trains."""
+        lacking = {key: np.full(len(designs), self.problem.nominal[key]) for key in off.keys() - designs.values.keys()}
+        return moved(designs.with_values(lacking), off)
+
+    def _said(self, boxes: Designs, inside: Designs, like: Sloped) -> Said:
         places, count = self.places, like.size
         near = list(self._worst(inside, places))
         where = np.array([each.place for each in near] or [np.zeros(count, dtype=int)])

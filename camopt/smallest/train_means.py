@@ -23,7 +23,7 @@ from camopt.numerics.quadrature import Rule, by_orders
 from camopt.numerics.sloped import Quotient, Sloped, as_sloped, by_mean_value
 from camopt.problem.claims import MeanClaim
 from camopt.problem.problem import Problem
-from camopt.smallest.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_ranges
+from camopt.verdicts.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_ranges
 from camopt.smallest.excesses import Excesses
 from camopt.verdicts.mean_boxes import excess_of_mean, weighted
 

@@ -44,7 +44,8 @@ class TurnSearch(MotionSearch):
         self.problem, self.box = exactly(turns.problem), turns.box
         self.longest = turns.programme(self.box.high)
         """The strokes at their longest angles: no turn, but each of its strokes is one of turns."""
-        self.limits = stroke_limits(claims_on_size(self.asked), self.strokes, self.longest)
+        own = [each for each in claims_on_size(self.asked) if each.problem.programme is self.problem.programme]
+        self.limits = stroke_limits([each.claim for each in own], self.strokes, self.longest)
 
     @cached_property
     def asked(self) -> Problem:

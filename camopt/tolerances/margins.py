@@ -4,7 +4,7 @@ Each of these cams is one of its own: it has the motion that is asked, with its 
 (How far the motion of a profile is off that was made for other sizes, is the other question:
 ``tolerances.tolerance``.) The worst cam is looked for at the corners of the box of numbers; the proof that none in
 it is worse (``verdicts.limit_boxes``) finds a cam that is, if there is one. Each train moves the follower in
-another way: the proof goes over all of their motions (``tolerances.train_margins``).
+another way: the proof goes over all of their motions (``verdicts.train_boxes``).
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
 """
@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
@@ -26,7 +25,7 @@ from camopt.problem.limits import ERROR_LIMITS
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.settings import toleranced
 from camopt.problem.variables import Variable, variables_of
-from camopt.problem.zones import MOST_CORNERED, Off, all_moved, corners, number_zones
+from camopt.problem.zones import MOST_CORNERED, Off, all_moved, corners, number_zones, of_train
 from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
@@ -34,11 +33,11 @@ from camopt.scene.tolerances import NUMBERED, Zone
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
 from camopt.tolerances.limited import limited, worst_of
-from camopt.tolerances.train_margins import limit_over_trains
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import off_apart
 from camopt.verdicts.claim_boxes import Answer, Ends
-from camopt.verdicts.limit_boxes import limit_over_box
+from camopt.verdicts.limit_boxes import ends_within, limit_over_box
+from camopt.verdicts.train_boxes import enters_train
 from camopt.verdicts.words import BROKEN, HELD
 
 GAPS = (1e-9, 1e-6, 1e-3)
@@ -118,8 +117,8 @@ class Box:
         if INTERFERENCE in problem.nominal and problem.setup.mechanism.further:
             zones[INTERFERENCE] = _interference(scene, problem, zones.get(INTERFERENCE))
         variables = {each.key: each for each in problem.variables if each.key in zones}
-        own = {v.field: zones[key] for key, v in variables.items() if v.is_ranged}
-        return cls(toleranced(exactly(replace(problem, zones=own, offs=()))), zones, variables)
+        of_fields = {v.field: zones[key] for key, v in variables.items() if v.is_ranged or zones[key].moves}
+        return cls(toleranced(exactly(replace(problem, zones=of_fields, offs=()))), zones, variables)
 
     @cached_property
     def margins(self) -> tuple[Margin, ...]:
@@ -138,8 +137,7 @@ class Box:
     @cached_property
     def ends(self) -> Ends:
         """Between which values numbers are, by field."""
-        nominal = {field: float(self.problem.design.values[field][0]) for field in self.problem.zones}
-        return {f: (nominal[f] + zone.lower, nominal[f] + zone.upper) for f, zone in self.problem.zones.items()}
+        return ends_within(self.problem, self.problem.design)
 
     @cached_property
     def tried(self) -> Designs:
@@ -149,12 +147,17 @@ class Box:
     @cached_property
     def offs(self) -> list[Off]:
         """By how much they are off."""
-        return [{}, *corners(self.problem.zones)]
+        return [{}, *corners(self.own)]
+
+    @cached_property
+    def own(self) -> dict[str, Zone]:
+        """The zones of numbers that designs bring."""
+        return {field: zone for field, zone in self.problem.zones.items() if field not in self.of_train}
 
     @cached_property
     def of_train(self) -> dict[str, Zone]:
         """The zones of numbers of the train."""
-        return {key: zone for key, zone in self.zones.items() if not self.variables[key].is_ranged}
+        return of_train(self.problem.zones)
 
     @cached_property
     def train_offs(self) -> list[Off]:
@@ -164,17 +167,13 @@ class Box:
     @cached_property
     def trains(self) -> list[Problem]:
         """The problem itself, and those of trains that are off so."""
-        return [self._with_train(off) for off in self.train_offs]
-
-    def _with_train(self, off: Off) -> Problem:
-        nominal = self.problem.nominal
-        return self.problem.with_numbers({key: nominal[key] + by for key, by in off.items()})
+        return [self.problem.with_train_off(off) for off in self.train_offs]
 
     def _margin(self, place: int, limit: Limit) -> Margin:
         """That of a limit, by its place among all."""
         found = [self._of_train(problem, problem.limits[place]) for problem in self.trains]
         if len(self.of_train) > MOST_LINKS:
-            together = self._with_train(_together(limit, found, self.train_offs, self.of_train))
+            together = self.problem.with_train_off(_together(limit, found, self.train_offs, self.of_train))
             found.append(self._of_train(together, together.limits[place]))
         worst, gap = found[_worst(limit, found)], None
         verdict = self._verdict(limit, max(each.excess for each in found))
@@ -188,7 +187,7 @@ class Box:
     def _matters(self, limit: Limit, cam: Cam, key: str) -> bool:
         """Whether a number of a cam changes the quantity of a limit; one of the train does."""
         field = self.variables[key].field
-        if field not in self.problem.zones:
+        if field not in self.own:
             return not self.variables[key].is_ranged
         nominal = cam.design.with_values({field: self.problem.design.values[field]})
         value = float(self._found(limit, nominal, cam.problem)[1][0])
@@ -198,19 +197,18 @@ class Box:
         """The worst cam with a train."""
         cams = self.tried
         excess, values = self._found(limit, cams, problem)
-        if len(self.problem.zones) > MOST_CORNERED:
+        if len(self.own) > MOST_CORNERED:
             each = [Cam(problem, cams, *both) for both in zip(excess, values, strict=True)]
             cams = all_moved(
-                self.problem.design, [*self.offs, _together(limit, each, self.offs, self.problem.zones)]
+                self.problem.design, [*self.offs, _together(limit, each, self.offs, self.own)]
             )
             excess, values = self._found(limit, cams, problem)
         place = worst_of(limit, excess, values)
         return Cam(problem, cams.take([place]), float(excess.max()), float(values[place]))
 
     def _enters_train(self, limit: Limit) -> bool:
-        """Whether trains that are off change a limit: not one on the motion that is asked of the tool."""
-        asked = bool(limit.claims) and not self.problem.programme.given_at_follower
-        return len(self.trains) > 1 and not (asked and all(_of_tool(each.curve) for each in limit.claims))
+        """Whether trains that are off change a limit."""
+        return bool(self.of_train) and enters_train(self.problem, limit)
 
     def _found(
         self, limit: Limit, designs: Designs, problem: Problem | None = None
@@ -236,12 +234,7 @@ class Box:
 
     def _over(self, limit: Limit, until: float) -> Answer:
         """Whether all cams hold a limit."""
-        if not self._enters_train(limit):
-            return limit_over_box(self.problem, limit, self.problem.design, self.ends, until)
-        nominal, design = self.problem.nominal, self.problem.design
-        ends = {key: (nominal[key] + zone.lower, nominal[key] + zone.upper) for key, zone in self.of_train.items()}
-        design = design.with_values({key: np.array([nominal[key]]) for key in ends})
-        return limit_over_trains(replace(self.problem, design=design), limit, {**self.ends, **ends}, until)
+        return limit_over_box(self.problem, limit, self.problem.design, self.ends, until)
 
     def _cam(self, limit: Limit, witness: Designs) -> Cam:
         """A cam that a proof finds, which may bring its train."""
@@ -298,11 +291,6 @@ def made_so(scene: Scene, numbers: Mapping[str, float]) -> Scene:
     kept = {key: each for key, each in given["tolerances"].items() if key not in NUMBERED}
     limits = {f"limits.{key}": None for key in ERROR_LIMITS if not kept and key in given.get("limits", {})}
     return scene.replace(**{"tolerances": kept, "search.robust": None, **limits, **numbers})
-
-
-def _of_tool(made: Any) -> bool:
-    """Whether a curve is a derivative of the motion of the tool."""
-    return isinstance(made, Derivative) and not made.at_follower
 
 
 def _worst(limit: Limit, cams: Sequence[Cam]) -> int:

@@ -168,8 +168,8 @@ def certify(scene: Scene) -> dict[str, str]:
     motion, in ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit. A law that the
     scene gives as a table is the spline through its points.
 
-    With ``search.robust`` a limit is held if every cam within the tolerances of its sizes holds it: the nominal one
-    in balls, all others in intervals, over the whole box of sizes and all cam angles at once.
+    With ``search.robust`` a limit is held if every cam within the tolerances of its numbers and of its train holds
+    it: the nominal one in balls, all others in intervals, over the whole box of numbers and all cam angles at once.
 
     Parameters
     ----------

@@ -163,8 +163,8 @@ def every_excess(
     −∞ of a limit that the first alone have to hold.
     """
     of_errors = [limit.of_errors for limit in limits]
-    for place, (_, each) in enumerate(problem.every(designs)):
-        columns = columns_for(problem, limits, each)
+    for place, (own, each) in enumerate(problem.every(designs)):
+        columns = columns_for(own, limits, each)
         excess = excesses(limits, columns, each)
         if place:
             excess[of_errors] = -np.inf

@@ -5,7 +5,9 @@ of the box is known that breaks it. A profile crosses itself nowhere if the larg
 the box shows it (``effects.crossing.round_bodies``).
 """
 
+from itertools import product
 from math import inf
+from typing import Any
 
 import numpy as np
 
@@ -20,32 +22,46 @@ from camopt.numerics.interval import Interval, as_interval
 from camopt.problem.claims import AnyClaim, Claim, Plain
 from camopt.problem.limit import SELF_CROSSING, Limit
 from camopt.problem.problem import Problem
+from camopt.problem.zones import Off, of_train
 from camopt.quantities import QUANTITIES
 from camopt.verdicts.claim_boxes import Answer, Ends, over_box
 from camopt.verdicts.ranges import is_ranged, ranged
 from camopt.verdicts.running import run_effects
+from camopt.verdicts.train_boxes import claim_over_trains, enters_train, limit_over_trains, motion_over_trains
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 OF_BODY = ("size", SECOND_SIZE)
 """The sizes of cams: a circle within the base circle is so in all, if it is in the least."""
 SPEED = "cam.rpm"
-STEEPER = 1.0 + 1e-6
-"""How much steeper than at the corners of a box the pressure angle may be in it, as a first guess."""
+STEEPER = (1e-6, 1e-3, 1e-2, 1e-1)
+"""How much steeper than at the corners of a box, relative, the pressure angle may be in it: guesses, to be proved."""
 
 
 def ends_within(problem: Problem, design: Designs) -> Ends:
     """Between which values numbers of the cams are that have to hold the limits with a design, by field."""
-    nominal = {field: float(design.values[field][0]) for field in problem.zones}
+    nominal = nominal_at(problem, design)
     return {f: (nominal[f] + zone.lower, nominal[f] + zone.upper) for f, zone in problem.zones.items()}
 
 
+def nominal_at(problem: Problem, design: Designs) -> Off:
+    """The numbers of a design and its train that zones are about, by field."""
+    own = design.values
+    return {f: float(own[f][0]) if f in own else problem.nominal[f] for f in problem.zones}
+
+
 def limit_over_box(problem: Problem, limit: Limit, design: Designs, ends: Ends, until: float = inf) -> Answer:
-    """Whether all designs that differ from one by sizes between their ends hold a limit.
+    """Whether all designs that differ from one by numbers between their ends hold a limit, trains among them.
 
     One on errors by tolerances is that of the design alone.
     """
     if limit.of_errors:
         ends = {}
+    if limit.name == SELF_CROSSING:
+        return Answer(HELD if _round(problem, design, ends, until) else UNDECIDED)
+    if of_train(ends):
+        if enters_train(problem, limit):
+            return limit_over_trains(problem, limit, design, ends, until)
+        ends = _own(ends)
     if limit.of_base:
         design = design.with_values({field: np.array([ends[field][0]]) for field in OF_BODY if field in ends})
     if limit.is_of_motion or limit.of_base:
@@ -55,8 +71,6 @@ def limit_over_box(problem: Problem, limit: Limit, design: Designs, ends: Ends, 
         return Answer(BROKEN, design)
     if limit.claims and all(isinstance(each.curve, Derivative) for each in limit.claims):
         return _at_speeds(problem, limit, design, ends)
-    if limit.name == SELF_CROSSING:
-        return Answer(HELD if _round(problem, design, ends, until) else UNDECIDED)
     effects = [EFFECTS[QUANTITIES[name].effect] for name in limit.needs]
     if effects and all(is_ranged(each, problem.setup) for each in effects):
         box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in ends.items()})
@@ -68,6 +82,12 @@ def limit_over_box(problem: Problem, limit: Limit, design: Designs, ends: Ends, 
     if broken:
         return broken[0]
     return Answer(HELD if found and all(each.verdict == HELD for each in found) else UNDECIDED)
+
+
+def _own(ends: Ends) -> Ends:
+    """The ends of what designs bring, without those of trains."""
+    trains = of_train(ends)
+    return {field: each for field, each in ends.items() if field not in trains}
 
 
 def _at_speeds(problem: Problem, limit: Limit, design: Designs, ends: Ends) -> Answer:
@@ -83,16 +103,23 @@ def _at_speeds(problem: Problem, limit: Limit, design: Designs, ends: Ends) -> A
 def _round(problem: Problem, design: Designs, ends: Ends, until: float) -> bool:
     """Whether the largest pressure angle shows that no design of a box crosses itself."""
     mechanism, name = problem.setup.mechanism, "pressure_angle_max_deg"
-    corners = np.array(np.meshgrid(*ends.values())).reshape(len(ends), -1)
-    every = design.take(np.zeros(corners.shape[1], dtype=int))
-    every = every.with_values(dict(zip(ends, corners, strict=True)))
+    own = _own(ends)
+    corners = np.array([*product(*own.values())])
+    every = design.take(np.zeros(len(corners), dtype=int)).with_values(dict(zip(own, corners.T, strict=True)))
     columns = run_effects(Case(problem.setup, problem.programme, every), [name]).shifted(1.0)
-    most = float(np.max(columns[name])) * STEEPER
-    if not most < 90.0:
+    for steeper in STEEPER:
+        most = float(np.max(columns[name])) * (1.0 + steeper)
+        if not most < 90.0:
+            return False
+        steepest = Claim(mechanism.pressure, ALL_STROKES, LARGEST_MAGNITUDE, Plain(float(np.tan(np.radians(most)))))
+        over = over_box if own == ends else claim_over_trains
+        if over(problem, steepest, design, ends, until).verdict == HELD:
+            break
+    else:
         return False
-    steepest = Claim(mechanism.pressure, ALL_STROKES, LARGEST_MAGNITUDE, Plain(float(np.tan(np.radians(most)))))
-    if over_box(problem, steepest, design, ends, until).verdict != HELD:
+    box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in own.items()})
+    turn: Any = problem.programme if own == ends else motion_over_trains(problem, steepest, design, ends)
+    if turn is None:
         return False
-    box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in ends.items()})
-    bodies = round_bodies(Case(problem.setup, problem.programme, box, {name: np.array([most])}))
+    bodies = round_bodies(Case(problem.setup, turn, box, {name: np.array([most])}))
     return bool(np.all(as_interval(bodies).low > as_interval(box.roller_radius).high))

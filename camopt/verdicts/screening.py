@@ -94,7 +94,7 @@ def feasible(problem: Problem, designs: Designs, *, perhaps: bool = False) -> Bo
     which, held = np.arange(len(designs)), np.zeros(len(designs), dtype=bool)
     for own, each in problem.every(designs):
         some = each.take(which)
-        exists = np.flatnonzero(problem.setup.mechanism.exists(some, problem.programme) & (some.size > 0.0))
+        exists = np.flatnonzero(own.setup.mechanism.exists(some, own.programme) & (some.size > 0.0))
         found = begun(own, some.take(exists))
         for effect, names in found.plan(own.needed):
             found = found.asked(extended(found.rows, found.case, effect, names))

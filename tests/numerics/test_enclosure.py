@@ -204,7 +204,7 @@ def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
     assume(len(points))
     sizes = dict(zip(free, variables([Interval(low[n], high[n]) for n in free], list(first.values())), strict=True))
     made = Designs(**{**low, **sizes}, sense=sense)
-    for claim in claims_on_size(problem):
+    for _, claim in claims_on_size(problem):
         angles = rng.uniform(0.0, 2 * np.pi, possible.sum())
         with np.errstate(all="ignore"):
             value = as_quotient(

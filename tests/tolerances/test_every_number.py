@@ -365,8 +365,3 @@ def test_what_is_no_tolerance_of_a_number_is_told(given, said):
     with pytest.raises(BadInput) as refused:
         LEVER.replace(tolerances=given)
     assert said in str(refused.value)
-
-
-def test_a_robust_search_of_links_is_refused():
-    with pytest.raises(BadInput, match=r"is not for numbers of the train \(train\.1\.ratio\)"):
-        camopt.certify(LEVER.replace(tolerances={"train.1.ratio": 0.01}, search={"robust": True}))

@@ -34,15 +34,12 @@ ROOMS = {
     "problem": "mistakes quantities numerics trains motion mechanisms effects scene",
     "tables": "mistakes quantities storage numerics motion scene problem",
     "verdicts": "mistakes quantities numerics trains motion mechanisms effects scene problem tables",
-    "smallest": (
-        "mistakes quantities engines numerics trains motion mechanisms effects scene problem tables verdicts"
-    ),
+    "smallest": "mistakes quantities engines numerics motion mechanisms effects scene problem tables verdicts",
     "drawing": (
         "mistakes quantities storage numerics trains motion mechanisms effects scene problem tables verdicts"
     ),
     "tolerances": (
-        "mistakes quantities numerics motion trains mechanisms effects scene problem tables verdicts smallest "
-        "drawing"
+        "mistakes quantities numerics motion trains mechanisms effects scene problem tables verdicts drawing"
     ),
     "front": (
         "mistakes quantities storage engines numerics motion mechanisms effects scene problem tables verdicts "

@@ -2,7 +2,7 @@
 
 The tool moves as it is asked, whatever the train, so that over a part of its turn it is a range whose slopes by the
 cam angle are its derivatives. The formulas of the links take it back to the followers of all trains of a box
-(``smallest.driven_boxes``): the motions of all cams, with slopes by the cam angle and by each link. From there on
+(``verdicts.driven_boxes``): the motions of all cams, with slopes by the cam angle and by each link. From there on
 it is the bisection of ``verdicts.claim_boxes``.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
@@ -11,7 +11,7 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from camopt.problem.claims import Claim
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
-from camopt.smallest.driven_boxes import Driven, driven_at
+from camopt.verdicts.driven_boxes import Driven, driven_at
 from camopt.verdicts.claim_boxes import Answer, Ends, Parts, Search, excess_of, state_over
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
@@ -37,12 +37,23 @@ MOST_ORDER = 2
 """Of a derivative of the follower's motion that is known over boxes."""
 
 
-def limit_over_trains(problem: Problem, limit: Limit, ends: Ends, until: float = inf) -> Answer:
+def enters_train(problem: Problem, limit: Limit) -> bool:
+    """Whether trains that are off change a limit: not one on the motion that is asked of the tool, or on the bore."""
+    asked = bool(limit.claims) and not problem.programme.given_at_follower
+    return not (limit.of_base or (asked and all(_of_tool(each.curve) for each in limit.claims)))
+
+
+def _of_tool(made: Any) -> bool:
+    """Whether a curve is a derivative of the motion of the tool."""
+    return isinstance(made, Derivative) and not made.at_follower
+
+
+def limit_over_trains(problem: Problem, limit: Limit, design: Designs, ends: Ends, until: float = inf) -> Answer:
     """Whether all designs between ends, with the numbers of trains among them, hold a limit."""
     claims = [*((each, False) for each in limit.claims), *((each, True) for each in limit.of_train)]
     if not claims or limit.mean is not None or problem.programme.given_at_follower:
         return Answer(UNDECIDED)
-    found = [_over(problem, claim, ends, until, of_train) for claim, of_train in claims]
+    found = [claim_over_trains(problem, claim, design, ends, until, of_train) for claim, of_train in claims]
     broken = [each for each in found if each.verdict == BROKEN]
     return broken[0] if broken else Answer(HELD if all(each.verdict == HELD for each in found) else UNDECIDED)
 
@@ -56,7 +67,10 @@ def _with_load(problem: Problem, claim: Claim) -> Problem | None:
     return None if changes else problem
 
 
-def _over(problem: Problem, claim: Claim, ends: Ends, until: float, of_train: bool) -> Answer:
+def claim_over_trains(
+    problem: Problem, claim: Claim, design: Designs, ends: Ends, until: float, of_train: bool = False
+) -> Answer:
+    """Whether all of these designs hold a claim, on a curve of the cam or of its train."""
     made: Any = claim.curve
     if not problem.programme.has(claim.kinds):
         return Answer(HELD)
@@ -64,8 +78,30 @@ def _over(problem: Problem, claim: Claim, ends: Ends, until: float, of_train: bo
         return Answer(UNDECIDED)
     if (known := _with_load(problem, claim)) is None:
         return Answer(UNDECIDED)
-    search = TrainSearch(known, claim, problem.design, tuple(ends), until, of_train)
+    search = TrainSearch(known, claim, design, tuple(ends), until, of_train)
     return search.run(search.first(ends))
+
+
+def motion_over_trains(problem: Problem, claim: Claim, design: Designs, ends: Ends) -> Driven | None:
+    """The motion of all followers of a box, with the range of their lifts; None if some are not assembled."""
+    search = TrainSearch(problem, claim, design, tuple(ends), inf)
+    return search.over(search.first(ends).take([0])).whole
+
+
+class Known(NamedTuple):
+    """The motion of the followers of parts of a box."""
+
+    driven: Driven
+    designs: Designs
+    angle: Sloped
+    assembled: Any
+    """Of which parts every train and cam can be put together, and moves the same way."""
+
+    @property
+    def whole(self) -> Driven | None:
+        """With lifts as ranges; None if some are not assembled."""
+        lift = range_of(self.driven.lift)
+        return replace(self.driven, lift=lift) if np.all(self.assembled) else None
 
 
 @dataclass(frozen=True)
@@ -97,6 +133,20 @@ class TrainSearch(Search):
         return Parts.of(np.flatnonzero(own & self.claim.kinds), self.claim, ends)
 
     def excess(self, parts: Parts) -> Sloped:
+        found, claim = self.over(parts), self.claim
+        made: Any = claim.curve
+        if self.of_train:
+            value = made(found.designs, found.driven.links)
+        elif isinstance(made, Derivative):
+            value = found.driven.state[made.order]
+        else:
+            value, _ = curve(made(found.designs, found.driven), ..., found.driven.state)
+        whole = value.divided() if isinstance(value, Quotient) else value
+        excess = as_sloped(excess_of(claim, parts.side, as_quotient(whole), found.designs), found.angle)
+        return _where(found.assembled, excess)
+
+    def over(self, parts: Parts) -> Known:
+        """The motion over parts."""
         middle = (parts.low + parts.high) / 2.0
         half = self.tool.table.half_width[parts.panel]
         place = Interval(parts.low[0] * half, parts.high[0] * half)
@@ -104,36 +154,24 @@ class TrainSearch(Search):
         angle, *numbers = variables(sides, [middle[0] * half, *middle[1:]])
         designs = self.design.take(np.zeros(parts.size, dtype=int))
         designs = designs.with_values(dict(zip(self.names, numbers, strict=True)))
-        driven, radicands = self._driven(parts, middle[0], angle, designs)
-        claim: Any = self.claim
-        if self.of_train:
-            value = claim.curve(designs, driven.links)
-        elif isinstance(claim.curve, Derivative):
-            value = driven.state[claim.curve.order]
-        else:
-            value, _ = curve(claim.curve(designs, driven), ..., driven.state)
-        whole = value.divided() if isinstance(value, Quotient) else value
-        found = as_sloped(excess_of(claim, parts.side, as_quotient(whole), designs), angle)
-        return self._where_assembled(found, driven, designs, radicands)
-
-    def _driven(self, parts: Parts, u: FloatArray, angle: Sloped, designs: Designs) -> tuple[Driven, list[Sloped]]:
-        """The motion of the followers of parts, and what has to be above 0 for that."""
         radicands, zero = list[Sloped](), travel(self.problem.programme)[0] - self.tool.levels[0]
-        tool: Any = state_over(self.tool.table, parts.panel, u, angle)
+        tool: Any = state_over(self.tool.table, parts.panel, middle[0], angle)
         moving: Any = tool.y + zero, tool.y1, tool.y2
         motion = [Placed.of(each, radicands) for each in moving]
         own: dict[str, Any] = {key: each for key, each in designs.numbers.items() if is_of_train(key)}
         trains = {key: Placed.of(each, radicands) for key, each in own.items()}
         ways = way_of(self.kinds[parts.panel])
-        return driven_at(self.problem, designs.with_values(trains), np.empty(0), motion, ways), radicands
-
-    def _where_assembled(self, excess: Sloped, driven: Driven, designs: Designs, radicands: list[Sloped]) -> Sloped:
-        """An excess that is not known where some train or cam cannot be put together, or goes the other way."""
-        known = driven.sense == self.sense
+        driven = driven_at(self.problem, designs.with_values(trains), np.empty(0), motion, ways)
         margins = self.problem.setup.mechanism.assembly_margins(designs, driven)  # type: ignore[arg-type]
+        assembled = driven.sense == self.sense
         for each in (*margins, *radicands):
-            known = known & (as_interval(range_of(each)).low > 0.0)
-        high, low = np.where(known, excess.value.high, inf), np.where(known, excess.at.low, -inf)
-        slopes = Interval(np.where(known, excess.slopes.low, -inf), np.where(known, excess.slopes.high, inf))
-        value, at = Interval(excess.value.low, high), Interval(low, np.maximum(excess.at.high, low))
-        return Sloped(value, at, slopes, excess.span)
+            assembled = assembled & (as_interval(range_of(each)).low > 0.0)
+        return Known(driven, designs, angle, assembled)
+
+
+def _where(known: Any, excess: Sloped) -> Sloped:
+    """An excess that is not known elsewhere: where some train or cam cannot be put together, or goes the other way."""
+    high, low = np.where(known, excess.value.high, inf), np.where(known, excess.at.low, -inf)
+    slopes = Interval(np.where(known, excess.slopes.low, -inf), np.where(known, excess.slopes.high, inf))
+    value, at = Interval(excess.value.low, high), Interval(low, np.maximum(excess.at.high, low))
+    return Sloped(value, at, slopes, excess.span)

@@ -125,6 +125,11 @@ class Driven:
             self, state=state, lift=_some(self.lift, some), moved=_some(self.moved, some), sense=self.sense[some]
         )
 
+    @property
+    def levels(self) -> tuple[Any, Any]:
+        """The lowest and the highest displacement of the follower."""
+        return self.lift * 0.0, self.lift
+
     def least_speed(self, sense: float) -> float:
         """Of a least velocity nothing is known but at the places."""
         return inf

@@ -1,0 +1,90 @@
+"""Robust cams whose links have tolerances: every cam with every train holds the limits; against scans, and at zero."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import camopt
+from camopt.problem.problem import exactly, resolve_design
+from camopt.problem.zones import all_moved, of_train
+from camopt.tolerances.limited import limited
+
+GIVEN = {
+    "slide-by-bell-crank": {"train.1.crank": 0.1, "train.1.coupler": 0.1, "follower.roller_radius": 0.02},
+    "press-ram-by-four-bar": {"train.1.coupler": 0.05, "train.2.crank": {"plus": 0.05, "minus": 0.02}},
+    "valve-with-rocker": {"train.1.output_arm": 0.05, "follower.offset": 0.05},
+}
+STEPS = 3
+"""Of each number in a scan."""
+
+
+def asked(name, tolerances=None, **more):
+    """A scene whose robust cam is sought, with one law and nothing else that is free."""
+    given = GIVEN[name] if tolerances is None else tolerances
+    return camopt.find_scene(name).replace(search={"robust": True}, tolerances=given, **more)
+
+
+def worst_excess(scene, steps=STEPS):
+    """Over all limits, of a dense scan of all cams and trains within the tolerances: corners, sides and insides."""
+    problem = exactly(resolve_design(scene))
+    spans = {field: np.linspace(zone.lower, zone.upper, steps) for field, zone in problem.zones.items()}
+    trains = of_train(spans)
+    own = {field: each for field, each in spans.items() if field not in trains}
+    offs = [dict(zip(own, values, strict=True)) for values in itertools.product(*own.values())]
+    worst = []
+    for values in itertools.product(*trains.values()):
+        numbers = {key: problem.nominal[key] + by for key, by in zip(trains, values, strict=True)}
+        each = problem.with_numbers(numbers)
+        worst.append(limited(each, each.limits, all_moved(each.design, offs))[0].max())
+    return max(worst)
+
+
+def is_the_smallest(best):
+    """Whether a robust cam is proved, holds its limits in a scan, and a little smaller one does not."""
+    smaller = best.scene.replace(**{"cam.base_radius": best["base_radius_mm"] * (1.0 - 1e-6)})
+    proved = best["proved"] and best["every_cam"] == "held"
+    return proved and worst_excess(best.scene) <= 0.0 < worst_excess(smaller)
+
+
+@pytest.mark.one_in(2)
+@pytest.mark.parametrize("name", GIVEN)
+def test_a_robust_cam_is_the_smallest_of_which_no_cam_with_any_train_breaks_a_limit(name):
+    best = camopt.optimise(asked(name)).best
+    assert is_the_smallest(best)
+    assert best["safety_mm"] > 1e-3
+    assert set(camopt.certify(best.scene).values()) == {"held"}
+    nominal = best.scene.replace(**{"cam.base_radius": best["nominal_mm"] * (1.0 + 1e-9)})
+    assert "broken" in camopt.certify(nominal).values()
+    assert set(camopt.certify(nominal.replace(**{"search.robust": False})).values()) == {"held"}
+
+
+def test_zero_tolerances_of_links_give_the_nominal_answer_to_the_last_bit():
+    scene = asked("slide-by-bell-crank", {"train.1.crank": 0.0, "train.1.coupler": 0.0})
+    robust, nominal = (camopt.optimise(each).best for each in (scene, scene.replace(**{"search.robust": False})))
+    assert dict(robust) == dict(nominal)
+    assert camopt.certify(scene) == camopt.certify(scene.replace(**{"search.robust": False}))
+
+
+def test_a_linkage_between_the_corners_that_is_the_worst_has_to_hold_the_limits_too():
+    """The pressure angle is largest where the input arm is 3 deg off, of 6: no corner is as bad."""
+    scene = asked("valve-with-rocker", {"train.1.input_angle": 6}, limits={"pressure_angle": 20})
+    best = camopt.optimise(scene).best
+    assert (best["proved"], best["every_cam"]) == (True, "held")
+    assert worst_excess(best.scene) < -1e-4 < worst_excess(best.scene, 25) <= 0.0
+    at_corners = best.scene.replace(**{"cam.base_radius": best["base_radius_mm"] - 0.01})
+    assert worst_excess(at_corners, 2) < 0.0
+    assert camopt.certify(at_corners)["pressure_angle"] == "broken"
+
+
+@pytest.mark.long
+def test_the_smallest_robust_cam_comes_with_its_linkage():
+    scene = asked("slide-by-bell-crank", {"train.1.crank": 0.1}).replace(
+        **{"search.train": {"1": {"crank": {"start": 158, "stop": 162}}}}
+    )
+    best = camopt.optimise(scene).best
+    assert is_the_smallest(best)
+    own = scene.replace(**{"search.train": None})
+    for crank in (158, 159, 162):
+        fixed = camopt.optimise(own.replace(**{"train.1.crank": crank})).best
+        assert best["base_radius_mm"] <= fixed["base_radius_mm"] * (1.0 + 1e-9)
