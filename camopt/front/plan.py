@@ -21,6 +21,7 @@ from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import VERDICT
 from camopt.problem.sample import searched_space
 from camopt.problem.space import Space
+from camopt.problem.zones import Off
 from camopt.quantities import QUANTITIES, in_order, motion_quantity
 from camopt.scene.mapping import leaves
 from camopt.scene.scene import Scene
@@ -153,6 +154,11 @@ class SweepPlan:
         """The blocks of the space."""
         every, kept, own = self.keep == "all", self.keep in TABLED, self.by_own_curves
         return Blocks(self.space, self.row_names, self.numbers_of_curves, every, kept, self.block, own)
+
+    def with_offs(self, offs: Sequence[Off]) -> "SweepPlan":
+        """The plan where more cams within the tolerances have to hold the limits with each design."""
+        problem = replace(self.problem, offs=(*self.problem.offs, *offs))
+        return replace(self, problem=problem, space=searched_space(problem))
 
     def question(self, part: int = 1, parts: int = 1) -> SweepKey:
         """The question, or that of one of several equal parts."""

@@ -56,8 +56,10 @@ class Sweep(HasHtml):
     decided_by_boxes : int
         Designs in boxes that were dropped. A few of them were evaluated before.
     every_cam : dict of int or None
-        With ``search.robust``, which looks at the corners of the tolerances: of how many designs of the front every
-        cam within them holds the limits, proved over the whole box (``held``), or not (``broken``, ``undecided``).
+        With ``search.robust``: of how many designs of the front every cam within the tolerances holds the limits,
+        proved over the whole box (``held``), or it is not known (``undecided``). A sweep looks at the corners of
+        the tolerances; where a proof finds a cam between them that breaks a limit, that one counts too, and the
+        sweep is done again. Designs that break a limit even then are left out (``broken``).
     already_done : bool
         Whether the result was in the folder already.
 

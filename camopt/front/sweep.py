@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from camopt.engines import Engine
 from camopt.engines.progress import Progress
 from camopt.engines.threads import Threads
-from camopt.front.compared import best_of_each_law, compared_rows, half_width_of, nearest_miss_of_space
+from camopt.front.compared import best_of_each_law, half_width_of, nearest_miss_of_space
 from camopt.front.estimate import foresee
-from camopt.front.every_cam import COLUMN, counted, with_proofs
+from camopt.front.every_cam import COLUMN, proved
 from camopt.front.journal import Journal, Tell, all_batches, journal_at, recalled, what_is_kept
 from camopt.front.pareto import front_of
 from camopt.front.plan import FRONT_ONLY, TABLED, SweepPlan, sweep_plan
@@ -189,12 +189,12 @@ def result_of(
         seen = search(kept, rows_of_search.append if rows_of_search else _nowhere)
         if rows_of_search:
             rows_of_search.end()
-        compared, seen = compared_rows(plan, seen, progress), seen.without_rows()
+        found = proved(plan, seen, progress)
+        compared, seen = found.compared, found.seen
         rows, grid = compared.front, compared.grid
         front = front_of(rows, plan.problem.objectives, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))
         miss = None if rows.count else nearest_miss_of_space(plan)
-        shown = with_proofs(space, rows) if plan.problem.offs else rows
         result = Sweep(
             scene=scene,
             designs=len(space),
@@ -211,16 +211,16 @@ def result_of(
             evaluated=seen.evaluated,
             boxes=seen.boxes,
             decided_by_boxes=seen.decided,
-            every_cam=counted(shown) if plan.problem.offs else None,
+            every_cam=found.every_cam,
         )
         if unit:
             about = {"designs": len(space), "evaluated": seen.evaluated, "decided_by_boxes": seen.decided}
             tables["pareto"].describe("camopt_sweep", to_json(about))
             if front:
                 tables["pareto"].describe("camopt_front", to_json(front.to_dict()))
-            for table, found in (("pareto", shown), ("pareto-grid", grid), ("designs", grid)):
+            for table, shown in (("pareto", found.front), ("pareto-grid", grid), ("designs", grid)):
                 if table in tables and (table != "designs" or plan.keep == "pareto"):
-                    tables[table].append(found)
+                    tables[table].append(shown)
             write_text(unit.path(SWEEP_SCENE), scene.to_toml())
             unit.answer = summary_of(result) | (beside(result) if beside else {})
     return result

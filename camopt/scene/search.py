@@ -108,7 +108,7 @@ class Search(SceneTable):
     thin: Annotated[float, Within(ge=1e-9, lt=1)] | None = None
     """Share of an objective's range: what a row that stays costs at most more than one left out; no unit."""
     robust: Switch = False
-    """Let every cam within the tolerances of its numbers and of its train hold the limits, and not the nominal one alone."""
+    """Let every cam within the tolerances of its numbers and train hold the limits, not the nominal one alone."""
     refine: Switch = False
     """Move each row of the front off the grid, to an optimum of the continuous problem."""
 

@@ -24,7 +24,15 @@ from camopt.problem.problem import Problem
 from camopt.smallest.bisection import Bisection
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import NUDGES, negligible
-from camopt.smallest.enclosure import Asked, Examined, claims_on_size, designs_at, examined, means_on_size, representatives
+from camopt.smallest.enclosure import (
+    Asked,
+    Examined,
+    claims_on_size,
+    designs_at,
+    examined,
+    means_on_size,
+    representatives,
+)
 from camopt.smallest.excesses import Excesses, cut_by, widest
 from camopt.smallest.first_look import FEW_VALUES, VALUES, Look, coarse_grid, first_look, largest_size, scale_of
 from camopt.smallest.result import (

@@ -130,8 +130,8 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     long, the answer is the best of the trains that were tried all over them and on the way down from there.
 
     With ``search.robust`` every cam whose numbers are within ``[tolerances]``, those of its train too, has to hold
-    the limits, as one of its own; the size that is found is nominal. It is proved that no smaller cam is robust; that
-    this one is, is proved over the whole box of numbers, not at its corners alone (``every_cam``).
+    the limits, as one of its own; the size that is found is nominal. It is proved that no smaller cam is robust;
+    that this one is, is proved over the whole box of numbers, not at its corners alone (``every_cam``).
 
     Parameters
     ----------
@@ -230,9 +230,7 @@ class Answered(NamedTuple):
     """Whether the time was over before a search among trains was."""
 
 
-def least_of_all(
-    problem: Problem, turns: SegmentAngles, until: float
-) -> tuple[list[Answered], Answered | None]:
+def least_of_all(problem: Problem, turns: SegmentAngles, until: float) -> tuple[list[Answered], Answered | None]:
     """The smallest cam of each train and box of sizes, and that of all, if there is one, with what is proved of it.
 
     Where every cam within tolerances has to hold the limits, by exchange (``smallest.exchange``).

@@ -19,11 +19,11 @@ from camopt.numerics.sloped import Sloped
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import negligible
-from camopt.verdicts.driven_boxes import train_keys
 from camopt.smallest.first_look import largest_size, scale_of
 from camopt.smallest.motion_boxes import MotionSearch, Said
 from camopt.smallest.result import Smallest
 from camopt.smallest.train_limits import TrainLimits
+from camopt.verdicts.driven_boxes import train_keys
 
 
 class BestTrain(NamedTuple):

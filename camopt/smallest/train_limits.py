@@ -20,12 +20,12 @@ from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, at_point
 from camopt.problem.claims import Claim, MeanClaim
 from camopt.problem.problem import Problem, strictest
 from camopt.problem.zones import Off, moved
-from camopt.verdicts.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_boxes
 from camopt.smallest.enclosure import curve_of_designs, present_claims
 from camopt.smallest.excesses import HUGE_SLOPE, Excesses
 from camopt.smallest.motion_boxes import Said
 from camopt.smallest.train_means import mean_excesses, means_of_trains
 from camopt.verdicts.claim_boxes import excess_of
+from camopt.verdicts.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_boxes
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
 STROKE_PLACES = 17  # in a stroke at which every box is looked at, even
@@ -108,7 +108,7 @@ class TrainLimits:
         return ToolPlaces.of(self.problem.programme, both.ravel(), terms)
 
     def learn(self, design: Designs, problem: Problem) -> None:
-        """Add the places at which one cam of a train exceeds limits the most, or one that has to hold them with it."""
+        """Add the places at which one cam of a train exceeds limits the most, and those that hold them with it."""
         for own, each in problem.every(design):
             if own.setup.mechanism.exists(each, own.programme)[0]:
                 self._learn(each, own)
@@ -141,7 +141,7 @@ class TrainLimits:
         """The excess where one design of each box exceeds a limit the most, for each limit that is near.
 
         And what is above 0 where no train, or no cam, can be put together. Where it is not known which way
-        followers of a box go, nothing is known of limits. So of all cams that have to hold them with those of boxes.
+        followers of a box go, nothing is known of limits. So of all cams that have to hold limits with these.
         """
         every = [self._said(self._off(boxes, off), self._off(inside, off), like) for off in self.offs]
         return Said(*(list(chain.from_iterable(part)) for part in zip(*every, strict=True)))
@@ -153,7 +153,9 @@ class TrainLimits:
 
     def _off(self, designs: Designs, off: Off) -> Designs:
         """Designs that are off, with their trains."""
-        lacking = {key: np.full(len(designs), self.problem.nominal[key]) for key in off.keys() - designs.values.keys()}
+        lacking = {
+            key: np.full(len(designs), self.problem.nominal[key]) for key in off.keys() - designs.values.keys()
+        }
         return moved(designs.with_values(lacking), off)
 
     def _said(self, boxes: Designs, inside: Designs, like: Sloped) -> Said:

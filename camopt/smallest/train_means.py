@@ -23,8 +23,8 @@ from camopt.numerics.quadrature import Rule, by_orders
 from camopt.numerics.sloped import Quotient, Sloped, as_sloped, by_mean_value
 from camopt.problem.claims import MeanClaim
 from camopt.problem.problem import Problem
-from camopt.verdicts.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_ranges
 from camopt.smallest.excesses import Excesses
+from camopt.verdicts.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_ranges
 from camopt.verdicts.mean_boxes import excess_of_mean, weighted
 
 MEAN_ERROR = 1e-11  # of the mean at one design of a box, relative; it is part of its range there

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import degrees, isfinite
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -199,9 +199,7 @@ class Box:
         excess, values = self._found(limit, cams, problem)
         if len(self.own) > MOST_CORNERED:
             each = [Cam(problem, cams, *both) for both in zip(excess, values, strict=True)]
-            cams = all_moved(
-                self.problem.design, [*self.offs, _together(limit, each, self.offs, self.own)]
-            )
+            cams = all_moved(self.problem.design, [*self.offs, _together(limit, each, self.offs, self.own)])
             excess, values = self._found(limit, cams, problem)
         place = worst_of(limit, excess, values)
         return Cam(problem, cams.take([place]), float(excess.max()), float(values[place]))

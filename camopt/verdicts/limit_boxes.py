@@ -34,7 +34,7 @@ OF_BODY = ("size", SECOND_SIZE)
 """The sizes of cams: a circle within the base circle is so in all, if it is in the least."""
 SPEED = "cam.rpm"
 STEEPER = (1e-6, 1e-3, 1e-2, 1e-1)
-"""How much steeper than at the corners of a box, relative, the pressure angle may be in it: guesses, to be proved."""
+"""How much steeper than at the corners of a box, relative, the pressure angle may be in it: to be proved."""
 
 
 def ends_within(problem: Problem, design: Designs) -> Ends:

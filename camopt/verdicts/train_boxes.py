@@ -21,7 +21,7 @@ from camopt.motion.driven import travel
 from camopt.motion.programme import Programme
 from camopt.motion.table import turned_kinds, way_of
 from camopt.motion.train_load import TrainLoad
-from camopt.numerics import FloatArray, IntArray
+from camopt.numerics import IntArray
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval, as_interval
 from camopt.numerics.sloped import Placed, Quotient, Sloped, as_quotient, as_sloped, range_of, variables
@@ -29,8 +29,8 @@ from camopt.problem.claims import Claim
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
-from camopt.verdicts.driven_boxes import Driven, driven_at
 from camopt.verdicts.claim_boxes import Answer, Ends, Parts, Search, excess_of, state_over
+from camopt.verdicts.driven_boxes import Driven, driven_at
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 MOST_ORDER = 2
@@ -38,7 +38,7 @@ MOST_ORDER = 2
 
 
 def enters_train(problem: Problem, limit: Limit) -> bool:
-    """Whether trains that are off change a limit: not one on the motion that is asked of the tool, or on the bore."""
+    """Whether trains that are off change a limit: not one on the motion that is asked of the tool, or the bore."""
     asked = bool(limit.claims) and not problem.programme.given_at_follower
     return not (limit.of_base or (asked and all(_of_tool(each.curve) for each in limit.claims)))
 
@@ -170,7 +170,7 @@ class TrainSearch(Search):
 
 
 def _where(known: Any, excess: Sloped) -> Sloped:
-    """An excess that is not known elsewhere: where some train or cam cannot be put together, or goes the other way."""
+    """An excess that is not known elsewhere: where some train or cam is not assembled, or goes the other way."""
     high, low = np.where(known, excess.value.high, inf), np.where(known, excess.at.low, -inf)
     slopes = Interval(np.where(known, excess.slopes.low, -inf), np.where(known, excess.slopes.high, inf))
     value, at = Interval(excess.value.low, high), Interval(low, np.maximum(excess.at.high, low))

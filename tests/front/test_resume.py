@@ -110,7 +110,7 @@ def test_another_error_has_a_note_of_what_is_kept(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("camopt.front.sweep.compared_rows", full)
+    monkeypatch.setattr("camopt.front.every_cam.compared_rows", full)
     with pytest.raises(OSError, match="No space") as trouble:
         run(tmp_path)
     assert trouble.value.__notes__ == [

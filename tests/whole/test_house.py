@@ -132,7 +132,7 @@ LATE = {
     ("front.estimate", "front.batch_bytes"): "it imports pyarrow",
     ("front.compared", "front.refine"): "it imports the searches of optimise",
     ("front.plan", "front.box_bounds"): "boxes of designs are for a front alone",
-    ("front.every_cam", "verdicts.certify"): "balls are for what rounding leaves open",
+    ("front.every_cam", "smallest.exchange"): "balls are for what rounding leaves open",
     ("front.sweep", "front.front_search"): "boxes of designs are for a front alone",
     ("front.sweep", "front.checkpoint"): "boxes of designs are for a front alone",
 }

@@ -8,6 +8,7 @@ from camopt.problem.rows import finite
 from camopt.problem.space import EDGE_OF_SPACE
 from camopt.tables.columns import columns_of, with_law
 from camopt.tables.design_tables import design_table
+from camopt.verdicts.words import BROKEN
 
 if TYPE_CHECKING:
     from camopt.front.parts import SweepPart
@@ -50,8 +51,13 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
         show("", result.table())
         _show_front(result)
         if result.every_cam:
-            told = ", ".join(f"{verdict} of {count:,}" for verdict, count in result.every_cam.items())
-            show(f"That every cam within the tolerances holds each limit, over the whole box: {told} on the front.")
+            told = ", ".join(f"{verdict} of {n:,}" for verdict, n in result.every_cam.items() if verdict != BROKEN)
+            if told:
+                what = "That every cam within the tolerances holds each limit, over the whole box"
+                show(f"{what}: {told} on the front.")
+            if broken := result.every_cam.get(BROKEN):
+                left = f"Left out {broken:,} design{'s' * (broken != 1)} of which a cam within the tolerances"
+                show(f"{left} breaks a limit; others that only these dominate may be missing.")
     elif result.nearest_miss:
         show_miss(result.nearest_miss)
     elif result.impossible is not None:
