@@ -6,6 +6,7 @@ numbers says nothing (that mistake is reported on its own). Each fault is (key, 
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from math import degrees
 from typing import Any
 
 from camopt.mechanisms import DRIVEN, SECOND_FIELDS, Mechanism, mechanisms_for
@@ -25,7 +26,7 @@ from camopt.scene.tolerances import check_tolerances
 from camopt.scene.train import Lifts, check_train, lifts_through
 from camopt.scene.turn import LEAST_MOVE, POSITIONED, check_law, check_turn, highest_of
 
-LOOSEST = 0.1  # of the radius of a roller: its largest clearance, which theory takes for small
+LARGEST_PLAY = 0.1  # of the radius of a roller: its clearance or interference, which theory takes for small
 GUIDE_KEYS = ("guide_length", "overhang", "friction", "stem_diameter")
 """The keys of a guide in ``[follower.dynamics]``."""
 
@@ -174,11 +175,25 @@ def _drive(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[
         for place in _both(f"drive.{key}"):
             if at(data, place) is not None:
                 yield place, at(data, place), _has_none(key, mechanism)
-    gap, roller = length(data, "drive.clearance"), length(data, "follower.roller_radius")
-    if gap is not None and roller is not None and gap > LOOSEST * roller:
-        yield "drive.clearance", gap, f"must be at most a tenth of the roller's radius ({LOOSEST * roller:g})"
+    yield from _play(data, mechanism)
     if mechanism.further:
         yield from _of_two_contacts(data, mechanism)
+
+
+def _play(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[Fault]:
+    """A clearance, or an interference, is a small part of the roller, or of the disc that flat faces are on."""
+    roller, base = length(data, "follower.roller_radius"), length(data, "cam.base_radius")
+    size, words = (roller, "roller's radius") if roller is not None else (base, "base radius")
+    arm = length(data, "follower.arm_length") if mechanism.motion.angular else None
+    for key in ("clearance", PRELOAD[0]):
+        swung = mechanism.motion.angular and key == PRELOAD[0]
+        if size is None or (swung and arm is None):
+            continue
+        most = degrees(LARGEST_PLAY * size / arm) if swung and arm else LARGEST_PLAY * size
+        least = f"must be at most a tenth of the {words}{' at the end of the arm' if swung else ''}"
+        for place in _both(f"drive.{key}"):
+            if any(each is not None and each > most for each in _values(at(data, place), "stop")):
+                yield place, at(data, place), f"{least} ({most:.4g}{' deg' if swung else ''})"
 
 
 def _has_none(key: str, mechanism: Mechanism) -> str:
@@ -195,7 +210,7 @@ def _of_two_contacts(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[
     words = mechanism.drive.words
     if data.get("profile") is not None:
         yield "profile", None, f"{words} is given by the [[motion]] of its follower"
-    for name in GUIDE_KEYS:
+    for name in (each for each in GUIDE_KEYS if each in mechanism.motion.dynamics):
         for key in _both(f"follower.dynamics.{name}"):
             if at(data, key) is not None:
                 why = f"the guide of {words} is not computed: which of both contacts it takes up is not known"
@@ -208,7 +223,7 @@ def _of_two_contacts(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[
                     at(data, place),
                     f"goes with drive.{other}, which is missing: together they are a preload",
                 )
-    for place in _both("drive.clearance"):
+    for place in _both("drive.clearance") if "clearance" in mechanism.drive.keys else ():
         if at(data, place) is not None and any(at(data, each) for each in _both(f"drive.{PRELOAD[0]}")):
             yield (
                 place,
@@ -349,9 +364,9 @@ def _texts(value: Any) -> list[str]:
     return [each for each in (value if isinstance(value, list) else [value]) if isinstance(each, str)]
 
 
-def _values(choice: Any) -> list[float | None]:
+def _values(choice: Any, end: str = "start") -> list[float | None]:
     if isinstance(choice, Mapping):
-        return [number_of(choice.get("start"))]
+        return [number_of(choice.get(end))]
     return [number_of(v) for v in choice] if isinstance(choice, list) else [number_of(choice)]
 
 

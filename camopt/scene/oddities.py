@@ -57,7 +57,8 @@ def oddities(scene: Scene) -> list[str]:
         for key, value, (least, most, unit) in _values(scene)
         if not least <= value <= most
     ]
-    return [*found, *_noisy(scene), *_at_rest(scene), *_wide_contact(scene), *thin_walls(scene)]
+    told = (_noisy, _at_rest, _wide_contact, _over_pivot, thin_walls)
+    return [*found, *(line for each in told for line in each(scene))]
 
 
 def _wide_contact(scene: Scene) -> Iterator[str]:
@@ -68,6 +69,19 @@ def _wide_contact(scene: Scene) -> Iterator[str]:
         wide, there = (f"{shown(each, 'mm'):.4g} {shown_unit('mm')}" for each in (width, steel))
         more = f"on that the contact stress is {sqrt(width / steel):.3g} times what is computed"
         yield f"materials.face_width = {wide}: wider than part.{key} ({there}); {more}"
+
+
+def _over_pivot(scene: Scene) -> Iterator[str]:
+    """A roller that is as large as its arm is long: the pin of the arm is within it."""
+    first, second = scene.follower, scene.drive
+    rows = {"follower": (first.roller_radius, first.arm_length)}
+    if scene.mechanism.second_keys:
+        rows["drive"] = second.roller_radius or first.roller_radius, second.arm_length or first.arm_length
+    for table, (radius, arm) in rows.items():
+        if radius and arm and radius >= arm:
+            wide, long = (f"{shown(each, 'mm'):.4g} {shown_unit('mm')}" for each in (radius, arm))
+            of = " of the second disc" if table == "drive" else ""
+            yield f"{table}.roller_radius = {wide}: the roller{of} covers the pivot of its arm ({long})"
 
 
 def thin_walls(scene: Scene) -> list[str]:

@@ -116,6 +116,6 @@ def test_what_two_contacts_have_not_is_refused_with_what_they_have(table, key, s
     scene = pair(np.random.default_rng(8), "oscillating")
     scene |= {"follower": scene["follower"] | {"dynamics": SWUNG}}
     with pytest.raises(BadInput, match=says) as refused:
-        evaluate(Scene.from_dict(scene | {table: scene.get(table, {}) | {key: 5.0}}))
+        evaluate(Scene.from_dict(scene | {table: scene.get(table, {}) | {key: 0.2}}))
     (mistake,) = refused.value.mistakes
     assert mistake.key == f"{table}.{key}"

@@ -196,6 +196,26 @@ BAD = {
         {"follower.dynamics": {"mass": 1, "guide_length": 80}},
         r"guide_length = 80.*: the guide of a conjugate pair is not computed",
     ),
+    "an interference that is no small one": (
+        "translating",
+        {"drive.interference": 5.0, "drive.stiffness": 9e3},
+        r"drive\.interference = 5\.0: must be at most a tenth of the roller's radius \([01]\.\d+\)",
+    ),
+    "the same of arms": (
+        "oscillating",
+        {"search": {"drive.interference": {"start": 0.01, "stop": 5.0}}, "drive.stiffness": 9e3},
+        r"search\.drive\.interference = .*: must be .* at the end of the arm \(0\.\d+ deg\)$",
+    ),
+    "a clearance": (
+        "translating",
+        {"drive.clearance": 0.02, "drive.interference": 0.01, "drive.stiffness": 9e3},
+        r"^[^\n]*drive\.clearance = 0\.02: a conjugate pair has none$",
+    ),
+    "friction of a guide that it has not": (
+        "oscillating",
+        {"follower.dynamics": {"inertia": 0.01, "friction": 0.1}},
+        r"^[^\n]*dynamics\.friction = 0\.1: a disc cam .* has none; it has [^\n]*$",
+    ),
     "mass of a cam": (
         "translating",
         {"limits": {"area": 9e3}},

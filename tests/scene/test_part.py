@@ -214,6 +214,10 @@ def test_a_part_is_read_and_written():
         (wide,) = oddities(scene.replace(**{"materials.face_width": 4 * getattr(scene.part, key)}))
         assert f"wider than part.{key} (" in wide
         assert wide.endswith("on that the contact stress is 2 times what is computed")
+    feed = find_scene("press-feed-by-pair")
+    for table, words in ("follower", "the roller covers"), ("drive", "the roller of the second disc covers"):
+        (told,) = oddities(feed.replace(**{"drive.roller_radius": 16, f"{table}.roller_radius": 112}))
+        assert told.startswith(f"{table}.roller_radius = 112 mm: {words} the pivot of its arm")
     assert [name for name in shipped_scenes() if "thickness" in find_scene(name).to_dict().get("part", {})]
 
 
