@@ -40,7 +40,24 @@ class Jet:
 
     def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
         rule = UFUNCS.get(ufunc, {}).get(tuple(isinstance(x, Jet) for x in inputs))
-        return NotImplemented if method != "__call__" or kwargs or rule is None else rule(*inputs)
+        return NotImplemented if method != "__call__" or kwargs or rule is None else Later(rule, inputs)
+
+
+class Later(Jet):
+    """The result of an operation, computed when it is read: often the value of a curve is, and its slope is not."""
+
+    __slots__ = ("operands", "rule")
+
+    def __init__(self, rule, operands):
+        self.rule, self.operands = rule, operands
+
+    def __getattr__(self, name):
+        if name not in JET_FIELDS:
+            raise AttributeError(name)
+        made, self.operands = self.rule(*self.operands), ()
+        self.low, self.high, self.error = made.low, made.high, made.error
+        self.first, self.second, self.third = made.first, made.second, made.third
+        return getattr(made, name)
 
 
 def where(condition, a, b):
@@ -50,14 +67,18 @@ def where(condition, a, b):
 
 def larger(a, b):
     """The larger of two, the first if they do not compare; numbers or arrays."""
-    beyond = b > a
-    return np.where(beyond, b, a) if type(beyond) is np.ndarray else b if beyond else a
+    if type(a) is np.ndarray or type(b) is np.ndarray:
+        most = np.fmax(a, b)
+        return np.maximum(most, a, out=most)  # a fifth of the time of np.where, with the same bits
+    return b if b > a else a
 
 
 def smaller(a, b):
     """The smaller of two, the first if they do not compare; numbers or arrays."""
-    below = b < a
-    return np.where(below, b, a) if type(below) is np.ndarray else b if below else a
+    if type(a) is np.ndarray or type(b) is np.ndarray:
+        least = np.fmin(a, b)
+        return np.minimum(least, a, out=least)
+    return b if b < a else a
 
 
 @inlined
@@ -316,17 +337,20 @@ def _give_operators():
     """Give jets operators of their own: numpy's dispatch takes far longer than the computation."""
 
     def applied(rules):
-        return lambda jet, other: rules.get((JET, isinstance(other, Jet)), unknown)(jet, other)
+        return lambda jet, other: later(rules.get((JET, isinstance(other, Jet))), jet, other)
 
     def reflected(rules):
-        return lambda jet, other: rules.get((NUMBER, JET), unknown)(other, jet)
+        return lambda jet, other: later(rules.get((NUMBER, JET)), other, jet)
 
-    def unknown(a, b):
-        return NotImplemented
+    def applied_alone(rule):
+        return lambda jet: later(rule, jet)
+
+    def later(rule, *operands):
+        return Later(rule, operands) if rule else NotImplemented
 
     for operation in OPERATORS:
         name, rules = operation.__name__, JET_RULES[operation]
-        setattr(Jet, f"__{name}__", rules[(JET,)] if (JET,) in rules else applied(rules))
+        setattr(Jet, f"__{name}__", applied_alone(rules[(JET,)]) if (JET,) in rules else applied(rules))
         if (JET,) not in rules:
             setattr(Jet, f"__r{name}__", reflected(rules))
 

@@ -12,7 +12,7 @@ from camopt.numerics.piecewise import COUNTS, NUMBERS
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
 ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
-PLAIN_TILE = 1024  # of them uncompiled: a call of numpy takes as long as some thousand numbers in it
+PLAIN_TILE = 4096  # of them uncompiled: a call of numpy takes as long as some thousand numbers in it
 DEPTH = 50  # halvings of a panel
 MOST_KEPT = 8  # workspaces of a thread, each of about a megabyte
 
