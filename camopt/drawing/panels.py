@@ -259,7 +259,7 @@ def _curvature(picture: Picture) -> Panel:
 
 
 def _trace_curvature(picture: Picture, pitch: PieceValues) -> Panel:
-    mechanism, radius = picture.problem.setup.mechanism, float(picture.problem.design.roller_radius[0])
+    mechanism, radius = picture.problem.setup.mechanism, picture.problem.half_width
     both, flanks = mechanism.two_sided, mechanism.flanks[: None if radius else 1]
     cap = _cap(np.concatenate(pitch), radius)
     profiles = [[_offset_curvature(k, mechanism.bulge(flank) * radius, cap) for k in pitch] for flank in flanks]

@@ -3,7 +3,8 @@
 With a trace point, κ_profile = κ/(1 − κ·R_r): the profile's least convex radius is 1/κ_max − R_r, the cam is
 undercut where κ·R_r ≥ 1 (a test of sign, no difference of radii), and a cutter reaches the most concave flank
 if it is no larger than R_r + 1/|κ_min|. A groove is touched on both flanks, so |κ| takes the place of κ, and a
-cutter no wider than the roller reaches them all. A flat face touches the profile itself: ρ is linear in y and y''.
+cutter no wider than the roller reaches them all. With a clearance j flanks are R_r + j/2 from the pitch curve, and
+that is in the place of R_r. A flat face touches the profile itself: ρ is linear in y and y''.
 A corner of the motion is a corner of the curve. Of a cam that is given by its profile the radii are known.
 """
 
@@ -42,10 +43,11 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     both = mechanism.two_sided  # either flank may be the sharper one
     most, least = (pointed, notched) if mechanism.body.convex > 0.0 else (notched, pointed)
     goal, sharp = (LARGEST_MAGNITUDE, has_corner) if both else (LARGEST, pointed)
+    wider = None if setup.given.drive.clearance is None else setup.half_width
     found = {
         "pitch_curvature_max_per_mm": Peak(curves, LARGEST, jumps=most),
         "pitch_curvature_min_per_mm": Peak(curves, LEAST, jumps=least),
-        CONVEX: Peak(curves, goal, ConvexRadius(), sharp, extremes=PITCH_PAIR, open_at_zero=True),
+        CONVEX: Peak(curves, goal, ConvexRadius(wider), sharp, extremes=PITCH_PAIR, open_at_zero=True),
         CUTTER: Peak(curves, LEAST, Cutter(), notched, extremes=PITCH_PAIR),
     }
     return {name: found[name] for name in found if name != CUTTER or not mechanism.cut_as_by_roller}
@@ -102,7 +104,7 @@ def _flat(case: Case) -> dict[str, Any]:
 
 
 def _trace_point(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    roller, both = case.designs.roller_radius, case.setup.mechanism.two_sided
+    roller, both = case.setup.half_width(case.designs), case.setup.mechanism.two_sided
     (most, least), (highest, lowest) = map(case.found.__getitem__, PITCH_PAIR), map(case.far, PITCH_PAIR)
     if both:
         most, highest = np.maximum(most, -least), np.maximum(highest, -lowest)

@@ -11,7 +11,8 @@ hold while b is small against R_r.
 A knife edge has no width, and its stress no bound. In a groove the roller bears on one flank or the other: the one
 that pushes it outward where N > 0, and the one that pulls it back where N < 0. Each has a stress of its own; the
 larger is the contact stress. With clearance the roller may also strike the flank that does not carry:
-``contact_stress_either_MPa`` is the stress if |N| acts on the sharper of both.
+``contact_stress_either_MPa`` is the stress if |N| acts on the sharper of both. The flanks are R_r + j/2 from the
+pitch curve, with a clearance j, and the centre of the roller is j/2 beside it: κ/(1 ∓ κ·j/2) is in the place of κ.
 
 Source: Johnson, Contact Mechanics, ch. 4.
 """

@@ -100,6 +100,13 @@ class RollerLoad(NamedTuple):
     bulge: FloatArray
 
 
+class BesidePitch(NamedTuple):
+    """κ of a curve beside the pitch curve, 1/mm, by ``away`` to the side to which κ > 0 is hollow, mm."""
+
+    curvature: Any
+    away: FloatArray
+
+
 class PointLoad(NamedTuple):
     """N·h/R_s² at a spherical face, N/mm²; ``pressing`` and ``bulge`` as in RollerLoad, ``table`` of h."""
 
@@ -188,6 +195,13 @@ def roller_load(f, i, at):
     left = r - side * r * r * k
     value = f.pressing[i] * normal / left
     return value, (f.pressing[i] * normal1 + value * (side * r * r * k1)) / left
+
+
+@formula(BesidePitch)
+def beside_pitch(f, i, at):
+    k, k1 = curve(f.curvature, i, at)
+    left = 1.0 - f.away[i] * k
+    return k / left, k1 / np.square(left)
 
 
 @formula(PointLoad, loaded=True)
@@ -282,13 +296,22 @@ def contact_load(
     flank = flank or setup.mechanism.flanks[0]
     normal = normal_curve(setup, designs, programme, way)
     if setup.mechanism.curvature:
-        curvature = setup.mechanism.curvature(designs, programme)
+        curvature = roller_path(setup, designs, programme, flank)
         pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, setup.mechanism.bulge(flank)))
         if setup.spherical:
             return PointLoad(normal, curvature, designs.roller_radius, pressing, bent, pressure_table())
         return RollerLoad(normal, curvature, designs.roller_radius, pressing, bent)
     assert setup.mechanism.profile_radius is not None
     return FaceLoad(normal, setup.mechanism.profile_radius(designs, programme))
+
+
+def roller_path(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Any:
+    """κ of the path of the trace point while it is on a flank: with a clearance it is beside the pitch curve."""
+    assert setup.mechanism.curvature is not None
+    found = setup.mechanism.curvature(designs, programme)
+    if setup.given.drive.clearance is None:
+        return found
+    return BesidePitch(found, setup.mechanism.bulge(flank) * (setup.half_width(designs) - designs.roller_radius))
 
 
 def ways(setup: Setup) -> tuple[tuple[float, int], ...]:

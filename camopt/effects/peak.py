@@ -294,19 +294,35 @@ class PerRoller(Scale):
 
 
 @dataclass(frozen=True)
+class HalfWidthPlus:
+    """The same of a wall that is further from the pitch curve than R_r, for a clearance of the roller, mm."""
+
+    half_width: Callable[[Designs], Any]
+    radius: float
+
+    def __call__(self, designs: Designs) -> Any:
+        return self.half_width(designs) + self.radius
+
+
+@dataclass(frozen=True)
 class ConvexRadius(Scale):
-    """The least convex radius of the profile, from the sharpest curvature of the pitch curve: 1/κ − R_r."""
+    """The least convex radius of the profile, from the sharpest curvature of the pitch curve: 1/κ − R_r.
+
+    With a ``half_width`` walls are so far from the pitch curve, in place of R_r.
+    """
+
+    half_width: Callable[[Designs], Any] | None = None
 
     falls: ClassVar[bool] = True
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
-        return 1.0 / np.maximum(extreme, 0.0) - designs.roller_radius
+        return 1.0 / np.maximum(extreme, 0.0) - self.weight(0.0)(designs)
 
     def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(1.0)
 
     def weight(self, quantity: float) -> Callable[[Designs], Any]:
-        return BodyRadiusPlus(quantity)
+        return BodyRadiusPlus(quantity) if self.half_width is None else HalfWidthPlus(self.half_width, quantity)
 
 
 @dataclass(frozen=True)

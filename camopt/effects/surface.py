@@ -34,7 +34,7 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
-from camopt.effects.loads import contact_load, has_guide_friction, is_sound, normal_curve, ways
+from camopt.effects.loads import contact_load, has_guide_friction, is_sound, normal_curve, roller_path, ways
 from camopt.effects.peak import AS_IT_IS, Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
 from camopt.effects.peak_columns import as_column, columns_of_ends, extreme_of, peak_column
 from camopt.mechanisms.body import INNER_SIDE
@@ -252,7 +252,7 @@ def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: fl
         entrainment_curve(setup, designs, programme),
     )
     if mechanism.curvature:
-        radius = RollerRadius(mechanism.curvature(designs, programme), designs.roller_radius)
+        radius = RollerRadius(roller_path(setup, designs, programme, mechanism.flanks[0]), designs.roller_radius)
         return Thinness(normal, entrainment, radius)
     assert mechanism.profile_radius is not None
     return Thinness(normal, entrainment, mechanism.profile_radius(designs, programme))
