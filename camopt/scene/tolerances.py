@@ -292,6 +292,7 @@ def _angles_in(table: Any) -> Iterator[tuple[str, Any]]:
 
 def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, name: str) -> Iterator[Fault]:
     """Check that there is what a tolerance is of, and that it has a zone which leaves a number."""
+    yield from _of_profiles(data, mechanism)
     table = data.get("tolerances")
     if not isinstance(table, Mapping):
         return
@@ -306,10 +307,6 @@ def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, na
         yield from _class(place, value, key, size)
         yield from _left(place, value, key, size)
         yield from _spread(place, value)
-    for key in ("profile", "bore_eccentricity"):
-        size, off = number_of(at(data, f"cam.{mechanism.body.size}")), number_of(table.get(key))
-        if size is not None and off is not None and off >= size:
-            yield f"tolerances.{key}", off, f"must be below cam.{mechanism.body.size} ({size:g})"
     for key, value in _angles_in(table):
         yield from _spread(f"tolerances.{key}", value)
         if any(each > HALF_TURN for each in _ends(value) if each is not None):
@@ -329,6 +326,17 @@ def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, na
             at(data, "part.profile_tolerance"),
             "is tolerances.profile already: leave it out",
         )
+
+
+def _of_profiles(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[Fault]:
+    """Check that what is off of profiles, and of their axis, is less than their cams are."""
+    for place in ("tolerances.profile", "part.profile_tolerance", "tolerances.bore_eccentricity"):
+        off = number_of(at(data, place))
+        for key in (f"cam.{mechanism.body.size}", "drive.base_radius"):
+            size = number_of(at(data, key))
+            if size is not None and off is not None and off >= size > 0.0:
+                yield place, off, f"must be below {key} ({size:g})"
+                break
 
 
 def _of_nothing(data: Mapping[str, Any], key: str, mechanism: Mechanism, tip: Tip, name: str) -> str:

@@ -46,6 +46,7 @@ GAPS = (1e-5, 1e-4, 1e-3, 1e-2)
 WORSE = 8
 """How often a worse cam than the worst so far is taken for it."""
 SECONDS = 20.0
+PROFILE_PLACES = "tolerances.profile (part.profile_tolerance)"
 CORNERS = "the velocity of the motion jumps"
 HALVINGS = 12
 """Of a tolerance that is too large, for the largest one that is not."""
@@ -426,7 +427,8 @@ class WorstSearch:
         unit = degrees(1.0) if of[0] in ANGLES else 1.0
         most = unit * max(map(abs, self.ends[of[0]]))
         why = f"{why}: at most about {low * most:.3g}"
-        return BadInput([Mistake(self.problem.file, f"tolerances.{of[0]}", most, why, bare=True)])
+        place = PROFILE_PLACES if of[0] == "profile" else f"tolerances.{of[0]}"
+        return BadInput([Mistake(self.problem.file, place, most, why, bare=True)])
 
     def _touched(self, keys: list[str], share: float) -> bool:
         """Whether followers touch cams all over the turn with errors of some keys alone, up to a share of each."""
