@@ -31,7 +31,7 @@ from camopt.reporting.sections import (
     verdict_line,
     verdicts_sheet,
 )
-from camopt.reporting.tolerances import has_tolerances, in_a_sentence
+from camopt.reporting.tolerances import AT_REST, MOVING, has_tolerances, in_a_sentence, yield_in_a_sentence
 from camopt.scene.scene import Scene
 from camopt.scene.written import write_scene
 from camopt.tables.layout import Cell, Table
@@ -120,7 +120,7 @@ class Session:
         problem = resolve_design(scene)
         sketch = Sketch(scene, problem)
         sheet = _quick_sheet(sketch)
-        return self._shown(sketch, [_quick_line(sketch, sheet), *_tolerance_line(sketch)], sheet, [])
+        return self._shown(sketch, [_quick_line(sketch, sheet), *_tolerance_lines(sketch, MOVING)], sheet, [])
 
     def settle(self, asked: Mapping[str, Any]) -> Answer:
         """The cam where the controls rest: every limit proved, all quantities, more samples."""
@@ -132,7 +132,8 @@ class Session:
             Chapter("Quantities", [quantities_sheet([found], [problem], ["value"])]),
             *chapters_of(ShownCam(scene.name, scene), problem, pictures=False),
         ]
-        return self._shown(picture, [verdict_line(sheet, scene), *_tolerance_line(picture)], sheet, sections)
+        lines = [verdict_line(sheet, scene), *_tolerance_lines(picture, AT_REST)]
+        return self._shown(picture, lines, sheet, sections)
 
     def _shown(self, picture: Picture, lines: list[Cell], sheet: Table, sections: list[Chapter]) -> Answer:
         return {
@@ -180,11 +181,13 @@ def stem_of(scene: Scene) -> str:
     return re.sub(r"[^\w-]+", "-", scene.name, flags=re.ASCII).strip("-_")[:40] or "cam"
 
 
-def _tolerance_line(picture: Picture) -> list[Cell]:
-    """How far the motion may be off, of a scene with tolerances."""
+def _tolerance_lines(picture: Picture, cams: int) -> list[Cell]:
+    """How far the motion may be off, and the yield of some cams, of a scene with tolerances."""
     scene, problem = picture.scene, picture.problem
-    told = in_a_sentence(scene, problem) if has_tolerances(scene, problem) else ""
-    return [Cell(told)] if told else []
+    if not has_tolerances(scene, problem):
+        return []
+    told = in_a_sentence(scene, problem), yield_in_a_sentence(scene, problem, cams)
+    return [Cell(each) for each in told if each]
 
 
 def _evaluation(sketch: Sketch) -> Evaluation:

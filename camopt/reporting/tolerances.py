@@ -10,13 +10,15 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import Tolerances
 from camopt.tables.cells import with_unit
 from camopt.tables.layout import Table
-from camopt.tolerances.batch import sample_cams
+from camopt.tolerances.batch import sample_cams, yield_of
 from camopt.tolerances.picture import draw
 from camopt.tolerances.tolerance import MotionError, MotionErrors, errors_of
 from camopt.tolerances.turn import TurnErrors
 
 CAMS = 1024
 """Of the batch of which a page tells the yield."""
+MOVING, AT_REST = 256, 4096
+"""Of those of which a line tells it, while a control moves and where it rests."""
 DOTS_PER_INCH = 110
 
 
@@ -33,6 +35,15 @@ def in_a_sentence(scene: Scene, problem: Problem) -> str:
         return ""
     told = ", ".join(map(_said, errors_of(turn)))
     return f"By its tolerances off by at most: {told} (root sum square in brackets)."
+
+
+def yield_in_a_sentence(scene: Scene, problem: Problem, cams: int) -> str:
+    """The share of some cams that holds the limits, with its interval; empty where no limit is touched."""
+    found = yield_of(scene, problem, cams)
+    if found is None:
+        return ""
+    share, low, high = (100.0 * each for each in found)
+    return f"Of {cams:,} cams drawn by its tolerances {share:.4g} % hold the limits ({low:.4g} to {high:.4g} %)."
 
 
 def _said(error: MotionError) -> str:

@@ -16,7 +16,7 @@ E. Borgonovo, C. L. Smith, Global sensitivity measures from given data, Eur. J. 
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from math import inf, isfinite
 from typing import Any, ClassVar, NamedTuple
 
@@ -41,6 +41,7 @@ from camopt.tolerances.draw import beyond, drawn, parts_of
 from camopt.tolerances.largest import LargestErrors
 from camopt.tolerances.limited import limited, worst_of
 from camopt.tolerances.margins import OWN_SIZES, Box
+from camopt.tolerances.response import ORDERS
 from camopt.tolerances.touching import error_ends, error_unit
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
 from camopt.tolerances.two_contacts import SECOND, cams_of, errors_of
@@ -329,34 +330,19 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
         raise BadInput([Mistake("camopt", "cams", cams, f"a whole number from 1 to {MOST_CAMS:,}")])
     scene = scene.toleranced
     problem = resolve_design(scene)
-    pair = bool(problem.setup.mechanism.further)
-    off = drawn(scene, problem.nominal, cams, seed, partial(errors_of, problem))
+    some = _Drawn.of(scene, problem, cams, seed)
+    off, moving, on_errors = some.off, some.moving, some.on_errors
     if not off:
         raise no_tolerances(problem.file)
-    box, spreads = Box.of(scene, problem), tuple[Spread, ...]()
     held, samples = np.ones(cams, dtype=bool), dict(_errors_sampled(scene, off))
-    turn = TurnErrors(scene, problem)
-    moving = {key: each for key, each in off.items() if moves_tool(key.removesuffix(SECOND))}
-    if pair and problem.setup.train is not None:  # what both contacts do comes through no train here
-        moving = {}
-    largest = [*_largest(turn, moving)] if moving else []
+    largest, spreads = [*_largest(TurnErrors(scene, problem), moving)] if moving else [], tuple[Spread, ...]()
     samples |= {each.column: Sampled(each.unit, each.sentence, each.values) for each in largest}
-    drawn_of = {key: each for key, each in box.variables.items() if each.is_ranged and key in off}
-    if own := {v.field: box.problem.nominal[key] + off[key] for key, v in drawn_of.items()}:
-        limits = [
-            limit
-            for limit in box.problem.without_last.limits
-            if limit.shown and not (limit.is_of_motion or limit.of_errors)
-        ]
-        every = box.problem.design.take(np.zeros(cams, dtype=int)).with_values(own)
-        excess, values = evaluated(box.problem, limits, every)
-        held = np.all(excess <= 0.0, axis=0)
-        numbers = {key: own[v.field] for key, v in drawn_of.items()}
-        spreads = tuple(_spreads(limits, excess, values, numbers))
-        for limit, each in zip(limits, values, strict=True):
+    if found := some.by_limits:
+        held = np.all(found.excess <= 0.0, axis=0)
+        spreads = tuple(_spreads(*found))
+        for limit, each in zip(found.limits, found.values, strict=True):
             known = QUANTITIES[limit.shown[0]]
             samples[known.name] = Sampled(known.unit, known.sentence, each)
-    on_errors = {limit.shown[0]: limit.bound for limit in problem.limits if limit.of_errors}
     on_errors |= {} if within is None else {error_names(problem.setup)[0]: within}
     for each in largest:
         held &= each.values <= on_errors.get(each.column, inf)
@@ -364,8 +350,81 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
     ends = {key: (zone.lower, zone.upper) for key, zone in error_zones(scene, problem.nominal).items()}
     ends |= error_ends(scene, problem)
     outside = int(np.count_nonzero(beyond(off, {key: ends[key.removesuffix(SECOND)] for key in off})))
-    found = share_of(int(np.count_nonzero(held)), cams)
-    return Batch(scene, cams, seed, outside, found, errors, spreads, samples, within)
+    of_all = share_of(int(np.count_nonzero(held)), cams)
+    return Batch(scene, cams, seed, outside, of_all, errors, spreads, samples, within)
+
+
+def yield_of(scene: Scene, problem: Problem, cams: int) -> Share | None:
+    """The share of cams that holds the limits, as of ``sample_cams``; None if no limit is looked at."""
+    some, held = _Drawn.of(scene, problem, cams, 0), np.ones(cams, dtype=bool)
+    if not (some.by_limits or (some.moving and some.on_errors)):
+        return None
+    if some.by_limits:
+        held = np.all(some.by_limits.excess <= 0.0, axis=0)
+    found, columns = some.largest, error_names(problem.setup)
+    for column, bound in some.on_errors.items() if some.moving else ():
+        order = columns.index(column)
+        errors = found.of_motion(some.moving, order).error if order < ORDERS else found.of_dwells(some.moving)
+        held &= errors <= bound / scale(problem.setup, order % ORDERS)
+    return share_of(int(np.count_nonzero(held)), cams)
+
+
+class _ByLimits(NamedTuple):
+    """What cams have of limits: of the quantity of each, (limits, cams)."""
+
+    limits: list[Limit]
+    excess: FloatArray
+    values: FloatArray
+    numbers: dict[str, FloatArray]
+    """Of each cam, by key of the scene."""
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """Cams that are drawn."""
+
+    scene: Scene
+    problem: Problem
+    off: Off
+
+    @classmethod
+    def of(cls, scene: Scene, problem: Problem, cams: int, seed: int) -> "_Drawn":
+        return cls(scene, problem, drawn(scene, problem.nominal, cams, seed, partial(errors_of, problem)))
+
+    @cached_property
+    def moving(self) -> Off:
+        """The errors that move the tool."""
+        if self.problem.setup.mechanism.further and self.problem.setup.train is not None:
+            return {}  # what both contacts do comes through no train here
+        return {key: each for key, each in self.off.items() if moves_tool(key.removesuffix(SECOND))}
+
+    @cached_property
+    def on_errors(self) -> dict[str, float]:
+        """The bounds of limits on errors, by column."""
+        return {limit.shown[0]: limit.bound for limit in self.problem.limits if limit.of_errors}
+
+    @cached_property
+    def largest(self) -> LargestErrors:
+        """How the largest errors of their motions are found."""
+        return LargestErrors(cams_of(self.problem, self.scene.tolerances.waves or 0), tuple(self.moving))
+
+    @cached_property
+    def by_limits(self) -> _ByLimits | None:
+        """What they have of limits; None without errors of numbers that limits are about."""
+        box = Box.of(self.scene, self.problem)
+        of = {key: each for key, each in box.variables.items() if each.is_ranged and key in self.off}
+        numbers = {key: box.problem.nominal[key] + self.off[key] for key in of}
+        if not numbers:
+            return None
+        limits = [
+            limit
+            for limit in box.problem.without_last.limits
+            if limit.shown and not (limit.is_of_motion or limit.of_errors)
+        ]
+        cams = next(iter(numbers.values())).size
+        every = box.problem.design.take(np.zeros(cams, dtype=int))
+        every = every.with_values({each.field: numbers[key] for key, each in of.items()})
+        return _ByLimits(limits, *evaluated(box.problem, limits, every), numbers)
 
 
 def _plain(value: float | None) -> str | None:

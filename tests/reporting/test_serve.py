@@ -23,11 +23,13 @@ from support.browser import running_browser, watched_page
 
 import camopt
 from camopt.kernels import compile
+from camopt.problem.problem import resolve_design
 from camopt.reporting import search
 from camopt.reporting.controls import controls_of, scene_of_settings
 from camopt.reporting.sections import signed
 from camopt.reporting.server import MOST_BYTES, MOST_STRANGERS, serving
 from camopt.reporting.session import Session, answer_to
+from camopt.tolerances.batch import yield_of
 
 MOVES = {
     "two-pauses": {"cam.base_radius": 41.0},
@@ -123,6 +125,31 @@ def test_tolerances_have_sliders_and_a_line_follows_them(tmp_path):
     ]
     worst = camopt.tolerance(moved).errors[0].worst
     assert any(f"off by at most: displacement {worst:.6g} deg" in line and "velocity ∞" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "limits"),
+    [
+        (
+            "rocker-valve",
+            {"follower.arm_length": 0.05, "profile": 0.02, "bore_eccentricity": 0.03},
+            {"position_error": 0.07, "dwell_error": 0.05, "pressure_angle": 24.52},
+        ),
+        ("press-feed-by-pair", {"follower.arm_length": 0.05, "profile": 0.01}, {"pressure_angle": 26.42}),
+    ],
+)
+def test_the_yield_follows_a_slider_and_is_that_of_a_batch(tmp_path, name, given, limits):
+    scene = camopt.find_scene(name).replace(part={}, tolerances=given, limits=limits)
+    session, problem = Session(scene, tmp_path), resolve_design(scene)
+    values = {each.key: each.value for each in session.controls}
+    lines = [line.text for line in session.move({"values": values})["lines"]]
+    batch = camopt.sample_cams(scene, cams=256)
+    assert batch.held.share < 1.0
+    told = next(line for line in lines if line.startswith("Of 256 cams drawn"))
+    assert f"{100.0 * batch.held.share:.4g} % hold the limits ({100.0 * batch.held.low:.4g} to" in told
+    assert yield_of(scene, problem, 256) == batch.held
+    with_no_limit = scene.replace(limits={}, tolerances={"profile": 0.01})
+    assert yield_of(with_no_limit, resolve_design(with_no_limit), 256) is None
 
 
 def test_sliders_are_in_the_units_that_are_shown(tmp_path):

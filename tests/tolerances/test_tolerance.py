@@ -265,6 +265,14 @@ def test_what_is_no_tolerance_is_told(given, said):
     assert said in str(refused.value)
 
 
+def test_a_tolerance_of_the_drawing_that_leaves_no_cam_is_told_too():
+    pair = camopt.find_scene("press-feed-by-pair")
+    for given, said in ((65, "cam.base_radius (62)"), (61, "drive.base_radius (60)")):
+        with pytest.raises(BadInput) as refused:
+            pair.replace(**{"part.profile_tolerance": given, "drive.base_radius": 60})
+        assert f"part.profile_tolerance = {float(given)}: must be below {said}" in str(refused.value)
+
+
 @pytest.mark.parametrize(
     ("scene", "given", "key", "most"),
     [
