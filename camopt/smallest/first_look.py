@@ -1,7 +1,7 @@
 """A first look at a box of designs: a coarse grid, and from its best design on a search for the least excess."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
@@ -48,7 +48,7 @@ def first_look(problem: Problem, bounds: SizeBounds, values: int = VALUES, until
         return Look(None)
     seen = [bound_excesses(problem, block, frozenset(), until) for block in _blocks(points, until)]
     excess, surely = (np.concatenate([getattr(each, side) for each in seen], axis=1) for side in ("outer", "inner"))
-    if _whatever_the_size(problem, surely):
+    if _whatever_the_size(problem, surely) or any(_never(*other) for other in problem.every(points.take([0]))):
         return Look(None, points.take([least_excess(excess)]), hopeless=True)
     near = nearest_miss(problem, bounds, points.take([least_excess(excess)]), until)
     return Look(near) if proved_feasible(problem, near, until) else Look(None, near)
@@ -97,6 +97,12 @@ def _blocks(points: Designs, until: float) -> Iterator[Designs]:
         if first >= LOOK_BATCH and now() > until:
             return
         yield points.take(slice(first, first + size))
+
+
+def _never(problem: Problem, design: Designs) -> bool:
+    """Whether a cam exceeds a limit by its motion alone."""
+    of_motion = replace(problem, limits=tuple(limit for limit in problem.limits if limit.is_of_motion))
+    return _whatever_the_size(of_motion, bound_excesses(of_motion, design, frozenset()).inner)
 
 
 def _whatever_the_size(problem: Problem, excess: FloatArray) -> bool:

@@ -127,6 +127,15 @@ class Parts:
             self, panel=self.panel[index], side=self.side[index], low=self.low[:, index], high=self.high[:, index]
         )
 
+    def parted(self, place: FloatArray) -> "Parts":
+        """With those parts cut in two that have a place of their panel, one for each, inside."""
+        inside = (self.low[0] < place) & (place < self.high[0])
+        before, after = np.where(inside, place, self.high[0]), place[inside]
+        low, high = np.hstack([self.low, self.low[:, inside]]), np.hstack([self.high, self.high[:, inside]])
+        low[0, self.size :], high[0, : self.size] = after, before
+        panel, side = (np.concatenate([each, each[inside]]) for each in (self.panel, self.side))
+        return replace(self, panel=panel, side=side, low=low, high=high)
+
     def monotone(self, slopes: Interval) -> "Parts":
         """With that end alone of each variable with which the excess surely rises or falls."""
         rises, falls = slopes.low >= 0.0, slopes.high <= 0.0

@@ -6,7 +6,7 @@ of the cam bounds the excess of all cams with all trains of a box (``enclosure``
 motions of single trains.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from math import inf
@@ -36,6 +36,15 @@ TERMS = 3  # of series: up to the acceleration, the highest derivative that valu
 FACTORIALS = 2.0, 6.0
 
 
+LoadAt = Callable[[ExternalLoad], tuple[Any, Any]]
+"""What a load that changes over the turn is at some cam angles, with its slope by the cam angle."""
+
+
+def unloaded(load: ExternalLoad) -> tuple[Any, Any]:
+    """Where no load is asked for."""
+    raise NotImplementedError
+
+
 class ToolPlaces(NamedTuple):
     """Cam angles, and the motion that is asked of the tool there."""
 
@@ -63,7 +72,7 @@ class Links:
     train: Train
     follower: Taylor
     load: ExternalLoad | TrainLoad | None
-    angles: FloatArray
+    at: LoadAt
     ways: Any
     """Which way followers move: 1, −1, or 0 at rest."""
 
@@ -85,14 +94,14 @@ class Links:
     def state(self) -> Any:
         """What curves take of the loads over the turn, and of what comes through trains."""
         if isinstance(self.load, ExternalLoad):
-            return Load(*self.load.at(self.angles))
+            return Load(*self.at(self.load))
         if self.load is None:
             return None
         found = self._brought(self.load)
         return TrainForces(_plain(found.still.terms[0]), 0.0, _plain(found.carried.terms[0]), 0.0)
 
     def _brought(self, load: TrainLoad) -> Brought:
-        loads = {joint: Taylor([*each.at(self.angles), 0.0]) for joint, each in load.loads}
+        loads = {joint: Taylor([*self.at(each), 0.0]) for joint, each in load.loads}
         return replace(load, train=self.train).of(self.train, self.follower, self.ways, loads)
 
 
@@ -135,7 +144,7 @@ class Driven:
         return inf
 
 
-def driven_at(problem: Problem, designs: Designs, angles: FloatArray, motion: Sequence[Any], ways: Any) -> Driven:
+def driven_at(problem: Problem, designs: Designs, at: LoadAt, motion: Sequence[Any], ways: Any) -> Driven:
     """The motion that trains of designs give at cam angles, with which go the tool's motion and its ways."""
     turn = problem.programme
     train = _trains(problem, designs)
@@ -145,7 +154,7 @@ def driven_at(problem: Problem, designs: Designs, angles: FloatArray, motion: Se
     sense = _sense(other - one)
     lowest, highest = np.minimum(one, other), np.maximum(one, other)
     y, y1, *higher = follower.terms
-    links = Links(train, Taylor(follower.terms[:TERMS]), turn.load, angles, ways * sense)
+    links = Links(train, Taylor(follower.terms[:TERMS]), turn.load, at, ways * sense)
     y2, y3, *_ = (*(each * by for each, by in zip(higher, FACTORIALS, strict=False)), 0.0)
     state = State(_plain(y - lowest), _plain(y1), _plain(y2), _plain(y3), links.state)
     return Driven(turn.tool, turn.load, state, _plain(highest - lowest), _plain(other - one), sense, links)
@@ -154,7 +163,7 @@ def driven_at(problem: Problem, designs: Designs, angles: FloatArray, motion: Se
 def at_places(problem: Problem, designs: Designs, places: ToolPlaces) -> Driven:
     """The motion of the followers of single designs, arrays (places, designs)."""
     angles, motion, kinds = places.angles[:, None], places.motion[..., None], places.kinds[:, None]
-    return driven_at(problem, designs, angles, tuple(motion), way_of(kinds))
+    return driven_at(problem, designs, lambda load: load.at(angles), tuple(motion), way_of(kinds))
 
 
 def over_boxes(
@@ -165,7 +174,8 @@ def over_boxes(
     rows = zip(places.motion[:, where], error, strict=False)
     motion = tuple(widened(Interval(row - e, row + e)) for row, e in rows)
     trains = _placed(problem, boxes, radicands)
-    return driven_at(problem, trains, places.angles[where], motion, way_of(places.kinds[where]))
+    ways = way_of(places.kinds[where])
+    return driven_at(problem, trains, lambda load: load.at(places.angles[where]), motion, ways)
 
 
 def over_ranges(problem: Problem, boxes: Designs, motion: Sequence[Interval], kinds: IntArray) -> Driven:
@@ -174,7 +184,7 @@ def over_ranges(problem: Problem, boxes: Designs, motion: Sequence[Interval], ki
     Of loads that are the same all over the turn.
     """
     trains = _placed(problem, boxes, [])
-    return driven_at(problem, trains, np.empty(0), tuple(map(widened, motion)), way_of(kinds))
+    return driven_at(problem, trains, unloaded, tuple(map(widened, motion)), way_of(kinds))
 
 
 def _placed(problem: Problem, boxes: Designs, radicands: list[Sloped]) -> Designs:

@@ -18,19 +18,20 @@ import numpy as np
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.motion.driven import travel
+from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.table import turned_kinds, way_of
-from camopt.motion.train_load import TrainLoad
-from camopt.numerics import IntArray
+from camopt.numerics import UNIT, FloatArray, IntArray
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval, as_interval
+from camopt.numerics.loading import ANGLE_ERRORS, LOAD_ERRORS
 from camopt.numerics.sloped import Placed, Quotient, Sloped, as_quotient, as_sloped, range_of, variables
 from camopt.problem.claims import Claim
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
 from camopt.verdicts.claim_boxes import Answer, Ends, Parts, Search, excess_of, state_over
-from camopt.verdicts.driven_boxes import Driven, driven_at
+from camopt.verdicts.driven_boxes import Driven, LoadAt, driven_at
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 MOST_ORDER = 2
@@ -58,13 +59,12 @@ def limit_over_trains(problem: Problem, limit: Limit, design: Designs, ends: End
     return broken[0] if broken else Answer(HELD if all(each.verdict == HELD for each in found) else UNDECIDED)
 
 
-def _with_load(problem: Problem, claim: Claim) -> Problem | None:
-    """The problem with the load that a claim is about; None of one that changes over the turn, as few are known."""
-    load, mechanism = problem.programme.load, problem.setup.mechanism
+def _with_load(problem: Problem, claim: Claim) -> Problem:
+    """The problem with the load that a claim is about."""
+    mechanism = problem.setup.mechanism
     if claim.curve in (*mechanism.of_pitch, mechanism.profile_radius, mechanism.outline):
         return replace(problem, programme=replace(problem.programme, load=None))
-    changes = load.loads if isinstance(load, TrainLoad) else load
-    return None if changes else problem
+    return problem
 
 
 def claim_over_trains(
@@ -76,9 +76,7 @@ def claim_over_trains(
         return Answer(HELD)
     if isinstance(made, Derivative) and not (made.at_follower and made.order <= MOST_ORDER):
         return Answer(UNDECIDED)
-    if (known := _with_load(problem, claim)) is None:
-        return Answer(UNDECIDED)
-    search = TrainSearch(known, claim, design, tuple(ends), until, of_train)
+    search = TrainSearch(_with_load(problem, claim), claim, design, tuple(ends), until, of_train)
     return search.run(search.first(ends))
 
 
@@ -130,7 +128,31 @@ class TrainSearch(Search):
     def first(self, ends: Ends) -> Parts:
         """Whole panels of the tool's motion where the follower's is of the kinds of the claim, with the box."""
         own = self.kinds if self.sense > 0.0 else turned_kinds(self.kinds)
-        return Parts.of(np.flatnonzero(own & self.claim.kinds), self.claim, ends)
+        parts, table = Parts.of(np.flatnonzero(own & self.claim.kinds), self.claim, ends), self.tool.table
+        centre, half = table.centre[parts.panel], table.half_width[parts.panel]
+        for corner in self.corners:
+            parts = parts.parted((np.mod(corner - centre + np.pi, 2.0 * np.pi) - np.pi) / half)
+            centre, half = table.centre[parts.panel], table.half_width[parts.panel]
+        return parts
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """The cam angles between which loads go straight."""
+        load = self.problem.programme.load
+        return () if load is None else load.angles
+
+    def loaded(self, parts: Parts, u: FloatArray, angle: Sloped) -> LoadAt:
+        """What loads are over parts, which have no corner of them inside."""
+        table = self.tool.table
+        place = u * table.half_width[parts.panel]
+
+        def at(load: ExternalLoad) -> tuple[Any, Any]:
+            value, slope = load.at(table.centre[parts.panel] + place)
+            error = UNIT * (LOAD_ERRORS * load.largest + ANGLE_ERRORS * np.abs(slope))
+            straight = Interval(value - slope * place - error, value - slope * place + error)
+            return Placed.of(angle * slope + straight, []), slope
+
+        return at
 
     def excess(self, parts: Parts) -> Sloped:
         found, claim = self.over(parts), self.claim
@@ -161,7 +183,8 @@ class TrainSearch(Search):
         own: dict[str, Any] = {key: each for key, each in designs.numbers.items() if is_of_train(key)}
         trains = {key: Placed.of(each, radicands) for key, each in own.items()}
         ways = way_of(self.kinds[parts.panel])
-        driven = driven_at(self.problem, designs.with_values(trains), np.empty(0), motion, ways)
+        loads = self.loaded(parts, middle[0], angle)
+        driven = driven_at(self.problem, designs.with_values(trains), loads, motion, ways)
         margins = self.problem.setup.mechanism.assembly_margins(designs, driven)  # type: ignore[arg-type]
         assembled = driven.sense == self.sense
         for each in (*margins, *radicands):

@@ -14,6 +14,7 @@ GIVEN = {
     "slide-by-bell-crank": {"train.1.crank": 0.1, "train.1.coupler": 0.1, "follower.roller_radius": 0.02},
     "press-ram-by-four-bar": {"train.1.coupler": 0.05, "train.2.crank": {"plus": 0.05, "minus": 0.02}},
     "valve-with-rocker": {"train.1.output_arm": 0.05, "follower.offset": 0.05},
+    "pusher-by-lever": {"train.1.ratio": 0.01, "train.1.mass": 0.05},
 }
 STEPS = 3
 """Of each number in a scan."""
@@ -57,6 +58,22 @@ def test_a_robust_cam_is_the_smallest_of_which_no_cam_with_any_train_breaks_a_li
     nominal = best.scene.replace(**{"cam.base_radius": best["nominal_mm"] * (1.0 + 1e-9)})
     assert "broken" in camopt.certify(nominal).values()
     assert set(camopt.certify(nominal.replace(**{"search.robust": False})).values()) == {"held"}
+
+
+@pytest.mark.parametrize("limit", ["joint_force_max_N", "contact_force_min"])
+def test_forces_under_a_load_over_the_turn_are_proved_for_all_trains(limit):
+    """To 1e-8 of the force of the worst corner, which is computed from its own train."""
+    scene = asked("clamp-by-wedge", {"train.1.angle": 0.1, "train.1.mass": 0.1})
+    problem, column = resolve_design(scene), "contact_force_min_N" if limit == "contact_force_min" else limit
+    forces = [
+        camopt.evaluate(scene.replace(**{"train.1.angle": 12 + angle, "train.1.mass": 2 + mass}))[column]
+        for angle, mass in itertools.product((-0.1, 0.0, 0.1), repeat=2)
+    ]
+    side, worst = (-1.0, min(forces)) if limit == "contact_force_min" else (1.0, max(forces))
+    assert problem.programme.load.angles
+    for share, verdict in ((1e-8, "held"), (-1e-8, "broken")):
+        bound = worst * (1.0 + side * share)
+        assert camopt.certify(scene.replace(**{f"limits.{limit}": bound}))[limit] == verdict
 
 
 def test_zero_tolerances_of_links_give_the_nominal_answer_to_the_last_bit():

@@ -123,5 +123,6 @@ def show_miss(miss: "Design", found: str = "No feasible design. The nearest miss
     broken = {name for limit in problem.limits if limit.name in violated for name in limit.shown}
     about = {name: "broken" if name in broken else "" for name in columns_of(problem, [row])}
     show("", design_table(found, problem, row, about))
-    undecided = "It is so near its limits that neither side is proved."
+    others = "It holds the limits; a cam within its tolerances does not."
+    undecided = others if problem.zones else "It is so near its limits that neither side is proved."
     show("", f"It breaks {', '.join(violated)}." if miss["violated"] else undecided)
