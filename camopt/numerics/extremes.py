@@ -35,6 +35,7 @@ from camopt.numerics.distinct import distinct
 from camopt.numerics.evaluating import CURVE, evaluator
 from camopt.numerics.jet import larger
 from camopt.numerics.piecewise import PANEL_RECORD, MotionTable, Panels, panels_of
+from camopt.numerics.same import Same
 from camopt.numerics.searching import blurred, look_again, search_panel
 from camopt.numerics.workspace import WORK, plain_workspace, workspace
 
@@ -336,21 +337,8 @@ def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision
     return Extremes(*answers)
 
 
-class Same:
-    """A key that is equal for one and the same object."""
-
-    def __init__(self, table: MotionTable) -> None:
-        self.table = table
-
-    def __hash__(self) -> int:
-        return id(self.table)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Same) and other.table is self.table
-
-
 @lru_cache(maxsize=64)
-def _turn_of(same: Same, loaded: bool) -> tuple[MotionTable, Panels]:
+def _turn_of(same: Same[MotionTable], loaded: bool) -> tuple[MotionTable, Panels]:
     """A motion table and its panels, as kernels take them; without a load, one kernel for both kinds of turn."""
-    table = same.table if loaded else same.table._replace(load=None)
+    table = same.value if loaded else same.value._replace(load=None)
     return lasting(table), lasting(panels_of(table))

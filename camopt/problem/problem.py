@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import inf, nan
 from typing import Any
 
@@ -16,6 +16,7 @@ from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment
+from camopt.numerics.same import Same
 from camopt.problem.asked_in_vain import not_offered, out_of_reach, unlike_halves
 from camopt.problem.choices import Choices, choices_of
 from camopt.problem.claims import Claim
@@ -325,7 +326,7 @@ def resolve(scene: Scene) -> Problem:
     BadInput
         For a robust search of numbers whose tolerances are not the same for all of their values.
     """
-    problem = _resolved(scene)
+    problem = _resolved(Same(scene))
     given = scene.tolerances.numbers if scene.search.robust else {}
     classes = [each for each in problem.variables if each.is_searched and each.key in given and given[each.key].iso]
     if classes:
@@ -339,8 +340,10 @@ def _of_class(searched: Variable) -> str:
     return f"± mm: with search.robust no class of a size that [search] varies; or leave out {searched.searched}"
 
 
-def _resolved(scene: Scene) -> Problem:
+@lru_cache(maxsize=4)  # a command asks several times of its scene
+def _resolved(same: Same[Scene]) -> Problem:
     """As ``resolve``, of a design that a search leaves as it is."""
+    scene = same.value
     if not isinstance(scene, Scene):
         raise BadInput([Mistake("camopt", "scene", scene, "a Scene, such as find_scene or Scene.from_toml give")])
     variables = variables_of(scene)
@@ -395,7 +398,7 @@ def resolve_design(scene: Scene) -> Problem:
     BadInput
         For each size, or other number, that it leaves to a search.
     """
-    problem = _resolved(scene)
+    problem = _resolved(Same(scene))
     if mistakes := missing(problem):
         raise BadInput(mistakes)
     return problem

@@ -115,10 +115,12 @@ def sweep(
         return Report(partial(show_sweep, made), code, notes)
 
     def beside(made: Any) -> dict[str, Any]:
-        kept.update(report_of(made).kept(words))
+        reports.append(report_of(made))
+        kept.update(reports[0].kept(words))
         return kept
 
     kept: dict[str, Any] = {}
+    reports: list[Report] = []
     made: Any
     with terminal.progress(quiet, unit) as advance:
         if part:
@@ -127,7 +129,7 @@ def sweep(
             made = sweep_part(scene, part, out, keep, workers, advance, engine, notify, again, beside)
         else:
             made = run(scene, out, keep, workers, advance, engine=engine, tell=notify, again=again, beside=beside)
-    report = report_of(made)
+    report = reports[0] if reports else report_of(made)  # of what was done already
     report.tell(as_json, kept)
     if not quiet:
         terminal.say_notes(report.notes)
