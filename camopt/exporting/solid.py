@@ -3,9 +3,10 @@
 A disc cam is a plate from z = 0 to its thickness, with a hub on the far side of that; bore and keyway go through
 both. Of a conjugate pair the second disc stands on z = 0, and the first one before it, a gap apart
 (``Part.plates``). Their hub makes one solid of both, as of one blank: nothing can turn one against the other.
-Without it they are two, each keyed to the shaft. A groove is in the far face of a disc, whose plate is round then.
-Profiles, or the walls of a groove, are followed by true arcs, by B-splines or by lines, within a deviation that is
-proved. For a cylindrical cam see ``camopt.exporting.cylinder``.
+Without it they are two, each keyed to the shaft. The first disc alone has the whole hub, and the second none of it.
+A groove is in the far face of a disc, whose plate is round then. Profiles, or the walls of a groove, are followed
+by true arcs, by B-splines or by lines, within a deviation that is proved. For a cylindrical cam see
+``camopt.exporting.cylinder``.
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,6 +16,7 @@ from typing import Any, NamedTuple
 from OCP.Standard import Standard_ConstructionError, Standard_Failure
 from OCP.StdFail import StdFail_NotDone
 
+from camopt.contour.curve import SECOND
 from camopt.contour.follow import check_kind, follow
 from camopt.contour.hole import bore_with_keyway
 from camopt.effects import Case
@@ -83,7 +85,8 @@ def _discs(work: Workpiece, chord: float, curves: str) -> CadSolid:
     _check_wall(work, chord, max(each.deviation for each in followed.values()))
     for disc, profile in zip(work.discs, followed.values(), strict=True):
         plates.append(shapes.extruded(shapes.closed_wire(profile.path), *work.part.plates[disc.number - 1]))
-    body = reduce(shapes.fused, [*plates, *_hub(work.part)] if work.disc is None else plates)
+    hub = () if work.disc == SECOND else _hub(work.part)
+    body = reduce(shapes.fused, [*plates, *hub])
     return CadSolid(_with_bore(work.part, body), told(followed), {})
 
 

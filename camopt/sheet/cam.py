@@ -126,6 +126,17 @@ class TrueCam:
         return self.scene.whole_part.of_disc(self.disc.number if self.paired else None)
 
     @property
+    def title(self) -> str:
+        """The name of the part, and which disc of a pair without a hub it is."""
+        name = self.part.name or ""
+        return self.say("{}, disc {}").format(name, self.disc.number) if name and self.loose else name
+
+    @property
+    def loose(self) -> bool:
+        """Whether the sheet is of one disc of a pair that no hub joins to the other, a part of its own."""
+        return self.paired and not self.part.hub_diameter
+
+    @property
     def say(self) -> Callable[[str], str]:
         """What a text is in the language of the drawing."""
         return LANGUAGES[self.part.language]
@@ -223,8 +234,7 @@ class TrueCam:
     @property
     def mass(self) -> float | None:
         """The mass of the part, kg: one disc of a pair, or both where a hub joins them; None if it is not known."""
-        loose = self.paired and not self.part.hub_diameter
-        return quantity_of(self.own if loose else self.problem, MASS)
+        return quantity_of(self.own if self.loose else self.problem, MASS)
 
 
 def quantity_of(problem: Problem, name: str) -> float | None:

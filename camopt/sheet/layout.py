@@ -73,7 +73,7 @@ class Desk:
     def standing(self, scale: float) -> Marks:
         """The frame, and the title block in its corner."""
         paper = self.form.paper
-        block = title_block(self.cam.part, scale_name(scale), paper.name, self.cam.sheet)
+        block = title_block(self.cam.part, self.cam.title, scale_name(scale), paper.name, self.cam.sheet)
         low, high = paper.frame
         return [*paper.marks(), *moved(block, complex(high.real - BLOCK_WIDTH, low.imag))]
 

@@ -26,7 +26,7 @@ class Field(NamedTuple):
     value: str = ""
 
 
-def fields(part: Part, scale: str, paper: str, sheet: str = "1/1") -> list[Field]:
+def fields(part: Part, title: str, scale: str, paper: str, sheet: str) -> list[Field]:
     """What is written where."""
     hardness = ", ".join(filter(None, (part.hardness, part.case_depth and f"CHD {part.case_depth}")))
     return [
@@ -40,7 +40,7 @@ def fields(part: Part, scale: str, paper: str, sheet: str = "1/1") -> list[Field
         Field(130, 18, 32, ROW, "Source", f"camopt {VERSION}"),
         Field(162, 18, 18, ROW, "Format", paper),
         Field(0, 0, 45, 2 * ROW, "Legal owner", part.legal_owner or ""),
-        Field(45, 0, 85, 2 * ROW, "Title", part.name or ""),
+        Field(45, 0, 85, 2 * ROW, "Title", title),
         Field(130, 9, 50, ROW, "Identification number", part.number or ""),
         Field(130, 0, 10, ROW, "Rev.", part.revision or ""),
         Field(140, 0, 20, ROW, "Date of issue", part.date_of_issue or ""),
@@ -49,11 +49,11 @@ def fields(part: Part, scale: str, paper: str, sheet: str = "1/1") -> list[Field
     ]
 
 
-def title_block(part: Part, scale: str, paper: str, sheet: str = "1/1") -> Marks:
+def title_block(part: Part, title: str, scale: str, paper: str, sheet: str) -> Marks:
     """The title block from its lower left corner."""
     say = LANGUAGES[part.language]
     marks: Marks = [rectangle(0j, complex(BLOCK_WIDTH, BLOCK_HEIGHT), BORDER)]
-    for field in fields(part, scale, paper, sheet):
+    for field in fields(part, title, scale, paper, sheet):
         marks.append(
             rectangle(complex(field.x, field.y), complex(field.x + field.width, field.y + field.height), THIN)
         )

@@ -149,6 +149,7 @@ GERMAN = {
         "Doppelkurve: Scheibe {} in Volllinien, Scheibe {} gestrichelt. Beide Tabellen ab derselben "
         "Einstellmarke{}."
     ),
+    "{}, disc {}": "{}, Scheibe {}",
     ", on disc 1": ", auf Scheibe 1",
     ", which each disc has": ", die jede Scheibe hat",
     "Angle between both arms {}": "Winkel zwischen beiden Armen {}",

@@ -1,10 +1,11 @@
 """Whether every design of a box of sizes holds a limit: the verdict on all of its claims (``claim_boxes``).
 
 A limit on what sizes decide is one on a range. One without claims, as on the mass, stays undecided where no design
-of the box is known that breaks it. A profile crosses itself nowhere if the largest pressure angle of all designs of
-the box shows it (``effects.crossing.round_bodies``).
+of the box is known that breaks it. A profile crosses itself nowhere, and of a pair neither does, if its largest
+pressure angle of all designs of the box shows it (``effects.crossing.round_bodies``).
 """
 
+from dataclasses import replace
 from itertools import product
 from math import inf
 from typing import Any
@@ -12,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import EFFECTS, Case
+from camopt.effects.contacts import SeenCurve, at_contact, contacts_of
 from camopt.effects.crossing import round_bodies
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import SECOND_SIZE
+from camopt.mechanisms.design import SECOND_SIZE, Contact
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.numerics.interval import Interval, as_interval
@@ -101,17 +103,23 @@ def _at_speeds(problem: Problem, limit: Limit, design: Designs, ends: Ends) -> A
 
 
 def _round(problem: Problem, design: Designs, ends: Ends, until: float) -> bool:
-    """Whether the largest pressure angle shows that no design of a box crosses itself."""
-    mechanism, name = problem.setup.mechanism, "pressure_angle_max_deg"
+    """Whether the largest pressure angle shows that no disc of a design of a box crosses itself."""
+    return all(_round_at(problem, contact, design, ends, until) for contact in contacts_of(problem.setup))
+
+
+def _round_at(problem: Problem, contact: Contact, design: Designs, ends: Ends, until: float) -> bool:
+    """The same of the disc at one contact."""
+    name = "pressure_angle_max_deg"
     own = _own(ends)
     corners = np.array([*product(*own.values())])
     every = design.take(np.zeros(len(corners), dtype=int)).with_values(dict(zip(own, corners.T, strict=True)))
-    columns = run_effects(Case(problem.setup, problem.programme, every), [name]).shifted(1.0)
+    columns = run_effects(at_contact(Case(problem.setup, problem.programme, every), contact), [name]).shifted(1.0)
+    curve = SeenCurve(contact.mechanism.pressure, contact.seen)
     for steeper in STEEPER:
         most = float(np.max(columns[name])) * (1.0 + steeper)
         if not most < 90.0:
             return False
-        steepest = Claim(mechanism.pressure, ALL_STROKES, LARGEST_MAGNITUDE, Plain(float(np.tan(np.radians(most)))))
+        steepest = Claim(curve, ALL_STROKES, LARGEST_MAGNITUDE, Plain(float(np.tan(np.radians(most)))))
         over = over_box if own == ends else claim_over_trains
         if over(problem, steepest, design, ends, until).verdict == HELD:
             break
@@ -121,5 +129,5 @@ def _round(problem: Problem, design: Designs, ends: Ends, until: float) -> bool:
     turn: Any = problem.programme if own == ends else motion_over_trains(problem, steepest, design, ends)
     if turn is None:
         return False
-    bodies = round_bodies(Case(problem.setup, turn, box, {name: np.array([most])}))
-    return bool(np.all(as_interval(bodies).low > as_interval(box.roller_radius).high))
+    seen = replace(at_contact(Case(problem.setup, turn, box), contact), found={name: np.array([most])})
+    return bool(np.all(as_interval(round_bodies(seen)).low > as_interval(seen.designs.roller_radius).high))

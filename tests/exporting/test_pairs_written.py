@@ -196,6 +196,18 @@ def test_an_assembly_has_both_profiles_a_gap_apart_on_one_bore(scene, part, tmp_
         assert np.diff(np.sort(np.angle(cut[outside]))).max() < 0.3  # all round
 
 
+def test_the_first_disc_alone_has_the_hub_and_both_files_together_are_the_assembly(scene, tmp_path):
+    """Each lies where it is in the assembly, closed, and their volumes add up to its."""
+    scene, volumes = scene.replace(part={**PLATES, **HUB}), []
+    for disc, ends in ((1, (12.0, 40.0)), (2, (0.0, 12.0)), (None, (0.0, 40.0))):
+        told = export(scene, tmp_path / "disc.step", disc=disc, chord=0.01)
+        (solid,) = solids_in(tmp_path / "disc.step")
+        assert shapes.is_closed(solid)
+        assert extents(solid)[2] == pytest.approx(ends, abs=1e-5)
+        volumes.append(told.about["volume_mm3"])
+    assert volumes[0] + volumes[1] == pytest.approx(volumes[2], rel=1e-7)
+
+
 def test_triangles_of_a_pair_are_two_bodies_or_one(scene, tmp_path):
     for part in (PLATES, {**PLATES, **HUB}):
         told = export(scene.replace(part=part), tmp_path / "pair.stl", chord=0.05)

@@ -17,6 +17,7 @@ from camopt.problem.problem import resolve, resolve_design
 from camopt.problem.space import boxes_of
 from camopt.scene.scene import Scene
 from camopt.smallest.smallest import of_like_discs
+from camopt.verdicts.limit_boxes import limit_over_box
 from camopt.verdicts.running import run_effects
 
 ANGLES = np.radians(np.arange(360.0) + 0.37)
@@ -247,3 +248,15 @@ def test_a_second_disc_with_a_range_of_its_own_is_made_as_small_as_it_can_be():
     problem = resolve(apart.scene)
     alike = of_like_discs(problem, boxes_of(problem)[0], inf)
     assert alike.size == alike.second["second_size"] == pytest.approx(together["base_radius_mm"], rel=1e-8)
+
+
+@pytest.mark.parametrize(("base", "said"), [(40.0, "held"), (25.0, "undecided")])
+def test_that_no_cam_of_a_box_crosses_itself_is_said_of_both_discs(base, said):
+    """The first disc is as round as before; of a small second one its largest pressure angle shows nothing."""
+    scene = pair(np.random.default_rng(12), "oscillating")
+    scene["drive"]["base_radius"] = base
+    problem = resolve_design(Scene.from_dict(scene))
+    (limit,) = (each for each in problem.limits if each.name == "self_crossing")
+    roller = float(problem.design.roller_radius[0])
+    box = {"roller_radius": (roller - 0.01, roller + 0.01)}
+    assert limit_over_box(problem, limit, problem.design, box).verdict == said

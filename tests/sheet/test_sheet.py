@@ -279,7 +279,9 @@ def test_what_holds_elsewhere_is_noted():
     first = next(iter(texts_of(TrueCam(scene, resolve_design(scene)))))
     for words in ("General tolerances ISO 2768-mK.", "ISO 13715: outer -0.3, inner +0.2.", "surfaces Ra 6.3."):
         assert words in first
-    block = fields(scene.replace(**{"part.hardness": "60 HRC", "part.case_depth": "0.8"}).whole_part, "1:1", "A4")
+    block = fields(
+        scene.replace(**{"part.hardness": "60 HRC", "part.case_depth": "0.8"}).whole_part, "", "1:1", "A4", "1/1"
+    )
     assert "60 HRC, CHD 0.8" in [each.value for each in block]
 
 
@@ -301,7 +303,7 @@ def test_boxes_of_the_title_block_have_keys(tmp_path):
     text = re.sub(r"(?m)^designer", "date_of_issue = 2026-11-25\ndesigner", file.read_text())
     file.write_text(text)
     scene = find_scene(str(file))
-    named = {each.name: each.value for each in fields(scene.whole_part, "1:1", "A4")}
+    named = {each.name: each.value for each in fields(scene.whole_part, scene.name, "1:1", "A4", "1/1")}
     boxes = ("Approved by", "Legal owner", "Rev.", "Created by", "Date of issue")
     assert [named[box] for box in boxes] == [*given.values(), "2026-11-25"]
     assert faults_of(sheet_of(scene, resolve_design(scene))) == []
@@ -631,8 +633,8 @@ def test_a_text_fits_where_it_is_put(text, width, lines):
 )
 def test_a_title_block_holds_any_text(given_texts):
     part = PLATE.part.model_copy(update=given_texts)
-    marks = title_block(part, "1:1", "A3")
-    places = fields(part, "1:1", "A3")
+    marks = title_block(part, part.name, "1:1", "A3", "1/1")
+    places = fields(part, part.name, "1:1", "A3", "1/1")
     for mark in (mark for mark in marks if isinstance(mark, Words) and width_of(mark.text, mark.height)):
         low, high = mark.corners[0], mark.corners[2]
         assert any(

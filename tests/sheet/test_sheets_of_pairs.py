@@ -166,6 +166,8 @@ def test_the_notes_of_a_pair_have_what_its_follower_is_and_how_it_is_inspected()
     hubless = FEED.replace(**{"part.hub_diameter": None, "part.hub_length": None, "part.number": "SF-1"})
     loose = TrueCam(hubless, resolve_design(hubless)).sheets
     assert [each.part.number for each in loose] == ["SF-1/1", "SF-1/2"]
+    assert [each.title for each in loose] == [f"{FEED.part.name}, disc {k}" for k in (1, 2)]
+    assert {each.cam.title for each in sheets("feed")} == {FEED.part.name}  # of one part
     assert "from the same timing mark, which each disc has." in " ".join(texts_of(loose[0]))
     both = evaluate(hubless.replace(outputs=["solid"]))["cam_mass_kg"]
     assert sum(each.mass for each in loose) == pytest.approx(both, rel=1e-9)
