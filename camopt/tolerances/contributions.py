@@ -2,17 +2,6 @@
 
 A size that is off by t moves the motion by c·t (``tolerances.response``): from c·lower to c·upper at worst. An axis
 of the bore that is off by ε in some direction moves it by ε times the length of a vector of two answers.
-
-A profile within ±t with at most n waves in a turn is a trigonometric polynomial δn of degree n. Its slopes are
-bounded by Bernstein's and Szegő's inequality, δn'² + n²·δn² ≤ n²·t², and the same of δn' with n·t: with the answer
-g to the profile
-
-    |gδn| ≤ |g|·t,    |(gδn)'| ≤ t·√(g'² + n²g²),    |(gδn)''| ≤ t·(|g''| + n·√(4g'² + n²g²))
-
-The first two are attained by a cosine of n waves. Without n no slope is bounded.
-
-Sources: S. Bernstein, Sur l'ordre de la meilleure approximation des fonctions continues, 1912; R. Boas, Entire
-Functions, ch. 11 (Szegő's form).
 """
 
 from collections.abc import Callable, Iterator
@@ -29,7 +18,7 @@ from camopt.problem.zones import tool_zones
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLES, WITHIN, Tolerance, Zone
 from camopt.tolerances.draw import shared_part
-from camopt.tolerances.response import ORDERS, Responses
+from camopt.tolerances.response import ORDERS, Responses, most_of_profile
 from camopt.tolerances.two_contacts import PairResponses, errors_at
 
 
@@ -138,11 +127,6 @@ def _of_bore(answers: tuple[FloatArray, FloatArray], distance: float) -> Contrib
 
 def _of_profile(answer: FloatArray, zone: float, waves: int | None, turned: float) -> Contribution:
     """What a profile contributes that stands out by no more than a zone, with some waves in a turn."""
-    g, g1, g2 = np.abs(answer)
-    if waves is None:
-        most = zone * np.array([g, np.full_like(g, inf), np.full_like(g, inf)])
-    else:
-        n = float(waves)
-        most = zone * np.array([g, np.hypot(g1, n * g), g2 + n * np.hypot(2.0 * g1, n * g)])
+    most, g = most_of_profile(answer, zone, waves), np.abs(answer[0])
     swung = sin(min(0.5 * turned * (waves or inf), 0.5 * pi))
     return Contribution("profile", -most, most, most / WITHIN, lambda: 2.0 * zone * float(g.max()) * swung)

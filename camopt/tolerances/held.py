@@ -7,6 +7,8 @@ preload k·(δ₀ + s). A roller in a groove that is wider by c along its normal
 
 from one wall to the other (``tolerances.response``). So do two rollers with the clearance c about a rib, less s.
 
+The preload turns the camshaft by at most max (P·|s'|), with the largest of both at each cam angle.
+
 Source: Rothbart, Cam Design Handbook, ch. 3 and 13 (conjugate cams; clearance of grooves).
 """
 
@@ -28,13 +30,14 @@ from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import (
     WIDER,
     PairResponses,
+    fastest_apart,
     off_apart,
 )
 from camopt.verdicts.running import run_effects
 
 APART = ("subtending_angle_deg", "roller_distance_mm", "breadth_mm", "roller_spacing_mm")
 """What two contacts are apart: the first of these that a mechanism has."""
-INTERFERENCE, BACKLASH = "interference", "backlash of the tool"
+INTERFERENCE, BACKLASH, TORQUE = "interference", "backlash of the tool", "torque of the preload"
 NONE = Zone(0.0, 0.0, 0.0)
 
 
@@ -44,7 +47,7 @@ class Play(NamedTuple):
     Examples
     --------
     >>> scene = camopt.find_scene("press-feed-by-pair").replace(part={}, tolerances={"disc_phase": 0.01})
-    >>> apart, interference, preload = camopt.tolerance(scene).plays
+    >>> apart, interference, preload, torque = camopt.tolerance(scene).plays
     >>> interference.what, interference.nominal, round(interference.least, 5), round(interference.most, 5)
     ('interference', 0.01, 0.00675, 0.01325)
     """
@@ -110,3 +113,7 @@ def _of_pair(turn: TurnErrors, zones: Mapping[str, Zone]) -> Iterator[Play]:
         products = [(stiffness + by) * end / unit for by in (zone.lower, zone.upper) for end in ends]
         preload = stiffness * interference / unit
         yield Play("preload", "N·m" if problem.setup.angular else "N", preload, min(products), max(products))
+        most = (stiffness + zone.upper) * np.maximum(ends[1] - high + unit * between.high, 0.0) / unit
+        torque = float((most * fastest_apart(turn.scene, problem, turn.nodes)).max())
+        torque *= 1.0 if problem.setup.angular else 1e-3
+        yield Play(TORQUE, "N·m", 0.0, -torque, torque)

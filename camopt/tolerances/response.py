@@ -9,12 +9,23 @@ follower moves by
 and the tool by f'·δ, with the ratio f' of the train. What is left out is of second order: below 0.05 µm for errors
 of 10 µm. Velocity and acceleration are those of the series of δ by the cam angle, which come of the motion's own.
 
-Source: the closed loop of cam and follower (Norton, Cam Design and Manufacturing Handbook, ch. 7), varied.
+A profile within ±t with at most n waves in a turn is a trigonometric polynomial δn of degree n. Its slopes are
+bounded by Bernstein's and Szegő's inequality, δn'² + n²·δn² ≤ n²·t², and the same of δn' with n·t: with the answer
+g to the profile
+
+    |gδn| ≤ |g|·t,    |(gδn)'| ≤ t·√(g'² + n²g²),    |(gδn)''| ≤ t·(|g''| + n·√(4g'² + n²g²))
+
+The first two are attained by a cosine of n waves. Without n no slope is bounded.
+
+Sources: the closed loop of cam and follower (Norton, Cam Design and Manufacturing Handbook, ch. 7), varied;
+S. Bernstein, Sur l'ordre de la meilleure approximation des fonctions continues, 1912; R. Boas, Entire
+Functions, ch. 11 (Szegő's form).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 
 import numpy as np
 
@@ -28,6 +39,15 @@ from camopt.scene.tolerances import ANGLES
 
 ORDERS = 3
 """Displacement, velocity and acceleration: the terms of each series."""
+
+
+def most_of_profile(answer: FloatArray, zone: float, waves: int | None) -> FloatArray:
+    """The largest magnitude of what a profile within a zone makes, with so many waves in a turn, (3, m)."""
+    g, g1, g2 = np.abs(answer)
+    if waves is None:
+        return zone * np.array([g, np.full_like(g, inf), np.full_like(g, inf)])
+    n = float(waves)
+    return zone * np.array([g, np.hypot(g1, n * g), g2 + n * np.hypot(2.0 * g1, n * g)])
 
 
 @dataclass(frozen=True)

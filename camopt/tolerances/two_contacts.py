@@ -6,8 +6,9 @@ both hold stands in the middle, and they are nearer to each other by the sum:
 
     δ = (e₁ − e₂)/2,    s = e₁ + e₂,    P = k·(δ₀ + s)
 
-with the interference δ₀ against the stiffness k; where δ₀ + s is below 0 there is a clearance as large. Where the
-nominal follower has a clearance, δ is that of the middle of it.
+with the interference δ₀ against the stiffness k; where δ₀ + s is below 0 there is a clearance as large. What the
+preload stores, ½·k·(δ₀ + s)², changes over a turn, and so it turns the camshaft back and forth by the torque P·s':
+that is 0 of the nominal cam. Where the nominal follower has a clearance, δ is that of the middle of it.
 
 What is of one disc or its roller counts at one contact: sizes under ``[drive]``, the angle between the discs and a
 profile of its own at the second. The pivot, the angle on the shaft and the bore of both discs count at both. So do
@@ -33,7 +34,7 @@ from camopt.problem.variables import is_of_train
 from camopt.problem.zones import number_zones, tool_zones
 from camopt.scene.scene import Scene
 from camopt.tolerances.recontact import Off, RealCams, RealMotion
-from camopt.tolerances.response import ORDERS, Responses
+from camopt.tolerances.response import ORDERS, Responses, most_of_profile
 from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends
 
 SECOND = " (second)"
@@ -114,7 +115,11 @@ class PairResponses:
 
     def apart(self, at: At) -> FloatArray:
         """Of what both contacts are apart, to an error, (m,)."""
-        return np.asarray((self._of(0, at.first) + self._of(1, at.second))[0])
+        return np.asarray(self.moving_apart(at)[0])
+
+    def moving_apart(self, at: At) -> FloatArray:
+        """The same with its derivatives by the cam angle, (3, m)."""
+        return self._of(0, at.first) + self._of(1, at.second)
 
     @cached_property
     def bores(self) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
@@ -190,6 +195,24 @@ def apart_by(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[tup
     for key, sizes in _base_zones(scene, problem).items():
         moved = sizes * _slope_of_start(problem)[key]
         yield key, Between(*(end + np.zeros(angles.size) for end in (moved.min(), moved.max())))
+
+
+def fastest_apart(scene: Scene, problem: Problem, angles: FloatArray) -> FloatArray:
+    """The largest |s'| by the cam angle of all cams within the tolerances, to first order.
+
+    Infinite for a profile without a number of waves.
+    """
+    answers, given, found = PairResponses(problem, angles), scene.tolerances, np.zeros(angles.size)
+    for key, zone in tool_zones(scene, problem.nominal).items():
+        if not is_of_train(key):
+            for at in errors_at(problem, key).values():
+                found += max(-zone.lower, zone.upper) * np.abs(answers.moving_apart(at)[1])
+    if given.profile is not None:
+        for at in errors_at(problem, "profile").values():
+            found += most_of_profile(answers.moving_apart(at), given.profile, given.waves)[1]
+    if given.bore_eccentricity is not None:
+        found += given.bore_eccentricity * np.hypot(*(first[1] + second[1] for first, second in answers.bores))
+    return found
 
 
 def _base_zones(scene: Scene, problem: Problem) -> dict[str, FloatArray]:

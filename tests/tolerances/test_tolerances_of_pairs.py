@@ -219,7 +219,7 @@ def test_no_cam_exceeds_what_is_proved_of_both_contacts_and_one_nearly_has_it(ki
 
 def test_a_second_roller_has_the_class_of_the_first_where_it_is_as_large():
     scene = pair_of(**{"drive.roller_radius": "h6"}).replace(limits={})
-    angle, interference, _ = camopt.tolerance(scene).plays
+    angle, interference, *_ = camopt.tolerance(scene).plays
     assert interference.most == pytest.approx(0.01)  # h6 goes down alone
     assert angle.least < angle.nominal
     with pytest.raises(BadInput, match=r"keep the preload: with the finest of all a cam has a clearance of 0\.0"):
@@ -230,8 +230,9 @@ def test_a_second_roller_has_the_class_of_the_first_where_it_is_as_large():
 
 def test_what_is_left_of_the_preload_is_the_interference_and_its_tolerances(every):
     scene, found = every
-    angle, interference, preload = found.plays
+    angle, interference, preload, torque = found.plays
     assert (angle.what, interference.what, preload.what) == ("subtending angle", "interference", "preload")
+    assert torque[:] == ("torque of the preload", "N·m", 0.0, -np.inf, np.inf)  # of waves without a number
     assert angle.nominal == pytest.approx(camopt.evaluate(scene.replace(outputs=["all"]))["subtending_angle_deg"])
     assert interference.least == pytest.approx(0.01 + angle.least - angle.nominal)
     assert preload.most == pytest.approx(700000 * np.radians(interference.most))
@@ -240,6 +241,36 @@ def test_what_is_left_of_the_preload_is_the_interference_and_its_tolerances(ever
     made = found.worst_cam("contact_stress")
     assert camopt.evaluate(made)["contact_stress_max_MPa"] == pytest.approx(margin.worst, rel=1e-9)
     assert margin.worst > margin.nominal * 1.2
+
+
+SMOOTH = {key: each for key, each in EVERY.items() if key not in ("profile", "drive.base_radius")}
+
+
+def test_no_preload_turns_the_shaft_more_than_its_energy_changes_and_one_nearly_does():
+    """dU/dθ of ½·k·(δ₀ + s)² by differences, with s of exact contact, of cams at the ends of their tolerances."""
+    scene = pair_of(**SMOOTH).replace(limits={})
+    *_, told = camopt.tolerance(scene).plays
+    problem, rng, cams, step = resolve_design(scene), np.random.default_rng(7), 20_000, 1e-4
+    angles = rng.uniform(0.0, 2 * np.pi, cams)
+    errors = {"bore_eccentricity_way": rng.uniform(-np.pi, np.pi, cams)}
+    for tolerance, size in SMOOTH.items():
+        for key in errors_at(problem, tolerance):
+            zone = np.radians(size) if "phase" in key else size
+            errors[key] = rng.choice([1.0, 1.0] if "bore" in key else [-1.0, 1.0], cams) * zone
+    stored = [
+        0.5 * 700000 * np.square(np.radians(0.01) + PairCams(problem).at(errors, angles + side * step)[1])
+        for side in (-1.0, 1.0)
+    ]
+    most = np.abs((stored[1] - stored[0]) / (2.0 * step)).max()
+    assert 0.75 * told.most < most <= 1.001 * told.most
+
+
+def test_waves_of_a_disc_of_constant_breadth_turn_the_shaft_as_bernstein_has_it():
+    """Both faces are off by t at most, and as steep as t·n: T = k·(δ₀ + 2t)·2·t·n."""
+    yoke = camopt.find_scene("pump-of-constant-breadth").replace(limits={}, part={})
+    yoke = yoke.replace(**{"drive.interference": 0.05, "drive.stiffness": 1e5})
+    *_, torque = camopt.tolerance(yoke.replace(tolerances={"profile": 0.01, "waves": 10})).plays
+    assert torque.most == pytest.approx(1e5 * 0.07 * 0.2 * 1e-3)
 
 
 def test_a_batch_of_pairs_has_the_variances_of_first_order(every):

@@ -133,7 +133,7 @@ def test_a_rib_of_a_follower_that_translates_has_its_closed_forms():
     assert found.errors[0].worst == pytest.approx(0.01 * secant + 0.02 * slope, rel=1e-6)
     assert (shares["profile"], shares[f"profile{SECOND}"]) == pytest.approx((0.005 * secant,) * 2)
     assert shares["follower.roller_spacing"] == pytest.approx(0.0, abs=1e-12)
-    spacing, interference, preload = found.plays
+    spacing, interference, preload, _ = found.plays
     assert spacing[2:] == pytest.approx((60.0, 60.0 - 0.02 * secant - 0.003, 60.0 + 0.02 * secant + 0.003))
     assert interference.most == pytest.approx(0.04 + 0.02 * secant + 0.003)
     assert preload.most == pytest.approx(15_000 * interference.most)

@@ -34,7 +34,7 @@ def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocati
         "worst_case": finite(result.worst_case._asdict()),
         "dwells": [each._asdict() for each in result.dwells],
         "reason": result.reason,
-        "plays": [each._asdict() for each in result.plays],
+        "plays": [finite(each._asdict()) for each in result.plays],
         "margins": [finite(each._asdict()) for each in result.margins],
     }
     if batch:
