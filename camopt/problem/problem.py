@@ -26,7 +26,7 @@ from camopt.problem.limits import limits_of
 from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.problem.variables import Variable, is_of_train, variables_of
-from camopt.problem.zones import Off, corners, moved, nominal_of, of_train, robust_zones
+from camopt.problem.zones import Off, corners, moved, nominal_of, robust_zones
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
@@ -90,19 +90,22 @@ class Problem:
 
     @cached_property
     def others(self) -> "tuple[tuple[Problem, Off], ...]":
-        """Those that have to hold the limits with designs: the problem of their train, and how far off they are."""
+        """Those that have to hold the limits with designs: a problem with what these do not bring, and how far off.
+
+        Designs do not bring the numbers of their train.
+        """
         found = dict[frozenset[tuple[str, float]], Problem]()
         pairs = []
         for off in self.offs:
-            train = of_train(off)
-            place = frozenset(train.items())
+            shared = {key: by for key, by in off.items() if key not in self.design.values}
+            place = frozenset(shared.items())
             if place not in found:
-                found[place] = self.without_errors.with_train_off(train)
-            pairs.append((found[place], {key: by for key, by in off.items() if key not in train}))
+                found[place] = self.without_errors.with_numbers_off(shared)
+            pairs.append((found[place], {key: by for key, by in off.items() if key not in shared}))
         return tuple(pairs)
 
-    def with_train_off(self, off: Off) -> "Problem":
-        """The problem of a train whose numbers are off, with the same limits of those that the scene gives."""
+    def with_numbers_off(self, off: Off) -> "Problem":
+        """The problem with numbers that are off, as those of a train, and the same limits of those it gives."""
         if not off:
             return self
         most = {key: self.setup.given[key] for key in self.setup.free}

@@ -22,6 +22,7 @@ from camopt.numerics.state import State
 from camopt.problem.claims import Claim
 from camopt.problem.limits import LOAD_LIMITS, limited_quantity
 from camopt.problem.problem import Problem, strictest
+from camopt.problem.zones import Off, moved
 from camopt.quantities import AT_MOST, QUANTITIES
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.linear_constraints import follows, is_linear
@@ -75,10 +76,16 @@ def samples(demand: Demand, stroke: Stroke) -> FloatArray:
 
 
 class Sampled:
-    """The curves of ceilings over one stroke, at its samples."""
+    """The curves of ceilings over one stroke, at its samples.
 
-    def __init__(self, demand: Demand, stroke: Stroke) -> None:
+    Of the cam of the free laws, or of one that has to hold limits with it and is off: of the problem of its train.
+    """
+
+    def __init__(
+        self, demand: Demand, stroke: Stroke, problem: Problem | None = None, off: Off | None = None
+    ) -> None:
         self.demand, self.stroke = demand, stroke
+        self.problem, self.off = problem or demand.problem, off or {}
         self.angles = stroke.start + stroke.angle * samples(demand, stroke)
 
     def counts(self, ceiling: Claim) -> bool:
@@ -100,7 +107,7 @@ class Sampled:
 
     def _values(self, ceilings: Sequence[Claim], at: State, near: FloatArray, sizes: LeadAndHeight) -> FloatArray:
         """The same in a state of the follower."""
-        designs, programme = _design(self.demand, sizes), self.demand.problem.programme
+        designs, programme = moved(_design(self.demand, sizes), self.off), self.problem.programme
         outward = near[1] >= 0.0
         rows = []
         with np.errstate(all="ignore"):
@@ -117,7 +124,7 @@ class Sampled:
 
     def _follower(self, state: FloatArray) -> State:
         """The state of the follower, which curves take."""
-        motion, load = follower_states(self.demand, state), self.demand.problem.programme.load
+        motion, load = follower_states(self.problem, self.demand.zero, state), self.problem.programme.load
         y, y1, y2, y3 = motion
         if load is None:
             return State(y, y1, y2, y3)

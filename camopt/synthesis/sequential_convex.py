@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, Plain
+from camopt.problem.problem import Problem
+from camopt.problem.zones import Off
 from camopt.synthesis.ceilings import Sampled, samples
 from camopt.synthesis.conic import SOLVER_ENDS, ConicProgramme
 from camopt.synthesis.convex import Convex
@@ -57,6 +59,8 @@ class StrokePlanes:
     """Which curves are minimised."""
     size: int
     """How many samples a curve has."""
+    count: int
+    """How many ceilings it has, the first ones."""
     below: ConvexRows = field(default_factory=ConvexRows)
     """Every plane below its bound, or below the level."""
 
@@ -68,8 +72,9 @@ class StrokePlanes:
 class SequentialConvex:
     """The convex steps of a programme under ceilings.
 
-    ``held`` ceilings stay below their bounds; ``lowered`` ones are minimised, beside the objective of the model.
-    What is given to its methods are the same ceilings with other bounds.
+    ``held`` ceilings stay below their bounds, and so do those of all cams that have to hold limits with this one;
+    ``lowered`` ones are minimised, beside the objective of the model. What is given to its methods are the same
+    ceilings with other bounds.
     """
 
     def __init__(self, model: Convex, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> None:
@@ -78,7 +83,9 @@ class SequentialConvex:
         self.reach, self.price = Parameter(), PRICES[0]
         self.places = [model.sizes.lead, model.sizes.height, *(m.coefficients for m in moving(model))]
         self.last = [Parameter(each.count if each.is_vector else None) for each in self.places]
-        self.blocks = list(self._blocks([*held, *lowered]))
+        self.blocks = list(self._blocks(model.demand.problem, {}, [*held, *lowered]))
+        for problem, off in model.demand.problem.others:
+            self.blocks += self._blocks(problem, off, held)
         self.within_reach, self.above_0 = ConvexRows(), ConvexRows()
         away = [[(_one(u), u), (-_one(u), was)] for u, was in zip(self.places, self.last, strict=True)]
         for each in away:
@@ -89,10 +96,10 @@ class SequentialConvex:
         self.goal = [*model.goal, (1.0, self.level)] if lowered else model.goal
         self.nearest = ConicProgramme([], model.limits, squares=away)
 
-    def _blocks(self, ceilings: list[Claim]) -> Iterator[StrokePlanes]:
-        """A block for each stroke on which a curve counts."""
+    def _blocks(self, problem: Problem, off: Off, ceilings: Sequence[Claim]) -> Iterator[StrokePlanes]:
+        """A block for each stroke on which a curve of a cam counts."""
         for stroke, motion in zip(self.model.demand.strokes, sampled_motions(self.model), strict=True):
-            sampled = Sampled(self.model.demand, stroke)
+            sampled = Sampled(self.model.demand, stroke, problem, off)
             sides = [1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings if sampled.counts(c)]
             lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.counts(c)]
             if sides:
@@ -100,7 +107,7 @@ class SequentialConvex:
                 sizes = [[(1.0, size)] for size in (self.model.sizes.lead, self.model.sizes.height)]
                 moves = [*motion.at(np.tile(x, sum(sides))), *sizes]
                 values = [stacked([each]) for each in motion.at(x)]
-                yield StrokePlanes(sampled, moves, values, np.repeat(lowered, sides), x.size)
+                yield StrokePlanes(sampled, moves, values, np.repeat(lowered, sides), x.size, len(ceilings))
 
     def _step(self) -> ConicProgramme:
         """The programme of a step, with the planes of the last look."""
@@ -195,7 +202,7 @@ class SequentialConvex:
         self._set(at)
         ceilings, scale = [*held, *lowered], self.model.demand.scale
         for block in self.blocks:
-            planes = block.sampled.planes(ceilings, block.state(scale), self._sizes(at))
+            planes = block.sampled.planes(ceilings[: block.count], block.state(scale), self._sizes(at))
             slopes = (*planes.motion, planes.lead, planes.height)
             rise = [
                 term for slope, move in zip(slopes, block.moves, strict=True) for term in times(slope.ravel(), move)
@@ -217,7 +224,7 @@ class SequentialConvex:
         self._set(at)
         scale, tops = self.model.demand.scale, ([0.0], [0.0])
         for block in self.blocks:
-            values = block.sampled.values([*held, *lowered], block.state(scale), self._sizes(at))
+            values = block.sampled.values([*held, *lowered][: block.count], block.state(scale), self._sizes(at))
             for row, which in zip(values, block.lowered, strict=True):
                 tops[int(which)].append(float(row.max()))
         return max(tops[0]), max(tops[1])

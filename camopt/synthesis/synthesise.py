@@ -56,8 +56,8 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesis:
     """Compute new motion laws for a scene, as its ``[synthesis]`` asks, and the smallest cam for them.
 
     With ``search.robust`` the cam is a robust one, as of ``optimise``: every cam within the tolerances of its
-    numbers holds each limit. Laws hold linear limits less what tolerances of sizes take of them; the bound is that
-    of nominal cams.
+    numbers holds each limit. Laws hold linear limits less what tolerances take of them, and in convex steps the
+    curves of all cams at the corners of the tolerances; the bound is that of nominal cams.
 
     Parameters
     ----------

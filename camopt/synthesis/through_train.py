@@ -16,7 +16,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem
-from camopt.synthesis.demand import Demand, LinearConstraint
+from camopt.synthesis.demand import LinearConstraint
 
 
 def ratio_of(problem: Problem) -> float | None:
@@ -51,14 +51,17 @@ def about_tool(problem: Problem, claim: Claim) -> Claim:
     return claim if of_tool or not turned(problem) else claim._replace(kinds=turned_kinds(claim.kinds))
 
 
-def follower_states(demand: Demand, state: FloatArray) -> FloatArray:
-    """The motion of the follower, mm or rad by rad, from that of the tool (4, n); NaN beyond dead points."""
-    train, turn = demand.problem.setup.train, demand.problem.programme
+def follower_states(problem: Problem, zero: float, state: FloatArray) -> FloatArray:
+    """The motion of the follower, mm or rad by rad, from that of the tool (4, n); NaN beyond dead points.
+
+    The tool is at ``zero``, as given, where its displacement is 0.
+    """
+    train, turn = problem.setup.train, problem.programme
     if train is None:
         return state
     z, z1, z2, z3 = state
     with np.errstate(all="ignore"):
-        moved = train.follower(Taylor([demand.zero * turn.tool.unit + z, z1, z2 / 2.0, z3 / 6.0]))
+        moved = train.follower(Taylor([zero * turn.tool.unit + z, z1, z2 / 2.0, z3 / 6.0]))
     found = np.array([np.broadcast_to(moved.derivative(order), z.shape) for order in range(len(state))])
     found[0] -= train.follower_at(np.array(travel(turn))).min()
     return found

@@ -167,13 +167,13 @@ class Box:
     @cached_property
     def trains(self) -> list[Problem]:
         """The problem itself, and those of trains that are off so."""
-        return [self.problem.with_train_off(off) for off in self.train_offs]
+        return [self.problem.with_numbers_off(off) for off in self.train_offs]
 
     def _margin(self, place: int, limit: Limit) -> Margin:
         """That of a limit, by its place among all."""
         found = [self._of_train(problem, problem.limits[place]) for problem in self.trains]
         if len(self.of_train) > MOST_LINKS:
-            together = self.problem.with_train_off(_together(limit, found, self.train_offs, self.of_train))
+            together = self.problem.with_numbers_off(_together(limit, found, self.train_offs, self.of_train))
             found.append(self._of_train(together, together.limits[place]))
         worst, gap = found[_worst(limit, found)], None
         verdict = self._verdict(limit, max(each.excess for each in found))

@@ -8,6 +8,11 @@ import pytest
 import camopt
 from camopt.problem.problem import exactly, resolve_design
 from camopt.problem.zones import all_moved, of_train
+from camopt.synthesis.ceilings import ceilings_of
+from camopt.synthesis.from_scene import demand_of
+from camopt.synthesis.sequential_convex import SequentialConvex
+from camopt.synthesis.synthesise import solved
+from camopt.synthesis.through_train import follower_states
 from camopt.tolerances.limited import limited
 
 GIVEN = {
@@ -110,3 +115,53 @@ def test_the_smallest_robust_cam_comes_with_its_linkage():
     for crank in (158, 159, 162):
         fixed = camopt.optimise(own.replace(**{"train.1.crank": crank})).best
         assert best["base_radius_mm"] <= fixed["base_radius_mm"] * (1.0 + 1e-9)
+
+
+def test_free_laws_of_the_tool_hold_the_limits_with_every_ratio():
+    """The least acceleration within a radius: little more than that of the nominal ratio, proved and scanned."""
+    own = {"synthesis.pieces": 8, "synthesis.minimise": "acceleration", "cam.base_radius": 30}
+    scene = asked("pusher-by-lever", {"train.1.ratio": 0.1}, **own)
+    found, nominal = camopt.synthesise(scene), camopt.synthesise(scene.replace(**{"search.robust": False}))
+    assert found.bound <= nominal.objective < found.objective < 1.05 * nominal.objective
+    assert (found.design["every_cam"], found.design["base_radius_mm"] <= 30.0, found.convex) == ("held", True, True)
+    assert worst_excess(found.scene) <= 0.0 < worst_excess(nominal.scene.replace(**{"search.robust": True}))
+
+
+def test_convex_steps_look_at_the_motion_of_each_train():
+    """What free laws of the tool make of the follower of a train that is off, against the motion of that train."""
+    scene = asked("slide-by-bell-crank", {"train.1.crank": 1, "follower.roller_radius": 0.1})
+    demand = demand_of(scene)
+    steps = SequentialConvex(solved(demand)[0], ceilings_of(demand))
+    cams = {id(each.sampled.problem) for each in steps.blocks}
+    assert len(cams) == 3  # nominal, and both ends of the crank
+    for block in steps.blocks:
+        sampled, problem = block.sampled, block.sampled.problem
+        motion = demand.problem.programme.tool.at(sampled.angles)[:4]
+        exact = problem.programme.at(sampled.angles)[:4]
+        np.testing.assert_allclose(follower_states(problem, demand.zero, motion), exact, rtol=0.0, atol=1e-9)
+
+
+LINKS = {
+    "slide-by-bell-crank": ["train.1.crank", "train.1.coupler", "train.1.offset", "train.1.angle"],
+    "press-ram-by-four-bar": [
+        "train.1.coupler",
+        "train.1.rocker",
+        "train.1.ground",
+        "train.2.crank",
+        "train.2.angle",
+    ],
+    "valve-with-rocker": ["train.1.input_arm", "train.1.input_angle", "train.1.output_arm", "train.1.output_angle"],
+    "pusher-by-lever": ["train.1.ratio", "train.1.mass", "train.1.spring_rate", "train.1.preload"],
+    "clamp-by-wedge": ["train.1.angle", "train.1.mass", "train.1.friction_force"],
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("name", LINKS)
+def test_random_robust_cams_are_the_smallest(name, seed):
+    rng, scene = np.random.default_rng(seed), camopt.find_scene(name)
+    sizes = ["roller_radius", "arm_length" if scene.follower.arm_length else "offset"]
+    keys = [*rng.choice(LINKS[name], 2, replace=False), f"follower.{rng.choice(sizes)}"]
+    zones = dict(zip(keys, rng.uniform(0.02, 0.2, 3), strict=True))
+    assert is_the_smallest(camopt.optimise(asked(name, zones)).best)
