@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from itertools import islice
 
 from camopt.engines import Item, Result
-from camopt.engines.memory import keep_freed_memory
 from camopt.kernels.compiling import READY
 
 
@@ -24,7 +23,6 @@ class Threads:
 
         While no kernel is ready, the first comes from this thread, so that an interrupt ends it while it compiles.
         """
-        keep_freed_memory()
         waiting = ((item,) for item in items)
         yield from map(work, islice(waiting, 0 if READY else 1))
         with ThreadPoolExecutor(self.workers) as pool:

@@ -37,7 +37,7 @@ from camopt.numerics.jet import larger
 from camopt.numerics.piecewise import PANEL_RECORD, MotionTable, Panels, panels_of
 from camopt.numerics.same import Same
 from camopt.numerics.searching import blurred, look_again, search_panel
-from camopt.numerics.workspace import WORK, plain_workspace, workspace
+from camopt.numerics.workspace import PLAIN_TILE, WORK, keep_freed_memory, plain_workspace, workspace
 
 SHARP = 0.25  # of the error asked: the rounding error allowed of a part that is looked at again
 TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
@@ -310,6 +310,8 @@ def search_all(curve, panels, questions, precision, answers, work):
 
 @search_all.uncompiled
 def _search_all_in_python(curve, panels, questions, precision, answers, work):
+    if answers.shape[2] > PLAIN_TILE:
+        keep_freed_memory()
     search_all.py_func(curve, panels, questions, precision, answers, plain_workspace(panels))
 
 

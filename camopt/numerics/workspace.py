@@ -13,6 +13,7 @@ from camopt.numerics.piecewise import COUNTS, NUMBERS
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
 ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
 PLAIN_TILE = 4096  # of them uncompiled: a call of numpy takes as long as some thousand numbers in it
+LARGEST_KEPT = 31 << 20  # bytes, just below what glibc allows for
 DEPTH = 50  # halvings of a panel
 MOST_KEPT = 8  # workspaces of a thread, each of about a megabyte
 
@@ -127,6 +128,16 @@ def workspace(panels: Any) -> Workspace:
 def plain_workspace(panels: Any) -> Workspace:
     """Larger tables, for what is not compiled."""
     return _workspace(*_size(panels), PLAIN_TILE)
+
+
+def keep_freed_memory() -> None:
+    """Let memory that is freed be used again; else it goes back to the system, which clears each page of the next.
+
+    glibc keeps blocks as large as the largest that was freed before (mallopt(3), M_MMAP_THRESHOLD), and at the end
+    of its heap twice as much. Formulas of arrays make and free some of a megabyte all the time. The block that is
+    freed here is never written to, so it takes no memory. Elsewhere this does nothing.
+    """
+    np.empty(LARGEST_KEPT, np.uint8)
 
 
 def _size(panels: Any) -> tuple[int, int]:
