@@ -18,7 +18,7 @@ from flint import arb
 from numpy.typing import NDArray
 
 from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
-from camopt.mechanisms.geometry import distances, image_level
+from camopt.mechanisms.geometry import distances
 from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES
@@ -71,10 +71,7 @@ class CamCurve:
     distance: float
     spans: tuple[SmoothPart, ...]
     mirror: float = 1.0
-    """−1 where all this is of the mirror image in the x axis, as that of a second disc (``mechanisms.pairs``).
-
-    Of the second flank of a rib it is one across the axis (``mechanisms.geometry.image_level``).
-    """
+    """−1 where all this is of the mirror image in the x axis, as that of a second disc (``mechanisms.pairs``)."""
 
     @property
     def closed(self) -> bool:
@@ -86,11 +83,6 @@ class CamCurve:
         """How the cam's frame turns: +1 against the sense of a ccw cam, 0 for a developed one."""
         return 0.0 if self.mechanism.body.developed else self.mirror * self.design.sense
 
-    @property
-    def level(self) -> float:
-        """The height of the image of 0, mm."""
-        return image_level(self.mechanism, self.programme.lift) if self.mirror < 0.0 else 0.0
-
     def placed(self, angle: Any, y: Any, y1: Any) -> tuple[Any, Any]:
         """x and y, mm, from the cam angle (rad), y and y': arrays, or series."""
         found = self.mechanism.contact(self.design, self.programme.lift, angle, y, y1)
@@ -98,7 +90,7 @@ class CamCurve:
         if self.distance:
             length = np.sqrt(np.square(found.across) + np.square(found.up))
             x, height = x + found.across / length * self.distance, height + found.up / length * self.distance
-        height = height * self.mirror + self.level
+        height = height * self.mirror
         if not self.sense:
             return x, height
         cosine, sine = np.cos(angle), np.sin(angle) * self.sense
@@ -199,16 +191,14 @@ class Disc(NamedTuple):
 def discs_of(problem: Problem) -> tuple[Disc, ...]:
     """The discs of a problem's own design: the first one as it is, and that of a pair's second contact.
 
-    Of a rib its flanks, each with its roller. The second one is an ordinary cam of the reversed motion, seen in the
-    mirror (``mechanisms.pairs``). So whatever is of one disc is asked of each.
+    Of a rib its flanks, each with its roller (``mechanisms.ribs``). The second disc of a pair is an ordinary cam of
+    the reversed motion, seen in the mirror (``mechanisms.pairs``). So whatever is of one disc is asked of each.
     """
     if not problem.setup.mechanism.two_profiles:
         return (Disc(problem),)
+    first, second = problem.contacts
     (contact,) = problem.setup.mechanism.further
-    ordinary = replace(problem.setup, mechanism=replace(problem.setup.mechanism, further=()))
-    first = replace(problem, setup=ordinary)
-    second = replace(first, programme=problem.programme.reversed, design=contact.seen(problem.design))
-    return Disc(first), Disc(second, number=SECOND, mirror=-1.0)
+    return Disc(first), Disc(second, number=SECOND, mirror=-1.0 if contact.mechanism.reverses else 1.0)
 
 
 def curves_of(problem: Problem, cutter_radius: float | None = None, only: int | None = None) -> dict[str, CamCurve]:
@@ -235,8 +225,10 @@ def curve_of(problem: Problem, distance: float) -> CamCurve:
 
 def groove_heights(problem: Problem) -> tuple[float, float]:
     """From where to where pitch curves run along the cam's axis, mm: at the ends of the motion."""
-    curves = [replace(curve_of(each.problem, 0.0), mirror=each.mirror) for each in discs_of(problem)]
-    places = [each.placed(0.0, y, 0.0) for each in curves for y in span(each.programme, (1,), ALL_STROKES)]
+    curves = [(each, curve_of(each.problem, 0.0)) for each in discs_of(problem)]
+    places = [
+        curve.placed(0.0, y, 0.0) for each, curve in curves for y in span(each.problem.programme, (1,), ALL_STROKES)
+    ]
     ends = [float(np.mean(height)) for _, height in places]
     return min(ends), max(ends)
 

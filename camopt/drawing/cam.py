@@ -48,7 +48,7 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     whole, picture = picture, picture.contacts[0]
     pitch = np.concatenate([c.pitch for c in picture.curves])
     size = float(np.abs(pitch).max())
-    draw_body(axes, picture)
+    draw_body(axes, whole)
     draw_second_disc(axes, whole)
     labels = [*draw_strokes(axes, picture), _draw_sense(axes, picture)]
     spans = draw_follower(Parts(axes, axes, axes), picture, size)
@@ -68,23 +68,33 @@ def _fan(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
 
 
 def draw_body(axes: Any, picture: Picture) -> None:
-    """The profile, or the walls of a groove, coloured by stroke, on the body; without what undercutting removes."""
-    mechanism, pieces = picture.problem.setup.mechanism, picture.curves
+    """The profile, the walls of a groove, or the flanks of a rib, coloured by stroke, on the body; without what
+    undercutting removes."""
+    mechanism = picture.problem.setup.mechanism
+    fill = _fill_profile if mechanism.body.bounded else _fill_rib if mechanism.ribbed else _fill_face
+    fill(axes, picture if mechanism.ribbed else picture.contacts[0])
+    named = set[Any]()
+    for each in picture.on_body:
+        _draw_flanks(axes, each, named)
+        if float(each.problem.design.roller_radius[0]) > 0.0:
+            pitch = np.concatenate([c.pitch for c in each.curves])
+            style = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
+            label = None if "pitch curve" in named else "pitch curve"
+            draw_line(axes, np.append(pitch, pitch[0]), label=label, **style)
+            named.add(label)
+
+
+def _draw_flanks(axes: Any, picture: Picture, named: set[Any]) -> None:
+    """The flanks at one contact, by stroke; the strokes that have a label already are ``named``."""
     radius = float(picture.problem.design.roller_radius[0])
-    (_fill_profile if mechanism.body.bounded else _fill_face)(axes, picture)
     thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
-    named = set()
-    for place, (kind, curves) in enumerate(zip(picture.kinds, pieces, strict=True)):
-        for flank, wall in zip(mechanism.flanks, curves.profile, strict=True):
+    for place, (kind, curves) in enumerate(zip(picture.kinds, picture.curves, strict=True)):
+        for flank, wall in zip(picture.problem.setup.mechanism.flanks, curves.profile, strict=True):
             label = f"profile, {STROKE_NAMES[kind]}" if kind not in named else None
             draw_line(axes, wall, color=COLOURS[kind], label=label, zorder=4, solid_capstyle="round", **thin)
-            corner = _fan(pieces[place - 1], curves, -flank.side * radius)
+            corner = _fan(picture.curves[place - 1], curves, -flank.side * radius)
             draw_line(axes, corner, color=COLOURS[DWELL], zorder=3.9, **thin)
             named.add(kind)
-    if radius > 0.0:
-        pitch = np.concatenate([c.pitch for c in pieces])
-        style = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
-        draw_line(axes, np.append(pitch, pitch[0]), label="pitch curve", **style)
 
 
 def _fill_profile(axes: Any, picture: Picture) -> None:
@@ -98,15 +108,27 @@ def _fill_face(axes: Any, picture: Picture) -> None:
     """A disc with the groove that a roller sweeps in its face."""
     from shapely import LinearRing
 
-    edge = reach_of_body(picture) * np.exp(1j * np.linspace(0.0, 2 * np.pi, 721))
-    known = picture.problem.setup.solid.outer_diameter is not None
-    area(axes, edge, facecolor=FILL, edgecolor=INK if known else "none", lw=1.0, zorder=1)
+    _fill_plate(axes, picture, FILL)
     pitch = np.concatenate([c.pitch for c in picture.curves])
     swept = LinearRing(np.column_stack([pitch.real, pitch.imag]))
     swept = swept.buffer(float(picture.problem.design.roller_radius[0]), quad_segs=64)
     style = {"edgecolor": INK if picture.undercut else "none", "lw": 1.0, "zorder": 1.5}
     for colour, ring in [("white", swept.exterior), *((FILL, hole) for hole in swept.interiors)]:
         axes.fill(*np.asarray(ring.coords).T, facecolor=colour, **style)
+
+
+def _fill_rib(axes: Any, picture: Picture) -> None:
+    """A disc with a rib on its face."""
+    _fill_plate(axes, picture.contacts[0], "white")
+    outer, inner = (np.concatenate([c.profile[0] for c in each.curves]) for each in picture.contacts)
+    area(axes, np.concatenate([outer, outer[:1], inner[:1], inner[::-1]]), facecolor=FILL, lw=0.0, zorder=1.5)
+
+
+def _fill_plate(axes: Any, picture: Picture, colour: str) -> None:
+    """The face of a disc, with its edge if its diameter is known."""
+    edge = reach_of_body(picture) * np.exp(1j * np.linspace(0.0, 2 * np.pi, 721))
+    known = picture.problem.setup.solid.outer_diameter is not None
+    area(axes, edge, facecolor=colour, edgecolor=INK if known else "none", lw=1.0, zorder=1)
 
 
 def reach_of_body(picture: Picture) -> float:

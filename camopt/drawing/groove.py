@@ -19,7 +19,7 @@ from camopt.drawing.picture import (
 )
 from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH_COLOUR, PROFILE, SMALL, TEXT
 from camopt.mechanisms.design import ComplexArray
-from camopt.mechanisms.geometry import CamCurves, from_image
+from camopt.mechanisms.geometry import CamCurves
 from camopt.problem.linkage import pivot_of
 from camopt.quantities.unit_systems import computed, shown, shown_unit
 
@@ -32,9 +32,7 @@ STEM, ABOVE = 0.05, 0.25
 
 def curves_of_contacts(picture: Picture) -> list[list[CamCurves]]:
     """The curves of each piece of the turn at each contact of the follower, on the developed surface."""
-    mechanism, lift = picture.problem.setup.mechanism, picture.problem.programme.lift
-    first, *others = (each.curves for each in picture.contacts)
-    return [first, *([from_image(mechanism, lift, curves) for curves in each] for each in others)]
+    return [each.curves for each in picture.contacts]
 
 
 def draw_groove(axes: Any, picture: Picture) -> list[Label]:

@@ -262,7 +262,7 @@ def _trace_curvature(picture: Picture, pitch: PieceValues) -> Panel:
     mechanism, radius = picture.problem.setup.mechanism, picture.problem.half_width
     both, flanks = mechanism.two_sided, mechanism.flanks[: None if radius else 1]
     cap = _cap(np.concatenate(pitch), radius)
-    profiles = [[_offset_curvature(k, mechanism.bulge(flank) * radius, cap) for k in pitch] for flank in flanks]
+    profiles = [[_offset_curvature(k, flank.bulge * radius, cap) for k in pitch] for flank in flanks]
     panel = Panel(f"Curvature of the {'flanks' if both else 'profile'}", "1/mm", profiles[0])
     if radius > 0.0:
         panel.reference = pitch

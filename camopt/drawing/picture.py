@@ -124,6 +124,11 @@ class Picture:
             for each in contacts_of(setup)
         ]
 
+    @property
+    def on_body(self) -> "list[Picture]":
+        """The pictures of those contacts that are on the first disc with a flank of their own: of a rib both."""
+        return self.contacts if self.problem.setup.mechanism.ribbed else self.contacts[:1]
+
     @cached_property
     def reach(self) -> float:
         """The largest radius of all pitch curves, mm."""

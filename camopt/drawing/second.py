@@ -1,4 +1,4 @@
-"""The second contact of a follower drawn to scale: its disc, and what of the follower touches that."""
+"""A second contact of a follower with a disc, to scale: a disc of its own, and what of the follower touches it."""
 
 from typing import Any, NamedTuple
 
@@ -37,19 +37,22 @@ def second_contact(picture: Picture, displacement: float) -> SecondContact | Non
         frame = np.array([-half + 1j * low, -half + 1j * high, half + 1j * high, half + 1j * low])
         return SecondContact(outline, [face], [frame])
     travel = [float(mechanism.start(each)[0]) for each in (first, second)]
-    along = travel[0] + displacement, travel[1] + problem.programme.lift - displacement
+    opposed = mechanism.further[0].mechanism.reverses
+    moved = displacement, problem.programme.lift - displacement if opposed else displacement
     assert mechanism.trace_point is not None
-    one, mirrored = (
-        complex(*(float(np.squeeze(c)) for c in mechanism.trace_point(d, np.array([s]))))
-        for d, s in zip((first, second), along, strict=True)
+    one, other = (
+        complex(*(float(np.squeeze(c)) for c in mechanism.trace_point(d, np.array([start + by]))))
+        for d, start, by in zip((first, second), travel, moved, strict=True)
     )
-    other = mirrored.conjugate()
+    other = other.conjugate() if opposed else other
     roller = other + float(second.roller_radius[0]) * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 121))
     if problem.setup.angular:
         pivot = complex(first.centre_distance[0])
         across = 0.03j * size * (other - pivot) / abs(other - pivot)
         arm = np.array([pivot + across, other + 0.7 * across, other - 0.7 * across, pivot - across])
         return SecondContact(outline, [arm, roller], [])
+    if not opposed:
+        return SecondContact(outline, [roller], [np.array([one, other])])
     beside = -AROUND * size
     return SecondContact(
         outline, [roller], [np.array([one, complex(beside, one.imag), complex(beside, other.imag), other])]

@@ -23,7 +23,8 @@ def small_cam(scene: Scene) -> str:
     if not picture.exists:
         return ""
     body = picture.problem.setup.mechanism.body
-    sides = [curves.profile for curves in picture.curves]
+    first, *others = [[curves.profile for curves in each.curves] for each in picture.on_body]
+    sides = [np.concatenate(rows) for rows in zip(first, *others, strict=True)]
     size = float(picture.problem.design.size[0])
     circle = np.zeros(0, dtype=complex) if body.developed else size * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 61))
     second = outline_of(picture)

@@ -61,7 +61,7 @@ def _folded(words: str) -> str:
 def _disc(figure: Any, picture: Picture) -> list[MovingBody]:
     problem, size = picture.problem, picture.reach
     ground, cam, follower, contact = (figure.add_axes(CAM_AREA) for _ in range(4))
-    draw_body(cam, picture.contacts[0])
+    draw_body(cam, picture)
     draw_second_disc(cam, picture)
     draw_circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
     draw_centre(cam, picture, size)

@@ -40,7 +40,7 @@ class SolidGiven:
 
     @property
     def flank_height(self) -> float | None:
-        """How high flanks are on a cylinder: the depth of its groove, or the height of its rib."""
+        """How high flanks are: the depth of a groove, or the height of a rib."""
         return self.groove_depth if self.rib_height is None else self.rib_height
 
 

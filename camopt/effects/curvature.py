@@ -33,7 +33,9 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     mechanism = setup.mechanism
-    pointed, notched = (is_pointed, is_notched) if mechanism.way > 0.0 else (is_notched, is_pointed)
+    flank = mechanism.flanks[0]
+    below = mechanism.reverses == (flank.side > 0.0)  # the profile is, seen along the follower's own motion
+    pointed, notched = (is_pointed, is_notched) if below else (is_notched, is_pointed)
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
         curves = ((mechanism.profile_radius, ALL_STROKES),)
@@ -41,7 +43,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         return {CONVEX: replace(radius, rises_with_body=mechanism.alike is not itself)}
     curves = ((mechanism.curvature, ALL_STROKES),)
     both = mechanism.two_sided  # either flank may be the sharper one
-    most, least = (pointed, notched) if mechanism.body.convex > 0.0 else (notched, pointed)
+    most, least = (pointed, notched) if flank.bulge > 0.0 else (notched, pointed)
     goal, sharp = (LARGEST_MAGNITUDE, has_corner) if both else (LARGEST, pointed)
     wider = None if setup.given.drive.clearance is None else setup.half_width
     found = {

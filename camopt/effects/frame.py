@@ -17,6 +17,7 @@ import numpy as np
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.peak import AS_IT_IS, Peak, Times
 from camopt.mechanisms.design import Designs
+from camopt.mechanisms.ribs import spacing
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST
@@ -26,8 +27,8 @@ DISTANCE, ANGLE, BREADTH = "roller_distance_mm", "subtending_angle_deg", "breadt
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    if setup.mechanism.body.developed:
-        return (ANGLE,) if setup.mechanism.further and setup.angular else ()
+    if setup.mechanism.ribbed:
+        return (ANGLE,) if setup.angular else ()
     if not setup.mechanism.further:
         return ()
     return (BREADTH if setup.mechanism.flat_faced else ANGLE if setup.angular else DISTANCE,)
@@ -56,8 +57,8 @@ def _curve(setup: Setup, designs: Designs, programme: Programme) -> Linear:
 def _apart(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """How far apart the contacts are, mm or rad."""
     mechanism, lift = setup.mechanism, programme.lift
-    if mechanism.body.developed:
-        return 2.0 * np.arcsin(0.5 * designs.roller_spacing / designs.arm_length)
+    if mechanism.ribbed:
+        return spacing(mechanism, designs)
     (contact,) = mechanism.further
     second = contact.seen(designs)
     if mechanism.start is None:

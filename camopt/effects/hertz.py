@@ -163,7 +163,7 @@ def _patch(
     stress, bodies = stress_of(setup, top.value[index], designs), setup.at(designs).bodies
     if setup.spherical:
         assert bodies.modulus is not None
-        mu = ellipticity_of(1.0 - setup.mechanism.bulge(flank) * designs.roller_radius * bend)
+        mu = ellipticity_of(1.0 - flank.bulge * designs.roller_radius * bend)
         b, _ = integrals(mu)
         across = np.asarray(2.0 * designs.roller_radius * stress * b / bodies.modulus)
         return across / mu, across

@@ -297,7 +297,7 @@ def contact_load(
     normal = normal_curve(setup, designs, programme, way)
     if setup.mechanism.curvature:
         curvature = roller_path(setup, designs, programme, flank)
-        pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, setup.mechanism.bulge(flank)))
+        pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, flank.bulge))
         if setup.spherical:
             return PointLoad(normal, curvature, designs.roller_radius, pressing, bent, pressure_table())
         return RollerLoad(normal, curvature, designs.roller_radius, pressing, bent)
@@ -311,7 +311,7 @@ def roller_path(setup: Setup, designs: Designs, programme: Programme, flank: Fla
     found = setup.mechanism.curvature(designs, programme)
     if setup.given.drive.clearance is None:
         return found
-    return BesidePitch(found, setup.mechanism.bulge(flank) * (setup.half_width(designs) - designs.roller_radius))
+    return BesidePitch(found, flank.bulge * (setup.half_width(designs) - designs.roller_radius))
 
 
 def ways(setup: Setup) -> tuple[tuple[float, int], ...]:

@@ -64,12 +64,10 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def _outermost(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """Curve of the distance of the outline from the axis; of a groove that of its wall, beside the roller."""
+    """Curve of the distance of the outline from the axis: of the flank farthest from it, beside the roller."""
     assert setup.mechanism.outline is not None
-    found = setup.mechanism.outline(designs, programme)
-    if setup.at(designs).given.drive.clearance is None:
-        return found
-    return found._replace(roller_radius=-setup.half_width(designs))
+    side = max(flank.side for flank in setup.mechanism.flanks)
+    return setup.mechanism.outline(designs, programme, side * setup.half_width(designs))
 
 
 def _to_pivot(

@@ -1,13 +1,16 @@
 """Rib: how thick it is between the two rollers of a follower.
 
-From the tangent of a flank where its roller touches it to the other roller, square to that tangent,
+With the angles α₁ and α₂ between the line through both rollers and the normals of their pitch curves, the distance
+d of their centres, and their clearance j,
 
-    t = d·cos(β − σ·½δ) − 2·R_r − j,     sin(½δ) = d/(2l)      (translating: δ = 0)
+    t = d·cos(½(α₁ + α₂))/cos(½(α₂ − α₁)) − 2·R_r − j = d·(cos α₁ + cos α₂)/(1 + cos(α₂ − α₁)) − 2·R_r − j
 
-with the distance d of the rollers' centres, their clearance j, the pressure angle β at that roller, the sense of
-rotation σ, and arms of the length l (``mechanisms.ribs``). The rib of a follower that translates is nowhere thinner
-than the least t. That of one that swings may be thicker than that, since its rollers go on circles: the least t is
-then on the safe side. At 0 and below the rollers leave no rib, and it is no cam.
+    α₁ = β₁ − σ·½δ,    α₂ = β₂ + σ·½δ,    sin(½δ) = d/(2l)      (translating: δ = 0)
+
+with the pressure angles β, the sense of rotation σ (1 of a disc), and arms of the length l (``mechanisms.ribs``).
+That is the distance of both flanks where they are arcs about one centre, as in dwells, or parallel lines; that of
+a follower that translates over a cylinder is nowhere less than the least t, and of others none was found that is.
+At 0 and below the rollers leave no rib, and it is no cam.
 """
 
 from typing import Any, NamedTuple
@@ -27,28 +30,33 @@ THICKNESS = "rib_thickness_min_mm"
 
 
 class RibThickness(NamedTuple):
-    """t, mm: (across + along·tan β)/√(1 + tan² β) − rollers."""
+    """t, mm: from tan β at both rollers, d, cos and sin of σ·½δ, and 2·R_r + j."""
 
-    pressure: Any
-    across: FloatArray
-    along: FloatArray
+    first: Any
+    second: Any
+    spacing: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
     rollers: FloatArray
 
 
 @formula(RibThickness)
 def rib_thickness(f, i, at):
-    t, t1 = curve(f.pressure, i, at)
-    across, along, square = f.across[i], f.along[i], 1.0 + np.square(t)
-    root = np.sqrt(square)
-    return (across + along * t) / root - f.rollers[i], (along - across * t) * t1 / (square * root)
+    (t, t1), (u, u1) = curve(f.first, i, at), curve(f.second, i, at)
+    d, c, s = f.spacing[i], f.cosine[i], f.sine[i]
+    one, other = 1.0 + np.square(t), 1.0 + np.square(u)
+    root, further = np.sqrt(one), np.sqrt(other)
+    cos_1, sin_1 = (c + s * t) / root, (c * t - s) / root
+    cos_2, sin_2 = (c - s * u) / further, (c * u + s) / further
+    turn1, turn2 = t1 / one, u1 / other
+    apart = 1.0 + cos_1 * cos_2 + sin_1 * sin_2
+    value = d * (cos_1 + cos_2) / apart
+    turned = value * (sin_2 * cos_1 - cos_2 * sin_1) * (turn2 - turn1)
+    return value - f.rollers[i], (turned - d * (sin_1 * turn1 + sin_2 * turn2)) / apart
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return (THICKNESS,) if has_rib(setup) else ()
-
-
-def has_rib(setup: Setup) -> bool:
-    return "roller_spacing" in setup.mechanism.sizes
+    return (THICKNESS,) if setup.mechanism.ribbed else ()
 
 
 def _spacing(designs: Designs) -> Any:
@@ -57,16 +65,20 @@ def _spacing(designs: Designs) -> Any:
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
+    mechanism = setup.mechanism
+
     def thickness(designs: Designs, programme: Programme) -> RibThickness:
         d, zero = designs.roller_spacing, designs.size * 0.0
         sine = 0.5 * d / designs.arm_length if setup.angular else zero
-        across, along = d * np.sqrt((1.0 - sine) * (1.0 + sine)), d * sine * designs.sense
-        pressure = setup.mechanism.pressure(designs, programme)
-        return RibThickness(pressure, across, along, 2.0 * setup.half_width(designs) + zero)
+        cosine, way = np.sqrt((1.0 - sine) * (1.0 + sine)), designs.sense if mechanism.body.developed else 1.0
+        (second,) = mechanism.further
+        first = mechanism.pressure(designs, programme)
+        other = second.mechanism.pressure(second.seen(designs), programme)
+        return RibThickness(first, other, d, cosine + zero, way * sine, 2.0 * setup.half_width(designs) + zero)
 
     return (
         {THICKNESS: Peak(((thickness, ALL_STROKES),), LEAST, unit=_spacing, open_at_zero=True)}
-        if has_rib(setup)
+        if mechanism.ribbed
         else {}
     )
 
@@ -75,4 +87,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {THICKNESS: peak_column(case, peaks(case.setup)[THICKNESS])}
 
 
-EFFECT = Effect("rib", offers, run, peaks=peaks, of_contact=True)
+EFFECT = Effect("rib", offers, run, peaks=peaks)

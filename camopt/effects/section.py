@@ -17,6 +17,7 @@ Source: Bronshtein et al., Handbook of Mathematics, ch. 8 (line integrals).
 """
 
 from collections.abc import Iterator
+from functools import partial
 from math import pi, sqrt
 from typing import Any, NamedTuple
 
@@ -73,8 +74,9 @@ class SectionIntegrals(NamedTuple):
 
 
 def section_of(case: Case) -> SectionIntegrals:
-    """The integrals over the sections of disc cams, mm."""
-    found = by_orders(*_of(case, section_integrals, _scale))
+    """The integrals over the sections of disc cams, or over what is within a flank of a rib, mm."""
+    side = case.setup.mechanism.flanks[0].side
+    found = by_orders(*_of(case, partial(section_integrals, side=side), _scale))
     return SectionIntegrals(*found, np.sqrt(np.abs(found.value[1]) / pi))
 
 

@@ -23,9 +23,10 @@ b is the distance of the rollers, times cos ψ of arms that swing (what else of 
 over a turn).
 
 A disc cam with a groove in its face is a plate of its outer diameter, less bore, keyway and the band of the groove
-to its depth. The bottom of the groove of a cylinder is taken as a cylinder, and the cutter as narrow beside it:
-its wall, parallel to its axis, is nowhere further than R_r²/(2·R_m) from that. Edges are sharp, and what is
-undercut counts as in ``effects.section``.
+to its depth. With a rib on its face it is a plate, thinner than the whole by the height of the rib, and on it the
+band between both flanks. The bottom of the groove of a cylinder is taken as a cylinder, and the cutter as narrow
+beside it: its wall, parallel to its axis, is nowhere further than R_r²/(2·R_m) from that. Edges are sharp, and what
+is undercut counts as in ``effects.section``.
 """
 
 from collections.abc import Callable
@@ -40,7 +41,7 @@ from camopt.effects.contacts import at_contact, contacts_of
 from camopt.effects.figures import Figure, disc, keyway
 from camopt.effects.implied import Implied
 from camopt.effects.section import JUST_ABOVE, groove_integrals_of, section_of
-from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER
+from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
 from camopt.numerics.quadrature import GAUSS_ORDERS, gauss
 
 MASS, INERTIA = "cam_mass_kg", "cam_inertia_kg_m2"
@@ -184,6 +185,21 @@ def _grooved_plate(case: Case) -> tuple[Figure, Figure]:
     return plate.without(band), Figure(off[0], np.hypot(off[1], off[2]), off[3]).times(solid.groove_depth)
 
 
+def _ribbed_plate(case: Case) -> tuple[Figure, Figure]:
+    """The volume of a plate with a rib on its face, with its moments, and the error of each."""
+    solid, (beyond, before) = (
+        case.setup.solid,
+        (section_of(at_contact(case, each)) for each in contacts_of(case.setup)),
+    )
+    assert solid.thickness is not None
+    assert solid.rib_height is not None
+    assert solid.outer_diameter is not None
+    plate = disc(solid.outer_diameter / 2.0).without(_hollow(solid)).times(solid.thickness - solid.rib_height)
+    (_, area, x, y, polar), (_, *off) = beyond.value - before.value, beyond.error + before.error
+    band = Figure(area, x + 1j * y, polar).times(solid.rib_height)
+    return plate.and_(band), Figure(off[0], np.hypot(off[1], off[2]), off[3]).times(solid.rib_height)
+
+
 class BodyFormula(NamedTuple):
     """The formula of a body's volume and moments, with the error of each."""
 
@@ -196,6 +212,7 @@ BODY_FORMULAS = {
     FACE_GROOVE: BodyFormula(_grooved_plate, (MASS, *BALANCE, INERTIA)),
     CYLINDER: BodyFormula(_cylinder, (MASS, INERTIA)),
     RIBBED_CYLINDER: BodyFormula(_ribbed_cylinder, (MASS, INERTIA)),
+    RIBBED_DISC: BodyFormula(_ribbed_plate, (MASS, *BALANCE, INERTIA)),
 }
 """By body."""
 

@@ -206,7 +206,8 @@ def speed_over_cam(mechanism: Mechanism) -> Any:
 
 def turning(setup: Setup, designs: Designs) -> FloatArray:
     """The factor of y' in q."""
-    return np.full(len(designs), setup.mechanism.way * designs.sense if setup.angular else 0.0)
+    way = -1.0 if setup.mechanism.reverses else 1.0
+    return np.full(len(designs), way * designs.sense if setup.angular else 0.0)
 
 
 def sliding_curve(setup: Setup, designs: Designs, programme: Programme, side: float = INNER_SIDE) -> Any:

@@ -98,10 +98,8 @@ class Groove:
         Not a number where it does not reach so near to the axis.
         """
         curve = self.curve
-        if (
-            self.below is not None
-        ):  # each roller of a rib has it on the side of its axis that a groove has its right
-            curve, side = (self.below if side < 0.0 else curve), WALL_SIDES[0]
+        if self.below is not None:  # the rollers of a rib are beside it
+            curve, side = (self.below if side < 0.0 else curve), -side
             span = curve.spans[int(curve.places(np.array([span.start + span.end]) / 2)[0])]
         design, lift = curve.design, curve.programme.lift
         angles, radii = angles[:, None], radii[None, :]
@@ -117,9 +115,8 @@ class Groove:
                 before, station = station, np.sqrt((radii - touched) * (radii + touched))
             if np.abs(station - before).max() <= NO_CHANGE * self.outer:
                 break
-        height = curve.mirror * (found.y + reach * along / np.hypot(across, along)) + curve.level
-        course = along - 1j * curve.mirror * across
-        return WallPoints(angles + np.arctan2(touched, station), radii + 0.0 * angles, height, course)
+        height = found.y + reach * along / np.hypot(across, along)
+        return WallPoints(angles + np.arctan2(touched, station), radii + 0.0 * angles, height, along - 1j * across)
 
     def points(self, places: WallPoints) -> FloatArray:
         """x, y and z of places in the cam's own frame, (…, 3), mm."""
@@ -136,7 +133,7 @@ def carved(work: Workpiece) -> Groove:
     problem = work.problem
     mean, depth = float(problem.design.size[0]), getattr(work.part, problem.setup.mechanism.body.flank_height)
     assert depth
-    curve, *others = (replace(curve_of(each.problem, 0.0), mirror=each.mirror) for each in discs_of(problem))
+    curve, *others = (curve_of(each.problem, 0.0) for each in discs_of(problem))
     below = others[0] if others else None
     return Groove(curve, mean - depth / 2, mean + depth / 2, problem.half_width, below=below)
 

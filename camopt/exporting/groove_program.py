@@ -205,7 +205,7 @@ def _places(work: Workpiece, curve: CamCurve, axes: Axes, asked: Milling, outer:
     found = curve.mechanism.contact(design, curve.programme.lift, angles, y, y1)
     beside = (found.x - design.size * angles) * (-design.sense * axes.lateral)
     low = cylinder_ends(work.problem, work.part.thickness)[0] if work.part.thickness else 0.0
-    height, turned = curve.mirror * found.y + curve.level, -design.sense * np.degrees(angles)
+    height, turned = found.y, -design.sense * np.degrees(angles)
     return Places(height - low, beside + 0.0 * angles, turned, deviation + digits)
 
 

@@ -305,7 +305,7 @@ def inspect_pair(
     """
     problem = resolve_design(scene)
     mechanism = problem.setup.mechanism
-    if not mechanism.further or mechanism.body.developed:
+    if not mechanism.further or mechanism.ribbed:
         why = "has one contact with the cam: a pair of contacts is that of a conjugate pair or a yoke"
         if mechanism.further:
             why = (

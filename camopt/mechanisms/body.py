@@ -22,14 +22,12 @@ class Body:
     """Whether a profile goes round the axis in a plane: it encloses an area, and may cross itself."""
     bounded: bool
     """Whether that profile is its edge: it encloses the section of the cam."""
-    convex: float
-    """The sign of κ where a pitch curve is convex, seen from where its normal points."""
     part: tuple[str, ...]
     """The keys of ``[part]`` that it alone has."""
     solid: tuple[str, ...]
     """The keys of ``[part]`` without which its mass is not known, the density apart."""
     flank_height: str = ""
-    """The key of ``[part]`` that says how high flanks about its mean radius are; "" of a disc."""
+    """The key of ``[part]`` that says how high its flanks are; "" of a disc that has them over its thickness."""
     foot: str = ""
     """Where these are the lowest, in words."""
 
@@ -56,7 +54,6 @@ DISC = Body(
     developed=False,
     closed=True,
     bounded=True,
-    convex=1.0,
     part=("hub_diameter", "hub_length"),
     solid=("thickness",),
 )
@@ -67,9 +64,9 @@ FACE_GROOVE = Body(
     developed=False,
     closed=True,
     bounded=False,
-    convex=1.0,
     part=("outer_diameter", "groove_depth", "groove_fit", "groove_chamfer"),
     solid=("thickness", "outer_diameter", "groove_depth"),
+    flank_height="groove_depth",
 )
 CYLINDER = Body(
     "cylindrical",
@@ -78,7 +75,6 @@ CYLINDER = Body(
     developed=True,
     closed=False,
     bounded=False,
-    convex=-1.0,
     part=("groove_depth", "groove_fit", "groove_chamfer", "outer_fit"),
     solid=("thickness", "groove_depth"),
     flank_height="groove_depth",
@@ -91,15 +87,25 @@ RIBBED_CYLINDER = Body(
     developed=True,
     closed=False,
     bounded=False,
-    convex=1.0,
     part=("rib_height", "outer_fit"),
     solid=("thickness", "rib_height"),
     flank_height="rib_height",
     foot="the foot of the rib",
 )
+RIBBED_DISC = Body(
+    "disc",
+    "ribbed disc cam",
+    cam=DISC.cam,
+    developed=False,
+    closed=True,
+    bounded=False,
+    part=("outer_diameter", "rib_height"),
+    solid=("thickness", "outer_diameter", "rib_height"),
+    flank_height="rib_height",
+)
 BODIES: dict[str, Body] = {body.form: body for body in (DISC, CYLINDER)}
 """By form: the usual one of each."""
-EVERY_BODY = (DISC, FACE_GROOVE, CYLINDER, RIBBED_CYLINDER)
+EVERY_BODY = (DISC, FACE_GROOVE, CYLINDER, RIBBED_CYLINDER, RIBBED_DISC)
 WHICH_DISC = "disc"
 """What messages call the number of one of the discs of a pair."""
 
@@ -119,6 +125,8 @@ class Flank(NamedTuple):
     """The sign of the normal force N that presses the follower on it."""
     kind: str = "flank"
     """What it is called, after its name."""
+    bulge: float = 1.0
+    """1 if κ > 0 of the pitch curve bends it towards the follower, −1 if away from it."""
 
     @property
     def said(self) -> str:
@@ -128,7 +136,7 @@ class Flank(NamedTuple):
 
 OUTER = (Flank("", -1.0, 1.0),)
 """The profile of an open cam: it can push the follower outward, and not pull it back."""
-GROOVE = (Flank("right", -1.0, 1.0), Flank("left", 1.0, -1.0))
+GROOVE = (Flank("right", -1.0, 1.0, bulge=-1.0), Flank("left", 1.0, -1.0))
 """Both walls of a groove: the one pushes the roller outward, the other pulls it back."""
-FACE_WALLS = (Flank("inner", INNER_SIDE, 1.0, "wall"), Flank("outer", -INNER_SIDE, -1.0, "wall"))
+FACE_WALLS = (Flank("inner", INNER_SIDE, 1.0, "wall"), Flank("outer", -INNER_SIDE, -1.0, "wall", bulge=-1.0))
 """Those of a groove in the face of a disc, whichever way it turns."""

@@ -224,8 +224,9 @@ class Mechanism:
     """(x, y) of the trace point in the ground frame, from its heights or angles; the prime radius is not used."""
     profile_radius: Callable[[Designs, Programme], Any] | None = None
     reach: Callable[[Designs, Programme], Any] | None = None
-    outline: Callable[[Designs, Programme], Any] | None = None
-    """Curve whose largest value is that of the distance of a disc cam's profile from its axis, mm."""
+    outline: Callable[[Designs, Programme, Any], Any] | None = None
+    """Curve whose largest value is that of the distance of a disc cam's profile from its axis, mm; the profile is
+    so far beyond the trace point (a flat face touches it)."""
     path: Callable[[Designs, Programme], Any] | None = None
     """Of a cylindrical cam, curve of how far the trace point moves along the developed groove, mm/rad."""
     speeding: Callable[[Designs, Programme], Any] | None = None
@@ -244,7 +245,9 @@ class Mechanism:
     on_profile: Callable[[Mapping[str, float], float], OnProfile] | None = None
     """From such sizes and the sense of rotation, the follower as it meets arcs and lines of a profile."""
     way: float = 1.0
-    """−1 for a contact whose own motion is that of the follower reversed, and the force on it too."""
+    """−1 for a contact that a force on the follower presses on which points back towards the cam."""
+    reverses: bool = False
+    """Whether its own motion is that of the follower reversed."""
     further: tuple[Contact, ...] = ()
     """The contacts of the follower beside this one."""
 
@@ -305,6 +308,11 @@ class Mechanism:
         return bool(self.further) and not self.drive.one_disc
 
     @property
+    def ribbed(self) -> bool:
+        """Whether two rollers of its follower have a rib of the cam between them."""
+        return bool(self.further) and "roller_spacing" in self.sizes
+
+    @property
     def trace_speed(self) -> Callable[[Designs, Programme], Any] | None:
         """Curve of the speed of the trace point over the cam, mm/rad."""
         return self.path or (None if self.flat_faced else self.sliding)
@@ -330,10 +338,6 @@ class Mechanism:
         depth."""
         return self.two_sided or self.body.developed
 
-    def bulge(self, flank: Flank) -> float:
-        """1 if κ > 0 of the pitch curve bends a flank towards the follower, −1 if away from it."""
-        return -flank.side * self.body.convex
-
     def travel(self, design: Designs, programme: Programme, angles: FloatArray) -> Travel:
         """Trace point (flat faces: contact point) and unit normal of one design at cam angles (m,)."""
         lift, (y, y1, *_) = programme.lift, self.prescribed(programme).at(angles)
@@ -343,7 +347,7 @@ class Mechanism:
 
     def prescribed(self, programme: Programme) -> Programme:
         """The motion that the cam gives at this contact, from that of the follower."""
-        return programme if self.way > 0.0 else programme.reversed
+        return programme.reversed if self.reverses else programme
 
     def apart(self, why: str) -> "Mechanism":
         """The same of which no design can be assembled, for a reason."""

@@ -11,31 +11,22 @@ Source: Norton, Cam Design and Manufacturing Handbook, ch. 1 (form-closed track 
 """
 
 from dataclasses import replace
-from typing import Any
 
 from camopt.mechanisms import oscillating, translating
 from camopt.mechanisms.body import FACE_GROOVE, FACE_WALLS
-from camopt.mechanisms.design import Designs, Mechanism
+from camopt.mechanisms.design import Mechanism
 from camopt.mechanisms.drive import GROOVED
 from camopt.mechanisms.follower import ROLLER
-from camopt.motion.programme import Programme
 
 
 def _with_groove(mechanism: Mechanism) -> Mechanism:
     """The mechanism of an open disc cam with its pitch curve as the middle of a groove."""
-    open_outline = mechanism.outline
-    assert open_outline is not None
-
-    def outline(designs: Designs, programme: Programme) -> Any:
-        return open_outline(designs, programme)._replace(roller_radius=-designs.roller_radius)
-
     return replace(
         mechanism,
         body=FACE_GROOVE,
         drive=replace(GROOVED, flanks=FACE_WALLS),
         tips=(ROLLER,),
         name=f"grooved disc cam, {mechanism.motion.name} follower",
-        outline=outline,
         path=mechanism.sliding,
     )
 

@@ -40,19 +40,9 @@ def cam_curves(
     return CamCurves(pitch, normal, profile)
 
 
-def image_level(mechanism: Mechanism, lift: float) -> float:
-    """The height of the image of 0 in the mirror in which a follower's second contact is seen, mm.
-
-    Discs are seen in a mirror in the x axis, and cylinders in one across their axis: with an arm through the middle
-    of its swing, else at half of the lift.
-    """
-    return lift if mechanism.body.developed and not mechanism.motion.angular else 0.0
-
-
-def from_image(mechanism: Mechanism, lift: float, curves: CamCurves) -> CamCurves:
-    """The curves of a second contact in the cam's own frame, from those in the mirror."""
-    level = 1j * image_level(mechanism, lift)
-    return CamCurves(curves.pitch.conj() + level, curves.normal.conj(), curves.profile.conj() + level)
+def from_image(curves: CamCurves) -> CamCurves:
+    """The curves of a second disc in the cam's own frame, from those in the mirror (``mechanisms.pairs``)."""
+    return CamCurves(*(each.conj() for each in curves))
 
 
 def distances(mechanism: Mechanism, radius: float, cutter_radius: float | None = None) -> dict[str, float]:

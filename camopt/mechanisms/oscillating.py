@@ -142,9 +142,9 @@ def _fields(designs: Designs) -> tuple[FloatArray, ...]:
     return designs.centre_distance, designs.arm_length, np.cos(start), np.sin(start), sense
 
 
-def _outline(designs: Designs, programme: Programme) -> OscillatingOutline:
+def _outline(designs: Designs, programme: Programme, beyond: Any) -> OscillatingOutline:
     c, l, cosine, sine, _ = _fields(designs)  # noqa: E741
-    return OscillatingOutline(c, l, cosine, sine, designs.roller_radius)
+    return OscillatingOutline(c, l, cosine, sine, -beyond)
 
 
 def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:

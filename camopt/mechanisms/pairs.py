@@ -57,11 +57,11 @@ def reversed_curve(f, i, at):
     return curve(f.curve, i, State(f.lift[i] - at.y, -at.y1, -at.y2, -at.y3, None, -at.y4))
 
 
-def _reversed(make: Callable[[Designs, Programme], Any]) -> Callable[[Designs, Programme], Reversed]:
+def _reversed(make: Callable[..., Any]) -> Callable[..., Reversed]:
     """What makes a curve of the reversed motion, over the motion itself."""
 
-    def reversed_of(designs: Designs, programme: Programme) -> Reversed:
-        return Reversed(make(designs, programme), designs.size * 0.0 + programme.lift)
+    def reversed_of(designs: Designs, programme: Programme, *more: Any) -> Reversed:
+        return Reversed(make(designs, programme, *more), designs.size * 0.0 + programme.lift)
 
     return reversed_of
 
@@ -88,7 +88,7 @@ def _opposed(mechanism: Mechanism) -> Mechanism:
     curves: dict[str, Any] = {
         name: made and _reversed(made) for name in OF_CONTACT if (made := getattr(mechanism, name))
     }
-    return replace(mechanism, **curves, way=-1.0, pitch=itself)
+    return replace(mechanism, **curves, way=-1.0, reverses=True)
 
 
 class HalfTurns(NamedTuple):
@@ -109,20 +109,22 @@ def half_turns(programme: Programme) -> HalfTurns:
     return HalfTurns(float(off[place]), float(angles[place]))
 
 
-def with_opposed(mechanism: Mechanism, seen: Callable[[Designs], Designs], **changes: Any) -> Mechanism:
-    """A mechanism with a second contact, which the follower has in the mirror: as it sees designs."""
-    contact = Contact(_opposed(mechanism), seen)
+def with_second(
+    mechanism: Mechanism, second: Mechanism, seen: Callable[[Designs], Designs], **changes: Any
+) -> Mechanism:
+    """A mechanism with a second contact, as that sees designs."""
 
     def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-        of_second = mechanism.assembly_margins(contact.seen(designs), programme)
+        of_second = second.assembly_margins(seen(designs), programme)
         return *mechanism.assembly_margins(designs, programme), *of_second
 
+    contact = Contact(replace(second, pitch=itself), seen)
     return replace(mechanism, assembly_margins=margins, further=(contact,), pitch=itself, **changes)
 
 
 def _yoke(mechanism: Mechanism, **changes: Any) -> Mechanism:
     """A mechanism with both contacts on one disc, which the motion has to allow."""
-    paired = with_opposed(mechanism, second_of, **changes)
+    paired = with_second(mechanism, _opposed(mechanism), second_of, **changes)
 
     def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
         room = SAME_HALVES * programme.lift - half_turns(programme).off
@@ -135,7 +137,8 @@ def _pair(mechanism: Mechanism, *sizes: str) -> Mechanism:
     """Two discs, each with a roller of one follower; the second has sizes of its own."""
     drive = replace(CONJUGATE, keys=(*CONJUGATE.keys, *sizes))
     name = f"conjugate pair, {mechanism.motion.name} follower with two rollers"
-    return with_opposed(mechanism, second_of, drive=drive, tips=(ROLLER,), name=name)
+    opposed = _opposed(mechanism)
+    return with_second(mechanism, opposed, second_of, drive=drive, tips=(ROLLER,), name=name)
 
 
 MECHANISMS = (

@@ -127,7 +127,7 @@ def _implied(setup: Setup) -> list[Limit]:
     limits: list[Limit] = []
     if not setup.is_knife:
         limits.append(replace(bound_on(UNDERCUT, 0.0, setup, CONVEX), asked=False))
-    if rib.has_rib(setup):
+    if setup.mechanism.ribbed:
         limits.append(replace(bound_on(NO_RIB, 0.0, setup, rib.THICKNESS), asked=False))
     limits += _within_base(setup)
     if setup.solid.outer_diameter is not None and setup.mechanism.outline is not None:

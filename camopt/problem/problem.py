@@ -233,6 +233,20 @@ class Problem:
         return self.trains(own) if own else self.setup.train
 
     @property
+    def contacts(self) -> "tuple[Problem, ...]":
+        """That of each contact of the follower, as of an ordinary cam with the motion of its own."""
+        first = replace(self, setup=replace(self.setup, mechanism=replace(self.setup.mechanism, further=())))
+        found = [first]
+        for each in self.setup.mechanism.further:
+            own = replace(first, design=each.seen(self.design))
+            found.append(
+                replace(own, programme=self.programme.reversed)
+                if each.mechanism.reverses
+                else replace(own, setup=replace(first.setup, mechanism=each.mechanism))
+            )
+        return tuple(found)
+
+    @property
     def half_width(self) -> float:
         """How far walls and profile are from the pitch curve: the roller's radius and half its clearance, mm."""
         return float(np.squeeze(self.setup.half_width(self.design)))

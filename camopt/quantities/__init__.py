@@ -183,7 +183,13 @@ _ALL = [
     Quantity("second_roller_radius_mm", "R_r2", "mm", "sizes", "Radius of the second roller of a conjugate pair."),
     Quantity("second_offset_mm", "e_2", "mm", "sizes", "Offset of the second roller, positive to the right."),
     Quantity("second_base_radius_mm", "R_b2", "mm", "sizes", "Least radius of the profile of the second disc."),
-    Quantity("shaft_clearance_mm", "", "mm", "sizes", "Least gap between the profile and the shaft."),
+    Quantity(
+        "shaft_clearance_mm",
+        "",
+        "mm",
+        "sizes",
+        "Least gap between the shaft and the profile, or the inner roller of a rib.",
+    ),
     *[Quantity(name, symbol, unit, "sizes", sentence) for _, name, symbol, unit, sentence in NUMBERS],
     *_pair_quantities(),
     *motion_quantities(),
@@ -294,15 +300,15 @@ _ALL = [
         "",
         "mm",
         "outline",
-        "Least wall between a groove in the face of a disc and its edge; below 0 the groove breaks out.",
+        "Least wall between a groove in the face of a disc, or a rib on it, and its edge; below 0 it breaks out.",
     ),
     Quantity(
         "rib_thickness_min_mm",
         "t",
         "mm",
         "rib",
-        "Least thickness of a rib: from the tangent at one roller to the other roller, square to that tangent; "
-        "oscillating: a lower bound of it. At 0 and below there is no rib.",
+        "Least thickness of a rib, by the normals at both rollers: exact where flanks are arcs about one centre "
+        "(lines). At 0 and below there is no rib.",
     ),
     Quantity(
         "pivot_clearance_min_mm",

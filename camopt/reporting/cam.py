@@ -92,11 +92,11 @@ def _points(points: ComplexArray) -> list[list[float | None]]:
 def stroke_kind(scene: Scene, problem: Problem) -> dict[str, Any]:
     """What decides the formulas: the kinds of cam, motion and contact, the sense of rotation, and the shaft.
 
-    Of a disc with a groove in its face also its diameter, as far as it is known.
+    Of a disc with a groove or a rib on its face also its diameter, as far as it is known.
     """
     body, diameter = problem.setup.mechanism.body, problem.setup.solid.outer_diameter
     return {
-        "face_groove": body.closed and not body.bounded,
+        "on_face": body.closed and not body.bounded,
         "outer_diameter": diameter,
         "form": scene.cam.form,
         "moves": scene.follower.motion,

@@ -110,8 +110,8 @@ def thin_hub(scene: Scene) -> list[str]:
     """
     part, cam = scene.whole_part, scene.cam
     size = cam.base_radius or cam.mean_radius
-    key = scene.mechanism.body.flank_height
-    inwards = (getattr(part, key) or 0.0) if key else 0.0
+    body = scene.mechanism.body
+    inwards = (getattr(part, body.flank_height) or 0.0) if body.developed else 0.0
     outer = part.hub_diameter or (size and 2 * size - inwards)
     if not outer or not part.bore or not part.keyway_width or scene.limits.hub_wall is not None:
         return []

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from camopt.mechanisms import Mechanism
-from camopt.mechanisms.body import DISC, EVERY_BODY
+from camopt.mechanisms.body import DISC, EVERY_BODY, Body
 from camopt.scene.fits import FIT, SHAFT_FIT
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, length
@@ -212,7 +212,7 @@ def check_part(
         base = min((each for each in bases if each), default=None)
         yield from _hub(data, part, base, 1 + bool(mechanism.second_keys)) if body.bounded else ()
         yield from _inside(data, base, "the base circle (radius {:g})")
-        yield from _in_face(data)
+        yield from _in_face(data, body)
     else:
         yield from _groove(data, mechanism, travel, radius)
 
@@ -275,11 +275,13 @@ def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterato
         yield "part.bore", own, f"must leave a wall to {what.format(radius)}"
 
 
-def _in_face(data: Mapping[str, Any]) -> Iterator[Fault]:
-    """A groove in the face of a disc leaves a bottom."""
-    whole, depth = length(data, "part.thickness"), length(data, "part.groove_depth")
-    if whole and depth and depth >= whole:
-        yield "part.groove_depth", depth, f"must be below the thickness ({whole:g}): it has a bottom"
+def _in_face(data: Mapping[str, Any], body: Body) -> Iterator[Fault]:
+    """A groove in the face of a disc leaves a bottom, and a rib stands on a plate."""
+    key = f"part.{body.flank_height}"
+    whole, height = length(data, "part.thickness"), length(data, key) if body.flank_height else None
+    if whole and height and height >= whole:
+        why = "it has a bottom" if "groove_depth" in key else "the rib stands on a plate"
+        yield key, height, f"must be below the thickness ({whole:g}): {why}"
 
 
 def _groove(
@@ -303,7 +305,7 @@ def run_of_groove(
     data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
 ) -> float | None:
     """The length over which the groove (rib) runs along the axis, mm; None if a size of it is missing."""
-    arm, ribbed = length(data, "follower.arm_length"), "roller_spacing" in mechanism.sizes
+    arm, ribbed = length(data, "follower.arm_length"), mechanism.ribbed
     apart = length(data, "follower.roller_spacing") if ribbed else 0.0
     if travel is None or radius is None or apart is None:
         return None

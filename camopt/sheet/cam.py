@@ -83,8 +83,8 @@ class TrueCam:
 
     @property
     def ribbed(self) -> bool:
-        """Whether both rollers are beside a rib of a cylinder."""
-        return len(self.discs) > 1 and self.problem.setup.mechanism.body.developed
+        """Whether both rollers are beside a rib."""
+        return self.problem.setup.mechanism.ribbed
 
     @property
     def paired(self) -> bool:
@@ -115,7 +115,7 @@ class TrueCam:
         """The curves of this disc at cam angles (rad)."""
         own = self.own
         found = cam_curves(own.setup.mechanism, own.design, own.programme, angles)
-        return found if self.disc.mirror > 0.0 else from_image(own.setup.mechanism, own.programme.lift, found)
+        return found if self.disc.mirror > 0.0 else from_image(found)
 
     @cached_property
     def picture(self) -> Picture:

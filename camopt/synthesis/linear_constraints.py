@@ -73,13 +73,15 @@ def follows(problem: Problem, claim: Claim) -> bool:
 
 
 class _Second(NamedTuple):
-    """The second contact of a follower whose motion has the given lift, where its lead and height are linear."""
+    """The second contact of a follower, where its motion is level + way·y, and its lead and height are linear."""
 
     curves: dict[Any, Any]
     """By the curves of claims on it, those of the first contact."""
-    lift: float
+    way: float
+    """−1 where the motion is reversed, and the cam that is seen turns the other way."""
+    level: float
     share: float
-    """What its lead and height have of those of the first: 1 of an equal disc, which turns the other way, or 0."""
+    """What its lead (but for ``way``) and height have of those of the first: 1 or 0."""
     lead: float
     height: float
     """What they have besides, mm."""
@@ -89,16 +91,16 @@ class _Second(NamedTuple):
         return self.curves.get(getattr(claim.curve, "make", None))
 
     def seen(self, floor: LinearConstraint) -> LinearConstraint:
-        """A linear limit on the motion and sizes of the second contact as one on those of the first: y₂ = h − y."""
+        """A linear limit on the motion and sizes of the second contact as one on those of the first."""
         return replace(
             floor,
-            displacement=-floor.displacement,
-            velocity=-floor.velocity,
-            acceleration=-floor.acceleration,
-            lead=-self.share * floor.lead,
+            displacement=self.way * floor.displacement,
+            velocity=self.way * floor.velocity,
+            acceleration=self.way * floor.acceleration,
+            lead=self.way * self.share * floor.lead,
             height=self.share * floor.height,
             constant=floor.constant
-            + floor.displacement * self.lift
+            + floor.displacement * self.level
             + floor.lead * self.lead
             + floor.height * self.height,
         )
@@ -113,14 +115,18 @@ def _second_in(problem: Problem) -> _Second | None:
         return None
     (contact,), lift = mechanism.further, problem.programme.lift
     curves = {contact.mechanism.pressure: mechanism.pressure}
+    if mechanism.ribbed:
+        closer = -float(design.roller_spacing[0])
+        known = "roller_spacing" not in problem.choices.variables
+        return _Second(curves, 1.0, 0.0, 1.0, 0.0, closer) if known else None
     if not design.second:
-        return _Second(curves, lift, 1.0, 0.0, 0.0)
+        return _Second(curves, -1.0, lift, 1.0, 0.0, 0.0)
     searched = [name for name in design.second if name in problem.choices.variables]
     own = {f"second_{name}" for name in ("size", "roller_radius", "offset")}
     if searched or own - design.second.keys():
         return None
     second = contact.seen(design)
-    return _Second(curves, lift, 0.0, float(second.lead[0]), float(mechanism.start(second)[0]))
+    return _Second(curves, -1.0, lift, 0.0, float(second.lead[0]), float(mechanism.start(second)[0]))
 
 
 def _trace_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:

@@ -28,10 +28,10 @@ from camopt.tables.cells import with_unit
 from camopt.tolerances.response import Responses
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import (
-    WIDER,
     PairResponses,
     fastest_apart,
     off_apart,
+    wider,
 )
 from camopt.verdicts.running import run_effects
 
@@ -98,7 +98,7 @@ def _of_pair(turn: TurnErrors, zones: Mapping[str, Zone]) -> Iterator[Play]:
     given = problem.nominal
     if (clearance := given.get("drive.clearance")) is not None:
         zone, answers = zones.get("drive.clearance", NONE), PairResponses(problem, turn.nodes)
-        wide, ratio = answers.apart(WIDER) / 2.0, scale(problem.setup, 0) * np.abs(answers.ratio)
+        wide, ratio = answers.apart(wider(problem)) / 2.0, scale(problem.setup, 0) * np.abs(answers.ratio)
         least = (ratio * ((clearance + zone.lower) * wide - between.high)).min()
         most = (ratio * ((clearance + zone.upper) * wide - between.low)).max()
         drawn = (ratio * clearance * wide).max()

@@ -58,17 +58,28 @@ class At(NamedTuple):
     second: Own | None
 
 
-WIDER = At(("profile", 1.0), ("profile", 1.0))
-"""Both profiles that stand out alike: what holds the contacts further apart."""
-
-
 def contacts_of(problem: Problem) -> tuple[Problem, Problem]:
     """Both contacts, each as that of an ordinary cam, without a train."""
+    alone, programme = replace(problem.setup, train=None), replace(problem.programme, asked=None)
+    first, second = replace(problem, setup=alone, programme=programme).contacts
+    return first, second
+
+
+def back(problem: Problem) -> float:
+    """What its own motion at the second contact is to e₂: 1 where it is that of the follower reversed, else −1."""
     (further,) = problem.setup.mechanism.further
-    alone = replace(problem.setup, mechanism=replace(problem.setup.mechanism, further=()), train=None)
-    programme = replace(problem.programme, asked=None)
-    first = replace(problem, setup=alone, programme=programme)
-    return first, replace(first, programme=programme.reversed, design=further.seen(problem.design))
+    return 1.0 if further.mechanism.reverses else -1.0
+
+
+def wider(problem: Problem) -> At:
+    """Both profiles that stand out alike: what holds the contacts further apart."""
+    return At(("profile", 1.0), ("profile", _outward(problem)))
+
+
+def _outward(problem: Problem) -> float:
+    """How far along the normal a profile of the second contact that stands out, or its larger roller, moves it."""
+    (further,) = problem.setup.mechanism.further
+    return -further.mechanism.flanks[0].side
 
 
 def errors_at(problem: Problem, key: str) -> dict[str, At]:
@@ -87,7 +98,7 @@ def errors_at(problem: Problem, key: str) -> dict[str, At]:
         return {key: At((key, 1.0), (key, 1.0))}
     first = {key: At((key, 1.0), None)}
     if key == "profile" or alike:
-        return {**first, f"{key}{SECOND}": At(None, (key, 1.0))}
+        return {**first, f"{key}{SECOND}": At(None, (key, _outward(problem)))}
     return first
 
 
@@ -125,7 +136,8 @@ class PairResponses:
     def bores(self) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
         """To the axis of the bore in two directions that turn with the cam, at both contacts; y in the mirror."""
         (x, y), (across, up) = (each.to_bore for each in self.contacts)
-        return (x, across), (y, -up if in_mirror(self.problem) else up)
+        way = back(self.problem)
+        return (x, way * across), (y, -way * up if in_mirror(self.problem) else way * up)
 
     @property
     def ratio(self) -> FloatArray:
@@ -146,7 +158,7 @@ class PairResponses:
         at = errors_at(self.problem, key.removesuffix(SECOND))[key]
         if not (waves and key.startswith("profile")):
             return (self.to(at),)
-        place, sign = (0, 0.5) if at.second is None else (1, -0.5)
+        place, sign = (0, 0.5) if at.second is None else (1, -0.5 * back(self.problem) * at.second[1])
         return tuple(self.through_train(sign * each) for each in self.contacts[place].to_waves(waves))
 
     def _of(self, place: int, own: Own | None) -> FloatArray:
@@ -154,6 +166,7 @@ class PairResponses:
             return np.zeros((ORDERS, self.angles.size))
         key, sign = own
         answers = self.contacts[place]
+        sign *= back(self.problem) if place else 1.0
         return sign * (answers.to_profile if key == "profile" else answers.to_number(key))
 
 
@@ -235,6 +248,8 @@ def _slope_of_start(problem: Problem) -> dict[str, float]:
         ends = (start(replace(designs, size=designs.size + side * step)) for side in (1.0, -1.0))
         return float(((next(ends) - next(ends)) / (2.0 * step))[0])
 
+    if mechanism.ribbed:
+        return {"cam.base_radius": 0.0}  # both stand further out alike
     first, second = slope(problem.design), slope(mechanism.further[0].seen(problem.design))
     if mechanism.drive.one_disc:
         return {"cam.base_radius": first + second}
@@ -253,7 +268,8 @@ class PairCams:
 
     def at(self, errors: Mapping[str, Any], angles: FloatArray) -> tuple[FloatArray, FloatArray]:
         """δ of the follower, and s, mm (rad), of cams whose errors are numbers or arrays (m,)."""
-        first, second = (self._of(place, errors, angles) for place in (0, 1))
+        first, own = (self._of(place, errors, angles) for place in (0, 1))
+        second = back(self.problem) * own
         return (first - second) / 2.0, first + second
 
     def _of(self, place: int, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
@@ -310,7 +326,8 @@ class RealPairs(RealCams):
         first, second = self.contacts
         own, other = (own_errors(self.problem, place, off) for place in (0, 1))
         angles = first.motion(own, places, 0).angle.terms[0]
-        return (first.errors(own, places, order) - second.errors(other, second.touched(other, angles), order)) / 2.0
+        moved = back(self.problem) * second.errors(other, second.touched(other, angles), order)
+        return (first.errors(own, places, order) - moved) / 2.0
 
     def motion(self, off: Off, places: FloatArray, order: int) -> RealMotion:
         """The cam angle by the place, and to order 0 the tool."""

@@ -36,7 +36,7 @@ from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
 from camopt.tolerances.touching import BORE_WAY, Contact
 from camopt.tolerances.turn import TurnErrors
-from camopt.tolerances.two_contacts import PairCams, PairResponses, contacts_of, ends_of, own_errors
+from camopt.tolerances.two_contacts import PairCams, PairResponses, back, contacts_of, ends_of, own_errors
 from camopt.tolerances.worst_case import Place, WorstSearch, ahead_of, rest_over, through
 
 FINER = 2
@@ -61,7 +61,7 @@ def pair_error(f, i, at):  # type: ignore[no-untyped-def]
     other = _Second(f, second, at)
     a = other.ahead(own.turned)
     risen = ahead_of(programme, at, own.turned).y
-    moved = (own.moved - other.rest(a).moved + ahead_of(programme, at, a).y) * 0.5 - risen
+    moved = (own.moved - other.rest(a).moved * back(f.problem) + ahead_of(programme, at, a).y) * 0.5 - risen
     return (moved if f.problem.setup.train is None else through(f.problem, f.errors, moved, at.y + risen)), 0.0
 
 
@@ -80,7 +80,9 @@ class _Second:
         errors = own_errors(f.problem, 1, f.errors)
         if BORE_WAY in errors:  # in the ground, where the first contact touches
             errors[BORE_WAY] = errors[BORE_WAY] + ahead * self.problem.design.sense
-        y, y1 = (self.at.y + further.y) * -1.0 + lift, further.y1 * -1.0
+        y, y1 = self.at.y + further.y, further.y1
+        if back(f.problem) > 0.0:
+            y, y1 = y * -1.0 + lift, y1 * -1.0
         return rest_over(self.problem, self.design, errors, y, y1)
 
     @cached_property

@@ -46,8 +46,8 @@ def test_a_flank_is_as_curved_as_its_side_and_its_bulge_say(contact, rotation):
             # seen from the follower, left of the way where the normal is to the left of it
             leftwards = np.sign((np.conj(points[2] - points[0]) * -flank.side * drawn.normal[1]).imag)
             convex = -leftwards * bent
-            bulge = mechanism.bulge(flank)
-            assert convex == pytest.approx(bulge * kappa / (1.0 - bulge * kappa * radius), rel=2e-4, abs=2e-6)
+            bent_so = flank.bulge * kappa
+            assert convex == pytest.approx(bent_so / (1.0 - bent_so * radius), rel=2e-4, abs=2e-6)
 
 
 @pytest.mark.parametrize("mechanism", MECHANISMS.values(), ids=lambda mechanism: mechanism.name)

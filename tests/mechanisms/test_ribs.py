@@ -1,4 +1,4 @@
-"""Ribs of cylindrical cams, against both rollers of one rigid follower on the flanks that files have."""
+"""Ribs of cylinders and discs, against both rollers of one rigid follower on the flanks that files have."""
 
 from functools import cache
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 from support.depth import times
-from support.ribs import centres, flanks, rib
+from support.ribs import centres, flanks, rib, rollers
 
 import camopt
 from camopt.effects import Case
@@ -22,16 +22,18 @@ from camopt.verdicts.running import run_effects
 
 ANGLES = np.radians(np.arange(360.0) + 0.37)
 MOTIONS = ("translating", "oscillating")
+KINDS = [(form, motion) for form in ("cylindrical", "disc") for motion in MOTIONS]
 PLACES = ("first", "second")
 PART = {"thickness": 130, "rib_height": 14, "bore": 40, "density": 7800}
+PARTS = {"cylindrical": PART, "disc": {**PART, "thickness": 30, "outer_diameter": 400}}
 
 
 @cache
-def problems(motion):
+def problems(form, motion):
     """Random ribs that are not undercut, and where rollers leave a rib."""
     rng, found = np.random.default_rng(39), []
     while len(found) < times(5, 100):
-        problem = resolve_design(Scene.from_dict({**rib(rng, motion), "part": PART}))
+        problem = resolve_design(Scene.from_dict({**rib(rng, motion, form), "part": PARTS[form]}))
         if not quantity(problem, "undercut") and quantity(problem, THICKNESS) > 0.0:
             found.append(problem)
     return found
@@ -55,50 +57,43 @@ def nearest(problem, which, angles):
     return found, np.abs(found - centre[:, 0])
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_both_rollers_of_a_rigid_follower_touch_the_rib_all_the_turn(motion):
+@pytest.mark.parametrize(("form", "motion"), KINDS)
+def test_both_rollers_of_a_rigid_follower_touch_the_rib_all_the_turn(form, motion):
     """And what is told of each flank is what the flank and its roller have there."""
-    for problem in problems(motion):
-        both, design = centres(problem, ANGLES), problem.design
-        assert np.abs(np.abs(both[0] - both[1]) - design.roller_spacing[0]).max() < 1e-12
+    for problem in problems(form, motion):
+        both, design = rollers(problem, ANGLES), problem.design
+        assert np.abs(np.abs(both[0].centre - both[1].centre) - design.roller_spacing[0]).max() < 1e-12
         for which, place in enumerate(PLACES):
             points, distance = nearest(problem, which, ANGLES)
             assert np.abs(distance - design.roller_radius[0]).max() < 1e-8
-            normal = (both[which] - points) / distance
-            across = both[which] - (both[0] + both[1]) / 2
-            way = 1j * np.ones_like(normal)
-            if problem.setup.angular:  # square to the arm, whose pivot moves past with the mantle
-                pivot = ANGLES * design.size[0]
-                arm = both[which] - pivot
-                arm = arm - design.sense * design.arm_length[0] * np.cos(problem.programme.lift / 2)
-                way = 1j * arm / np.abs(arm)
-            seen = np.degrees(np.arctan(np.abs((normal * way.conj()).imag / (normal * way.conj()).real))).max()
+            seen = (both[which].centre - points) / distance * both[which].way.conj()
+            assert np.all((seen.real > 0.0) if which == 0 else (seen.real < 0.0))  # from both sides
+            slant = np.degrees(np.arctan(np.abs(seen.imag / seen.real))).max()
             told = quantity(problem, f"{place}_pressure_angle_max_deg")
-            assert told - 3e-3 * told < seen <= told + 1e-4
-            # from the tangent at this roller to the other one
-            thick = 2.0 * (across * normal.conj()).real - 2.0 * design.roller_radius[0]
-            assert thick.min() >= quantity(problem, THICKNESS) - 1e-6
+            assert told - 3e-3 * told < slant <= told + 1e-4
             drawn = flanks(problem, np.linspace(0.0, 2.0 * np.pi, 7201)[:-1])[which]
             steps = np.diff(drawn)
             bent = np.angle(steps[1:] / steps[:-1]) / np.abs(steps[1:])
-            bulge = (-bent if which == 0 else bent).max()
-            assert 1.0 / bulge == pytest.approx(quantity(problem, f"{place}_profile_radius_min_mm"), rel=2e-2)
+            left = -1.0 if form == "cylindrical" else -design.sense  # where the first roller is right of its way
+            bulge = (left * bent if which == 0 else -left * bent).max()
+            sharpest = 1.0 / quantity(problem, f"{place}_profile_radius_min_mm")
+            assert bulge == pytest.approx(sharpest, rel=2e-2) or max(bulge, sharpest) < 1e-9
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_the_rib_is_nowhere_thinner_than_its_thickness(motion):
+@pytest.mark.parametrize(("form", "motion"), KINDS)
+def test_the_rib_is_nowhere_thinner_than_its_thickness(form, motion):
     """Over all pairs of points of both flanks; where the motion is steep for long it is as thin."""
-    for problem in problems(motion):
+    for problem in problems(form, motion):
         one, other = flanks(problem, np.linspace(-1.0, 2.0 * np.pi + 1.0, 1501))
         least = np.abs(one[:, None] - other[None, :]).min()
         told = quantity(problem, THICKNESS)
-        assert told - 1e-9 <= least < told + 0.1 * problem.design.roller_spacing[0]
+        assert told - 1e-9 <= least < told + 0.04 * problem.design.roller_spacing[0]
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_a_rib_seen_in_a_mirror_across_the_axis_has_its_flanks_exchanged(motion):
     """Its motion is reversed then."""
-    problem = problems(motion)[0]
+    problem = problems("cylindrical", motion)[0]
     turned = {"rise": "return", "return": "rise", "dwell": "dwell"}
     rows = [
         {"segment": turned[each.segment], "angle": each.angle}
@@ -118,63 +113,121 @@ def test_a_rib_seen_in_a_mirror_across_the_axis_has_its_flanks_exchanged(motion)
     assert quantity(mirrored, THICKNESS) == pytest.approx(quantity(problem, THICKNESS), rel=1e-9)
 
 
+def exactly_placed(problem, angle, which):
+    """A roller's centre, and the way in which its follower moves it, as mpmath has them, on a 3-4-5 rise."""
+    design, programme, mpf = problem.design, problem.programme, mpmath.mpf
+    stroke, sense, disc = programme.strokes[0], int(design.sense), not problem.setup.mechanism.body.developed
+    size, d, radius, l, c, e = (  # noqa: E741
+        mpf(float(each[0]))
+        for each in (
+            design.size,
+            design.roller_spacing,
+            design.roller_radius,
+            design.arm_length,
+            design.centre_distance,
+            design.offset,
+        )
+    )
+    x, lift, i = angle / mpf(float(stroke.angle)), mpf(programme.lift), mpmath.mpc(0, 1)
+    y = lift * (10 * x**3 - 15 * x**4 + 6 * x**5)
+    share = (mpf(0), mpf(-1))[which] if disc else (mpf(1) / 2, -mpf(1) / 2)[which]
+    turned = mpmath.exp(-i * sense * angle) if disc else mpf(1)
+    moved = mpf(0) if disc else size * angle
+    if not problem.setup.angular:
+        place = e + i * (mpmath.sqrt((size + radius) ** 2 - e**2) + y) if disc else i * y
+        return turned * (place + i * share * d) + moved, turned * i
+    apart = 2 * mpmath.asin(d / (2 * l))
+    if disc:
+        psi = mpmath.acos((c**2 + l**2 - (size + radius) ** 2) / (2 * c * l)) + y + share * apart
+        arm = -l * mpmath.exp(-i * psi)
+        return turned * (c + arm), -turned * i * arm / l
+    psi = y - lift / 2 + share * apart
+    arm = l * mpmath.mpc(-sense * mpmath.cos(psi), mpmath.sin(psi))
+    return moved + arm, -i * sense * arm / l
+
+
 @pytest.mark.parametrize("rotation", ["cw", "ccw"])
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_curves_of_both_flanks_have_the_digits_of_fifty(motion, rotation):
+@pytest.mark.parametrize(("form", "motion"), KINDS)
+def test_curves_of_both_flanks_have_the_digits_of_fifty(form, motion, rotation):
     """From the path of each roller's centre alone, with its derivatives, on the first half of a rise."""
-    scene = rib(np.random.default_rng(5), motion)
+    scene = rib(np.random.default_rng(5), motion, form)
     scene["cam"]["rotation"], scene["motion"][0]["law"] = rotation, "poly345"
     problem = resolve_design(Scene.from_dict(scene))
-    design, lift = problem.design, problem.programme.lift
-    case = Case(problem.setup, problem.programme, design)
+    case, sense = Case(problem.setup, problem.programme, problem.design), int(problem.design.sense)
+    ((thickness, _),) = EFFECT.peaks(problem.setup)[THICKNESS].curves
     with mpmath.workdps(50):
-        size, d, radius, l = (  # noqa: E741
-            mpmath.mpf(float(each[0]))
-            for each in (design.size, design.roller_spacing, design.roller_radius, design.arm_length)
-        )
-        span, sense = mpmath.mpf(float(scene["motion"][0]["angle"])) * mpmath.pi / 180, int(design.sense)
-
-        def path(which, theta):
-            x = theta / span
-            y = mpmath.mpf(lift) * (10 * x**3 - 15 * x**4 + 6 * x**5)
-            side = 1 if which == 0 else -1
-            if motion == "translating":
-                return mpmath.mpc(size * theta, y + side * d / 2)
-            psi = y - mpmath.mpf(lift) / 2 + side * mpmath.asin(d / (2 * l))
-            return mpmath.mpc(size * theta - sense * l * mpmath.cos(psi), l * mpmath.sin(psi)), psi
-
-        for theta in (0.11, 0.4, 0.63):
+        for theta in map(mpmath.mpf, (0.11, 0.4, 0.63)):
+            state, normals, made = problem.programme.state(np.array([float(theta)])), [], []
             for which, contact in enumerate(contacts_of(problem.setup)):
+                centre, way = exactly_placed(problem, theta, which)
                 at = at_contact(case, contact)
-                points = [path(k, mpmath.mpf(theta)) for k in (0, 1)]
-                if motion == "translating":
-                    way, place = mpmath.mpc(0, 1), lambda t, k=which: path(k, t)
-                else:
-                    psi = points[which][1]
-                    way, place = (
-                        mpmath.mpc(sense * mpmath.sin(psi), mpmath.cos(psi)),
-                        lambda t, k=which: path(k, t)[0],
-                    )
-                    points = [each[0] for each in points]
-                first, second = (mpmath.diff(place, mpmath.mpf(theta), n) for n in (1, 2))
-                normal = mpmath.mpc(0, 1) * first / abs(first) * (1 if which == 0 else -1)
-                seen = normal * mpmath.conj(way) * (1 if which == 0 else -1)
-                tangent = abs(seen.imag / seen.real)
-                bend = -mpmath.im(mpmath.conj(first) * second) / abs(first) ** 3 * (1 if which == 0 else -1)
-                thick = mpmath.re((points[which] - points[1 - which]) * mpmath.conj(normal)) - 2 * radius
-                state = problem.programme.state(np.array([theta]))
-                ((thickness, _),) = EFFECT.peaks(at.setup)[THICKNESS].curves
-                made = {at.setup.mechanism.pressure: tangent, at.setup.mechanism.curvature: bend, thickness: thick}
-                for make, exact in made.items():
-                    value = float(np.squeeze(curve(make(at.designs, at.programme), ..., state)[0]))
-                    found = abs(value) if make is at.setup.mechanism.pressure else value
-                    assert found == pytest.approx(float(exact), rel=1e-11, abs=1e-14)
+                first, second = (
+                    mpmath.diff(lambda t, k=which: exactly_placed(problem, t, k)[0], theta, n) for n in (1, 2)
+                )
+                side = (1 if which == 0 else -1) * (sense if form == "disc" else 1)
+                normals.append((centre, mpmath.mpc(0, side) * first / abs(first)))
+                seen = normals[-1][1] * mpmath.conj(way)
+                bend = -side * mpmath.im(mpmath.conj(first) * second) / abs(first) ** 3
+                of = at.setup.mechanism
+                made += [(of.pressure, at, abs(seen.imag / seen.real)), (of.curvature, at, bend)]
+            (one, out), (other, back) = normals
+            line = (one - other) / abs(one - other)
+            across, leant = (mpmath.re(line * mpmath.conj(each)) for each in (out, -back))
+            thick = abs(one - other) * (across + leant) / (1 - mpmath.re(out * mpmath.conj(back)))
+            thick -= 2 * mpmath.mpf(float(problem.design.roller_radius[0]))
+            for make, at, exact in (*made, (thickness, case, thick)):
+                value = float(np.squeeze(curve(make(at.designs, at.programme), ..., state)[0]))
+                slanted = make is at.setup.mechanism.pressure
+                assert (abs(value) if slanted else value) == pytest.approx(float(exact), rel=1e-11, abs=1e-14)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_each_flank_of_a_disc_has_the_loads_of_a_cam_of_its_own(motion):
+    """Those of an open cam outside, and inside those of the outer wall of a groove for the inner roller."""
+    scene = rib(np.random.default_rng(4), motion, "disc")
+    scene["follower"]["dynamics"] = {"inertia": 0.02, "load": 3.0} if motion == "oscillating" else {"mass": 2.0}
+    oil = {"viscosity": 0.05, "pressure_viscosity": 20, "roughness": 0.4}
+    scene["materials"] = {"cam": "steel", "follower": "steel", "face_width": 12, **oil}
+    problem = resolve_design(Scene.from_dict(scene))
+    inner = problem.setup.mechanism.further[0].seen(problem.design).size[0]
+    single = {k: v for k, v in scene["follower"].items() if k != "roller_spacing"}
+    own = {"cam": {**scene["cam"], "base_radius": inner}, "follower": single, "drive": {"kind": "groove"}}
+    spring = Scene.from_dict({**scene, "follower": single, "drive": {"kind": "spring"}})
+    groove = resolve_design(Scene.from_dict({**scene, **own}))
+    for place, alone, stress in (
+        ("first", resolve_design(spring), "contact_stress_max_MPa"),
+        ("second", groove, "contact_stress_pull_MPa"),
+    ):
+        for name, other in (
+            ("pressure_angle_max_deg", "pressure_angle_max_deg"),
+            ("contact_stress_max_MPa", stress),
+        ):
+            assert quantity(problem, f"{place}_{name}") == pytest.approx(quantity(alone, other), rel=1e-9)
+    spins = [quantity(each, "roller_speed_max_rpm") for each in (problem, resolve_design(spring), groove)]
+    assert spins[0] == pytest.approx(max(spins[1:]), rel=1e-9)  # the inner one spins the faster
+    undercut = quantity(groove, "pitch_curvature_min_per_mm")
+    assert quantity(problem, "second_profile_radius_min_mm") == pytest.approx(
+        1.0 / max(-undercut, 0.0) - problem.design.roller_radius[0] if undercut < 0.0 else np.inf, rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_mass_of_a_ribbed_disc_is_that_of_a_plate_with_a_ring(motion):
+    problem, part = problems("disc", motion)[1], PARTS["disc"]
+    rings = flanks(problem, np.linspace(0.0, 2.0 * np.pi, 40_001)[:-1])
+    outer, inner = (shapely.Polygon(np.column_stack([ring.real, ring.imag])) for ring in rings)
+    ring, bore = outer.difference(inner), np.pi * part["bore"] ** 2 / 4
+    below = np.pi * part["outer_diameter"] ** 2 / 4 - bore
+    volume = below * (part["thickness"] - part["rib_height"]) + ring.area * part["rib_height"]
+    assert quantity(problem, "cam_mass_kg") == pytest.approx(volume * part["density"] * 1e-9, rel=1e-7)
+    unbalance = ring.area * np.hypot(ring.centroid.x, ring.centroid.y) * part["rib_height"]
+    assert quantity(problem, "unbalance_g_mm") == pytest.approx(unbalance * part["density"] * 1e-6, rel=1e-5)
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_the_mass_of_a_ribbed_cam_is_that_of_its_core_and_of_slices_of_its_rib(motion):
     """Slices at radii through the rib, each the area between both flanks, cut at the slope that it has there."""
-    problem = problems(motion)[1]
+    problem = problems("cylindrical", motion)[1]
     design, angles = problem.design, np.linspace(0.0, 2.0 * np.pi, 20_001)
     mean, radius = design.size[0], design.roller_radius[0]
     core, top = mean - PART["rib_height"] / 2, mean + PART["rib_height"] / 2
@@ -325,6 +378,85 @@ BAD = {
     ),
     "a knife": ({"follower.contact": "knife", "follower.roller_radius": None}, "must be .*groove"),
 }
+
+
+BAD_DISCS = {
+    "an inner roller on the axis": (
+        "translating",
+        {"follower.roller_spacing": 92.0},
+        r"roller_spacing = 92.*: must be below .*: the inner roller would reach the axis of the cam",
+    ),
+    "an inner roller that swings over the axis": (
+        "oscillating",
+        {"follower.roller_spacing": 110.0},
+        r"roller_spacing = 110.*: must be below .*: the inner roller would reach the axis of the cam",
+    ),
+    "a rib that leaves no plate": (
+        "translating",
+        {"part": {"thickness": 12, "rib_height": 12}},
+        r"part\.rib_height = 12.*: must be below the thickness \(12\): the rib stands on a plate",
+    ),
+    "a depth of a groove on a disc": (
+        "translating",
+        {"part.groove_depth": 6.0},
+        r"part\.groove_depth = 6.*: a ribbed disc cam has none",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD_DISCS)
+def test_a_rib_that_cannot_be_on_a_disc_gets_one_clear_message(name):
+    motion, changes, message = BAD_DISCS[name]
+    scene = Scene.from_dict(rib(np.random.default_rng(3), motion, "disc"))
+    with pytest.raises(BadInput, match=message):
+        resolve_design(scene.replace(**changes))
+
+
+FAST = [
+    {"segment": "rise", "angle": 70, "lift": 24, "law": "cycloidal"},
+    {"segment": "return", "angle": 70, "lift": 24, "law": "cycloidal"},
+    {"segment": "dwell", "angle": 220},
+]
+
+
+@pytest.mark.parametrize(
+    ("broken", "changes"),
+    {
+        "undercut": {"cam.base_radius": 50.0, "follower.roller_radius": 16.0, "follower.roller_spacing": 40.0},
+        "no_rib": {"follower.roller_spacing": 17.0},
+        "shaft_diameter": {"cam.shaft_diameter": 2.0 * (60.0 - 24.0) + 1e-6},
+    }.items(),
+)
+def test_a_disc_whose_rollers_make_no_rib_or_meet_the_shaft_breaks_a_limit(broken, changes):
+    """The inner flank is undercut where the outer one is not; the inner roller leaves R_b − d about the axis."""
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "base_radius": 60.0, "rotation": "ccw"},
+            "follower": {
+                "motion": "translating",
+                "contact": "roller",
+                "roller_radius": 8.0,
+                "roller_spacing": 24.0,
+            },
+            "drive": {"kind": "rib"},
+            "motion": FAST,
+        }
+    )
+    found = camopt.evaluate(scene.replace(**changes, outputs=["pair", "rib"]))
+    assert found["violated"].split(", ") == [broken], found["violated"]
+    if broken == "undercut":
+        assert found["second_profile_radius_min_mm"] < 0.0 < found["first_profile_radius_min_mm"]
+
+
+def test_the_smallest_rib_of_a_disc_is_that_of_a_scan():
+    scene = rib(np.random.default_rng(8), "translating", "disc")
+    del scene["cam"]["base_radius"]
+    scene["limits"] = {"pressure_angle": 30, "rib_thickness_min_mm": 6, "curvature_radius": 4}
+    best = camopt.optimise(Scene.from_dict({**scene, "search": {"base_radius": {"start": 20, "stop": 200}}})).best
+    sizes = best["base_radius_mm"] * np.array([1.0 - 1e-7, 1.0 + 1e-7, 1.01, 1.05])
+    held = [camopt.evaluate(Scene.from_dict({**scene, "cam": {**scene["cam"], "base_radius": s}})) for s in sizes]
+    assert [row["feasible"] for row in held] == [False, True, True, True]
+    assert best["proved"]
 
 
 @pytest.mark.parametrize("name", BAD)

@@ -67,12 +67,15 @@ def mechanisms():
     cylinder["cam"] = {"form": "cylindrical", "mean_radius": 60.0}
     cylinder["follower"] = {"motion": "oscillating", "contact": "roller", "roller_radius": 6.0, "arm_length": 70.0}
     rib = {**cylinder, "drive": {"kind": "rib"}, "follower": {**cylinder["follower"], "roller_spacing": 22.0}}
+    ring = camopt.find_scene("oscillating-roller").to_dict()
+    ring |= {"drive": {"kind": "rib"}, "follower": {**ring["follower"], "roller_spacing": 22.0}}
     two = camopt.find_scene("two-pauses").to_dict()
     two["follower"] = {"motion": "translating", "contact": "spherical", "face_radius": 30.0}
     made = {
         "swinging face": swinging,
         "swinging in a groove": cylinder,
         "swinging about a rib": rib,
+        "swinging about a rib of a disc": ring,
         "spherical": two,
     }
     for name, data in made.items():

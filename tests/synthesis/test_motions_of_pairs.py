@@ -38,9 +38,13 @@ def paired(rotation="ccw", **drive):
     )
 
 
+def ribbed(rotation):
+    return paired(rotation).replace(**{"drive.kind": "rib", "follower.roller_spacing": 20.0})
+
+
 @settings(max_examples=times(20, deep=400))
 @given(
-    st.sampled_from([paired(way, **own) for way in ("cw", "ccw") for own in ({}, OWN)]),
+    st.sampled_from([made for way in ("cw", "ccw") for made in (paired(way), paired(way, **OWN), ribbed(way))]),
     st.floats(0, 20),
     st.floats(-30, 30),
     st.floats(20, 60),

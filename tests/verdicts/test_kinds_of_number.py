@@ -104,6 +104,8 @@ PAIRED = {
     "yoke": ("flat", {"kind": "breadth"}),
     "rib": ("groove", {"kind": "rib", **PRESSED}),
     "swinging rib": ("groove-arm", {"kind": "rib", **PRESSED}),
+    "rib of a disc": ("offset-roller", {"kind": "rib", **PRESSED}),
+    "swinging rib of a disc": ("arm", {"kind": "rib", **PRESSED}),
 }
 """Cams with two contacts of a follower, without a guide, each with the contact and the drive."""
 IN_FACE = {"roller in a face": "offset-roller", "arm in a face": "arm"}

@@ -48,7 +48,7 @@ class CamView {
     this.circle(this.body, sizes.size, "base-circle");
     if (sizes.roller_radius > 0) {
       this.circle(this.body, sizes.size + sizes.roller_radius, "prime-circle");
-      this.path(this.body, this.curves.flatMap((each) => each.pitch), "pitch-curve", true);
+      for (const pitch of ["pitch", "second"]) this.path(this.body, this.curves.flatMap((each) => each[pitch]), "pitch-curve", true);
     }
     for (const side of edge ? ["profile", "flank"] : ["profile"]) {
       this.curves.forEach((each, k) => {
@@ -66,17 +66,18 @@ class CamView {
     this.path(this.body, [[0, 0], [0, 0.97 * sizes.size]], "timing");
   }
 
-  /** The radius of a disc with a groove in its face, a little more than that of the groove if not known; else 0. */
+  /** The radius of a disc with a groove or rib on its face, a little more than that of the flanks if not known; else 0. */
   get edge() {
-    if (!this.cam.face_groove) return 0;
-    const far = Math.max(...this.curves.flatMap((each) => each.flank.map(([x, y]) => Math.hypot(x, y))));
+    if (!this.cam.on_face) return 0;
+    const far = Math.max(...this.curves.flatMap((each) => [...each.profile, ...each.flank].map(([x, y]) => Math.hypot(x, y))));
     return this.cam.outer_diameter / 2 || 1.08 * far;
   }
 
   drawPlate(edge) {
-    this.circle(this.body, edge, "solid");
+    const [face, between] = isRibbed(this.cam) ? ["plate", "rib"] : ["solid", "channel"];
+    this.circle(this.body, edge, face);
     for (const each of this.curves) {
-      this.path(this.body, [...each.profile, ...[...each.flank].reverse()], "channel", true);
+      this.path(this.body, [...each.profile, ...[...each.flank].reverse()], between, true);
     }
   }
 

@@ -4,11 +4,13 @@
 function standing(cam) {
   const { size, roller_radius: radius, offset, arm_length: arm, centre_distance: centre, face_offset: face, roller_spacing: spacing } = cam.sizes;
   const prime = size + radius;
+  const between = cam.moves === "oscillating" ? 2 * Math.asin(spacing / 2 / arm) || 0 : spacing; // of the rollers about a rib
   return {
     height: Math.sqrt(Math.max(prime * prime - offset * offset, 0)),
     firstAngle: Math.acos((arm * arm + centre * centre - prime * prime) / (2 * arm * centre)),
     firstSine: Math.asin((size - face) / centre),
-    ahead: cam.moves === "oscillating" ? Math.asin(spacing / 2 / arm) || 0 : spacing / 2, // of the first roller about a rib
+    between,
+    ahead: isGrooved(cam) ? between / 2 : 0,
   };
 }
 
@@ -49,11 +51,10 @@ function contactAt(cam, still, angle, y, slope) {
   return [x, up, across / length, along / length];
 }
 
-/** The same at the second roller about a rib: seen in a mirror across the axis it is the first, of the motion reversed. */
+/** The same at the second roller about a rib, with the normal towards that roller. */
 function secondAt(cam, still, angle, y, slope) {
-  const { lift } = cam.motion, level = cam.moves === "oscillating" ? 0 : lift;
-  const [x, up, across, along] = contactAt(cam, still, angle, lift - y, -slope);
-  return [x, level - up, across, -along];
+  const [x, up, across, along] = contactAt(cam, still, angle, y - still.between, slope);
+  return [x, up, -across, -along];
 }
 
 /** A point turned by an angle in rad about the origin. */
@@ -78,8 +79,8 @@ function curvesOf(cam) {
       found.profile.push(turned(x - radius * across, y - radius * up, turn));
       if (!isRibbed(cam)) return void found.flank.push(turned(x + radius * across, y + radius * up, turn));
       const [a, b, aside, along] = secondAt(cam, still, angle, piece.y[k], piece.slope[k]);
-      found.second.push([a, b]);
-      found.flank.push([a - radius * aside, b - radius * along]);
+      found.second.push(turned(a, b, turn));
+      found.flank.push(turned(a - radius * aside, b - radius * along, turn));
     });
     return found;
   });
