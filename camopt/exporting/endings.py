@@ -8,7 +8,7 @@ class Ending(NamedTuple):
 
     ``of_cam`` is whether there is a cam in the file, which must be one that can be made; ``of_plane`` whether its
     curves are in a plane, in which a cylindrical cam is developed. Of a pair ``of_pair`` is whether both discs can
-    be in it, ``of_disc`` whether one of them can be alone; ``of_rib`` is whether it is written of a rib.
+    be in it, ``of_disc`` whether one of them can be alone.
     """
 
     module: str
@@ -17,7 +17,6 @@ class Ending(NamedTuple):
     of_plane: bool = False
     of_pair: bool = True
     of_disc: bool = True
-    of_rib: bool = True
 
 
 ENDINGS = {
@@ -33,7 +32,7 @@ ENDINGS = {
     ".nc": Ending("gcode", of_pair=False),
     ".mpf": Ending("gcode", of_pair=False),
     ".h": Ending("gcode", of_pair=False),
-    ".p": Ending("grinding", of_pair=False, of_rib=False),
+    ".p": Ending("grinding", of_pair=False),
     ".txt": Ending("electronic", of_cam=False, of_disc=False),
     ".toml": Ending("scene", of_cam=False, of_disc=False),
 }

@@ -143,14 +143,10 @@ def _of_disc(scene: Scene, suffix: str, disc: int | None) -> Iterator[Mistake]:
 
 
 def check_rib(problem: Problem, suffix: str) -> None:
-    """BadInput for a kind of file that is not written of a rib."""
+    """BadInput for a file of a rib on a disc with what machines need."""
     mechanism = problem.setup.mechanism
     if mechanism.ribbed and not mechanism.body.developed and ENDINGS[suffix].of_cam:
         why = f"a {suffix} file of a rib on a disc is not written yet"
-        raise BadInput([Mistake(problem.file, "drive.kind", None, why, bare=True)])
-    if mechanism.ribbed and not ENDINGS[suffix].of_rib:
-        both = ", ".join(name for name, ending in ENDINGS.items() if ending.of_rib and ending.of_cam)
-        why = f"a {suffix} file of a rib is not written yet; its flanks are in {both}"
         raise BadInput([Mistake(problem.file, "drive.kind", None, why, bare=True)])
 
 

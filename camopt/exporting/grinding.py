@@ -14,6 +14,7 @@ import numpy as np
 from camopt.contour.curve import CamCurve, SmoothPart
 from camopt.exporting.cam_points import check_cutter
 from camopt.exporting.exported import Export
+from camopt.exporting.rib_grinding import write_rib
 from camopt.exporting.spacing import in_steps
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
@@ -31,15 +32,18 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
     """Write angles (deg), lifts and distances of the centres (mm), in even steps of the workpiece's angle.
 
     The angle is that of the direction from the axis to the wheel's centre, from the y axis of the cam's drawing, in
-    the sense in which the cam angle grows. ``cutter_radius`` (mm) is that of the wheel.
+    the sense in which the cam angle grows. ``cutter_radius`` (mm) is that of the wheel. Of a rib places along the
+    axis of the cam (``rib_grinding``).
     """
     problem = work.problem
     if problem.setup.mechanism.two_sided:
         raise BadInput(
-            [Mistake("camopt", "file", path.name, "written for open disc cams; a groove is not ground so")]
+            [Mistake("camopt", "file", path.name, "written for open disc cams and ribs; a groove is not ground so")]
         )
     if cutter_radius is None:
         raise BadInput([Mistake("camopt", "cutter_radius", None, "missing: the radius of the wheel", bare=True)])
+    if problem.setup.mechanism.body.developed:
+        return write_rib(work, path, cutter_radius, step, DECIMALS[system_shown()])
     check_cutter(work.only.problem, cutter_radius)
     angles = in_steps(step)
     radii = _radii(work, work.only.curves(cutter_radius)["cutter"], angles)

@@ -144,7 +144,7 @@ def write_groove(work: Workpiece, path: Path, asked: Milling) -> Export:
     program.stop(asked.spindle, asked.coolant)
     write_text(path, program.text())
     curves = {name: CurveInFile(len(each) - 1, "lines", each.deviation) for name, each in every.items()}
-    return Export(path, curves, notes=(*_narrower(work, asked.cutter_radius), *asked.left_out))
+    return Export(path, curves, notes=(*left_on_walls(work, asked.cutter_radius), *asked.left_out))
 
 
 def _height(work: Workpiece) -> float | None:
@@ -274,7 +274,7 @@ def _begin(program: Program, work: Workpiece, asked: Milling, every: dict[str, P
     program.say(*modes, *program.words.turning)
 
 
-def _narrower(work: Workpiece, cutter_radius: float) -> Iterator[str]:
+def left_on_walls(work: Workpiece, cutter_radius: float) -> Iterator[str]:
     """Notes on a cutter that leaves something on walls of a groove or a rib, and on what a rib has beside it."""
     whole = work.problem.half_width
     if work.problem.setup.mechanism.further:

@@ -488,5 +488,33 @@ def test_files_have_both_flanks_and_each_has_its_steel_on_the_side_of_the_rib(mo
     for name, place in zip(("profile", "second_profile"), PLACES, strict=True):
         sharpest = 1.0 / points[f"{name}_curvature_per_mm"].max()
         assert sharpest == pytest.approx(quantity(problem, f"{place}_profile_radius_min_mm"), rel=0.05)
-    with pytest.raises(BadInput, match=r"a \.p file of a rib is not written yet; its flanks are in \.dxf, \.svg"):
-        camopt.export(scene, tmp_path / "rib.p", cutter_radius=5.0)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_wheel_that_follows_the_table_is_where_the_rollers_of_a_rigid_follower_are(motion, tmp_path):
+    """Of a rigid follower over the mantle; and the wheel touches the flanks as the files have them."""
+    scene = Scene.from_dict(rib(np.random.default_rng(11), motion)).replace(part=PART)
+    problem, radius = resolve_design(scene), scene.follower.roller_radius
+    told = camopt.export(scene, tmp_path / "rib.p", cutter_radius=radius, step=5.0)
+    angle, *places = np.loadtxt(tmp_path / "rib.p").T
+    assert told.about["lines"] == angle.size == 73
+    assert not [note for note in told.notes if "the cutter leaves" in note]
+    turn = np.radians(angle)
+    wheels = (
+        places if motion == "translating" else [y + 1j * x for y, x in zip(places[::2], places[1::2], strict=True)]
+    )
+    rigid, dense = centres(problem, turn), centres(problem, np.linspace(0.0, 2.0 * np.pi, 40_001))
+    ends = [each.imag for each in dense]
+    low = (min(map(np.min, ends)) + max(map(np.max, ends)) - PART["thickness"]) / 2.0
+    for wheel, centre, flank in zip(wheels, rigid, flanks(problem, np.linspace(-0.3, 6.6, 40_001)), strict=True):
+        found = turn * problem.design.size[0] + np.imag(wheel) + 1j * (np.real(wheel) + low)
+        assert np.abs(found - centre).max() < 2e-6
+        near = [np.abs(flank - one).min() for one in found]
+        assert np.abs(np.array(near) - radius).max() < 1e-5
+    assert (
+        camopt.export(scene, tmp_path / "rib.p", cutter_radius=radius - 1.0)
+        .notes[1]
+        .startswith("the cutter leaves 1 mm")
+    )
+    with pytest.raises(BadInput, match=r"cutter_radius = 20\.0: must be above 0 and at most"):
+        camopt.export(scene, tmp_path / "rib.p", cutter_radius=20.0)
