@@ -18,7 +18,7 @@ from camopt.effects.case import Bounded, Case, Effect, Setup, nothing
 from camopt.effects.peak import NumberKind, Peak, Scale, unweighted
 from camopt.mechanisms.design import Contact, Designs
 from camopt.motion.programme import Programme
-from camopt.numerics import FloatArray
+from camopt.numerics import FloatArray, IntArray
 from camopt.quantities import QUANTITIES
 
 Found = Callable[[Case, frozenset[str], dict[str, Any]], None]
@@ -43,13 +43,34 @@ def at_contact(case: Case, contact: Contact) -> Case:
 
 def columns_at(case: Case, found: Found, wanted: frozenset[str]) -> list[dict[str, Any]]:
     """Columns of a case at each contact; what one effect asks, the next ones need not look for again."""
-    of = (case.setup, case.programme, case.designs)
-    if not all(map(is_, case.memory.get("of", (None,) * 3), of)):
+    if _known_of(case) is None:
+        of = (case.setup, case.programme, case.designs)
         case.memory.update(of=of, known=[{} for _ in contacts_of(case.setup)])
     for contact, known in zip(contacts_of(case.setup), case.memory["known"], strict=True):
         if missing := wanted - known.keys():
             found(at_contact(case, contact), missing, known)
     return [{name: known[name] for name in wanted & known.keys()} for known in case.memory["known"]]
+
+
+def _known_of(case: Case) -> list[dict[str, Any]] | None:
+    """The columns that were found at each contact of a case; None if none were sought."""
+    of = (case.setup, case.programme, case.designs)
+    return case.memory["known"] if all(map(is_, case.memory.get("of", (None,) * 3), of)) else None
+
+
+def some_of(case: Case, index: IntArray) -> Case:
+    """A case of some of its designs, with what was found at each contact of them."""
+
+    def taken(value: Any) -> Any:
+        if isinstance(value, Bounded):
+            return Bounded(*map(taken, value))
+        return value[index] if np.ndim(value) else value
+
+    part = replace(case, designs=case.designs.take(index), memory={})
+    if known := _known_of(case):
+        columns = [{name: taken(value) for name, value in each.items()} for each in known]
+        part.memory.update(of=(part.setup, part.programme, part.designs), known=columns)
+    return part
 
 
 def least_size_of(setup: Setup, designs: Designs) -> Any:
@@ -66,7 +87,8 @@ def on_each_contact(effect: Effect, found: Found) -> Effect:
         return tuple(filter(_has_worst, names)) if setup.mechanism.further else names
 
     def reads(setup: Setup) -> tuple[str, ...]:
-        return () if setup.mechanism.further else effect.reads(setup)
+        names = effect.reads(setup)
+        return tuple(filter(_has_worst, names)) if setup.mechanism.further else names
 
     def worst_of_all(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         each = columns_at(case, found, wanted)

@@ -6,7 +6,6 @@ undecided even then is no feasible design.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.effects import Case
+from camopt.effects.contacts import some_of
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -111,11 +111,11 @@ def bound_excesses(problem: Problem, designs: Designs, wanted: frozenset[str], u
     for some in np.array_split(index, pieces) if last and index.size else ():
         if now() > until:
             break
-        found, case = rows.take(some), replace(case, designs=designs.take(some))
+        found, part = rows.take(some), some_of(case, some)
         for effect, names in later:
-            found = extended(found, case, effect, names)
-        outer[len(first) :, some] = excesses(last, found.shifted(1.0), case.designs)
-        inner[len(first) :, some] = excesses(last, found.shifted(-1.0), case.designs)
+            found = extended(found, part, effect, names)
+        outer[len(first) :, some] = excesses(last, found.shifted(1.0), part.designs)
+        inner[len(first) :, some] = excesses(last, found.shifted(-1.0), part.designs)
     return ExcessBounds(rows, outer, inner)
 
 

@@ -260,3 +260,23 @@ def test_that_no_cam_of_a_box_crosses_itself_is_said_of_both_discs(base, said):
     roller = float(problem.design.roller_radius[0])
     box = {"roller_radius": (roller - 0.01, roller + 0.01)}
     assert limit_over_box(problem, limit, problem.design, box).verdict == said
+
+
+def test_what_is_found_at_a_contact_is_not_sought_again(monkeypatch):
+    """A pair takes twice the searches of one disc, with limits that read each other and some designs of a block."""
+    from camopt.verdicts.judging import bound_excesses
+
+    asked, extremes = [], Case.extremes
+    monkeypatch.setattr(Case, "extremes", lambda *each, **more: asked.append(each) or extremes(*each, **more))
+    feed = camopt.find_scene("press-feed-by-pair").replace(part=None, **{"limits.pressure_angle": 30})
+    counts = []
+    for scene in (feed.replace(drive=None), feed):
+        problem = resolve(scene)
+        sizes = problem.design.take([0, 0, 0]).with_values({"size": np.array([40.0, 50.0, 62.0])})
+        outer = bound_excesses(problem, sizes, frozenset()).outer
+        counts.append(len(asked))
+        assert 0 < np.count_nonzero(np.all(outer <= 0.0, axis=0)) < 3
+        alone = [bound_excesses(problem, sizes.take([k]), frozenset()).outer[:, 0] for k in range(3)]
+        assert np.array_equal(outer, np.transpose(alone))
+        asked.clear()
+    assert counts[1] == 2 * counts[0]
