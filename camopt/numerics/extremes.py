@@ -310,8 +310,6 @@ def search_all(curve, panels, questions, precision, answers, work):
 
 @search_all.uncompiled
 def _search_all_in_python(curve, panels, questions, precision, answers, work):
-    if answers.shape[2] > PLAIN_TILE:
-        keep_freed_memory()
     search_all.py_func(curve, panels, questions, precision, answers, plain_workspace(panels))
 
 
@@ -332,6 +330,8 @@ def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision
 
     questions (K, 2): the kinds of stroke to look at and the goal.
     """
+    if designs > PLAIN_TILE:
+        keep_freed_memory()
     answers, asked = np.empty((3, len(questions), designs)), np.array(questions, np.int64)
     turn = _turn_of(Same(table), type(f) in WITH_LOAD)
     with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn

@@ -68,4 +68,6 @@ def difference_of_squares_root(a: Any, b: Any, more: Any = 0.0) -> Any:
         a, b, more = as_interval(a), as_interval(b), as_interval(more)
         low = difference_of_squares_root(a.low, b.largest_magnitude, more.low)
         return Interval(low, difference_of_squares_root(a.high, b.least_magnitude, more.high))
-    return np.sqrt(np.maximum(sum_of(a, more, -b) * sum_of(a, more, b), 0.0))
+    whole, lost = a + more, lost_by_sum(a, more)  # each factor is a sum as of ``sum_of``
+    less, longer = ((whole + term) + (lost + lost_by_sum(whole, term)) for term in (-b, b))
+    return np.sqrt(np.maximum(less * longer, 0.0))

@@ -134,8 +134,8 @@ def keep_freed_memory() -> None:
     """Let memory that is freed be used again; else it goes back to the system, which clears each page of the next.
 
     glibc keeps blocks as large as the largest that was freed before (mallopt(3), M_MMAP_THRESHOLD), and at the end
-    of its heap twice as much. Formulas of arrays make and free some of a megabyte all the time. The block that is
-    freed here is never written to, so it takes no memory. Elsewhere this does nothing.
+    of its heap twice as much. Formulas of many designs make and free arrays of about a megabyte all the time. The
+    block that is freed here is never written to, so it takes no memory. Elsewhere this does nothing.
     """
     np.empty(LARGEST_KEPT, np.uint8)
 
