@@ -78,7 +78,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
 
 def surely_round(case: Case) -> BoolArray:
     """For which designs the largest pressure angle shows that P·n > 0."""
-    return np.asarray(round_bodies(case) > case.designs.roller_radius)
+    return np.asarray(round_bodies(case) > case.setup.half_width(case.designs))
 
 
 def round_bodies(case: Case) -> Any:

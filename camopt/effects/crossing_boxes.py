@@ -15,7 +15,8 @@ centre C(b) on the pitch curve, cuts into the profile at another one: |P(a) − 
 Conversely, where one part of a profile crosses another at P(a) = P(b), it enters the roller at b, since |P(a) −
 C(b)|² changes with a at the rate −2·R_r·n(b)·P'(a), which is not 0.
 
-The outer wall of a groove, C + R_r·n, is the same with −R_r, inside and outside exchanged.
+The outer wall of a groove, C + R_r·n, is the same with −R_r, inside and outside exchanged. With a clearance j walls
+are R_r + j/2 away, as those of a roller which is so large.
 
 With Δ = C(a) − C(b) the condition is 2·R_r·Δ·n(a) − |Δ|² > 0, one inequality for each pair of cam angles. Ranges
 with slopes (``numerics.sloped``) bound it over a box. The pair at which one design of the box overlaps the most
@@ -102,7 +103,7 @@ def overlaps(
     column, table = designs.take((slice(None), None)), programme.table
     motion, (other, _) = position_and_speed(table, angles[..., 0]), position_and_speed(table, angles[..., 1])
     start = start_height(setup, column)
-    return np.asarray(overlap(setup, on_side(column, side), start, angles, motion, other))
+    return np.asarray(overlap(setup, on_side(setup, column, side), start, angles, motion, other))
 
 
 def deepest(
@@ -185,7 +186,7 @@ def overlap_in(
         by_start = _variables(sides)
         by_start[SIZE_AXIS] = replace(by_start[SIZE_AXIS], at=start.at)
         designs = inside.with_values({**by_start, SIZE_AXIS: inside.size})
-        over = overlap(setup, on_side(designs, walls), by_start[SIZE_AXIS], pairs, motion, other)
+        over = overlap(setup, on_side(setup, designs, walls), by_start[SIZE_AXIS], pairs, motion, other)
         partials = [Interval(*ends) for ends in zip(over.slopes.low, over.slopes.high, strict=True)]
         operands = [start if name == SIZE_AXIS else by_size[name] for name in by_size]
         return by_chain(over.value, over.at, list(zip(operands, partials, strict=True)))

@@ -79,8 +79,8 @@ def cover(setup: Setup, design: Designs, programme: Programme, parts: TurnParts,
     y, y1 = position_and_speed(programme.table, parts.middle)
     trace, velocity = (x + 1j * z for x, z in drawn(setup, design, start_height(setup, design) + y, y1))
     reach = np.abs(design.centre_distance - trace) if setup.angular else 1.0  # of the trace point by y
-    distance, speed, radius = np.abs(trace), np.abs(velocity), design.roller_radius
-    inwards = on_side(design, side).roller_radius
+    distance, speed, radius = np.abs(trace), np.abs(velocity), setup.half_width(design)
+    inwards = -side * radius
     fastest = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration + parts.error)
     swing = np.square(fastest) if setup.angular else 0.0
     bend = reach * (parts.acceleration + swing + (2.0 + parts.half) * fastest) + distance
@@ -113,7 +113,7 @@ def points_at(
 ) -> ComplexArray:
     """A wall of one design, or of several, (n, 1) each, at cam angles in rad."""
     y, y1 = position_and_speed(programme.table, angles)
-    x, z = profile(setup, on_side(design, side), start_height(setup, design) + y, y1)
+    x, z = profile(setup, on_side(setup, design, side), start_height(setup, design) + y, y1)
     return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
 
 
@@ -127,12 +127,13 @@ def position_and_speed(table: MotionTable, angles: FloatArray) -> tuple[FloatArr
     return np.asarray(y), np.asarray(y1 / h)
 
 
-def on_side(designs: Designs, side: Any) -> Designs:
-    """Designs whose profile is the wall on a side of the trace point: beyond it, that of a roller of −R_r.
+def on_side(setup: Setup, designs: Designs, side: Any) -> Designs:
+    """Designs whose profile is the wall on a side of the trace point: beyond it, that of a roller below 0.
 
-    Their height or angle at displacement 0 is that of the designs themselves.
+    It is as far away as R_r and half of a clearance. Their height or angle at displacement 0 is that of the designs
+    themselves.
     """
-    return replace(designs, roller_radius=-side * designs.roller_radius)
+    return replace(designs, roller_radius=-side * setup.half_width(designs))
 
 
 def start_height(setup: Setup, designs: Designs) -> Any:

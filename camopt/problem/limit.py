@@ -365,7 +365,8 @@ class SelfCrossing(Limit):
         return ("pressure_angle_max_deg",)
 
     def on_curves(self, case: Case, bodies: Bodies) -> OnCurves | None:
-        return OnCurves(surely=Bodies(most=round_bodies(case) * (1.0 - CLEAR)))
+        wider = case.setup.half_width(case.designs) - case.designs.roller_radius
+        return OnCurves(surely=Bodies(most=round_bodies(case) * (1.0 - CLEAR) - wider))
 
     def excess(self, columns: Columns, designs: Designs) -> FloatArray:
         return np.asarray(columns[SELF_CROSSING] - 0.5 + np.zeros(len(designs)))

@@ -130,4 +130,4 @@ def _round_at(problem: Problem, contact: Contact, design: Designs, ends: Ends, u
     if turn is None:
         return False
     seen = replace(at_contact(Case(problem.setup, turn, box), contact), found={name: np.array([most])})
-    return bool(np.all(as_interval(round_bodies(seen)).low > as_interval(seen.designs.roller_radius).high))
+    return bool(np.all(as_interval(round_bodies(seen)).low > as_interval(seen.setup.half_width(seen.designs)).high))

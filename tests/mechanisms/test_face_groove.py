@@ -139,6 +139,8 @@ def random_groove(seed, contact):
     if contact == "arm":
         own = {key: float(random.uniform(60, 200)) for key in ("arm_length", "centre_distance")}
     data["follower"] |= {"roller_radius": float(roller), "dynamics": {}, **own}
+    if seed % 2:
+        data["drive"] = {"kind": "groove", "clearance": 0.1 * float(roller)}
     return data
 
 
@@ -154,7 +156,8 @@ def test_a_wall_crosses_itself_if_and_only_if_its_points_do(contact, seeds):
         setup, design, programme = problem.setup, problem.design, problem.programme
         curves = cam_curves(setup.mechanism, design, programme, ANGLES)
         pitch = np.diff(curves.pitch, append=curves.pitch[0])
-        for flank, wall in zip(setup.mechanism.flanks, curves.profile, strict=True):
+        for flank in setup.mechanism.flanks:
+            wall = curves.pitch + flank.side * problem.half_width * curves.normal
             if (np.diff(wall, append=wall[0]) / pitch).real.min() > 0.0:
                 crossing = find_wall_crossings(setup, design, programme, flank.side)[0].shown
                 assert crossing is not shapely.LinearRing(np.column_stack([wall.real, wall.imag])).is_simple
@@ -164,20 +167,16 @@ def test_a_wall_crosses_itself_if_and_only_if_its_points_do(contact, seeds):
 
 @pytest.mark.parametrize("contact", ROLLERS)
 def test_the_roller_cuts_as_deep_into_a_wall_as_the_overlap_says(contact):
-    """(R_r² − |P(a) − C(b)|²)·|C'(a)|, with P and C as they are drawn."""
-    problem = resolve_design(face(contact))
-    setup, design, programme, radius = (
-        problem.setup,
-        problem.design,
-        problem.programme,
-        problem.design.roller_radius[0],
-    )
+    """(w² − |P(a) − C(b)|²)·|C'(a)|, with P and C as they are drawn, and w of R_r and half the clearance."""
+    problem = resolve_design(face(contact, drive={"kind": "groove", "clearance": 0.6}))
+    setup, design, programme, radius = problem.setup, problem.design, problem.programme, problem.half_width
     pairs = np.random.default_rng(3).uniform(0.0, 6.28, (50, 2))
     one, other = (cam_curves(setup.mechanism, design, programme, angles) for angles in pairs.T)
     step = 1e-6
     ends = [cam_curves(setup.mechanism, design, programme, pairs[:, 0] + side * step).pitch for side in (-1.0, 1.0)]
     speed = np.abs(ends[1] - ends[0]) / (2.0 * step)
-    for flank, wall in zip(setup.mechanism.flanks, one.profile, strict=True):
+    for flank in setup.mechanism.flanks:
+        wall = one.pitch + flank.side * radius * one.normal
         expected = (radius**2 - np.abs(wall - other.pitch) ** 2) * speed
         found = overlaps(setup, design, programme, pairs[None], flank.side)[0]
         np.testing.assert_allclose(found, expected, rtol=1e-7)
