@@ -18,6 +18,7 @@ from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import resolve_design
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.two_contacts import apart
+from camopt.tolerances.held import plays
 from camopt.tolerances.touching import contact_of
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import SECOND, PairCams, PairResponses, errors_at, off_apart, own_errors
@@ -249,8 +250,8 @@ SMOOTH = {key: each for key, each in EVERY.items() if key not in ("profile", "dr
 def test_no_preload_turns_the_shaft_more_than_its_energy_changes_and_one_nearly_does():
     """dU/dθ of ½·k·(δ₀ + s)² by differences, with s of exact contact, of cams at the ends of their tolerances."""
     scene = pair_of(**SMOOTH).replace(limits={})
-    *_, told = camopt.tolerance(scene).plays
     problem, rng, cams, step = resolve_design(scene), np.random.default_rng(7), 20_000, 1e-4
+    *_, told = plays(TurnErrors(scene, problem))
     angles = rng.uniform(0.0, 2 * np.pi, cams)
     errors = {"bore_eccentricity_way": rng.uniform(-np.pi, np.pi, cams)}
     for tolerance, size in SMOOTH.items():
@@ -269,7 +270,8 @@ def test_waves_of_a_disc_of_constant_breadth_turn_the_shaft_as_bernstein_has_it(
     """Both faces are off by t at most, and as steep as t·n: T = k·(δ₀ + 2t)·2·t·n."""
     yoke = camopt.find_scene("pump-of-constant-breadth").replace(limits={}, part={})
     yoke = yoke.replace(**{"drive.interference": 0.05, "drive.stiffness": 1e5})
-    *_, torque = camopt.tolerance(yoke.replace(tolerances={"profile": 0.01, "waves": 10})).plays
+    yoke = yoke.replace(tolerances={"profile": 0.01, "waves": 10})
+    *_, torque = plays(TurnErrors(yoke, resolve_design(yoke)))
     assert torque.most == pytest.approx(1e5 * 0.07 * 0.2 * 1e-3)
 
 
