@@ -95,6 +95,6 @@ class Proofs:
         from camopt.smallest.exchange import over_tolerances
 
         every = toleranced(exactly(problem))
-        verdict, off = over_tolerances(every, every.design, self.until)
-        self.offs += [] if off is None else [off]
+        verdict, offs = over_tolerances(every, every.design, self.until)
+        self.offs += offs
         return verdict

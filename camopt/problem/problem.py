@@ -26,7 +26,7 @@ from camopt.problem.limits import limits_of
 from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.problem.variables import Variable, is_of_train, variables_of
-from camopt.problem.zones import Off, corners, moved, nominal_of, robust_zones
+from camopt.problem.zones import Off, looked_at, moved, nominal_of, robust_zones
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
@@ -403,7 +403,7 @@ def _resolved(same: Same[Scene]) -> Problem:
         accuracy=scene.accuracy.relative_error,
         values=values,
         zones=(zones := robust_zones(scene, variables, nominal_of(variables, design, setup.given.values))),
-        offs=tuple(corners(zones)),
+        offs=looked_at(zones),
     )
 
 

@@ -13,8 +13,8 @@ from camopt.problem.variables import Variable, is_of_train
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLES, Zone, moves_tool, zone_of
 
-MOST_CORNERED = 8
-"""Of more numbers there are too many corners."""
+MOST_CORNERED, MOST_LINKS = 8, 4
+"""Of more numbers there are too many corners; of more of a train too, of each of which a motion is made."""
 Off = Mapping[str, float]
 """By how much numbers are off, by field of ``Designs``; those of a train by key."""
 T = TypeVar("T")
@@ -67,6 +67,11 @@ def robust_zones(scene: Scene, variables: Iterable[Variable], nominal: Off) -> d
 def of_train(off: Mapping[str, T]) -> dict[str, T]:
     """What of some numbers is of the train, which designs do not bring."""
     return {key: each for key, each in off.items() if is_of_train(key)}
+
+
+def looked_at(zones: Mapping[str, Zone]) -> tuple[Off, ...]:
+    """By how much cams are off that are looked at, at first, where all within zones have to hold the limits."""
+    return tuple(corners(zones, MOST_CORNERED if len(of_train(zones)) <= MOST_LINKS else 0))
 
 
 def corners(zones: Mapping[str, Zone], most: int = MOST_CORNERED) -> Iterator[Off]:

@@ -19,11 +19,12 @@ from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.settings import freed_of, given_profile, laws_of
 from camopt.problem.space import boxes_of, choices
 from camopt.problem.variables import not_varied
+from camopt.problem.zones import Off, of_train
 from camopt.quantities import in_order
 from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.smallest.closed_form import negligible
-from camopt.smallest.exchange import EXCHANGES, with_proof
+from camopt.smallest.exchange import EXCHANGES, broken_at, with_proof
 from camopt.smallest.multipliers import BINDS
 from camopt.smallest.reasons import Reason, in_one_sentence, listed, reason
 from camopt.smallest.result import GAP, Smallest
@@ -38,6 +39,7 @@ from camopt.tables.layout import Table
 from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, evaluate_rows, excesses, worst_excesses
 from camopt.verdicts.screening import feasible
 from camopt.verdicts.warned import warnings_of
+from camopt.verdicts.words import UNDECIDED
 
 SECONDS = 60.0  # of a search, unless told
 RADII = 48  # sizes above the optimum at which feasibility is looked at
@@ -240,18 +242,28 @@ def least_of_all(problem: Problem, turns: SegmentAngles, until: float) -> tuple[
     BadInput
         If nothing limits the size.
     """
+    every = problem.offs
+    if of_train(problem.zones):  # of many trains few matter, which the proof finds
+        problem, turns = _with_offs(problem, turns, ())
     for _ in range(EXCHANGES if problem.zones else 1):
         answers = list(answers_of(problem, turns, until))
         least = _least_of(problem, answers)
         if least is None or not problem.zones:
             break
-        proved, off = with_proof(least.problem, least.answer, least.bounds, until)
-        least = least._replace(answer=proved)
-        if off is None:
+        proved, offs = with_proof(least.problem, least.answer, least.bounds, until)
+        known = [*every, *(off for off in problem.offs if off not in every)]
+        least = least._replace(answer=proved, problem=replace(least.problem, offs=tuple(known)))
+        if proved.every_cam == UNDECIDED and proved.design is not None:
+            offs = broken_at(least.problem, proved.design, [off for off in every if off not in problem.offs])
+        if not offs:
             break
-        offs = (*problem.offs, off)
-        problem, turns = replace(problem, offs=offs), replace(turns, problem=replace(turns.problem, offs=offs))
+        problem, turns = _with_offs(problem, turns, (*problem.offs, *offs))
     return answers, least
+
+
+def _with_offs(problem: Problem, turns: SegmentAngles, offs: tuple[Off, ...]) -> tuple[Problem, SegmentAngles]:
+    """The problem, and its turns, where the cams that are off so have to hold the limits."""
+    return replace(problem, offs=offs), replace(turns, problem=replace(turns.problem, offs=offs))
 
 
 def answers_of(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[Answered]:

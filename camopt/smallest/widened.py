@@ -11,7 +11,7 @@ from camopt.effects.given import Band, GivenErrors
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
-from camopt.problem.zones import corners
+from camopt.problem.zones import looked_at
 from camopt.scene.tolerances import Zone
 from camopt.verdicts.judging import worst_excesses
 
@@ -48,7 +48,7 @@ class Toleranced:
             zones = {field: zone for field, zone in zones.items() if zone.lower or zone.upper}
         new = {limit.name: limit for limit in problem.values.limits(setup)}
         limits = tuple(replace(new[each.name], bound=each.bound) for each in problem.limits)
-        return replace(problem, setup=setup, limits=limits, zones=zones, offs=tuple(corners(zones)))
+        return replace(problem, setup=setup, limits=limits, zones=zones, offs=looked_at(zones))
 
     def slopes(self, problem: Problem, limits: list[Limit]) -> FloatArray:
         """How the excess over each limit of a problem's design changes as both ends go out, per unit."""

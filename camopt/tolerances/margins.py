@@ -25,7 +25,7 @@ from camopt.problem.limits import ERROR_LIMITS
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.settings import toleranced
 from camopt.problem.variables import Variable, variables_of
-from camopt.problem.zones import MOST_CORNERED, Off, all_moved, corners, number_zones, of_train
+from camopt.problem.zones import MOST_CORNERED, MOST_LINKS, Off, all_moved, corners, number_zones, of_train
 from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
@@ -44,8 +44,6 @@ GAPS = (1e-9, 1e-6, 1e-3)
 """Relative, of the worst value: by no more than this a cam may be worse, the first that is proved."""
 WORSE = 8
 """How often a worse cam than the worst so far is taken for it."""
-MOST_LINKS = 4
-"""Of more numbers of a train there are too many corners, of each of which a motion is made."""
 INTERFERENCE, NO_INTERFERENCE = "drive.interference", 1e-12
 SECONDS, TRAIN_SECONDS = 20.0, 5.0
 """For the proofs of a limit, and of one that trains change."""
