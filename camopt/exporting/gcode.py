@@ -2,9 +2,9 @@
 
 The cutter goes down outside of the blank, comes in on a quarter of a circle, tangent to its path, and leaves on
 another: in the middle of the longest dwell, where a mark does least harm. Climb milling with a cutter that turns
-clockwise has the part on its right. Into a groove it plunges. One as wide as the groove goes once along the
-middle; a narrower one goes there first, then on quarter circles to the inner and to the outer wall. The words of
-each control are in ``dialects``.
+clockwise has the part on its right. Round a rib it goes so too, and then within it. Into a groove it plunges. One
+as wide as the groove goes once along the middle; a narrower one goes there first, then on quarter circles to the
+inner and to the outer wall. The words of each control are in ``dialects``.
 """
 
 from collections.abc import Iterator, Mapping
@@ -24,6 +24,7 @@ from camopt.exporting.dialects import BY_ENDING, DIALECTS
 from camopt.exporting.exported import Export, told
 from camopt.exporting.groove_program import write_groove
 from camopt.exporting.machining import (
+    BESIDE_A_RIB,
     CLEARANCE,
     LARGEST_RADIUS,
     Milling,
@@ -42,6 +43,7 @@ DIGIT_SHARE = 3.0  # last digits: what of the chord is left to them
 OVERRUN, ASIDE = 1.0, 2.0  # mm below the plate, and between cutter and blank
 LEAST_CUTTER = 1.0 / 3.0  # of the roller: cuts along the middle and along both walls leave nothing between them
 ARC_POINTS = 32  # points of an arc where it is looked at
+FREE_SHARE = 1e-3  # of a quarter circle: it touches the path
 
 
 def write(
@@ -88,18 +90,22 @@ def write(
 
 
 def _write_in_plane(work: Workpiece, path: Path, asked: Milling) -> Export:
-    """Write a program that cuts the profile of a disc cam, or the groove in its face."""
-    plunges = work.problem.setup.mechanism.two_sided
-    usual = work.part.groove_depth if plunges else _through(work)
+    """Write a program that cuts the profile of a disc cam, or the groove in its face, or the rib on it."""
+    mechanism, key = work.problem.setup.mechanism, work.problem.setup.mechanism.body.flank_height
+    usual = getattr(work.part, key) if key else _through(work)
     asked = asked if asked.depth is not None else replace(asked, depth=usual)
     _check(work, asked)
     assert asked.cutter_radius is not None
     assert asked.feed is not None
-    check_cutter(work.only.problem, asked.cutter_radius)
-    made = (_in_groove if plunges else _round)(work, asked.cutter_radius, asked.roughing)
+    for disc in work.discs:
+        check_cutter(disc.problem, asked.cutter_radius)
+    cuts_of = _in_groove if mechanism.two_sided else _about_rib if mechanism.ribbed else _round
+    made = cuts_of(work, asked.cutter_radius, asked.roughing)
     rounding = asked.chord, asked.last_digit, asked.largest_radius
     cuts = {name: _rounded(cut.curve, *rounding, work.from_behind) for name, cut in made.items()}
-    outside = None if plunges else _outside(cuts, asked.cutter_radius, asked.blank_diameter)
+    around = {name: cut for name, cut in cuts.items() if not made[name].within}
+    blank = asked.blank_diameter or (work.part.outer_diameter if mechanism.ribbed else None)
+    outside = _outside(around, asked.cutter_radius, blank) if around else None
     program = Program(DIALECTS[asked.control], asked.decimals)
     how = f"cutter radius {with_shown_unit(asked.cutter_radius, 'g')}, {asked.direction} milling"
     _begin(program, work, cuts, how)
@@ -107,22 +113,23 @@ def _write_in_plane(work: Workpiece, path: Path, asked: Milling) -> Export:
     clear = CLEARANCE + work.stands_above
     if asked.depth is not None:
         program.up(clear)
-    feeds, levels = {"roughing": asked.roughing_feed or asked.feed}, asked.levels
+    feeds, deep = {"roughing": asked.roughing_feed or asked.feed}, set[bool]()
     for name, each in cuts.items():
         assert isinstance(each.path, ArcPath)
         right = each.path.anticlockwise == (made[name].side < 0.0)
         followed = each.path if (asked.direction == "climb") == right else each.path.backwards
         feed = feeds.get(name.partition("_")[0], asked.feed)
-        way = _Way(followed, made[name].lead, made[name].side, outside, feed)
-        if not plunges:
-            _check_free(way, each)
-        for level in levels:
+        within = made[name].within
+        way = _Way(followed, made[name].lead, made[name].side, None if within else outside, feed)
+        (_check_within if within else _check_free)(way, each)
+        for level in asked.levels[-1:] if within in deep else asked.levels:
             way.cut(program, level, clear)
-        levels = levels[-1:]
+        deep.add(within)
     program.stop(asked.spindle, asked.coolant)
     write_text(path, program.text())
     flat = ("neither a depth nor that of the part is given: the program has no Z",) if asked.depth is None else ()
-    return Export(path, told(cuts), notes=(*flat, *asked.left_out))
+    left = (BESIDE_A_RIB,) if mechanism.ribbed else ()
+    return Export(path, told(cuts), notes=(*flat, *asked.left_out, *left))
 
 
 def _through(work: Workpiece) -> float | None:
@@ -142,6 +149,10 @@ def _check(work: Workpiece, asked: Milling) -> None:
         mistakes.append(Mistake("camopt", "rotary", asked.rotary, why, bare=True))
     if work.problem.setup.mechanism.two_sided:
         mistakes += _of_groove(work, asked)
+    key = work.problem.setup.mechanism.body.flank_height
+    high = getattr(part, key) if key else None
+    if asked.depth is not None and high is not None and asked.depth > high:
+        mistakes.append(Mistake("camopt", "depth", asked.depth, f"at most part.{key} ({high:g} mm)"))
     if asked.depth is not None and asked.depth > (most := (part.thickness or inf) + work.room_below):
         below = "a hub" if work.disc is None else "the other disc"
         mistakes.append(Mistake("camopt", "depth", asked.depth, f"at most {most:g} mm: {below} is below"))
@@ -151,7 +162,7 @@ def _check(work: Workpiece, asked: Milling) -> None:
 
 def _of_groove(work: Workpiece, asked: Milling) -> Iterator[Mistake]:
     """A cutter clears a groove along its middle and its walls, to its depth, and leaves no more than there is."""
-    half, cutter, deep = work.problem.half_width, asked.cutter_radius, work.part.groove_depth
+    half, cutter = work.problem.half_width, asked.cutter_radius
     if asked.blank_diameter is not None:
         yield Mistake("camopt", "blank_diameter", asked.blank_diameter, "means nothing to a groove", bare=True)
     if cutter is not None and 0.0 < cutter < half * LEAST_CUTTER:
@@ -160,8 +171,6 @@ def _of_groove(work: Workpiece, asked: Milling) -> Iterator[Mistake]:
     elif cutter is not None and asked.roughing > 0.0 and asked.roughing >= half - cutter:
         why = f"below {half - cutter:.6g} mm, by which the cutter is narrower than the groove on either side"
         yield Mistake("camopt", "roughing", asked.roughing, why)
-    if asked.depth is not None and deep is not None and asked.depth > deep:
-        yield Mistake("camopt", "depth", asked.depth, f"at most part.groove_depth ({deep:g} mm)")
 
 
 # --------------------------------------------------------------------------------------------------------- path
@@ -175,6 +184,8 @@ class _Cut(NamedTuple):
     """Radius of the quarter circles on which the cutter comes and goes, mm."""
     side: float = 1.0
     """1 where what is left of the part is inside the path, −1 where it is outside."""
+    within: bool = False
+    """Whether the cutter goes down within the part, and not outside of the blank."""
 
 
 def _round(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, _Cut]:
@@ -188,11 +199,22 @@ def _in_groove(work: Workpiece, cutter_radius: float, roughing: float) -> dict[s
     """The cuts in a groove by name: along its middle, and for a narrower cutter along both walls."""
     pitch = work.only.curves()["pitch"]
     room = work.problem.half_width - cutter_radius
-    cuts = {"middle": _Cut(pitch, 0.0)}
+    cuts = {"middle": _Cut(pitch, 0.0, within=True)}
     for name, left in {"roughing": roughing, "cutter": 0.0}.items() if room else ():
         for flank in work.problem.setup.mechanism.flanks if left or name == "cutter" else ():
             curve = replace(pitch, distance=flank.side * (room - left))
-            cuts[f"{name}_{flank.name}"] = _Cut(curve, room - left, -flank.side)
+            cuts[f"{name}_{flank.name}"] = _Cut(curve, room - left, -flank.side, within=True)
+    return cuts
+
+
+def _about_rib(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, _Cut]:
+    """The cuts about a rib by name: along its outer and its inner flank, first with what the last ones take."""
+    curves, cuts = work.curves(cutter_radius), dict[str, _Cut]()
+    for name, left in {"roughing": roughing, "cutter": 0.0}.items():
+        for place, disc in zip(("outer", "inner"), work.discs, strict=True) if left or name == "cutter" else ():
+            curve, side = curves[f"{disc.prefix}cutter"], disc.problem.setup.mechanism.flanks[0].side
+            curve = replace(curve, distance=curve.distance - side * left)
+            cuts[f"{name}_{place}"] = _Cut(curve, cutter_radius, -side, within=side > 0.0)
     return cuts
 
 
@@ -260,6 +282,18 @@ def _check_free(way: "_Way", followed: Followed) -> None:
         if part.intersects(LineString([(inner.real, inner.imag), (outer.real, outer.imag)])):
             why = "smaller: a cutter that comes in straight from outside of the blank would meet the part"
             raise BadInput([Mistake("camopt", "cutter_radius", way.lead, why)])
+
+
+def _check_within(way: "_Way", followed: Followed) -> None:
+    """BadInput if the quarter circles on which the cutter comes and goes within the part meet it."""
+    from shapely import Point, Polygon
+
+    points = _outline(followed)
+    room, reach = Polygon(np.column_stack([points.real, points.imag])), way.lead * (1.0 - FREE_SHARE)
+    middle = (way.ends[0] + way.ends[1]) / 2
+    if way.side < 0.0 and way.outside is None and not room.contains(Point(middle.real, middle.imag).buffer(reach)):
+        why = "smaller: one that comes in on a quarter circle of its radius would meet the part"
+        raise BadInput([Mistake("camopt", "cutter_radius", way.lead, why)])
 
 
 class _Way(NamedTuple):

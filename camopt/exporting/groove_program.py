@@ -29,7 +29,15 @@ from camopt.contour.curve import CamCurve, SmoothPart, cylinder_ends
 from camopt.exporting.cam_points import check_cutter
 from camopt.exporting.dialects import DIALECTS, Dialect
 from camopt.exporting.exported import CurveInFile, Export
-from camopt.exporting.machining import CLEARANCE, LARGEST_RADIUS, MILLINGS, ROTARY_AXES, Milling, with_shown_unit
+from camopt.exporting.machining import (
+    BESIDE_A_RIB,
+    CLEARANCE,
+    LARGEST_RADIUS,
+    MILLINGS,
+    ROTARY_AXES,
+    Milling,
+    with_shown_unit,
+)
 from camopt.exporting.program import Program
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
@@ -278,7 +286,7 @@ def left_on_walls(work: Workpiece, cutter_radius: float) -> Iterator[str]:
     """Notes on a cutter that leaves something on walls of a groove or a rib, and on what a rib has beside it."""
     whole = work.problem.half_width
     if work.problem.setup.mechanism.further:
-        yield "what is further from the rib than the cutter reaches is not cut away: turn or mill it away before"
+        yield BESIDE_A_RIB
     if whole > cutter_radius:
         left, radius = map(with_shown_unit, (whole - cutter_radius, whole))
         yield f"the cutter leaves {left} on each wall: one with a radius of {radius} cuts them to size"

@@ -96,9 +96,11 @@ def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     right, high = (max(float(each.max()), round_) for each in (corners.real, corners.imag))
     beyond = MARK_OVERRUN * max(right - left, high - low)
     for disc in work.discs:
-        base, prime = (float(each[0]) for each in (disc.problem.design.size, disc.problem.design.prime_radius))
+        design, flank = disc.problem.design, disc.problem.setup.mechanism.flanks[0]
+        prime = float(design.prime_radius[0])
+        base = float((design.size + (1.0 + flank.side) * design.roller_radius)[0])  # the least circle of the flank
         yield Layer(f"{disc.prefix}base-circle", CHAIN_LINE, circles=(Circle(base),))
-        if prime > base and not disc.problem.setup.mechanism.flat_faced:
+        if prime != base and not disc.problem.setup.mechanism.flat_faced:
             yield Layer(f"{disc.prefix}prime-circle", CHAIN_LINE, circles=(Circle(prime),))
     if part.hub_diameter:
         yield Layer("hub", VISIBLE, circles=(Circle(part.hub_diameter / 2),))

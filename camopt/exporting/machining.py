@@ -15,6 +15,7 @@ ROTARY_AXES = ("A", "C")
 MOST_STEPS = 1000  # of the depth
 LEAST_CHORD = 5.0  # last digits
 CLEARANCE = 5.0  # mm above the part
+BESIDE_A_RIB = "what is further from the rib than the cutter reaches is not cut away: turn or mill it away before"
 LARGEST_RADIUS = 10_000.0  # mm
 
 

@@ -4,8 +4,8 @@ A disc cam is a plate from z = 0 to its thickness, with a hub on the far side of
 both. Of a conjugate pair the second disc stands on z = 0, and the first one before it, a gap apart
 (``Part.plates``). Their hub makes one solid of both, as of one blank: nothing can turn one against the other.
 Without it they are two, each keyed to the shaft. The first disc alone has the whole hub, and the second none of it.
-A groove is in the far face of a disc, whose plate is round then. Profiles, or the walls of a groove, are followed
-by true arcs, by B-splines or by lines, within a deviation that is proved. For a cylindrical cam see
+A groove is in the far face of a disc, whose plate is round then, or a rib on it. Profiles, and walls of a groove or
+rib, are followed by true arcs, by B-splines or by lines, within a deviation that is proved. For a cylinder see
 ``camopt.exporting.cylinder``.
 """
 
@@ -26,7 +26,7 @@ from camopt.exporting.cylinder import grooved_body
 from camopt.exporting.exported import CurveInFile, told
 from camopt.exporting.shapes import Shape
 from camopt.exporting.workpiece import Workpiece
-from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER
+from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.part import Part
 from camopt.verdicts.running import run_effects
@@ -70,8 +70,8 @@ def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
 
 
 def _count(work: Workpiece) -> int:
-    """How many solids a cam is of: discs that no hub joins; flanks of a rib are on one cylinder."""
-    joined = work.part.hub_diameter or work.problem.setup.mechanism.body.developed
+    """How many solids a cam is of: discs that no hub joins; flanks of a rib are on one body."""
+    joined = work.part.hub_diameter or work.problem.setup.mechanism.ribbed
     return 1 if joined else len(work.discs)
 
 
@@ -109,12 +109,38 @@ def _grooved_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
     return CadSolid(_with_bore(part, shapes.cut(plate, groove)), told(walls), {})
 
 
+def _ribbed_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
+    check_kind(curves, chord)
+    part, flanks = work.part, {}
+    for name, curve in work.curves().items():
+        if name.endswith("profile"):
+            found = follow(curve, curves, chord - shapes.FLAT_ARC)
+            flanks[name] = found._replace(deviation=found.deviation + shapes.FLAT_ARC)
+    assert part.thickness
+    assert part.rib_height
+    assert part.outer_diameter
+    face, (outer, inner) = (
+        part.thickness - part.rib_height,
+        (shapes.closed_wire(each.path) for each in flanks.values()),
+    )
+    within = shapes.extruded(inner, face, part.thickness + OVERCUT)
+    rib = shapes.cut(shapes.extruded(outer, 0.0, part.thickness), within)
+    plate = shapes.extruded(shapes.circle_wire(part.outer_diameter / 2), 0.0, face)
+    return CadSolid(_with_bore(part, shapes.fused(plate, rib)), told(flanks), {})
+
+
 def _cylinder(work: Workpiece, chord: float, curves: str) -> CadSolid:
     body, off = grooved_body(work, chord)
     return CadSolid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": off})
 
 
-_MAKERS = {DISC: _discs, FACE_GROOVE: _grooved_disc, CYLINDER: _cylinder, RIBBED_CYLINDER: _cylinder}
+_MAKERS = {
+    DISC: _discs,
+    FACE_GROOVE: _grooved_disc,
+    RIBBED_DISC: _ribbed_disc,
+    CYLINDER: _cylinder,
+    RIBBED_CYLINDER: _cylinder,
+}
 """By body."""
 
 
@@ -132,7 +158,8 @@ def _lacks(work: Workpiece) -> Iterator[Mistake]:
         found = run_effects(Case(problem.setup, problem.programme, problem.design), [RADIUS])
         far = 2.0 * float(found.column(RADIUS)[0])
         if part.outer_diameter <= far:
-            why = f"above {far:.6g}: the groove breaks out of the edge"
+            what = body.flank_height.partition("_")[0]
+            why = f"above {far:.6g}: the {what} breaks out of the edge"
             yield Mistake(scene.file, "part.outer_diameter", part.outer_diameter, why)
 
 

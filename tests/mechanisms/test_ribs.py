@@ -7,13 +7,17 @@ import mpmath
 import numpy as np
 import pytest
 import shapely
+from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+from support.controls import run_iso
 from support.depth import times
 from support.ribs import centres, flanks, rib, rollers
+from support.solids import solids_in
 
 import camopt
 from camopt.effects import Case
 from camopt.effects.contacts import at_contact, contacts_of
 from camopt.effects.rib import EFFECT, THICKNESS
+from camopt.exporting import shapes
 from camopt.mistakes import BadInput
 from camopt.numerics.curves import curve
 from camopt.problem.problem import resolve_design
@@ -518,3 +522,66 @@ def test_a_wheel_that_follows_the_table_is_where_the_rollers_of_a_rigid_follower
     )
     with pytest.raises(BadInput, match=r"cutter_radius = 20\.0: must be above 0 and at most"):
         camopt.export(scene, tmp_path / "rib.p", cutter_radius=20.0)
+
+
+def on_disc(motion):
+    """A rib on a disc with its part, between a dwell and a dwell."""
+    scene = Scene.from_dict(rib(np.random.default_rng(11), motion, "disc"))
+    return scene.replace(**{"part": PARTS["disc"], "cam.rpm": None})
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_files_of_a_disc_have_its_rib(motion, tmp_path):
+    """Read back, rollers are at their distance from the flanks, drawn and of the solid."""
+    scene = on_disc(motion)
+    problem, part = resolve_design(scene), PARTS["disc"]
+    camopt.export(scene, tmp_path / "rib.dxf", chord=0.002, curves="polyline")
+    space, radius = ezdxf.readfile(tmp_path / "rib.dxf").modelspace(), problem.design.roller_radius[0]
+    both, rings = centres(problem, ANGLES), []
+    for layer, centre in zip(("PROFILE", "SECOND_PROFILE"), both, strict=True):
+        (line,) = space.query(f'LWPOLYLINE[layer=="{layer}"]')
+        rings.append(shapely.Polygon(line.get_points("xy")))
+        distance = shapely.distance(shapely.points(centre.real, centre.imag), rings[-1].exterior)
+        assert np.abs(distance - radius).max() < 0.003
+    least = [circle.dxf.radius for circle in space.query('CIRCLE[layer=="SECOND_BASE-CIRCLE"]')]
+    assert least == pytest.approx([np.abs(both[1]).min() + radius], abs=2e-3)
+    told = camopt.export(scene, tmp_path / "rib.step", chord=0.002)
+    (solid,) = solids_in(tmp_path / "rib.step")
+    mass = quantity(problem, "cam_mass_kg")
+    assert told.about["volume_mm3"] * part["density"] * 1e-9 == pytest.approx(mass, rel=2e-5)
+    for centre in np.concatenate([each[::60] for each in both]):
+        axis = shapes.vertex((centre.real, centre.imag, part["thickness"] - 0.5))
+        assert BRepExtrema_DistShapeShape(axis, solid).Value() == pytest.approx(radius, abs=0.003)
+    points = camopt.cam_points(scene, np.arange(0.0, 360.0, 5.0))
+    xy = [points[f"{name}_x_mm"] + 1j * points[f"{name}_y_mm"] for name in ("profile", "second_profile")]
+    normals = [points[f"{n}_normal_x"] + 1j * points[f"{n}_normal_y"] for n in ("profile", "second_profile")]
+    assert np.all(((xy[0] - xy[1]) * normals[0].conj()).real > 0.0)
+    assert np.all(((xy[1] - xy[0]) * normals[1].conj()).real > 0.0)
+
+
+@pytest.mark.parametrize("direction", ["climb", "conventional"])
+def test_a_program_goes_round_the_rib_of_a_disc_and_then_within_it(direction, tmp_path):
+    """Run by an interpreter, its cutter touches each flank all the turn, and never cuts into the rib."""
+    scene = on_disc("oscillating")
+    asked = {"cutter_radius": 6.0, "feed": 300.0, "roughing": 0.4, "depth_step": 8.0, "direction": direction}
+    found = camopt.export(scene, tmp_path / "rib.nc", **asked)
+    assert any("further from the rib" in note for note in found.notes)
+    cuts = run_iso((tmp_path / "rib.nc").read_text()).cuts
+    assert [cut.depth for cut in cuts] == [-7.0, -14.0, -7.0, -14.0, -14.0, -14.0]
+    turn = np.linspace(0.0, 2.0 * np.pi, 2001)[:-1]
+    outer, inner = (np.column_stack([f.real, f.imag]) for f in flanks(resolve_design(scene), turn))
+    ring, whole = shapely.Polygon(outer, [inner]), shapely.Polygon(outer)
+    for place, cut in enumerate(cuts):
+        path = shapely.LineString([(p.real, p.imag) for p in cut.points[::2]])
+        stock = 0.4 if place < 4 else 0.0
+        assert shapely.distance(path, ring) == pytest.approx(6.0 + stock, abs=2e-3)
+        assert shapely.contains(whole, path) == (place in (2, 3, 5))
+        if not stock:  # the whole flank
+            touched = shapely.points((inner if place == 5 else outer)[::20])
+            assert shapely.distance(touched, path).max() < 6.0 + 5e-3
+    for settings, message in (
+        ({"depth": 15.0}, r"depth = 15.*: must be at most part\.rib_height \(14 mm\)"),
+        ({"cutter_radius": 60.0}, r"cutter_radius = 60.*mm"),
+    ):
+        with pytest.raises(BadInput, match=message):
+            camopt.export(scene, tmp_path / "bad.nc", **{**asked, **settings})
