@@ -338,14 +338,19 @@ class Scene(HasHtml, Drawn, SceneTable):
         for key, value in changes.items():
             *tables, last = FORMER_KEYS.get(key, key).split(".")
             table: Any = data
+            above: list[tuple[Any, str]] = []
             for place, name in enumerate(tables):
                 rows = isinstance(table, list)
+                above.append((table, name))
                 table = _row(table, name) if rows else table.setdefault(name, {})
                 if not isinstance(table, dict) and not (isinstance(table, list) and tables[place + 1 :]):
                     why = f"{name} is no table" + ("" if rows else ": give it whole")
                     raise BadInput([Mistake(self.file, key, value, why, bare=True)])
             if value is None:
                 table.pop(last, None)
+                for parent, name in above[:0:-1]:  # a table in a table goes with its last key
+                    if isinstance(parent, dict) and parent[name] == {}:
+                        del parent[name]
             else:
                 table[last] = plain(value, self.file)
         scene = Scene.from_dict(data, self.file)

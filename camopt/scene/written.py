@@ -24,7 +24,7 @@ def write_scene(path: Path, scene: Scene) -> None:
 
 def text_of_scene(scene: Scene) -> str:
     """The scene as TOML text, in the order and with the comments of the file that it came from; an equal scene."""
-    with suppress(BadInput, OSError, ValueError):
+    with suppress(BadInput, OSError, ValueError, LookupError):  # tomlkit fails at some tables out of order
         source = _source(scene.file)
         if 0 < len(source) <= LONGEST:
             text = _renewed(source, find_scene(scene.file), scene)

@@ -42,6 +42,7 @@ from camopt.verdicts.warned import warnings_of
 from camopt.verdicts.words import UNDECIDED
 
 SECONDS = 60.0  # of a search, unless told
+NOMINAL = 3  # of so many parts of the time, one is for the nominal cam beside a robust one
 RADII = 48  # sizes above the optimum at which feasibility is looked at
 
 
@@ -60,7 +61,7 @@ class Optimum(HasHtml):
     - ``every_cam``, with ``search.robust``: whether every cam within the tolerances of its numbers holds every
       limit: held (proved over the whole box), undecided, or broken, where no cam was found that all hold;
     - ``nominal_mm``, likewise: the size of the smallest cam of which the nominal one alone holds them, and
-      ``safety_mm``, by how much the robust one is larger: what safety costs;
+      ``safety_mm``, by how much the robust one is larger: what safety costs; ``nominal_proved``, as ``proved``;
     - ``clear_above_mm``: all larger designs that were tried above this size are feasible. It exceeds the optimum if
       larger cams break a limit again, and is infinite if large cams fail, as with oscillating followers.
 
@@ -186,13 +187,14 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
         until = share(end, len(programmes) - done)
         turns = SegmentAngles(problem, pair, until=until)
+        nominal = _nominal(problem.with_programme(programme), turns, share(until, NOMINAL))
         answers, least = least_of_all(problem.with_programme(programme), turns, until)
         out_of_time |= now() > until or any(each.cut for each in answers)
         if least is not None:
             assert least.answer.design is not None
             alone, design = least.problem.settled(least.answer.design)
             found[laws] = _described(alone, replace(least.answer, design=design), until) | least.angles
-            found[laws] |= _nominal(problem.with_programme(programme), turns, least.answer.size, until)
+            found[laws] |= _beside(least.answer, nominal)
             cams[laws], sizes[laws] = replace(least.problem, design=least.answer.design), least.answer.size
             continue
         obstacles[laws] = _obstacle(answers, max(until, share(end, len(programmes) - done)))
@@ -406,15 +408,21 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
     }
 
 
-def _nominal(problem: Problem, turns: SegmentAngles, robust: float, until: float) -> dict[str, Any]:
-    """The size of the smallest cam that holds the limits itself, beside a robust one; nothing where all do so."""
+def _nominal(problem: Problem, turns: SegmentAngles, until: float) -> Smallest | None:
+    """The smallest cam that holds the limits itself, to stand beside a robust one; none where all do so."""
     if not problem.zones:
-        return {}
-    alone = replace(turns, problem=replace(turns.problem, zones={}, offs=()))
+        return None
+    alone = replace(turns, problem=replace(turns.problem, zones={}, offs=()), until=until)
     _, least = least_of_all(replace(problem, zones={}, offs=()), alone, until)
-    if least is None:
+    return least and least.answer
+
+
+def _beside(robust: Smallest, nominal: Smallest | None) -> dict[str, Any]:
+    """The size of the smallest nominal cam, whether it is proved, and by how much a robust one is larger."""
+    if nominal is None:
         return {}
-    return {"nominal_mm": least.answer.size, "safety_mm": robust - least.answer.size}
+    larger = robust.size - nominal.size
+    return {"nominal_mm": nominal.size, "nominal_proved": nominal.proved, "safety_mm": larger}
 
 
 def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:

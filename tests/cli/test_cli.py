@@ -312,7 +312,7 @@ def test_optimise_without_time_has_prices_alone(run):
     assert "What each bound costs" in text
     assert "tightened" not in text
     assert "—" in text
-    assert "— without a limit: that cam was not found and proved in the time" in text
+    assert "— without a limit or tolerance: that cam was not found and proved in the time" in text
 
 
 def test_optimise_shows_both_prices_where_one_bound_would_be_enough(run):

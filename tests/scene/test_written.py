@@ -77,6 +77,17 @@ def test_what_is_taken_away_is_gone_and_nothing_else(own):
     assert comments_in(text) == comments_in(OWN)
 
 
+@pytest.mark.parametrize("left", [{}, {"angle": [70.0, 80.0]}])
+def test_tables_that_lose_their_last_key_are_gone(left):
+    """The numbers of a train in [search] stand in the file as dotted keys of one table."""
+    press = find_scene("press-ram-by-four-bar")
+    asked = press.replace(**{"search.train.1.coupler": None, "search.train.1.angle": left.get("angle")})
+    assert asked.to_dict()["search"].get("train") == ({"1": left} if left else None)
+    text = text_of_scene(asked)
+    assert Scene.embedded(text, press.file) == asked
+    assert comments_in(text) == comments_in(shipped_toml(press.file))
+
+
 def test_another_number_of_segments_is_written_whole(own):
     motion = [*own.to_dict()["motion"][:1], {"segment": "dwell", "angle": 60.0}, own.to_dict()["motion"][1]]
     motion[2]["angle"] = 150.0

@@ -58,6 +58,7 @@ def is_the_smallest(best):
 def test_a_robust_cam_is_the_smallest_of_which_no_cam_with_any_train_breaks_a_limit(name):
     best = camopt.optimise(asked(name)).best
     assert is_the_smallest(best)
+    assert best["nominal_proved"]
     assert best["safety_mm"] > 1e-3
     assert set(camopt.certify(best.scene).values()) == {"held"}
     nominal = best.scene.replace(**{"cam.base_radius": best["nominal_mm"] * (1.0 + 1e-9)})

@@ -35,6 +35,8 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
         if not row["proved"]:
             less = with_unit(row["gap_mm"], "mm")
             show(f"{law or result.scene.name}: not proved; a feasible cam may be smaller by up to {less}")
+        if not row.get("nominal_proved", True):
+            show(f"{law or result.scene.name}: the nominal optimum is not proved; a smaller one may exist")
     size_name = resolve(result.scene).size_name
     for law, row in result.by_law.items():
         if row["clear_above_mm"] > row[size_name]:
@@ -70,13 +72,13 @@ def _show_prices(prices: "Mapping[str, list[Price]]") -> None:
 
 def _unknown(result: "Optimum", prices: "Sequence[Price]") -> Iterator[str]:
     """Why prices and cams without a limit are not known."""
-    limits = {limit.key for limit in resolve(result.scene).limits}
+    ranges = [price for price in prices if price.key.startswith("search.")]
     if any(price.price is None or price.tightened is None for price in prices):
         yield f"{UNKNOWN_PRICE} as a price: what has no bound, such as no undercut, holds the cam as well."
-    if any(price.next is None and price.key in limits for price in prices):
+    if any(price.next is None and price not in ranges for price in prices):
         late = "that cam was not found and proved in the time; --seconds gives more"
-        yield f"{UNKNOWN_PRICE} without a limit: {late}."
-    if any(price.next is None and price.key not in limits for price in prices):
+        yield f"{UNKNOWN_PRICE} without a limit or tolerance: {late}."
+    if any(price.next is None for price in ranges):
         yield f"{UNKNOWN_PRICE} without the end of a range: it is not sought."
 
 
