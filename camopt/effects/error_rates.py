@@ -8,7 +8,7 @@ that with derivatives by the cam angle
     profile within ±t, n waves    t·√(G'² + n²G²),      t·(|G''| + n·√(4G'² + n²G²))
     bore off by ε                 ε·√(G'² + G²χ'²),     ε·√((G'' − Gχ'²)² + (2G'χ' + Gχ'')²)
 
-by Bernstein's and Szegő's inequality for the profile (``tolerances.contributions``). On a cylinder a bore that is
+by Bernstein's and Szegő's inequality for the profile (``effects.answers``). On a cylinder a bore that is
 off answers as y' does, in two directions. The others are derivatives of T, of sin ψ − T·cos ψ and of y'.
 
 Sources: S. Bernstein, Sur l'ordre de la meilleure approximation des fonctions continues, 1912; R. Boas, Entire

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field, replace
 from math import pi
 from typing import Any, NamedTuple
 
+from camopt.trains.train import Train
+
 
 class Band(NamedTuple):
     """Between which values an error is."""
@@ -46,8 +48,18 @@ class GivenErrors:
     tilt: Band = NO_BAND
     is_square: bool = False
     """Whether a follower that rests stands square to its cam, whatever the design: it translates, not offset."""
-    of_links: bool = False
-    """Whether links of the train may be off too."""
+    second: Mapping[str, Band] = field(default_factory=dict)
+    """Of sizes of a second contact, by key of the scene."""
+    disc_phase: Band = NO_BAND
+    links: Mapping[str, tuple[Band, Train]] = field(default_factory=dict)
+    """Of numbers of the train, by key, each with the train as a series of it."""
+
+    @property
+    def by_key(self) -> dict[str, Band]:
+        """The bands of numbers that are not of the train, by key of ``[tolerances]``."""
+        angles = {"phase": self.phase, "face_tilt": self.tilt, "disc_phase": self.disc_phase}
+        sizes = {f"follower.{field}": band for field, band in self.sizes.items()}
+        return {**sizes, **self.second, **{key: band for key, band in angles.items() if band != NO_BAND}}
 
     @property
     def is_lopsided(self) -> bool:

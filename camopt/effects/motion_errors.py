@@ -23,9 +23,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Case, Effect, Setup
+from camopt.effects.error_extremes import dwell_errors, largest_error
 from camopt.effects.error_rates import rate_curve
 from camopt.effects.given import NO_BAND, GivenErrors
-from camopt.effects.motion import derivative_scale, error_names
+from camopt.effects.motion import derivative_scale, error_names, scale
 from camopt.effects.peak import InDegrees, Peak, PerDesign, Scale, Times
 from camopt.effects.peak_columns import peak_column
 from camopt.mechanisms.design import Designs
@@ -37,10 +38,6 @@ from camopt.numerics.trigonometry import turned
 
 TOLERANCES, WAVES = ("tolerances",), ("tolerances.waves",)
 """The keys that a scene lacks without any, and for the slope of the profile."""
-OF_ONE_CONTACT = (
-    "it is of one contact, and of a train with a constant ratio, if any, whose links have no tolerances"
-)
-"""What errors are of that limits may be on."""
 
 
 class TraceError(NamedTuple):
@@ -162,7 +159,7 @@ def error_curve(setup: Setup, given: GivenErrors, side: float, designs: Designs,
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return error_names(setup) if _ratio(setup) is not None else ()
+    return error_names(setup)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -173,10 +170,13 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def _ratio(setup: Setup) -> float | None:
-    """That of the train, if one contact moves it and it is the same everywhere, whatever the tolerances."""
+    """That of the train, if one contact moves it and it is the same everywhere, whatever the tolerances.
+
+    None where no curve tells errors (``effects.error_extremes``).
+    """
     if setup.mechanism.further:
         return None
-    if setup.errors is not None and setup.errors.of_links:
+    if setup.errors is not None and setup.errors.links:
         return None
     return 1.0 if setup.train is None else setup.train.constant_ratio
 
@@ -218,10 +218,22 @@ def _jumps(setup: Setup, given: GivenErrors, order: int, programme: Programme) -
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     *rates, dwell = error_names(case.setup)
+    if _ratio(case.setup) is None:
+        return _by_sampling(case, wanted)
     every = peaks(case.setup)
     found: dict[str, Any] = {name: peak_column(case, every[name]) for name in rates if name in wanted}
     if dwell in wanted:
         found[dwell] = _in_dwells(case)
+    return found
+
+
+def _by_sampling(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    """Those that no curve tells."""
+    *rates, dwell = error_names(case.setup)
+    every = {name: order for order, name in enumerate(rates) if name in wanted}
+    found: dict[str, Any] = {name: scale(case.each, k) * largest_error(case, k) for name, k in every.items()}
+    if dwell in wanted:
+        found[dwell] = scale(case.setup, 0) * dwell_errors(case)
     return found
 
 

@@ -18,7 +18,7 @@ from camopt.motion.stroke import AsGiven, Stroke
 from camopt.motion.table import turned_kinds, turnings
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray
-from camopt.numerics.taylor import Taylor
+from camopt.numerics.taylor import Series, Taylor
 from camopt.trains.link import value_at
 from camopt.trains.train import StageFault, Train
 
@@ -125,6 +125,17 @@ def travel(turn: Programme) -> tuple[float, float]:
 def tool_position(turn: Programme, angles: FloatArray) -> FloatArray:
     """Where the tool of a follower is at cam angles, from the start position of their train, mm (rad)."""
     return np.asarray(_zero(turn) + turn.tool.at(angles)[0])
+
+
+def train_follower(train: Train, turn: Programme, angles: FloatArray) -> Series:
+    """Where the follower is at cam angles from the start position of its train, as a series, mm or rad."""
+    _, z1, z2, _ = turn.tool.at(angles)
+    return train.follower(Taylor([tool_position(turn, angles), z1, z2 / 2]))
+
+
+def ratio_of(train: Train, turn: Programme, angles: FloatArray) -> Series:
+    """The ratio of a train at cam angles, as a series."""
+    return train.joints(train_follower(train, turn, angles))[-1].ratio
 
 
 def _zero(turn: Programme) -> float:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from camopt.effects import Setup, lacking, motion_errors, offered, preload
+from camopt.effects import Setup, lacking, offered, preload
 from camopt.mechanisms.pairs import HALVES_HAVE_TO, SAME_HALVES, half_turns
 from camopt.mistakes import Mistake, nearest
 from camopt.motion.programme import Programme
@@ -29,8 +29,6 @@ def out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
 def _without(name: str, setup: Setup) -> str:
     """That a mechanism has no such quantity; of what keeps contact elsewhere, what does so in place of it."""
     none = f"this mechanism has no {name}"
-    if QUANTITIES[name].effect == motion_errors.EFFECT.name:
-        return f"{none}: {motion_errors.OF_ONE_CONTACT}"
     if not setup.mechanism.further or (QUANTITIES[name].effect not in KEEPING and name not in KEPT):
         return none
     how = "neither contact lets go with enough preload"

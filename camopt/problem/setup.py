@@ -1,11 +1,13 @@
 """The setup: values that all designs of a scene share, in inside units: mm, s, N, t, rad."""
 
+from collections.abc import Iterator
 from math import radians
 from typing import Any
 
 from camopt.effects import GivenErrors, GivenNumbers, Setup, SolidGiven
 from camopt.effects.given import Band
 from camopt.mechanisms import FIELDS
+from camopt.numerics.taylor import Taylor
 from camopt.problem.variables import is_of_train, variables_of
 from camopt.quantities import NUMBER_COLUMNS
 from camopt.scene.load import constant_and_changing
@@ -13,7 +15,8 @@ from camopt.scene.materials import MATERIALS
 from camopt.scene.scene import Scene
 from camopt.scene.sizes import FOLLOWER_SIZES
 from camopt.scene.tolerances import moves_tool, zone_of
-from camopt.scene.train import train_from
+from camopt.scene.train import train_from, trains_from
+from camopt.trains.train import Train
 
 
 def setup_of(scene: Scene) -> Setup:
@@ -55,11 +58,11 @@ def _errors(scene: Scene) -> GivenErrors | None:
     }
     angles = {
         key: zone_of(each, key, 0.0).scaled(radians(1.0))
-        for key, each in (("phase", given.phase), ("tilt", given.face_tilt))
+        for key, each in (("phase", given.phase), ("tilt", given.face_tilt), ("disc_phase", given.disc_phase))
         if each
     }
-    of_links = any(is_of_train(key) and moves_tool(key) for key in given.numbers)
-    if not (zones or angles or given.profile or given.bore_eccentricity or of_links):
+    second, links = dict(_second_bands(scene)), dict(_links(scene))
+    if not (zones or angles or given.profile or given.bore_eccentricity or second or links):
         return None
     return GivenErrors(
         {FIELDS[key]: Band(each.lower, each.upper) for key, each in zones.items()},
@@ -67,9 +70,31 @@ def _errors(scene: Scene) -> GivenErrors | None:
         waves=given.waves,
         bore=given.bore_eccentricity or 0.0,
         is_square=not (scene.mechanism.motion.angular or scene.follower.offset or scene.search.offset),
-        of_links=of_links,
+        second=second,
+        links=links,
         **{key: Band(each.lower, each.upper) for key, each in angles.items()},
     )
+
+
+def _second_bands(scene: Scene) -> Iterator[tuple[str, Band]]:
+    """The bands of sizes of a second contact that move the tool, by key."""
+    for key in scene.mechanism.second_keys:
+        if (given := scene.tolerances.numbers.get(key)) is None or not moves_tool(key):
+            continue
+        name = key.partition(".")[2]
+        size = getattr(scene.drive, name)
+        zone = zone_of(given, name, getattr(scene.follower, name) or 0.0 if size is None else size)
+        yield key, Band(zone.lower, zone.upper)
+
+
+def _links(scene: Scene) -> Iterator[tuple[str, tuple[Band, Train]]]:
+    """The bands of numbers of the train that move the tool, by key, each with the train as a series of it."""
+    angular = scene.mechanism.motion.angular
+    for key, given in scene.tolerances.numbers.items():
+        if is_of_train(key) and moves_tool(key) and (nominal := scene.numbers((key,))[key]) is not None:
+            zone = zone_of(given, key.rpartition(".")[2], nominal)
+            made = trains_from(scene.train, {key: Taylor([nominal, 1.0])}, angular=angular)
+            yield key, (Band(zone.lower, zone.upper), made)
 
 
 def load_and_unit(scene: Scene) -> tuple[Any, float]:

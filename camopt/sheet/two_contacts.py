@@ -14,10 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.drawing.picture import Picture
+from camopt.effects.answers import answers_of
 from camopt.effects.frame import ANGLE, BREADTH, DISTANCE
-from camopt.mechanisms.design import Designs
-from camopt.numerics import FloatArray
 from camopt.sheet.cam import TrueCam, quantity_of
 from camopt.sheet.marks import decimal, said
 
@@ -71,19 +69,10 @@ def apart(cam: TrueCam) -> Apart | None:
 
 def variation(cam: TrueCam, tolerance: float) -> float:
     """The largest change of the distance over a turn, mm or deg, where all profiles are off by a tolerance, mm."""
-    angles = np.concatenate(cam.picture.pieces)
-    contacts = [(each.problem.design, each) for each in cam.picture.contacts]
-    each = np.array([_moved(design, picture, angles) for design, picture in contacts])
-    moved = tolerance * float(each.sum(axis=0).max())
-    return degrees(moved) if cam.problem.setup.angular else moved
-
-
-def _moved(design: Designs, picture: Picture, angles: FloatArray) -> FloatArray:
-    """1/cos β at cam angles, or of an arm 1/(l·cos β)."""
-    problem = picture.problem
-    tangent = picture.curve_at(problem.setup.mechanism.pressure(design, problem.programme), angles)
-    arm = float(design.arm_length[0]) if problem.setup.angular else 1.0
-    return np.asarray(np.hypot(1.0, tangent) / arm)
+    problem, angles = cam.problem, np.concatenate(cam.picture.pieces)
+    each = [of.to_profile.terms[0] for of in answers_of(problem.setup, problem.design, problem.programme, angles)]
+    moved = tolerance * float(np.abs(each).sum(axis=0).max())
+    return degrees(moved) if problem.setup.angular else moved
 
 
 def two_contacts(cam: TrueCam) -> Iterator[str]:

@@ -22,6 +22,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from camopt.effects.answers import ORDERS, SECOND
 from camopt.effects.motion import error_names, scale, unit_of
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
@@ -41,10 +42,9 @@ from camopt.tolerances.draw import beyond, drawn, parts_of
 from camopt.tolerances.largest import LargestErrors
 from camopt.tolerances.limited import limited, worst_of
 from camopt.tolerances.margins import OWN_SIZES, Box
-from camopt.tolerances.response import ORDERS
 from camopt.tolerances.touching import error_ends, error_unit
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
-from camopt.tolerances.two_contacts import SECOND, cams_of, errors_of
+from camopt.tolerances.two_contacts import cams_of, errors_of
 
 CAMS = 2**16
 """Unless told."""

@@ -1,6 +1,6 @@
 """What each tolerance contributes to the error of the motion at each cam angle.
 
-A size that is off by t moves the motion by c·t (``tolerances.response``): from c·lower to c·upper at worst. An axis
+A size that is off by t moves the motion by c·t (``effects.answers``): from c·lower to c·upper at worst. An axis
 of the bore that is off by ε in some direction moves it by ε times the length of a vector of two answers.
 """
 
@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.effects.answers import ORDERS, errors_at, most_of_profile
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
@@ -18,8 +19,8 @@ from camopt.problem.zones import tool_zones
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLES, WITHIN, Tolerance, Zone
 from camopt.tolerances.draw import shared_part
-from camopt.tolerances.response import ORDERS, Responses, most_of_profile
-from camopt.tolerances.two_contacts import PairResponses, errors_at
+from camopt.tolerances.response import Responses
+from camopt.tolerances.two_contacts import PairResponses
 
 
 class Contribution(NamedTuple):
@@ -71,11 +72,11 @@ def _of_pair(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Con
             answer = Responses(problem, angles).to_number(tolerance)
             yield _in_batch(_of_number(tolerance, answer, zone), tolerance, given.spread[tolerance], zone)
             continue
-        for key, at in errors_at(problem, tolerance).items():
+        for key, at in errors_at(problem.setup.mechanism, tolerance).items():
             found = _of_number(key, answers.to(at), zone)
             yield _in_batch(found, tolerance, given.spread[tolerance], zone)
     if given.profile is not None:
-        for key, at in errors_at(problem, "profile").items():
+        for key, at in errors_at(problem.setup.mechanism, "profile").items():
             yield _of_profile(answers.to(at), given.profile, given.waves, turned)._replace(key=key)
     if given.bore_eccentricity is not None:
         x, y = (answers.through_train((first - second) / 2.0) for first, second in answers.bores)
@@ -127,6 +128,5 @@ def _of_bore(answers: tuple[FloatArray, FloatArray], distance: float) -> Contrib
 
 def _of_profile(answer: FloatArray, zone: float, waves: int | None, turned: float) -> Contribution:
     """What a profile contributes that stands out by no more than a zone, with some waves in a turn."""
-    most, g = most_of_profile(answer, zone, waves), np.abs(answer[0])
-    swung = sin(min(0.5 * turned * (waves or inf), 0.5 * pi))
-    return Contribution("profile", -most, most, most / WITHIN, lambda: 2.0 * zone * float(g.max()) * swung)
+    most, swung = most_of_profile(answer, zone, waves), sin(min(0.5 * turned * (waves or inf), 0.5 * pi))
+    return Contribution("profile", -most, most, most / WITHIN, lambda: 2.0 * float(most[0].max()) * swung)

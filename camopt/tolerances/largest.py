@@ -15,11 +15,11 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from camopt.effects.answers import ORDERS
 from camopt.motion.programme import JUMP_SIDE
 from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray, IntArray
 from camopt.tolerances.recontact import Off, RealCams
-from camopt.tolerances.response import ORDERS
 from camopt.tolerances.two_contacts import responses_of
 
 NODES = 480

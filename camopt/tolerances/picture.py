@@ -6,11 +6,11 @@ import numpy as np
 
 from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.style import ALARM, MUTED, ON_WHITE, PAGE_TITLE, SERIES, dress
+from camopt.effects.answers import ORDERS
 from camopt.effects.motion import scale
 from camopt.problem.problem import resolve_design
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.tolerances.recontact import off_of
-from camopt.tolerances.response import ORDERS
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band_ends, worst, worst_ends
 from camopt.tolerances.two_contacts import cams_of
 

@@ -21,6 +21,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from camopt.effects.answers import ORDERS
 from camopt.effects.motion import scale, unit_of
 from camopt.mistakes import UnknownName, nearest
 from camopt.motion.table import DWELL
@@ -34,7 +35,6 @@ from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.contributions import Contribution, variances
 from camopt.tolerances.held import Play, lost_within, plays
 from camopt.tolerances.margins import Box, Margin, made_so, margins_table
-from camopt.tolerances.response import ORDERS
 from camopt.tolerances.touching import error_unit
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band, no_tolerances, worst
 from camopt.tolerances.worst_case import NOT_OFF, WorstCase

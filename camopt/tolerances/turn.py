@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.effects.answers import ORDERS
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import JUMP_SIDE
 from camopt.numerics import FloatArray
@@ -19,7 +20,6 @@ from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import WITHIN
 from camopt.tolerances.contributions import Contribution, contributions, variances
-from camopt.tolerances.response import ORDERS
 
 NAMES = ("displacement", "velocity", "acceleration")
 BAND = "root sum square, 3σ"

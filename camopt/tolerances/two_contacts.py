@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.effects.answers import ORDERS, SECOND, At, Own, back_of, errors_at, most_of_profile, outward_of
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
@@ -34,28 +35,13 @@ from camopt.problem.variables import is_of_train
 from camopt.problem.zones import number_zones, tool_zones
 from camopt.scene.scene import Scene
 from camopt.tolerances.recontact import Off, RealCams, RealMotion
-from camopt.tolerances.response import ORDERS, Responses, most_of_profile
+from camopt.tolerances.response import Responses
 from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends
 
-SECOND = " (second)"
-"""What the key of an error has after it that is of the second contact, where one key is of both."""
-AT_BOTH = ("follower.centre_distance", "phase", "face_tilt")
-"""Errors that are the same at both contacts."""
-OF_BOTH = ("offset", "arm_length", "roller_spacing")
-"""And sizes of a follower whose second contact has none of its own."""
 TOUCHES = 3
 """How often the place is found anew that is touched at a cam angle."""
 STEP = 1e-6
 """Of a base radius, relative, for the slope of where its roller stands."""
-Own = tuple[str, float]
-"""The key of an error at a contact, and its sign there."""
-
-
-class At(NamedTuple):
-    """What an error is at both contacts; None where it is of the other one."""
-
-    first: Own | None
-    second: Own | None
 
 
 def contacts_of(problem: Problem) -> tuple[Problem, Problem]:
@@ -66,40 +52,13 @@ def contacts_of(problem: Problem) -> tuple[Problem, Problem]:
 
 
 def back(problem: Problem) -> float:
-    """What its own motion at the second contact is to e₂: 1 where it is that of the follower reversed, else −1."""
-    (further,) = problem.setup.mechanism.further
-    return 1.0 if further.mechanism.reverses else -1.0
+    """What its own motion at the second contact is to e₂ (``effects.answers.back_of``)."""
+    return back_of(problem.setup.mechanism)
 
 
 def wider(problem: Problem) -> At:
     """Both profiles that stand out alike: what holds the contacts further apart."""
-    return At(("profile", 1.0), ("profile", _outward(problem)))
-
-
-def _outward(problem: Problem) -> float:
-    """How far along the normal a profile of the second contact that stands out, or its larger roller, moves it."""
-    (further,) = problem.setup.mechanism.further
-    return -further.mechanism.flanks[0].side
-
-
-def errors_at(problem: Problem, key: str) -> dict[str, At]:
-    """What a tolerance is of, at both contacts, by the key of the error."""
-    table, _, name = key.partition(".")
-    if key == BORE:
-        return {key: At((key, 1.0), (key, 1.0))}
-    if key in AT_BOTH:
-        return {key: At((key, 1.0), (key, -1.0 if key == "face_tilt" else 1.0))}
-    if key == "disc_phase":
-        return {key: At(None, ("phase", 1.0))}
-    if table == "drive":
-        return {key: At(None, (f"follower.{name}", 1.0))}
-    alike = not problem.setup.mechanism.second_keys
-    if alike and name in OF_BOTH:
-        return {key: At((key, 1.0), (key, 1.0))}
-    first = {key: At((key, 1.0), None)}
-    if key == "profile" or alike:
-        return {**first, f"{key}{SECOND}": At(None, (key, _outward(problem)))}
-    return first
+    return At(("profile", 1.0), ("profile", outward_of(problem.setup.mechanism)))
 
 
 def in_mirror(problem: Problem) -> bool:
@@ -155,7 +114,7 @@ class PairResponses:
         """To an error of one key, to its real and its imaginary part."""
         if key == BORE:
             return tuple(self.through_train((first - second) / 2.0) for first, second in self.bores)
-        at = errors_at(self.problem, key.removesuffix(SECOND))[key]
+        at = errors_at(self.problem.setup.mechanism, key.removesuffix(SECOND))[key]
         if not (waves and key.startswith("profile")):
             return (self.to(at),)
         place, sign = (0, 0.5) if at.second is None else (1, -0.5 * back(self.problem) * at.second[1])
@@ -199,7 +158,7 @@ def apart_by(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[tup
         zones["profile"] = -given.profile, given.profile
     for key, (lower, upper) in zones.items():
         if not is_of_train(key):
-            every = [answers.apart(at) for at in errors_at(problem, key).values()]
+            every = [answers.apart(at) for at in errors_at(problem.setup.mechanism, key).values()]
             ends = [np.sort([lower * each, upper * each], axis=0) for each in every]
             yield key, Between(*np.sum(ends, axis=0))
     if given.bore_eccentricity is not None:
@@ -218,10 +177,10 @@ def fastest_apart(scene: Scene, problem: Problem, angles: FloatArray) -> FloatAr
     answers, given, found = PairResponses(problem, angles), scene.tolerances, np.zeros(angles.size)
     for key, zone in tool_zones(scene, problem.nominal).items():
         if not is_of_train(key):
-            for at in errors_at(problem, key).values():
+            for at in errors_at(problem.setup.mechanism, key).values():
                 found += max(-zone.lower, zone.upper) * np.abs(answers.moving_apart(at)[1])
     if given.profile is not None:
-        for at in errors_at(problem, "profile").values():
+        for at in errors_at(problem.setup.mechanism, "profile").values():
             found += most_of_profile(answers.moving_apart(at), given.profile, given.waves)[1]
     if given.bore_eccentricity is not None:
         found += given.bore_eccentricity * np.hypot(*(first[1] + second[1] for first, second in answers.bores))
@@ -296,7 +255,7 @@ def own_errors(problem: Problem, place: int, errors: Mapping[str, Any]) -> dict[
             found[key] = np.conj(value) if turned and BORE_WAY not in errors else value
         elif key == BORE_WAY:
             found[key] = -value if turned else value
-        elif (own := errors_at(problem, key.removesuffix(SECOND))[key][place]) is not None:
+        elif (own := errors_at(problem.setup.mechanism, key.removesuffix(SECOND))[key][place]) is not None:
             found[own[0]] = found.get(own[0], 0.0) + own[1] * value
     return found
 
@@ -304,7 +263,7 @@ def own_errors(problem: Problem, place: int, errors: Mapping[str, Any]) -> dict[
 def errors_of(problem: Problem, key: str) -> tuple[str, ...]:
     """The keys of the errors that a tolerance is of: with two contacts it may be one of each."""
     alone = not problem.setup.mechanism.further or key == BORE_WAY or is_of_train(key)
-    return (key,) if alone else tuple(errors_at(problem, key))
+    return (key,) if alone else tuple(errors_at(problem.setup.mechanism, key))
 
 
 def ends_of(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:

@@ -157,11 +157,12 @@ def certify(scene: Scene) -> dict[str, str]:
 
     For a disc cam ``self_crossing`` is there too: held if the profile provably crosses itself nowhere, broken
     if it does; decided in double precision, with margins for rounding (``effects.crossing``). Decided in
-    doubles, too, are limits on the jump speed, the preload and the spring rate that are required, the half-
-    width of a contact and the fluctuation of energy. Limits on the mass and the like of a groove, or of a cam
-    with corners, stay undecided. Where moves are asked for anything, so is ``conditions``: held if they meet it
-    all, to a millionth of the largest displacement and velocity, a hundred-thousandth of the acceleration and a
-    thousandth of the jerk.
+    doubles, too, are limits on errors by tolerances in dwells, and on others where no curve tells them (of two
+    contacts, through a train of a changing ratio or with links that are off), on the jump speed, the preload and
+    the spring rate that are required, the half-width of a contact and the fluctuation of energy. Limits on the mass
+    and the like of a groove, or of a cam with corners, stay undecided. Where moves are asked for anything, so is
+    ``conditions``: held if they meet it all, to a millionth of the largest displacement and velocity, a
+    hundred-thousandth of the acceleration and a thousandth of the jerk.
 
     Numbers of the scene are taken as exact; of a profile, the centres that are found of its arcs, and the cam
     angles where they meet, are taken as they are rounded. Limits are decided at every cam angle of the continuous

@@ -66,7 +66,7 @@ def limit_over_box(problem: Problem, limit: Limit, design: Designs, ends: Ends, 
         ends = _own(ends)
     if limit.of_base:
         design = design.with_values({field: np.array([ends[field][0]]) for field in OF_BODY if field in ends})
-    if limit.is_of_motion or limit.of_base:
+    if limit.is_of_motion or limit.of_base or (limit.of_errors and not limit.claims):
         columns = run_effects(Case(problem.setup, problem.programme, design), limit.needs).shifted(1.0)
         return Answer(HELD) if limit.excess(columns, design)[0] <= 0.0 else Answer(BROKEN, design)
     if limit.infinite_at(problem.programme):

@@ -30,9 +30,11 @@ def answered(answers, key):
     """What the package says."""
     if key.startswith("bore"):
         return answers.to_bore[key == "bore y"]
-    if key in ("profile", "phase"):
-        return getattr(answers, f"to_{key}")
-    return answers.to_tilt if key == "face_tilt" else answers.to_size("roller_radius" if "radius" in key else key)
+    if key == "profile":
+        return answers.to_profile
+    if key in ("phase", "face_tilt"):
+        return answers.to_number(key)
+    return answers.to_size("roller_radius" if "radius" in key else key)
 
 
 def off(key, size):

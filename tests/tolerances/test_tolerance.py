@@ -63,7 +63,12 @@ def test_no_errors_within_their_zones_are_worse_than_the_worst_case_and_a_corner
     turn = turn_errors(scene)
     angles = np.linspace(0.01, 6.2, 40)
     answers, found = Responses(turn.problem, angles), turn.at(angles)
-    lengths = [answers.to_size("roller_radius"), answers.to_size("offset"), answers.to_phase, *answers.to_bore]
+    lengths = [
+        answers.to_size("roller_radius"),
+        answers.to_size("offset"),
+        answers.to_number("phase"),
+        *answers.to_bore,
+    ]
     low = np.array([-0.013 / 2, -0.01, -np.radians(0.04)])  # h6 of a diameter of 28 mm
     high = np.array([0.0, 0.03, np.radians(0.04)])
     for order in range(3):
@@ -153,7 +158,7 @@ def test_at_the_tool_an_error_is_what_comes_through_the_train(contact):
     np.testing.assert_allclose(tool.to_profile[0], answer, rtol=1e-8)
     assert tool.to_profile[1, 2] == pytest.approx((answer[3] - answer[1]) / (2 * step), rel=1e-4, abs=1e-5)
     z1 = problem.programme.tool.at(angles)[1]
-    np.testing.assert_allclose(tool.to_phase[0], z1, rtol=1e-9)
+    np.testing.assert_allclose(tool.to_number("phase")[0], z1, rtol=1e-9)
 
 
 def test_a_jump_of_the_motion_makes_its_error_infinite_with_a_reason():

@@ -8,9 +8,10 @@ import shapely
 from support.ribs import centres, flanks, rib
 
 import camopt
+from camopt.effects.answers import SECOND, errors_at
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.tolerances.two_contacts import SECOND, PairCams, PairResponses, errors_at
+from camopt.tolerances.two_contacts import PairCams, PairResponses
 
 MOTIONS = ("translating", "oscillating")
 TURN = np.linspace(-0.6, 2.0 * np.pi + 0.6, 40_001)
@@ -109,7 +110,7 @@ def test_first_order_is_the_slope_of_what_both_rollers_do_exactly(motion):
     answers = PairResponses(problem, ANGLES)
     arm = ("follower.arm_length",) if problem.setup.angular else ()
     for tolerance in ("follower.roller_spacing", "follower.roller_radius", "profile", "phase", *arm):
-        for key, at in errors_at(problem, tolerance).items():
+        for key, at in errors_at(problem.setup.mechanism, tolerance).items():
             off, apart = (np.array(each) / step for each in PairCams(problem).at({key: step}, ANGLES))
             np.testing.assert_allclose(answers.to(at)[0], off, rtol=1e-4, atol=1e-6)
             np.testing.assert_allclose(answers.apart(at), apart, rtol=1e-4, atol=1e-5)
