@@ -145,7 +145,7 @@ def _of_disc(scene: Scene, suffix: str, disc: int | None) -> Iterator[Mistake]:
 def check_rib(problem: Problem, suffix: str) -> None:
     """BadInput for a kind of file that is not written of a rib on a disc."""
     mechanism = problem.setup.mechanism
-    if mechanism.ribbed and not mechanism.body.developed and suffix in (".pdf", ".p"):
+    if mechanism.ribbed and not mechanism.body.developed and suffix == ".p":
         why = f"a {suffix} file of a rib on a disc is not written yet"
         raise BadInput([Mistake(problem.file, "drive.kind", None, why, bare=True)])
 

@@ -193,7 +193,7 @@ def _surface(view: FrontView, turn: float) -> Marks:
 def _groove_width(view: FrontView, turn: float) -> Marks:
     """The width of a groove, across it from wall to wall."""
     cam = view.cam
-    if cam.problem.setup.mechanism.body.bounded:
+    if not cam.problem.setup.mechanism.two_sided:
         return []
     curves = cam.curves_at(EVERY_DEGREE)
     near = int(np.argmin(angle_between(np.angle(curves.pitch), turn)))

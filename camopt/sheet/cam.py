@@ -186,10 +186,16 @@ class TrueCam:
 
     @cached_property
     def others(self) -> list[ComplexArray]:
-        """The profiles of the other discs."""
-        return [
-            self.curves[f"{disc.prefix}profile"].points for disc in self.discs if disc.number != self.disc.number
-        ]
+        """The profiles of the other discs; flanks of a rib are on one."""
+        return (
+            []
+            if self.ribbed
+            else [
+                self.curves[f"{disc.prefix}profile"].points
+                for disc in self.discs
+                if disc.number != self.disc.number
+            ]
+        )
 
     @cached_property
     def segments(self) -> list[tuple[str, float, float]]:

@@ -57,7 +57,9 @@ class FrontView:
 
     @cached_property
     def walls(self) -> list[ComplexArray]:
-        """The profile, or the walls of a groove, the inner one first."""
+        """The profile, or the walls of a groove or a rib, the inner one first."""
+        if self.cam.ribbed:
+            return [self.cam.curves[f"{disc.prefix}profile"].points * self.scale for disc in self.cam.discs[::-1]]
         flanks = self.cam.problem.setup.mechanism.flanks
         return [self.cam.curve(f"profile_{flank.name}".removesuffix("_")) * self.scale for flank in flanks]
 
@@ -83,6 +85,12 @@ class FrontView:
     def pitch(self) -> ComplexArray:
         """The path of the roller's centre, closed; empty where there is no roller."""
         return self.cam.curve("pitch") * self.scale
+
+    @property
+    def paths(self) -> list[ComplexArray]:
+        """The paths of the centres of rollers: about a rib both."""
+        other = [self.cam.curves["second_pitch"].points * self.scale] if self.cam.ribbed else []
+        return [path for path in (self.pitch, *other) if path.size]
 
     @property
     def marked(self) -> ComplexArray:
@@ -138,7 +146,12 @@ class FrontView:
     def values(self) -> tuple[str, str]:
         """The least and the largest radius of the profile."""
         gap = self.cam.own.half_width - self.cam.roller
-        low, high = self.cam.size - gap, self.cam.quantity("outer_radius_mm") or abs(self.highest) / self.scale
+        if self.cam.ribbed:  # beyond the inner roller
+            inner = self.cam.discs[-1].problem
+            low = float(inner.design.prime_radius[0]) + inner.half_width
+        else:
+            low = self.cam.size - gap
+        high = self.cam.quantity("outer_radius_mm") or abs(self.highest) / self.scale
         return f"R{said(low)}", f"R{said(high)}"
 
     @cached_property
@@ -203,7 +216,7 @@ class FrontView:
         marks += [Line(self.outline, THICK)] if self.part.outer_diameter else []
         marks += [Line(profile, HIDDEN) for profile in self.others]
         marks += [Line(roller, DOUBLE_CHAIN) for roller in self.rollers]
-        marks += [Line(self.pitch, DOUBLE_CHAIN)] if self.pitch.size else []
+        marks += [Line(path, DOUBLE_CHAIN) for path in self.paths]
         marks += [*self._centre_lines(), *self._hub_and_hole(), *self._rays(), *ring(self.segments, self.ring)]
         marks += self._radii()
         return marks

@@ -92,7 +92,9 @@ class Views:
         marks = with_callouts(front)
         if not part.thickness:
             return marks
-        beside = section(front.profiles, part, self.scale, front.walls if part.groove_depth else ())
+        beside = section(
+            front.profiles, part, self.scale, front.walls if part.groove_depth or part.rib_height else ()
+        )
         beside = moved(beside, box_of(marks).high.real + VIEWS_APART - box_of(beside).low.real)
         if not is_upright(part):
             box = box_of(beside)

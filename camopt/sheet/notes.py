@@ -215,6 +215,8 @@ def _columns(cam: TrueCam) -> Iterator[str]:
     text = cam.say("Table: cam angle θ, lift s; polar angle φ from the timing mark against the rotation, radius r.")
     if setup.spherical:
         text += cam.say(" Profile: contact; centre: of the spherical face R{}.").format(said(radius))
+    elif cam.ribbed:
+        text += cam.say(" Centres of rollers 1, outside of the rib, and 2, within it.")
     elif not setup.mechanism.body.bounded:
         text += cam.say(" Centre: of the roller, or of a cutter as wide as the groove.")
     elif radius:

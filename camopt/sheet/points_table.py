@@ -66,10 +66,13 @@ def printed(cam: TrueCam, step: float) -> list[Printed]:
 
 
 def _beside_rib(cam: TrueCam, angles: FloatArray) -> Iterator[Printed]:
-    """The centres of both rollers, which are at one place round the cam if they translate."""
-    unit = shown_unit("mm")
+    """The centres of both rollers, which are at one place round a cylinder if they translate."""
+    unit, developed = shown_unit("mm"), cam.problem.setup.mechanism.body.developed
     for place in (0, 1):
         name, points = cam.say("roller {}").format(place + 1), replace(cam, place=place).curves_at(angles).pitch
+        if not developed:
+            yield from _polar(name, points, cam.sense)
+            continue
         if not place or cam.problem.setup.angular:
             yield Printed((name, "x", unit), _lengths(points.real))
             name = ""

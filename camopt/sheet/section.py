@@ -47,7 +47,8 @@ def section(
 ) -> Marks:
     """The section of the plates of discs with some profiles (mm on the paper, in the cam's own frame).
 
-    Its axis is at y = 0. ``walls`` are those of a groove in the face of the only plate, the inner one first.
+    Its axis is at y = 0. ``walls`` are those of a groove in the face of the only plate, or of a rib on it, the
+    inner one first.
     """
     from shapely import box, union_all
 
@@ -59,14 +60,17 @@ def section(
         for profile, (low, high) in zip(profiles, part.plates, strict=True)
     ]
     gap, face = _crossing(hole), plates[0].high
-    grooves = _between(*(_crossing(wall * turn) for wall in walls)) if walls else []
-    bottom = face - (part.groove_depth or 0.0) * scale
+    around = [plates[0].cut] if part.rib_height else []  # what a rib leaves of its plate is cut away
+    grooves = _between(*(_crossing(wall * turn) for wall in walls), *around) if walls else []
+    bottom = face - (part.groove_depth or part.rib_height or 0.0) * scale
     solid = _solid(plates, gap, hub, whole)
     solid = solid.difference(union_all([box(bottom, low, face + 1.0, high) for low, high in grooves]))
     marks: Marks = [*outlines(solid), *hatching(solid), line(complex(-4.0), complex(whole + 4.0), pen=CHAIN)]
-    marks += [edge for plate in plates for edge in plate.edges()]
-    marks += [line(face + 1j * low, face + 1j * high, pen=THICK) for low, high in grooves]
-    for left, right in [(0.0, whole)] if hub else [(plate.low, plate.high) for plate in plates]:
+    left_of = [plate._replace(high=bottom) for plate in plates] if around and walls else plates
+    seen = grooves[1:-1] if around else grooves  # behind the section
+    marks += [edge for plate in left_of for edge in plate.edges()]
+    marks += [line(face + 1j * low, face + 1j * high, pen=THICK) for low, high in seen]
+    for left, right in [(0.0, whole)] if hub else [(plate.low, plate.high) for plate in left_of]:
         marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for low, high in gap for x in (left, right)]
         marks += moved(mouth(part, scale, right - left), left)
     return [*marks, *_numbers(plates), *_dimensions(part, scale, plates)]
@@ -97,9 +101,12 @@ def _crossing(outline: ComplexArray) -> list[Gap]:
     return sorted((low, high) for _, low, _, high in bounds if high - low > 1e-9)
 
 
-def _between(inner: list[Gap], outer: list[Gap]) -> list[Gap]:
-    """The intervals that are inside the outer wall of a groove and not inside its inner one."""
-    ends = sorted(y for gap in (*inner, *outer) for y in gap)
+def _between(*outlines: list[Gap]) -> list[Gap]:
+    """The intervals that are inside the outer wall of a groove and not inside its inner one.
+
+    With a third outline about a rib those that are inside of it, and not of the rib.
+    """
+    ends = sorted(y for gaps in outlines for gap in gaps for y in gap)
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
@@ -164,9 +171,9 @@ def _dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Marks:
         if datum := symbols.datums_of(part, bool(part.thickness)).bore:
             place = complex(whole + FIRST_LEVEL, -radius)
             marks += datum_at(place, -1j, max(STEM, hub - radius), datum)
-    if part.groove_depth:
+    if height := part.groove_depth or part.rib_height:
         rim = plates[0].high + 1j * plates[0].ends[1]
-        marks += distance(rim - part.groove_depth * scale, rim, 1.0, FIRST_LEVEL, said(part.groove_depth))
+        marks += distance(rim - height * scale, rim, 1.0, FIRST_LEVEL, said(height))
         if datum := symbols.datums_of(part, bool(part.thickness)).face:
             marks += datum_at(rim - 1j * CELL, 1.0, STEM, datum)
     if across := part.hub_diameter or part.outer_diameter:

@@ -133,6 +133,9 @@ GERMAN = {
     "{} apart": "im Abstand {}",
     "roller {}": "Rolle {}",
     "rib at least {} thick": "Rippe mindestens {} dick",
+    " Centres of rollers 1, outside of the rib, and 2, within it.": (
+        " Mitten der Rollen 1, außerhalb der Rippe, und 2, innerhalb."
+    ),
     "Table: cam angle θ, lift s; centres of rollers 1, beyond the rib, and 2: x round the mean radius, "
     "y along the axis.": (
         "Tabelle: Drehwinkel θ, Hub s; Mitten der Rollen 1, jenseits der Rippe, und 2: x um den mittleren Radius, "

@@ -278,6 +278,30 @@ def test_a_rib_has_one_sheet_with_both_flanks_and_rollers(name):
             assert words in told
 
 
+@pytest.mark.parametrize("motion", ["translating", "oscillating"])
+def test_a_rib_on_a_disc_has_one_sheet_with_both_flanks_and_rollers(motion):
+    """The table where the rigid follower has its rollers; the section between the flanks in the vertical plane."""
+    part = {"thickness": 30, "rib_height": 14, "bore": 40, "outer_diameter": 320, "profile_tolerance": 0.02}
+    scene = Scene.from_dict({**rib(np.random.default_rng(1), motion, "disc"), "part": part})
+    problem = resolve_design(scene)
+    (sheet,) = sheets_of(scene, problem)
+    assert faults_of(sheet) == []
+    assert {"14", "30", "Ø320", "Ø40"} <= set(texts(sheet.marks))
+    turns, table = angles_of(36), sorted_columns(sheet, 36, 5).T
+    for (turned, radius), centre in zip((table[1:3], table[3:5]), rib_centres(problem, turns), strict=True):
+        assert np.abs(radius - np.abs(centre)).max() < 6e-4
+        off = np.degrees(np.angle(centre / 1j * np.exp(1j * problem.design.sense * np.radians(turned))))
+        assert np.abs(off).max() < 6e-4
+    told = " ".join(texts_of(sheet.cam))
+    assert "Centres of rollers 1, outside of the rib, and 2, within it." in told
+    front = FrontView(sheet.cam, 1.0)
+    edges = rib_flanks(problem, np.linspace(0.0, 2.0 * np.pi, 20_001))[::-1]
+    for wall, edge in zip(front.walls, edges, strict=True):
+        assert [np.abs(wall).min(), np.abs(wall).max()] == pytest.approx(
+            [np.abs(edge).min(), np.abs(edge).max()], abs=0.02
+        )
+
+
 def test_a_groove_is_dimensioned_by_its_fit_and_its_clearance_is_noted(tmp_path):
     """F8 of 12 mm leaves 16 to 43 µm (ISO 286-2); without a fit the walls have their tolerance."""
     problem = resolve_design(SHUTTER)
