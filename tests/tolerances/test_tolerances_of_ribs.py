@@ -1,4 +1,4 @@
-"""Tolerances of ribs of cylinders: both rollers of a rigid follower put on flanks that are off; closed forms."""
+"""Tolerances of ribs: both rollers of a rigid follower put on flanks that are off; closed forms."""
 
 from functools import cache
 
@@ -156,3 +156,65 @@ def test_a_batch_of_ribs_has_the_variances_of_first_order_and_none_is_beyond_the
         assert batch.errors[0].variances[key] == pytest.approx(share, abs=0.06)
     assert batch.errors[0].worst < found.worst_case.bound
     assert batch.errors[0].of_99_73 == pytest.approx(error.three_sigma, rel=0.15)
+
+
+EVERY = {
+    "follower.roller_spacing": 0.02,
+    "follower.roller_radius": -0.02,
+    f"follower.roller_radius{SECOND}": 0.01,
+    "profile": 0.02,
+    f"profile{SECOND}": -0.01,
+    "bore_eccentricity": 0.03,
+    WAY: 2.5,
+    "phase": -5e-4,
+}
+
+
+@pytest.mark.parametrize(
+    ("motion", "more"),
+    [
+        ("translating", {"follower.offset": 0.03}),
+        ("oscillating", {"follower.arm_length": -0.04, "follower.centre_distance": 0.02}),
+    ],
+)
+def test_both_contacts_of_a_rib_on_a_disc_are_where_rollers_rest(motion, more):
+    """In the frame of the cam, whose flanks are off; the arm turns, or the stem slides, until a roller touches."""
+    problem = resolve_design(Scene.from_dict(rib(np.random.default_rng(7), motion, "disc")))
+    errors = EVERY | more
+    design, turn = problem.design, np.linspace(0.0, 2.0 * np.pi, 20_001)[:-1]
+    sizes = {name: float(each[0]) for name, each in design.sizes.items()}
+    off = {name: each + errors.get(f"follower.{name}", 0.0) for name, each in sizes.items()}
+    prime, c, l = sizes["size"] + sizes["roller_radius"], sizes["centre_distance"], sizes["arm_length"]  # noqa: E741
+    bore = errors["bore_eccentricity"] * np.exp(1j * errors[WAY])
+
+    def centre(place, y, theta):
+        if motion == "translating":
+            apart = off["roller_spacing"] if place else 0.0
+            at = off["offset"] + 1j * (np.sqrt(prime**2 - sizes["offset"] ** 2) + y - apart)
+        else:
+            apart = 2.0 * np.arcsin(off["roller_spacing"] / 2.0 / off["arm_length"]) if place else 0.0
+            psi = np.arccos((c**2 + l**2 - prime**2) / (2.0 * c * l)) + y - apart
+            at = off["centre_distance"] - off["arm_length"] * np.exp(-1j * psi)
+        return at * np.exp(-1j * design.sense * (theta + errors["phase"])) - bore
+
+    found = []
+    for place, (points, nominal) in enumerate(zip(flanks(problem, turn), centres(problem, turn), strict=True)):
+        key = SECOND if place else ""
+        cut = points + errors[f"profile{key}"] * (nominal - points) / sizes["roller_radius"]
+        ring = shapely.LinearRing(np.column_stack([cut.real, cut.imag]))
+        radius = sizes["roller_radius"] + errors[f"follower.roller_radius{key}"]
+        moved = []
+        for theta in ANGLES:
+            y = float(problem.programme.at(np.array([theta]))[0][0])
+            low, high = (y + side * 0.3 / (l or 1.0) for side in (-1.0, 1.0))
+            for _ in range(26):
+                middle = 0.5 * (low + high)
+                at = centre(place, middle, theta)
+                beyond = ring.distance(shapely.Point(at.real, at.imag)) > radius
+                low, high = (low, middle) if beyond == (place == 0) else (middle, high)
+            moved.append(low - y)
+        found.append(np.array(moved))
+    stood, apart = PairCams(problem).at(errors, ANGLES)
+    size = l or 1.0
+    np.testing.assert_allclose(stood * size, (found[0] + found[1]) / 2.0 * size, atol=3e-6)
+    np.testing.assert_allclose(apart * size, (found[0] - found[1]) * size, atol=3e-6)
