@@ -139,6 +139,7 @@ def _refuse(why: str, others: dict[str, Any]) -> None:
 
     given = {option_of(name): value for name, value in others.items() if value is not None}
     shown = {name: str(value) if isinstance(value, Path) else value for name, value in given.items()}
+    shown |= {name: ", ".join(map(str, value)) for name, value in given.items() if isinstance(value, tuple)}
     if shown:
         raise BadInput([Mistake("camopt", name, value, why, bare=True) for name, value in shown.items()])
 

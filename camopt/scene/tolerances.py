@@ -6,7 +6,7 @@ as ``"h6"``, of a length, or of the diameter that a radius belongs to.
 
 from collections.abc import Iterator, Mapping
 from functools import cache, partial
-from math import sqrt
+from math import inf, sqrt
 from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
@@ -105,6 +105,8 @@ def _as_tolerance(value: Any) -> Any:
     if isinstance(value, str):
         return {"iso": value}
     if isinstance(value, Real) and not isinstance(value, bool):
+        if not 0.0 <= float(value) < inf:
+            raise ValueError("a number of at least 0")
         return {"plus": value, "minus": value}
     if isinstance(value, (Mapping, Tolerance)):
         return value
@@ -352,6 +354,8 @@ def _of_nothing(data: Mapping[str, Any], key: str, mechanism: Mechanism, tip: Ti
             return "is held by the groove from both sides: how thick it is does not move it"
         return ""
     if key in SECOND_FIELDS:
+        if not mechanism.further:
+            return "is of a second contact, and this follower has one alone"
         return "" if key in mechanism.second_keys else f"{mechanism.drive.words} has none"
     if table == "train":
         return _of_no_stage(data, rest)

@@ -36,7 +36,7 @@ from camopt.tables.columns import joined_laws, laws_shown, with_law
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import ByLaw, Design
 from camopt.tables.layout import Table
-from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, evaluate_rows, excesses, worst_excesses
+from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, evaluate_rows, violations, worst_excesses
 from camopt.verdicts.screening import feasible
 from camopt.verdicts.warned import warnings_of
 from camopt.verdicts.words import UNDECIDED
@@ -371,11 +371,13 @@ def _warnings(problem: Problem, best: Design) -> Iterator[str]:
 
 
 def _missed(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
-    """The excess of a design over its limits, and its quantities."""
+    """The excess of a design over its limits, of the worst cam that has to hold them, and its quantities."""
     rows = evaluate_rows(problem, design, problem.wanted | problem.sizes)
-    worst = by_excess(excesses(problem.limits, rows.columns, design)[:, 0])
+    excess = worst_excesses(problem, problem.limits, design)
     values = rows.records()[0]
-    return worst, {name: values[name] for name in in_order(values)}
+    if problem.offs:
+        values["violated"] = str(violations(problem.limits, excess)[0])
+    return by_excess(excess[:, 0]), {name: values[name] for name in in_order(values)}
 
 
 def _least(misses: list[tuple[tuple[float, float], dict[str, Any]]], scene: Scene) -> Design | None:

@@ -253,6 +253,7 @@ class _Choice:
         if (loose := self.clearance(finest)) > 0.0:
             why = "no grades that are offered keep the preload: with the finest of all a cam has a clearance of"
             why = f"{why} {with_unit(loose, 'deg' if self.problem.setup.angular else 'mm')}"
+            why += f"; {', '.join(finest)} get grades in place of the tolerances given"
         elif now() > self.until:
             why = f"no grades were proved to keep ±{asked} in the time: allow more, or offer fewer grades"
         elif abs(worst.error) <= self.within:

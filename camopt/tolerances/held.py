@@ -57,7 +57,7 @@ class Play(NamedTuple):
     nominal: float
     """Of the nominal cam; of a backlash the largest over the turn."""
     least: float
-    """Below 0 of an interference that is lost: the clearance that is left then."""
+    """Below 0 of an interference that is lost: the clearance that is left then; the preload is 0 then."""
     most: float
 
 
@@ -110,7 +110,7 @@ def _of_pair(turn: TurnErrors, zones: Mapping[str, Zone]) -> Iterator[Play]:
     yield Play(INTERFERENCE, angle, interference, *ends)
     stiffness, zone = given.get("drive.stiffness"), zones.get("drive.stiffness", NONE)
     if stiffness is not None:
-        products = [(stiffness + by) * end / unit for by in (zone.lower, zone.upper) for end in ends]
+        products = [(stiffness + by) * max(end, 0.0) / unit for by in (zone.lower, zone.upper) for end in ends]
         preload = stiffness * interference / unit
         yield Play("preload", "N·m" if problem.setup.angular else "N", preload, min(products), max(products))
         most = (stiffness + zone.upper) * np.maximum(ends[1] - high + unit * between.high, 0.0) / unit

@@ -12,7 +12,7 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import degrees, isfinite
+from math import degrees, inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +45,8 @@ GAPS = (1e-9, 1e-6, 1e-3)
 WORSE = 8
 """How often a worse cam than the worst so far is taken for it."""
 INTERFERENCE, NO_INTERFERENCE = "drive.interference", 1e-12
+LOST = 1e-6
+"""Of the nominal value: with no interference a preload, and what is in proportion to it, is less, which is none."""
 SECONDS, TRAIN_SECONDS = 20.0, 5.0
 """For the proofs of a limit, and of one that trains change."""
 SAME = 1e-12
@@ -180,7 +182,8 @@ class Box:
         about = limit.name, name, limit.relation, limit.bound, nominal
         numbers = self._numbers(worst)
         moving = tuple(key for key in numbers if limit.shown and self._matters(limit, worst, key))
-        return Margin(*about, worst.value, gap, verdict, numbers, moving)
+        value = 0.0 if _is_lost(numbers) and abs(worst.value) <= LOST * abs(nominal) else worst.value
+        return Margin(*about, value, gap, verdict, numbers, moving)
 
     def _matters(self, limit: Limit, cam: Cam, key: str) -> bool:
         """Whether a number of a cam changes the quantity of a limit; one of the train does."""
@@ -278,6 +281,11 @@ def _interference(scene: Scene, problem: Problem, zone: Zone | None) -> Zone:
     return Zone(max(lower + unit * between.least, min(least, 0.0)), upper + unit * between.most, 0.0)
 
 
+def _is_lost(numbers: Mapping[str, float]) -> bool:
+    """Whether two contacts of a cam have no interference."""
+    return numbers.get(INTERFERENCE, inf) <= 2.0 * NO_INTERFERENCE
+
+
 def made_so(scene: Scene, numbers: Mapping[str, float]) -> Scene:
     """The scene of one cam within the tolerances, whose errors are made: they are tolerances no more.
 
@@ -313,8 +321,9 @@ def margins_table(scene: Scene, margins: tuple[Margin, ...]) -> Table:
         unit = QUANTITIES[each.quantity].unit if each.quantity else ""
         bound = f"{each.relation} {with_unit(each.bound, unit)}" if each.quantity else ""
         values = [number(shown(v, unit)) if each.quantity else "" for v in (each.nominal, each.worst)]
+        made = {**each.sizes, INTERFERENCE: 0.0} if _is_lost(each.sizes) else each.sizes
         sizes = ", ".join(
-            f"{key.removeprefix('follower.')} {with_unit(each.sizes[key], units[key])}" for key in each.moving
+            f"{key.removeprefix('follower.')} {with_unit(made[key], units[key])}" for key in each.moving
         )
         differs = each.quantity and each.worst != each.nominal
         rows.append([each.limit, bound, *values, each.verdict, sizes if differs else ""])

@@ -63,6 +63,13 @@ def test_a_robust_cam_is_the_smallest_of_which_no_cam_within_the_tolerances_brea
     assert best["safety_mm"] == pytest.approx(best[size] - nominal[size], abs=1e-9)
 
 
+def test_a_limit_that_only_a_cam_within_the_tolerances_breaks_is_named():
+    search = {"robust": True, "base_radius": {"start": 20.0, "stop": 20.0}}
+    asked = {"tolerances.follower.arm_length": 0.5, "limits.pressure_angle": 26.379}  # 26.3783 of the nominal cam
+    miss = camopt.optimise(camopt.find_scene("rocker-valve").replace(search=search, **asked)).nearest_miss
+    assert (miss["violated"], miss["pressure_angle_max_deg"] < 26.379) == ("pressure_angle", True)
+
+
 @pytest.mark.parametrize("contact", ["roller", "arm"])
 def test_zero_tolerances_give_the_nominal_answer_to_the_last_bit(contact):
     scene = scene_of(contact).replace(tolerances={"follower": dict.fromkeys(GIVEN[contact][0], 0.0)})

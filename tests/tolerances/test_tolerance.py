@@ -239,7 +239,7 @@ def test_a_mirrored_cam_has_the_same_errors():
             {"follower.roller_radius": "h66"},
             "tolerances.follower.roller_radius = 'h66': must be a tolerance class of ISO 286",
         ),
-        ({"follower.roller_radius": -0.1}, "tolerances.follower.roller_radius.plus = -0.1: must be at least 0"),
+        ({"follower.roller_radius": -0.1}, "roller_radius = -0.1: must be a number of at least 0"),
         (
             {"follower.offset": {"iso": "h6", "plus": 0.1}},
             "tolerances.follower.offset = 'h6': has a class and plus or minus",

@@ -224,8 +224,12 @@ def test_a_second_roller_has_the_class_of_the_first_where_it_is_as_large():
     angle, interference, *_ = camopt.tolerance(scene).plays
     assert interference.most == pytest.approx(0.01)  # h6 goes down alone
     assert angle.least < angle.nominal
-    with pytest.raises(BadInput, match=r"keep the preload: with the finest of all a cam has a clearance of 0\.0"):
-        camopt.allocate(scene.replace(**{"drive.interference": 0.001}), 0.1)
+    loose = scene.replace(**{"drive.interference": 0.001, "limits.pair_preload_ratio": 1.0})
+    with pytest.raises(BadInput, match=r"preload: .* has a clearance of 0\.0.*; .*roller_radius.* get grades"):
+        camopt.allocate(loose, 0.1)
+    lost = camopt.tolerance(loose)
+    assert next(each for each in lost.plays if each.what == "preload").least == 0.0
+    assert next(each for each in lost.margins if each.limit == "pair_preload_ratio").worst == 0.0
 
 
 def test_what_is_left_of_the_preload_is_the_interference_and_its_tolerances(every):
@@ -332,6 +336,7 @@ def test_the_backlash_of_a_groove_is_its_clearance_over_the_pressure_angle():
         ("pump-of-constant-breadth", {"drive.roller_radius": 0.1}, "tolerances.drive.roller_radius: a yoke"),
         ("bottle-filler-by-rib", {"drive.roller_radius": 0.1}, "tolerances.drive.roller_radius: a rib has none"),
         ("press-feed-by-pair", {"drive.offset": 0.1}, "tolerances.drive.offset: a conjugate pair has none"),
+        ("roller-1000rpm", {"drive.offset": 0.1}, "tolerances.drive.offset: is of a second contact"),
     ],
 )
 def test_what_a_follower_with_two_contacts_has_not_is_told(scene, given, said):

@@ -47,7 +47,8 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
     else:
         from camopt.verdicts.certify import certify as prove
 
-        found = prove(changed(scene_at(target, row), changes))
-        show_verdicts(found, as_json)
+        scene = changed(scene_at(target, row), changes)
+        found = prove(scene)
+        show_verdicts(found, as_json, scene.search.robust)
         verdicts = set(found.values())
     return NOTHING_FEASIBLE if "broken" in verdicts else NOT_REACHED if "undecided" in verdicts else 0

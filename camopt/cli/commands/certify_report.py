@@ -4,12 +4,13 @@ from camopt.cli.terminal import print_json, show
 from camopt.tables.layout import table_of
 
 
-def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:
-    """The verdict on each limit."""
+def show_verdicts(verdicts: dict[str, str], as_json: bool, robust: bool = False) -> None:
+    """The verdict on each limit, of the cam or, if robust, of all cams within its tolerances."""
     if as_json:
         return print_json(verdicts)
     records = [{"limit": name, "verdict": verdict} for name, verdict in verdicts.items()]
-    return show(table_of("At every cam angle", records, ["limit", "verdict"]))
+    title = "At every cam angle" + (", of every cam within the tolerances (search.robust)" if robust else "")
+    return show(table_of(title, records, ["limit", "verdict"]))
 
 
 def show_counts(counts: dict[str, int], as_json: bool) -> None:

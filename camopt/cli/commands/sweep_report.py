@@ -125,4 +125,5 @@ def show_miss(miss: "Design", found: str = "No feasible design. The nearest miss
     show("", design_table(found, problem, row, about))
     others = "It holds the limits; a cam within its tolerances does not."
     undecided = others if problem.zones else "It is so near its limits that neither side is proved."
-    show("", f"It breaks {', '.join(violated)}." if miss["violated"] else undecided)
+    it = "It, or a cam within its tolerances, breaks" if problem.zones else "It breaks"
+    show("", f"{it} {', '.join(violated)}." if miss["violated"] else undecided)

@@ -1,7 +1,7 @@
 """The output of ``camopt synthesise``."""
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 from camopt.cli.commands.optimise_report import COSTS, price_in_words
 from camopt.cli.terminal import print_json, show
@@ -49,6 +49,8 @@ def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Pr
     show_limits_of_motion(result.asked, defaults)
     if size := size_in_words(result):
         show(size)
+    if robust := _robust_in_words(result.design):
+        show(robust)
     show(_beside_known(result, known))
     show(what + ("" if result.convex else f" {why_local(result)}, so the laws are a local optimum."))
     rows = [price_in_words(price, unit) for price in prices]
@@ -82,6 +84,17 @@ def show_limits_of_motion(scene: "Scene", defaults: dict[str, float]) -> None:
         own = " and ".join(name.removeprefix("peak_") for name in defaults)
         limits.append(f"moves may have {AMPLE_FACTOR:g} times the largest {own} of those of least jerk")
     show(f"The scene limits neither acceleration nor jerk, so {'; '.join(limits)}.")
+
+
+def _robust_in_words(design: Mapping[str, Any]) -> str:
+    """Whether every cam within the tolerances holds the limits, and what that costs; "" where it is not asked."""
+    if "every_cam" not in design:
+        return ""
+    told = f"The limits of every cam within the tolerances: {design['every_cam']}."
+    if "nominal_mm" not in design:
+        return told
+    less, nominal = with_unit(design["safety_mm"], "mm"), with_unit(design["nominal_mm"], "mm")
+    return f"{told} It is {less} larger for that: the nominal one alone would hold them at {nominal}."
 
 
 def _beside_known(result: "Synthesis", known: "KnownLaws") -> str:
