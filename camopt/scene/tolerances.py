@@ -320,12 +320,13 @@ def check_tolerances(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip, na
         yield "tolerances.face_tilt", None, "is for a translating follower with a flat face"
     if table.get("disc_phase") is not None and not mechanism.second_keys:
         yield "tolerances.disc_phase", None, "is for the two discs of a conjugate pair"
-    if table.get("waves") is not None and table.get("profile") is None:
+    drawn = at(data, "part.profile_tolerance")
+    if table.get("waves") is not None and table.get("profile") is None and drawn is None:
         yield "tolerances.waves", table["waves"], "goes with tolerances.profile, which is missing"
-    if table.get("profile") is not None and at(data, "part.profile_tolerance") is not None:
+    if table.get("profile") is not None and drawn is not None:
         yield (
             "part.profile_tolerance",
-            at(data, "part.profile_tolerance"),
+            drawn,
             "is tolerances.profile already: leave it out",
         )
 
