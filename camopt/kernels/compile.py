@@ -29,8 +29,8 @@ Kinds = tuple[Any, ...]
 
 SMALL_ARRAY = 1_000_000  # numbers in the largest array to fill: for more, a kernel is compiled at once
 MANY = 10_000  # numbers in it, for which a plain run takes longer than importing llvmlite
-PAYS = 4.0  # seconds of plain runs of a kernel, whenever, after which it is compiled, which takes about as long
-ALONE = 2.5  # times as long: then it is compiled here, for no other process does, or it gets no time for it
+PAYS = 1.2  # seconds of plain runs of a kernel, whenever, after which it is compiled: four of another core, once
+ALONE = 8.0  # times as long: then it is compiled here, for no other process does, or it gets no time for it
 PATIENCE = 10.0  # seconds of one plain run, after which it is given up and the kernel compiled
 LINKER = 0.05  # seconds of plain runs of all kernels after which llvmlite is imported, which takes about as long
 NEVER = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # whether everything runs as it is written
