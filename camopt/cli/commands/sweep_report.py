@@ -8,7 +8,7 @@ from camopt.problem.rows import finite
 from camopt.problem.space import EDGE_OF_SPACE
 from camopt.tables.columns import columns_of, with_law
 from camopt.tables.design_tables import design_table
-from camopt.verdicts.words import BROKEN
+from camopt.verdicts.words import BROKEN, UNDECIDED
 
 if TYPE_CHECKING:
     from camopt.front.parts import SweepPart
@@ -54,7 +54,8 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
             told = ", ".join(f"{verdict} of {n:,}" for verdict, n in result.every_cam.items() if verdict != BROKEN)
             if told:
                 what = "That every cam within the tolerances holds each limit, over the whole box"
-                show(f"{what}: {told} on the front.")
+                which = "camopt certify pareto.parquet --row N tells which limit of a design is undecided."
+                show(f"{what}: {told} on the front.{' ' + which if UNDECIDED in result.every_cam else ''}")
             if broken := result.every_cam.get(BROKEN):
                 left = f"Left out {broken:,} design{'s' * (broken != 1)} of which a cam within the tolerances"
                 show(f"{left} breaks a limit; others that only these dominate may be missing.")
