@@ -77,7 +77,7 @@ def test_the_grades_of_followers_held_from_both_sides_are_the_cheapest_too(name,
     if name.startswith("bottle"):
         loose = camopt.tolerance(scene.replace(**{"tolerances.profile": deviations("js7", 2 * body).upper}))
         assert loose.worst_case.bound <= within
-        assert next(each for each in loose.plays if each.what == "preload").least < 0.0
+        assert next(each for each in loose.plays if each.what == "interference").least < 0.0
 
 
 def test_grades_cost_no_less_than_the_best_widths_of_reciprocal_cost():
