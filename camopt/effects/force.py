@@ -327,9 +327,23 @@ def least_and_largest(case: Case) -> tuple[Any, Any]:
 
 
 def keeps_contact(case: Case) -> Any:
-    """Whether F > 0 over the whole turn, so that the bodies stay in contact."""
-    least, _ = least_and_largest(case)
-    return (least.value + least.outward if isinstance(least, Bounded) else least) > 0.0
+    """Whether the bodies stay in contact over the whole turn.
+
+    An open cam and one of two contacts bear F/2 + max(|F|/2, P) > 0 as long as F > −2·P (``effects.preload``); that
+    one of two which never touches loses no contact.
+    """
+    mechanism, preload = case.setup.mechanism, case.each.dynamics.pair_preload
+    lets_go = -2.0 * (0.0 if preload is None else preload)
+    least, largest = map(_to_the_far_end, least_and_largest(case))
+    if mechanism.way < 0.0:
+        least, largest = -largest, -least
+    kept = np.asarray(least > lets_go)
+    return kept | (largest <= lets_go) if "interference" in mechanism.drive.keys else kept
+
+
+def _to_the_far_end(extreme: Any) -> Any:
+    """An extreme with its rounding."""
+    return extreme.value + extreme.outward if isinstance(extreme, Bounded) else extreme
 
 
 def own_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:

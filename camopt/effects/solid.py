@@ -50,7 +50,9 @@ KG, KG_M2, G_MM = 1e3, 1e-3, 1e6  # of t, t·mm², t·mm
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return BODY_FORMULAS[setup.mechanism.body].offers
+    """Nothing at one flank of a rib: its body lies between both."""
+    mechanism = setup.mechanism
+    return () if mechanism.at_rib and not mechanism.ribbed else BODY_FORMULAS[mechanism.body].offers
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:

@@ -1,7 +1,8 @@
 """Wall: the least thickness of metal round the bore and its keyway.
 
 That is the base circle of a disc cam, where a groove in its face is nearest to the axis too, and its hub where it
-has one; the bottom of the groove of a cylindrical cam, and the foot of its rib.
+has one; the inner flank of a rib on its face, at rest beyond the centre of its roller by the radius of that; the
+bottom of the groove of a cylindrical cam, and the foot of its rib.
 The corners of a keyway of width w and depth t in a bore of radius r are at √((r + t)² + w²/4) from the axis.
 """
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.implied import Implied
+from camopt.mechanisms.body import INNER_SIDE
 
 WALL = "hub_wall_min_mm"
 
@@ -34,8 +36,12 @@ def size_for_wall(setup: Setup, wall: float) -> float:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    solid = case.setup.solid
-    about = case.designs.size - size_for_wall(case.setup, 0.0)
+    solid, designs, mechanism = case.setup.solid, case.designs, case.setup.mechanism
+    inside = not mechanism.body.developed and all(flank.side > INNER_SIDE for flank in mechanism.flanks)
+    beyond = (
+        designs.roller_radius + case.setup.half_width(designs) if inside else 0.0
+    )  # of the inner roller of a rib
+    about = designs.size + beyond - size_for_wall(case.setup, 0.0)
     return {WALL: np.minimum(about, solid.hub_radius - solid.bore_reach) if solid.hub_radius else about}
 
 

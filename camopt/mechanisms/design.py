@@ -310,7 +310,12 @@ class Mechanism:
     @property
     def ribbed(self) -> bool:
         """Whether two rollers of its follower have a rib of the cam between them."""
-        return bool(self.further) and "roller_spacing" in self.sizes
+        return bool(self.further) and self.at_rib
+
+    @property
+    def at_rib(self) -> bool:
+        """Whether its follower touches a rib, with both rollers or as one of them."""
+        return "roller_spacing" in self.sizes
 
     @property
     def trace_speed(self) -> Callable[[Designs, Programme], Any] | None:

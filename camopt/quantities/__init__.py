@@ -293,7 +293,7 @@ _ALL = [
         "",
         "mm",
         "outline",
-        "Largest distance of the profile, or of the outer wall of a groove, from the cam's axis.",
+        "Largest distance of the profile, or of the outer wall of a groove or rib, from the cam's axis.",
     ),
     Quantity(
         "edge_wall_min_mm",
@@ -474,7 +474,9 @@ _ALL = [
             ),
         )
     ],
-    Quantity("hub_wall_min_mm", "", "mm", "wall", "Least wall from bore or keyway to base circle, hub or groove."),
+    Quantity(
+        "hub_wall_min_mm", "", "mm", "wall", "Least wall from bore or keyway to base circle, hub, groove or rib."
+    ),
     Quantity("area_mm2", "A", "mm²", "section", "Area inside the profile, bore included."),
     Quantity("profile_length_mm", "L", "mm", "section", "Length of the profile."),
     Quantity("centroid_x_mm", "x_S", "mm", "section", "Centroid of that area, in the cam's own frame."),

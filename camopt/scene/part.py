@@ -82,11 +82,11 @@ class Part(SceneTable):
     keyway_angle: Annotated[float, Within(ge=-360, le=360)] | None = None
     """Direction of the keyway's middle in the cam's own frame, ccw from x; deg."""
     outer_diameter: Length | None = None
-    """Outer diameter of a disc cam with a groove in its face; mm."""
+    """Outer diameter of a disc cam with a groove in its face or a rib on it; mm."""
     groove_depth: Length | None = None
     """Depth of the groove; mm."""
     rib_height: Length | None = None
-    """Height of the rib of a cylindrical cam, the mean radius in its middle; mm."""
+    """Height of the rib: on a cylinder with the mean radius in its middle, on a disc within the thickness; mm."""
     groove_fit: Fit | None = None
     """Fit of the width of the groove, which is the diameter of the roller, such as H8."""
     groove_chamfer: Length | None = None
