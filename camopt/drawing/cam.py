@@ -54,7 +54,7 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     spans = draw_follower(Parts(axes, axes, axes), picture, size)
     second = [*draw_second_contact(axes, whole), outline_of(whole)]
     body = reach_of_body(picture) * CROSS
-    parts = [pitch, body, *_draw_circles(axes, picture, pitch, size), *spans, *second]
+    parts = [pitch, body, *_draw_circles(axes, whole, pitch, size), *spans, *second]
     frame(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
     return labels
 
@@ -134,9 +134,8 @@ def _fill_plate(axes: Any, picture: Picture, colour: str) -> None:
 def reach_of_body(picture: Picture) -> float:
     """How far the body of a disc cam reaches from its axis, mm; of one that is not known, what is drawn of it."""
     mechanism, solid = picture.problem.setup.mechanism, picture.problem.setup.solid
-    if mechanism.body.bounded:
-        return float(max(np.abs(c.profile).max() for c in picture.curves))
-    return (solid.outer_diameter or 0.0) / 2 or float(picture.values["outer_radius_mm"]) * (1.0 + MARGIN)
+    reach = float(max(np.abs(c.profile).max() for c in picture.curves))
+    return reach if mechanism.body.bounded else (solid.outer_diameter or 0.0) / 2 or reach * (1.0 + MARGIN)
 
 
 def remaining(picture: Picture) -> ComplexArray:
@@ -165,9 +164,14 @@ def remaining(picture: Picture) -> ComplexArray:
 
 
 def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float) -> list[ComplexArray]:
-    """Base, prime, pitch, offset and shaft circles, the centre and the follower's axis; the points they span."""
-    values, problem = picture.values, picture.problem
-    open_ = problem.setup.mechanism.body.bounded
+    """Base, prime, pitch, offset and shaft circles, the centre and the follower's axis; the points they span.
+
+    The pitch circle is that of the steepest contact.
+    """
+    steepest, picture = picture.steepest, picture.contacts[0]
+    problem = picture.problem
+    mechanism = problem.setup.mechanism
+    open_ = mechanism.body.bounded
     spans, lowest = [], float(pitch.imag.min()) if open_ else -reach_of_body(picture)
     base, radius = float(problem.design.size[0]), float(problem.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
@@ -175,13 +179,13 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
     if radius > 0.0:
         label = f"prime circle, R {in_figures(base + radius)}"
         draw_circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
-    if not problem.setup.mechanism.flat_faced:
-        through = values["pitch_circle_radius_mm"]
+    if not mechanism.flat_faced:
+        through = steepest.values["pitch_circle_radius_mm"]
         label = f"pitch circle, R {in_figures(through)}"
         draw_circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
         spans.append(through * CROSS)
         lowest = min(lowest, -through)
-        _mark_pitch_point(axes, picture)
+        _mark_pitch_point(axes, steepest, mirrored=steepest is not picture and not mechanism.at_rib)
     draw_centre(axes, picture, size)
     if not problem.setup.angular:
         spans.append(_draw_offset(axes, float(problem.design.offset[0]), lowest, size))
@@ -199,11 +203,12 @@ def draw_centre(axes: Any, picture: Picture, size: float) -> None:
     draw_circle(axes, 0.012 * size, color=INK, lw=0.8, zorder=5)
 
 
-def _mark_pitch_point(axes: Any, picture: Picture) -> None:
+def _mark_pitch_point(axes: Any, picture: Picture, *, mirrored: bool) -> None:
+    """A ring at the pitch point; of a contact with a second disc, which is drawn as in a mirror."""
     problem, at = picture.problem, np.radians([picture.values["pressure_angle_max_at_deg"]])
     point = cam_curves(problem.setup.mechanism, problem.design, problem.programme, at).pitch
     style = {"ls": "none", "marker": "o", "ms": 5, "mfc": "white", "mec": REFERENCE_COLOUR, "zorder": 6}
-    draw_line(axes, point, label="pitch point", **style)
+    draw_line(axes, point.conj() if mirrored else point, label="pitch point", **style)
 
 
 def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> ComplexArray:

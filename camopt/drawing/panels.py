@@ -34,6 +34,10 @@ class MoveMark(NamedTuple):
     high: float
 
 
+PITCH_POINT = "pitch point "
+"""Before the value of a peak that it is."""
+
+
 @dataclass
 class MarkedPeak:
     """A marked point: cam angle in deg, value, text, colour, and whether it is the least value."""
@@ -124,7 +128,11 @@ def _worse(peaks: list[MarkedPeak], others: list[MarkedPeak]) -> list[MarkedPeak
     if len(peaks) != len(others):
         return peaks
     pairs = zip(peaks, others, strict=True)
-    return [(min if one.least else max)(one, two, key=lambda peak: abs(peak.value)) for one, two in pairs]
+    found = [(min if one.least else max)(one, two, key=lambda peak: abs(peak.value)) for one, two in pairs]
+    pitch_points = [peak for peak in found if peak.text.startswith(PITCH_POINT)]
+    for other in sorted(pitch_points, key=lambda peak: -abs(peak.value))[1:]:  # the steepest contact has the one
+        other.text, other.colour = other.text.removeprefix(PITCH_POINT), INK
+    return found
 
 
 def _panels(picture: Picture) -> list[Panel]:
@@ -231,12 +239,12 @@ def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
     alike = [peak for peak in panel.peaks if abs(peak.value) >= largest * (1 - NEGLIGIBLE)]
     if alike:
         peak = min(alike, key=lambda peak: abs((peak.angle - at + 180.0) % 360.0 - 180.0))
-        peak.angle, peak.text, peak.colour = at, f"pitch point {peak.text}", REFERENCE_COLOUR
+        peak.angle, peak.text, peak.colour = at, f"{PITCH_POINT}{peak.text}", REFERENCE_COLOUR
         return
     every = np.concatenate(panel.values)
     value = float(every[np.argmax(np.abs(every))])
     panel.peaks.append(
-        MarkedPeak(at, value, f"pitch point {four_digits(np.copysign(largest, value))}°", REFERENCE_COLOUR)
+        MarkedPeak(at, value, f"{PITCH_POINT}{four_digits(np.copysign(largest, value))}°", REFERENCE_COLOUR)
     )
 
 

@@ -125,6 +125,12 @@ class Picture:
         ]
 
     @property
+    def steepest(self) -> "Picture":
+        """The picture of the contact with the largest pressure angle; of one disc alone always the first."""
+        every = self.contacts if self.problem.setup.mechanism.two_profiles else self.contacts[:1]
+        return max(every, key=lambda each: float(each.values["pressure_angle_max_deg"]))
+
+    @property
     def on_body(self) -> "list[Picture]":
         """The pictures of those contacts that are on the first disc with a flank of their own: of a rib both."""
         return self.contacts if self.problem.setup.mechanism.ribbed else self.contacts[:1]

@@ -1,6 +1,7 @@
 """Values of dynamics and materials that nothing reads, wanted effects that lack data, constant objectives."""
 
 from camopt.effects import EFFECTS, effects_needed, lacking, offered
+from camopt.effects.contacts import OF_EACH, PLACES
 from camopt.problem.problem import resolve
 from camopt.problem.settings import laws_of
 from camopt.quantities import QUANTITIES
@@ -35,7 +36,7 @@ def unused(scene: Scene) -> list[str]:
 
     def reads(effect: str, key: str, names: frozenset[str]) -> bool:
         """Whether some quantities of an effect read a key; only loads read what presses on the cam."""
-        here = {name for name in names if QUANTITIES[name].effect == effect}
+        here = {name for name in names if _effect_of(name) == effect}
         return bool(here & massless.keys() if key in PRESSING or effect == "surface" else here)
 
     asked = frozenset(name for names in running.values() for name in names)
@@ -50,6 +51,12 @@ def unused(scene: Scene) -> list[str]:
     if short := [key for key in idle if not able[key]]:
         sentences.append(f"{', '.join(short)}: not used{_for_want(short, lacking(setup))}")
     return sentences
+
+
+def _effect_of(name: str) -> str:
+    """The effect that finds a quantity; of one that is told of each contact, that which finds it there."""
+    place, _, each = name.partition("_")
+    return QUANTITIES[each if place in PLACES and each in OF_EACH else name].effect
 
 
 def unanswered(scene: Scene) -> list[str]:

@@ -35,7 +35,9 @@ def cam_of(picture: Picture) -> dict[str, Any]:
         "sizes": {name: page_number(values[0]) for name, values in problem.design.sizes.items()},
         "motion": motion_pieces(picture),
         "strokes": _strokes(problem),
-        "pitch_point": first.values["pressure_angle_max_at_deg"] if _has_trace(problem) else None,
+        "pitch_point": first.values["pressure_angle_max_at_deg"]
+        if _has_trace(problem) and picture.steepest is first
+        else None,
         "steepest": first.values["pressure_angle_max_deg"],
         "undercut": picture.undercut,
         "left": _left(picture),

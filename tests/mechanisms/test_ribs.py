@@ -1,19 +1,23 @@
 """Ribs of cylinders and discs, against both rollers of one rigid follower on the flanks that files have."""
 
-from functools import cache
+from functools import cache, partial
 
 import ezdxf
 import mpmath
 import numpy as np
 import pytest
 import shapely
+from matplotlib.figure import Figure
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 from support.controls import run_iso
 from support.depth import times
+from support.pairs import pair
 from support.ribs import centres, flanks, rib, rollers
 from support.solids import solids_in
 
 import camopt
+from camopt.drawing.cam import draw_disc
+from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
 from camopt.effects import Case
 from camopt.effects.contacts import at_contact, contacts_of
@@ -238,6 +242,23 @@ def test_a_picture_of_a_rib_has_its_mass_and_those_of_its_rollers_have_none(moti
     picture = Picture(scene, resolve_design(scene))
     assert picture.values["cam_mass_kg"] == pytest.approx(camopt.evaluate(scene)["cam_mass_kg"], rel=1e-12)
     assert not [each for each in picture.contacts if "cam_mass_kg" in each.values]
+
+
+@pytest.mark.parametrize("make", [partial(rib, form="disc"), pair])
+def test_the_pitch_point_of_a_picture_is_that_of_the_steepest_contact(make):
+    """On the path of its roller, a roller's radius from the profile as it is drawn."""
+    scene = Scene.from_dict(make(np.random.default_rng(4), "translating"))
+    picture, axes = Picture(scene, resolve_design(scene)), Figure().add_subplot()
+    draw_disc(axes, picture)
+    ((x, y),) = next(line for line in axes.lines if line.get_label() == "pitch point").get_xydata()
+    steepest = max(picture.contacts, key=lambda each: each.values["pressure_angle_max_deg"])
+    which = picture.contacts.index(steepest)
+    assert which == 1  # or there is nothing to see
+    both = flanks(picture.problem, np.linspace(0.0, 2.0 * np.pi, 7201))
+    radius = steepest.problem.design.roller_radius[0]
+    assert np.abs(both[which] - (x + 1j * y)).min() == pytest.approx(radius, rel=1e-6)
+    (marked,) = [peak for peak in panels(picture)[4].peaks if peak.text.startswith("pitch point")]
+    assert abs(marked.value) == steepest.values["pressure_angle_max_deg"]
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

@@ -154,6 +154,10 @@ def test_objectives_that_are_the_same_for_all_designs_are_told(varied, told, tmp
     assert line in capsys.readouterr().err
 
 
+def test_stresses_told_of_each_contact_use_masses_and_materials():
+    assert unused(find_scene("press-feed-by-pair").replace(outputs=("pair",), limits={"pressure_angle": 40})) == []
+
+
 def test_options_name_the_objectives_in_place_of_the_scenes(tmp_path, capsys):
     sizes = ("--base-radius", "90", "--offset", "0", "--roller-radius", "5")
     small = ["sweep", *sizes, "--out", str(tmp_path / "out")]
