@@ -52,7 +52,10 @@ def faults_of(data: Mapping[str, Any]) -> Iterator[Fault]:
         asked, lift = _lifts(data)
         yield from _dynamics(data, lift, mechanism, tip)
         yield from _lash(data, asked)
-        yield from _drive(data, mechanism, tip)
+        wrong = list(_drive(data, mechanism, tip))
+        yield from wrong
+        if any(key == "drive.kind" for key, *_ in wrong):
+            return  # the mechanism of another drive has other keys
         yield from _keys(data, mechanism, tip)
         if lift is not None or not profiled:  # that a follower cannot be on its profile is told already
             yield from _fit(data, lift, mechanism, tip)

@@ -462,6 +462,14 @@ def test_a_rib_that_cannot_be_on_a_disc_gets_one_clear_message(name):
         resolve_design(scene.replace(**changes))
 
 
+def test_a_follower_that_no_rib_has_is_one_mistake():
+    scene = {**rib(np.random.default_rng(3), "translating", "disc"), "part": PARTS["disc"]}
+    with pytest.raises(BadInput) as refused:
+        Scene.from_dict({**scene, "follower": {**scene["follower"], "contact": "knife"}})
+    (mistake,) = refused.value.mistakes
+    assert mistake.key == "drive.kind"
+
+
 FAST = [
     {"segment": "rise", "angle": 70, "lift": 24, "law": "cycloidal"},
     {"segment": "return", "angle": 70, "lift": 24, "law": "cycloidal"},
