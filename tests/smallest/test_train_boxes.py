@@ -132,7 +132,7 @@ def alone(scene: Scene, numbers: dict[str, float]) -> float:
     return np.inf if best is None else best[resolve(scene).size_name]
 
 
-@pytest.mark.one_in(9)
+@pytest.mark.one_in(len(PROVED))
 @pytest.mark.parametrize("name", PROVED[::-1])
 def test_no_linkage_of_a_dense_scan_has_a_smaller_cam(name):
     """Every linkage of a grid, and near the best, by the search for one linkage, which knows nothing of others."""
