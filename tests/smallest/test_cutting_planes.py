@@ -135,7 +135,7 @@ def point_of(raw):
     return np.array([*centre, follower.get("arm_length", follower.get("face_offset"))])
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", sorted(FORMS))
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 @settings(max_examples=times(25, deep=250))
@@ -258,7 +258,7 @@ def _drawn(name):
     return [asked(drawn(name, seed)) for seed in range(16)]
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", sorted(FORMS))
 def test_boxes_find_the_same_cam_with_and_without_the_floor(name, monkeypatch):
     monkeypatch.setattr(BoxSearch, "most_boxes", 5000)
@@ -293,7 +293,7 @@ def longer_by(value, factor):
     return {key: v * factor for key, v in value.items()} if isinstance(value, dict) else value * factor
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", sorted(FORMS))
 @pytest.mark.parametrize("factor", [1 / 16, 10.0])
 def test_a_scene_with_longer_lengths_has_a_larger_cam(name, factor):
