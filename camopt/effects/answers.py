@@ -34,9 +34,11 @@ from camopt.effects.case import Setup
 from camopt.effects.contacts import contacts_of
 from camopt.mechanisms.design import FIELDS, Designs, Mechanism
 from camopt.mechanisms.rest import ContactPoint, Shift
+from camopt.motion.driven import train_follower
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor
+from camopt.trains.train import Train
 
 ORDERS = 3
 """Displacement, velocity and acceleration: the terms of each series."""
@@ -94,6 +96,21 @@ def most_of_profile(answer: FloatArray, zone: float, waves: int | None) -> Float
         return zone * np.array([g, np.full_like(g, inf), np.full_like(g, inf)])
     n = float(waves)
     return zone * np.array([g, np.hypot(g1, n * g), g2 + n * np.hypot(2.0 * g1, n * g)])
+
+
+def derivatives_of(found: Series, shape: tuple[int, ...]) -> FloatArray:
+    """Those of a series by the cam angle, to the order of the acceleration, (3, *shape)."""
+    return np.array([np.broadcast_to(found.derivative(order), shape) for order in range(ORDERS)])
+
+
+def moved_by_link(made: Train, train: Train, programme: Programme, angles: FloatArray) -> Series:
+    """∂f/∂p, how far the tool moves for a number p of its train that is larger, as a series by the cam angle.
+
+    ``made`` is the series of trains by p.
+    """
+    stands = train_follower(train, programme, angles)
+    moved: Series = made.tool(Taylor([stands, stands * 0.0])).terms[1]
+    return moved
 
 
 @dataclass(frozen=True)
@@ -197,7 +214,6 @@ def answers_of(setup: Setup, designs: Designs, programme: Programme, angles: Flo
     first, *others = contacts_of(setup)
     found = [Answers(first.mechanism, designs, programme, angles)]
     for each in others:
-        own = replace(programme, asked=None)
-        own = own.reversed if each.mechanism.reverses else own
+        own = each.mechanism.prescribed(replace(programme, asked=None))
         found.append(Answers(each.mechanism, each.seen(designs), own, angles))
     return found

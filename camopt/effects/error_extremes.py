@@ -17,11 +17,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.answers import ORDERS, Answers, At, answers_of, back_of, errors_at, most_of_profile
+from camopt.effects.answers import (
+    Answers,
+    At,
+    answers_of,
+    back_of,
+    derivatives_of,
+    errors_at,
+    most_of_profile,
+    moved_by_link,
+)
 from camopt.effects.case import Case
 from camopt.effects.given import Band, GivenErrors
 from camopt.mechanisms.design import Designs
-from camopt.motion.driven import ratio_of, train_follower
+from camopt.motion.driven import ratio_of
 from camopt.motion.programme import JUMP_SIDE
 from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray
@@ -68,9 +77,7 @@ class ToolAnswers:
         for band, made in self.given.links.values():
             train, programme = self.case.setup.train, self.case.programme
             assert train is not None
-            stands = train_follower(train, programme, self.angles)
-            moved = made.tool(type(stands)([stands, stands * 0.0])).terms[1]
-            yield _of_band(self._terms(moved), band)
+            yield _of_band(self._terms(moved_by_link(made, train, programme, self.angles)), band)
         if self.given.profile:
             for answer in self._to("profile"):
                 most = most_of_profile(answer, self.given.profile, self.given.waves)
@@ -127,8 +134,7 @@ class ToolAnswers:
         return self._terms(found if self._ratio is None else found * self._ratio)
 
     def _terms(self, found: Series) -> FloatArray:
-        shape = (len(self.case.designs), self.angles.shape[-1])
-        return np.array([np.broadcast_to(found.derivative(order), shape) for order in range(ORDERS)])
+        return derivatives_of(found, (len(self.case.designs), self.angles.shape[-1]))
 
 
 def _columns(designs: Designs) -> Designs:

@@ -6,7 +6,6 @@ sweep is done again, so that designs come in which were left out for this one (e
 ``smallest.exchange``). What is broken in the end is left out.
 """
 
-import os
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from math import inf
@@ -46,8 +45,8 @@ class Proved(NamedTuple):
     """How many designs have each verdict; the broken ones are left out."""
 
 
-def proved(plan: SweepPlan, seen: Seen, progress: Progress | None) -> Proved:
-    """The results of a sweep with the proofs that its scene asks for."""
+def proved(plan: SweepPlan, seen: Seen, own: Threads, progress: Progress | None) -> Proved:
+    """The results of a sweep with the proofs that its scene asks for; its own threads sweep again."""
     compared = compared_rows(plan, seen, progress)
     if not plan.problem.offs:
         return Proved(seen.without_rows(), compared, compared.front, None)
@@ -59,8 +58,7 @@ def proved(plan: SweepPlan, seen: Seen, progress: Progress | None) -> Proved:
             break
         plan = plan.with_offs(proofs.offs[:: -(-len(proofs.offs) // MOST_OFFS)])
         proofs.offs.clear()
-        blocks = plan.batches(plan.numbers(), Threads(os.cpu_count() or 1))
-        seen = gathered(plan.space, blocks, plan.block, lambda rows: None, progress)
+        seen = gathered(plan.space, plan.batches(plan.numbers(), own), plan.block, lambda rows: None, progress)
         compared = compared_rows(plan, seen, progress)
     kept, good = (each.column(COLUMN) != BROKEN for each in (front, best))
     grid = compared.front.take(kept) if compared.grid is compared.front else compared.grid

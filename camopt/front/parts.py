@@ -262,7 +262,7 @@ def merge(
     def searched(kept: Keeps | None, write: Write) -> Seen:
         return gathered(plan.space, batches(), plan.block, write, progress)
 
-    return result_of(plan, out, searched, progress)
+    return result_of(plan, out, searched, Threads(os.cpu_count() or 1), progress)
 
 
 def _check_folder(folder: Path, plan: SweepPlan) -> None:

@@ -143,7 +143,7 @@ def sweep(
             checkpoint.restore(search, tell)
             return search.run(checkpoint.offer)
 
-        return result_of(plan, out, found, progress, lambda path: checkpoint_at(path, plan, tell), beside)
+        return result_of(plan, out, found, own, progress, lambda path: checkpoint_at(path, plan, tell), beside)
 
     def searched(journal: Journal | None, write: Write) -> Seen:
         if journal is None:
@@ -151,7 +151,7 @@ def sweep(
         foresee(journal, own, engine or own, tell)
         return gathered(plan.space, all_batches(journal, engine or own, tell), plan.block, write, progress)
 
-    return result_of(plan, out, searched, progress, lambda path: journal_at(path, plan, tell=tell), beside)
+    return result_of(plan, out, searched, own, progress, lambda path: journal_at(path, plan, tell=tell), beside)
 
 
 Write = Callable[[Rows], None]
@@ -172,6 +172,7 @@ def result_of(
     plan: SweepPlan,
     out: str | os.PathLike[str] | None,
     search: Callable[[Keeper | None, Write], Seen],
+    own: Threads,
     progress: Progress | None,
     keep: Callable[[Path], AbstractContextManager[Keeper]] | None = None,
     beside: Beside | None = None,
@@ -189,7 +190,7 @@ def result_of(
         seen = search(kept, rows_of_search.append if rows_of_search else _nowhere)
         if rows_of_search:
             rows_of_search.end()
-        found = proved(plan, seen, progress)
+        found = proved(plan, seen, own, progress)
         compared, seen = found.compared, found.seen
         rows, grid = compared.front, compared.grid
         front = front_of(rows, plan.problem.objectives, grid if scene.search.refine else None)

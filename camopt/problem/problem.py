@@ -97,12 +97,17 @@ class Problem:
         found = dict[frozenset[tuple[str, float]], Problem]()
         pairs = []
         for off in self.offs:
-            shared = {key: by for key, by in off.items() if key not in self.design.values}
+            shared, own = self.parted(off)
             place = frozenset(shared.items())
             if place not in found:
                 found[place] = self.without_errors.with_numbers_off(shared)
-            pairs.append((found[place], {key: by for key, by in off.items() if key not in shared}))
+            pairs.append((found[place], own))
         return tuple(pairs)
+
+    def parted(self, off: Off) -> tuple[Off, Off]:
+        """What of a cam that is off its designs do not bring, and what they do."""
+        shared = {key: by for key, by in off.items() if key not in self.design.values}
+        return shared, {key: by for key, by in off.items() if key not in shared}
 
     def with_numbers_off(self, off: Off) -> "Problem":
         """The problem with numbers that are off, as those of a train, and the same limits of those it gives."""

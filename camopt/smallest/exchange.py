@@ -77,8 +77,7 @@ def _worse(problem: Problem, limit: Limit, design: Designs, off: Off) -> Off:
 
 def _excess(problem: Problem, limit: Limit, design: Designs, off: Off) -> float:
     """By how much a cam that is off exceeds a limit."""
-    shared = {key: by for key, by in off.items() if key not in design.values}
-    own = problem.with_numbers_off(shared)
-    cam = moved(design, {key: by for key, by in off.items() if key not in shared})
+    shared, brought = problem.parted(off)
+    own, cam = problem.with_numbers_off(shared), moved(design, brought)
     limits = [each for each in own.limits if (each.name, each.bound) == (limit.name, limit.bound)]
     return float(excesses(limits, columns_for(own, limits, cam), cam).max())

@@ -7,10 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
-from camopt.effects.answers import ORDERS, Answers
-from camopt.motion.driven import ratio_of, train_follower
+from camopt.effects.answers import Answers, derivatives_of, moved_by_link
+from camopt.motion.driven import ratio_of
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series, Taylor
 from camopt.problem.problem import Problem
@@ -75,12 +73,11 @@ class Responses:
         problem, train = self.problem, self.problem.setup.train
         assert train is not None
         made = problem.trains({key: Taylor([problem.nominal[key], 1.0])})
-        stands = train_follower(train, problem.programme, self.angles)
-        return self._terms(made.tool(Taylor([stands, stands * 0.0])).terms[1])
+        return self._terms(moved_by_link(made, train, problem.programme, self.angles))
 
     def _tool(self, found: Series) -> FloatArray:
         """What a series of the follower is at the tool."""
         return self._terms(found if self.ratio is None else found * self.ratio)
 
     def _terms(self, found: Series) -> FloatArray:
-        return np.array([np.broadcast_to(found.derivative(order), self.angles.shape) for order in range(ORDERS)])
+        return derivatives_of(found, self.angles.shape)

@@ -26,7 +26,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.answers import ORDERS, SECOND, At, Own, back_of, errors_at, most_of_profile, outward_of
+from camopt.effects.answers import (
+    ORDERS,
+    SECOND,
+    At,
+    Own,
+    back_of,
+    derivatives_of,
+    errors_at,
+    most_of_profile,
+    outward_of,
+)
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
@@ -108,7 +118,7 @@ class PairResponses:
         if self.problem.setup.train is None:
             return found
         moved = Taylor([found[0], found[1], found[2] / 2.0]) * Responses(self.problem, self.angles).ratio
-        return np.array([moved.derivative(order) for order in range(ORDERS)])
+        return derivatives_of(moved, self.angles.shape)
 
     def rows(self, key: str, waves: int) -> Sequence[FloatArray]:
         """To an error of one key, to its real and its imaginary part."""

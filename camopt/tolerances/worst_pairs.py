@@ -7,8 +7,7 @@ with both errors at one cam angle. The first contact touches at θ = φ + turned
     φ + a + turned₂(φ + a) = φ + turned₁(φ)
 
 Where turned₁ − turned₂(φ + A) is within a range A, there is such an a in it (Brouwer); its slopes are those of the
-equation. With what the first contact and the second one, in its
-own motion, have moved their followers,
+equation. With what the first contact and the second one, in its own motion, have moved their followers,
 
     δ = (moved₁ − moved₂ + y(φ + a) − y(φ))/2 − (y(θ) − y(φ))
 
