@@ -140,9 +140,10 @@ def borne(f, i, at):
 @formula(Preloaded, loaded=True)
 def preloaded(f, i, at):
     force, force1 = curve(f.force, i, at)
-    beyond = 0.5 * np.abs(force) - f.preload[i]
-    value = 0.5 * force + f.preload[i] + np.maximum(beyond, 0.0)
-    return value, 0.5 * force1 * (1.0 + 0.5 * (1.0 + np.sign(beyond)) * np.sign(force))
+    alone = 0.5 * force - f.preload[i]
+    borne = 0.5 * force + f.preload[i] + np.maximum(alone, 0.0)  # and 0 where F < −2·P: no difference of equals
+    slope = 0.5 * force1 * (1.0 + 0.5 * (1.0 + np.sign(alone)))
+    return np.maximum(borne, 0.0), 0.5 * (1.0 + np.sign(borne)) * slope
 
 
 @formula(Guided, loaded=True)

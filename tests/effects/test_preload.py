@@ -8,6 +8,8 @@ from support.pairs import pair
 from camopt import BadInput, Scene, cam_points, evaluate, optimise
 from camopt.effects.loads import Preloaded
 from camopt.numerics.curves import Linear, curve
+from camopt.numerics.jet import Jet
+from camopt.numerics.state import State
 from camopt.problem.problem import resolve_design
 
 
@@ -31,6 +33,15 @@ def test_two_contacts_share_a_force_as_two_springs_do():
             for side in (1.0, -1.0)
         ]
         assert found == pytest.approx(borne_by_springs(force, preload), abs=1e-9)
+
+
+def test_a_contact_that_is_never_touched_bears_nothing_over_a_whole_range():
+    """With F/2 + |F|/2 it would be a range about 0, which a search of the largest force cuts up without end."""
+    way = np.array([1.0])
+    force = Linear(way, 0.0 * way, 0.0 * way, 0.0 * way)  # F is the displacement
+    at = State(Jet(-5.0, -3.0, 0.0, 2.0, 2.0, 2.0), *(Jet(0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for _ in range(3)))
+    borne, _ = curve(Preloaded(force, way), 0, at)
+    assert (borne.low, borne.high, borne.first, borne.second, borne.third) == (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.one_in(2)
