@@ -97,9 +97,9 @@ class _Second:
         there, inside = as_sloped(Interval(-most, most), turned), np.ones(most.shape, dtype=bool)
         for _ in range(FINER):  # a contraction by the share that errors are of the cam
             of = self.rest(there).turned
-            values, points = range_of(turned) - range_of(of), at_point(turned) - at_point(of)
-            inside &= (values.low >= there.value.low) & (values.high <= there.value.high)
-            there = replace(there, value=_where(inside, values), at=_where(inside, points))
+            found = turned - of  # of errors that both have in common little is left
+            inside &= (found.value.low >= there.value.low) & (found.value.high <= there.value.high)
+            there = replace(there, value=_where(inside, found.value), at=_where(inside, found.at))
         slope = 1.0 / (self._by_place(of) + 1.0)
         return by_chain(there.value, there.at, [(turned, slope), (of, slope * -1.0)])
 

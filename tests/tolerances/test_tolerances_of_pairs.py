@@ -149,7 +149,10 @@ JUMPING = [{"segment": each, "angle": 180, "lift": 20, "law": "parabolic"} for e
 PROVED = {
     "pair": ("press-feed-by-pair", EVERY),
     "yoke": ("pump-of-constant-breadth", {"profile": 0.02, "bore_eccentricity": 0.02, "phase": 0.05}),
-    "rib": ("bottle-filler-by-rib", {"follower.roller_spacing": 0.02, "bore_eccentricity": 0.03, "profile": 0.01}),
+    "rib": (
+        "bottle-filler-by-rib",
+        {"follower.roller_radius": 0.02, "follower.roller_spacing": 0.02, "bore_eccentricity": 0.03, "profile": 0.01},
+    ),
 }
 
 
