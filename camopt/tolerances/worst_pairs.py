@@ -29,7 +29,7 @@ from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
 from camopt.numerics.interval import Interval, as_interval
-from camopt.numerics.sloped import Sloped, as_sloped, at_point, by_chain, range_of
+from camopt.numerics.sloped import Sloped, as_sloped, by_chain
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train

@@ -151,7 +151,12 @@ PROVED = {
     "yoke": ("pump-of-constant-breadth", {"profile": 0.02, "bore_eccentricity": 0.02, "phase": 0.05}),
     "rib": (
         "bottle-filler-by-rib",
-        {"follower.roller_radius": 0.02, "follower.roller_spacing": 0.02, "bore_eccentricity": 0.03, "profile": 0.01},
+        {
+            "follower.roller_radius": 0.02,
+            "follower.roller_spacing": 0.02,
+            "bore_eccentricity": 0.03,
+            "profile": 0.01,
+        },
     ),
 }
 
