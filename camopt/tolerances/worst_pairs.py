@@ -6,8 +6,8 @@ with both errors at one cam angle. The first contact touches at θ = φ + turned
 
     φ + a + turned₂(φ + a) = φ + turned₁(φ)
 
-Where turned₁ − turned₂(φ + A) is within a range A, there is such an a in it (Brouwer); its slopes are those of the
-equation. With what the first contact and the second one, in its own motion, have moved their followers,
+It is enclosed by the equation itself (``tolerances.contact_ahead``). With what the first contact has moved its
+follower, and the second one, in its own motion,
 
     δ = (moved₁ − moved₂ + y(φ + a) − y(φ))/2 − (y(θ) − y(φ))
 
@@ -17,7 +17,7 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -28,20 +28,14 @@ from camopt.mechanisms.rest import Rest
 from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
-from camopt.numerics.interval import Interval, as_interval
-from camopt.numerics.sloped import Sloped, as_sloped, by_chain
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
+from camopt.tolerances.contact_ahead import ContactAhead
 from camopt.tolerances.touching import BORE_WAY, Contact
 from camopt.tolerances.turn import TurnErrors
-from camopt.tolerances.two_contacts import PairCams, PairResponses, back, contacts_of, ends_of, own_errors
+from camopt.tolerances.two_contacts import PairCams, PairResponses, contacts_of, ends_of, own_errors
 from camopt.tolerances.worst_case import Place, WorstSearch, ahead_of, rest_over, through
-
-FINER = 2
-"""How often the place of the second contact is found closer."""
-ROOM = 2.0
-"""Of what is looked at first for it, to where it seems to be."""
 
 
 class PairError(NamedTuple):
@@ -55,64 +49,18 @@ class PairError(NamedTuple):
 
 @formula(PairError)
 def pair_error(f, i, at):  # type: ignore[no-untyped-def]
-    programme, (first, second) = f.problem.programme, f.contacts
-    own = rest_over(first, f.design, own_errors(f.problem, 0, f.errors), at.y, at.y1)
-    other = _Second(f, second, at)
-    a = other.ahead(own.turned)
-    risen = ahead_of(programme, at, own.turned).y
-    moved = (own.moved - other.rest(a).moved * back(f.problem) + ahead_of(programme, at, a).y) * 0.5 - risen
+    moved, turned = pair_rest(f, at)
+    risen = ahead_of(f.problem.programme, at, turned).y
+    moved = moved - risen
     return (moved if f.problem.setup.train is None else through(f.problem, f.errors, moved, at.y + risen)), 0.0
 
 
-@dataclass(frozen=True)
-class _Second:
-    """The second contact over parts of the turn, at places that are ahead."""
-
-    error: PairError
-    problem: Problem
-    at: Place
-
-    def rest(self, ahead: Sloped) -> Rest:
-        """Where its follower rests, in its own motion."""
-        f, lift = self.error, self.problem.programme.lift
-        further = ahead_of(f.problem.programme, self.at, ahead)
-        errors = own_errors(f.problem, 1, f.errors)
-        if BORE_WAY in errors:  # in the ground, where the first contact touches
-            errors[BORE_WAY] = errors[BORE_WAY] + ahead * self.problem.design.sense
-        y, y1 = self.at.y + further.y, further.y1
-        if back(f.problem) > 0.0:
-            y, y1 = y * -1.0 + lift, y1 * -1.0
-        return rest_over(self.problem, self.design, errors, y, y1)
-
-    @cached_property
-    def design(self) -> Designs:
-        (further,) = self.error.problem.setup.mechanism.further
-        return further.seen(self.error.design)
-
-    def ahead(self, turned: Sloped) -> Sloped:
-        """How far ahead of the first contact it touches at the same cam angle."""
-        there = as_sloped(0.0, turned)
-        guess = turned - self.rest(there).turned
-        most = ROOM * (turned.value.largest_magnitude + guess.value.largest_magnitude)
-        there, inside = as_sloped(Interval(-most, most), turned), np.ones(most.shape, dtype=bool)
-        for _ in range(FINER):  # a contraction by the share that errors are of the cam
-            of = self.rest(there).turned
-            found = turned - of  # of errors that both have in common little is left
-            inside &= (found.value.low >= there.value.low) & (found.value.high <= there.value.high)
-            there = replace(there, value=_where(inside, found.value), at=_where(inside, found.at))
-        slope = 1.0 / (self._by_place(of) + 1.0)
-        return by_chain(there.value, there.at, [(turned, slope), (of, slope * -1.0)])
-
-    def _by_place(self, of: Sloped) -> Interval:
-        """The slope of where the cam touches by the place."""
-        keys, found = [*self.error.errors], as_interval(of.slopes[0])
-        if BORE_WAY in keys:
-            found = found + of.slopes[1 + keys.index(BORE_WAY)] * self.error.problem.design.sense
-        return found
-
-
-def _where(known: Any, value: Interval) -> Interval:
-    return Interval(np.where(known, value.low, np.nan), np.where(known, value.high, np.nan))
+def pair_rest(f: PairError, at: Place) -> Rest:
+    """Where a follower rests that stands in the middle, as the first contact touches."""
+    first, second = f.contacts
+    own = rest_over(first, f.design, own_errors(f.problem, 0, f.errors), at.y, at.y1)
+    other = ContactAhead(f.problem, 1, second, f.design, f.errors, at)
+    return Rest((own.moved + other.moved(other.ahead(own.turned))) * 0.5, own.turned)
 
 
 @dataclass(frozen=True)
