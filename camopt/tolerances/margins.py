@@ -12,12 +12,13 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import degrees, inf, isfinite
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
 
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import concatenate
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.limit import Limit, QuantityLimit
@@ -26,25 +27,24 @@ from camopt.problem.problem import Problem, exactly
 from camopt.problem.settings import toleranced
 from camopt.problem.variables import Variable, variables_of
 from camopt.problem.zones import MOST_CORNERED, MOST_LINKS, Off, all_moved, corners, number_zones, of_train
-from camopt.quantities import QUANTITIES
+from camopt.quantities import AT_LEAST, QUANTITIES
 from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import NUMBERED, Zone
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tolerances.interference import NO_INTERFERENCE, Interference
 from camopt.tolerances.limited import limited, worst_of
-from camopt.tolerances.turn import TurnErrors
-from camopt.tolerances.two_contacts import off_apart
 from camopt.verdicts.claim_boxes import Answer, Ends
 from camopt.verdicts.limit_boxes import ends_within, limit_over_box
 from camopt.verdicts.train_boxes import enters_train
-from camopt.verdicts.words import BROKEN, HELD
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 GAPS = (1e-9, 1e-6, 1e-3)
 """Relative, of the worst value: by no more than this a cam may be worse, the first that is proved."""
 WORSE = 8
 """How often a worse cam than the worst so far is taken for it."""
-INTERFERENCE, NO_INTERFERENCE = "drive.interference", 1e-12
+INTERFERENCE = "drive.interference"
 LOST = 1e-6
 """Of the nominal value: with no interference a preload, and what is in proportion to it, is less, which is none."""
 SECONDS, TRAIN_SECONDS = 20.0, 5.0
@@ -110,15 +110,18 @@ class Box:
     zones: Mapping[str, Zone]
     """Of those numbers, by key of the scene."""
     variables: Mapping[str, Variable]
+    apart: Interference | None = None
+    """That of two contacts: between the ends of its zone, whatever sizes a cam has, in all that is proved."""
 
     @classmethod
     def of(cls, scene: Scene, problem: Problem) -> "Box":
-        zones = number_zones(scene, problem.nominal)
+        zones, apart = number_zones(scene, problem.nominal), None
         if INTERFERENCE in problem.nominal and problem.setup.mechanism.further:
-            zones[INTERFERENCE] = _interference(scene, problem, zones.get(INTERFERENCE))
+            apart = Interference.of(scene, problem, problem.nominal[INTERFERENCE], zones.get(INTERFERENCE))
+            zones[INTERFERENCE] = apart.zone
         variables = {each.key: each for each in problem.variables if each.key in zones}
         of_fields = {v.field: zones[key] for key, v in variables.items() if v.is_ranged or zones[key].moves}
-        return cls(toleranced(exactly(replace(problem, zones=of_fields, offs=()))), zones, variables)
+        return cls(toleranced(exactly(replace(problem, zones=of_fields, offs=()))), zones, variables, apart)
 
     @cached_property
     def margins(self) -> tuple[Margin, ...]:
@@ -178,6 +181,11 @@ class Box:
         worst, gap = found[_worst(limit, found)], None
         verdict = self._verdict(limit, max(each.excess for each in found))
         worst, gap = self._proved(limit, worst)
+        if self.apart is not None:
+            made, side = self._made(limit, worst, self.apart), -1.0 if limit.relation == AT_LEAST else 1.0
+            gap = None if gap is None else gap + max(side * (worst.value - made.value), 0.0)
+            verdict = BROKEN if made.excess > 0.0 else UNDECIDED if verdict == BROKEN else verdict
+            worst = made
         name, nominal = limit.shown[0] if limit.shown else "", float(self._found(limit, self.tried)[1][0])
         about = limit.name, name, limit.relation, limit.bound, nominal
         numbers = self._numbers(worst)
@@ -204,6 +212,16 @@ class Box:
             excess, values = self._found(limit, cams, problem)
         place = worst_of(limit, excess, values)
         return Cam(problem, cams.take([place]), float(excess.max()), float(values[place]))
+
+    def _made(self, limit: Limit, worst: Cam, apart: Interference) -> Cam:
+        """The worst of the cams that were tried with a train, each with an interference that its own sizes have."""
+        cams, field = concatenate([self.tried, worst.design]), self.variables[INTERFERENCE].field
+        nominal = self.problem.design.values
+        off = {k: cams.values[v.field] - nominal[v.field] for k, v in self.variables.items() if v.field in self.own}
+        cams = cams.with_values({field: np.clip(cams.values[field], *apart.within(off))})
+        excess, values = self._found(limit, cams, worst.problem)
+        place = worst_of(limit, excess, values)
+        return Cam(worst.problem, cams.take([place]), float(excess.max()), float(values[place]))
 
     def _enters_train(self, limit: Limit) -> bool:
         """Whether trains that are off change a limit."""
@@ -267,18 +285,6 @@ class Box:
                 break
             share = larger
         return worst, None
-
-
-def _interference(scene: Scene, problem: Problem, zone: Zone | None) -> Zone:
-    """The zone of the interference with which two contacts are mounted, and of what errors of both add to it.
-
-    None of it is below 0: what a clearance does no preload tells.
-    """
-    between = off_apart(scene, problem, TurnErrors(scene, problem).nodes)
-    unit = degrees(1.0) if problem.setup.angular else 1.0
-    lower, upper = (0.0, 0.0) if zone is None else (zone.lower, zone.upper)
-    least = NO_INTERFERENCE - problem.nominal[INTERFERENCE]
-    return Zone(max(lower + unit * between.least, min(least, 0.0)), upper + unit * between.most, 0.0)
 
 
 def _is_lost(numbers: Mapping[str, float]) -> bool:

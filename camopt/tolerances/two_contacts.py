@@ -160,23 +160,45 @@ def off_apart(scene: Scene, problem: Problem, angles: FloatArray) -> Between:
     return Between(*(sum((each[end] for _, each in found), none) for end in (0, 1)))
 
 
+class AnswerApart(NamedTuple):
+    """What errors of a tolerance make of s, at cam angles, and between which values they are."""
+
+    key: str
+    rows: FloatArray
+    """For each of the errors that the tolerance is of, (k, m)."""
+    lower: float
+    upper: float
+
+    @property
+    def between(self) -> Between:
+        return Between(*np.sort([self.lower * self.rows, self.upper * self.rows], axis=0).sum(axis=1))
+
+    def of(self, off: FloatArray | None, end: int) -> FloatArray:
+        """What it makes at least (0) or at most (1); of cams (n,) that are off so, at all of them, (n, m)."""
+        return self.between[end] if off is None else np.multiply.outer(off, self.rows.sum(axis=0))
+
+
 def apart_by(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[tuple[str, Between]]:
-    """What each tolerance makes of it, by its key."""
+    """What each tolerance makes of s, by its key."""
+    for each in answers_apart(scene, problem, angles):
+        yield each.key, each.between
+
+
+def answers_apart(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[AnswerApart]:
+    """The answers of s to all that tolerances are of; that of the bore is in the direction with the largest."""
     answers, given = PairResponses(problem, angles), scene.tolerances
     zones = {key: (zone.lower, zone.upper) for key, zone in tool_zones(scene, problem.nominal).items()}
     if given.profile is not None:
         zones["profile"] = -given.profile, given.profile
-    for key, (lower, upper) in zones.items():
+    for key, ends in zones.items():
         if not is_of_train(key):
             every = [answers.apart(at) for at in errors_at(problem.setup.mechanism, key).values()]
-            ends = [np.sort([lower * each, upper * each], axis=0) for each in every]
-            yield key, Between(*np.sum(ends, axis=0))
-    if given.bore_eccentricity is not None:
-        most = given.bore_eccentricity * np.hypot(*(first[0] + second[0] for first, second in answers.bores))
-        yield BORE, Between(-most, most)
-    for key, sizes in _base_zones(scene, problem).items():
-        moved = sizes * _slope_of_start(problem)[key]
-        yield key, Between(*(end + np.zeros(angles.size) for end in (moved.min(), moved.max())))
+            yield AnswerApart(key, np.array(every), *ends)
+    if (bore := given.bore_eccentricity) is not None:
+        most = np.hypot(*(first[0] + second[0] for first, second in answers.bores))
+        yield AnswerApart(BORE, most[None], -bore, bore)
+    for key, (lower, upper) in _base_zones(scene, problem).items():
+        yield AnswerApart(key, np.full((1, angles.size), _slope_of_start(problem)[key]), lower, upper)
 
 
 def fastest_apart(scene: Scene, problem: Problem, angles: FloatArray) -> FloatArray:
@@ -197,11 +219,11 @@ def fastest_apart(scene: Scene, problem: Problem, angles: FloatArray) -> FloatAr
     return found
 
 
-def _base_zones(scene: Scene, problem: Problem) -> dict[str, FloatArray]:
+def _base_zones(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
     """By how much base radii may be off, mm."""
     zones = number_zones(scene, problem.nominal)
     return {
-        key: np.array([zones[key].lower, zones[key].upper])
+        key: (zones[key].lower, zones[key].upper)
         for key in ("cam.base_radius", "drive.base_radius")
         if key in zones
     }

@@ -20,6 +20,7 @@ from camopt.problem.problem import resolve_design
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.two_contacts import apart
 from camopt.tolerances.held import plays
+from camopt.tolerances.interference import Interference
 from camopt.tolerances.touching import contact_of
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import PairCams, PairResponses, off_apart, own_errors
@@ -253,6 +254,36 @@ def test_what_is_left_of_the_preload_is_the_interference_and_its_tolerances(ever
     made = found.worst_cam("contact_stress")
     assert camopt.evaluate(made)["contact_stress_max_MPa"] == pytest.approx(margin.worst, rel=1e-9)
     assert margin.worst > margin.nominal * 1.2
+
+
+def test_the_worst_cam_has_an_interference_that_its_own_sizes_give_and_the_gap_is_to_that_of_any(every):
+    """Other errors at the ends that hold both contacts furthest apart, by exact contact at each cam angle."""
+    scene, found = every
+    margin, problem = next(each for each in found.margins if each.limit == "contact_stress"), resolve_design(scene)
+    angles, design, arm = TurnErrors(scene, problem).nodes, problem.design, scene.to_dict()["drive"]["arm_length"]
+    c = design.centre_distance[0]
+    interference = Interference.of(scene, problem, 0.01, None)
+
+    def most(sizes):
+        errors = {key: by + np.zeros(angles.size) for key, by in sizes.items() if key != "drive.base_radius"}
+        for key, end in (("profile", 0.004), (f"profile{SECOND}", 0.004), ("disc_phase", np.radians(0.02))):
+            errors[key] = end * np.sign(PairCams(problem).at({key: end}, angles)[1])
+        ways = ({"bore_eccentricity_way": np.full(angles.size, way)} for way in np.linspace(-np.pi, np.pi, 73))
+        bores = ({**way, "bore_eccentricity": EVERY["bore_eccentricity"]} for way in ways)
+        apart = max(PairCams(problem).at(errors | each, angles)[1].max() for each in bores)
+        starts = (
+            np.arccos((c**2 + arm**2 - (78.0 + by) ** 2) / (2 * c * arm))
+            for by in (0.0, sizes["drive.base_radius"])
+        )
+        return 0.01 + np.degrees(apart - next(starts) + next(starts))
+
+    sizes = {key: margin.sizes[key] - problem.nominal[key] for key in margin.sizes if key != "drive.interference"}
+    assert margin.sizes["drive.interference"] == pytest.approx(most(sizes), rel=1e-3)
+    others = {key: -by for key, by in sizes.items()}
+    least = interference.within({key: np.array([by]) for key, by in others.items()}).most
+    assert least == pytest.approx(most(others), rel=1e-3)
+    assert least < 0.6 * margin.sizes["drive.interference"]
+    assert 1e-4 < margin.gap / margin.worst < 3e-3  # the interference of any cam, with the sizes of any other
 
 
 SMOOTH = {key: each for key, each in EVERY.items() if key not in ("profile", "drive.base_radius")}
