@@ -1,9 +1,10 @@
 """The largest error of the motion of each of many cams, exact at its cam angle.
 
 Where it is, the first order says: the answers of the motion at some cam angles times the errors of a cam, one
-matrix product for all cams. There, and beside it, the exact error is computed, and again at the top of the parabola
-through three of these. What is found is the true error of the cam at some angle, and so never more than its largest
-one; ``missed`` says by how much it is less on some of the cams, by a dense scan of exact errors.
+matrix product for all cams. There the exact error is computed, and at the top of the parabola through these of
+three places; where that is beside a joint of the motion, at the joint too. What is found is the true error of the
+cam at some angle, and so never more than its largest one; ``missed`` says by how much it is less on some of the
+cams, by a dense scan of exact errors.
 """
 
 from collections.abc import Callable, Iterator
@@ -26,6 +27,8 @@ NODES = 480
 """Cam angles at which the first order is looked at, at least."""
 OF_A_WAVE = 12
 """And in a wave of the profile's error."""
+NEAR = 2.0
+"""How many steps between these a joint of the motion is away from the largest error that may be at it."""
 DWELL_NODES = 24
 AT_ONCE = 2**12
 """Cams: what is computed of them stays in the cache of a processor."""
@@ -54,6 +57,11 @@ class Screen:
     """In their order, (m,)."""
     answers: FloatArray
     """(errors, m), of real and imaginary parts one after the other."""
+
+    @cached_property
+    def widest(self) -> float:
+        """The largest step between places."""
+        return float(np.diff(self.places).max())
 
     def first_order(self, off: Off) -> FloatArray:
         """The errors of cams to first order, (n, m)."""
@@ -117,8 +125,10 @@ class LargestErrors:
         found = _climbed(errors, off, screen.places, np.abs(screen.first_order(off)))
         for place in self._beside_jumps(order):
             found = _larger(found, _at(errors, off, np.full(found.place.size, place)))
-        nearest = self._joints[np.abs(found.place[:, None] - self._joints).argmin(axis=1)]
-        return _larger(found, _at(errors, off, self._touched(off, nearest)))
+        away = np.abs(found.place[:, None] - self._joints)
+        some = np.flatnonzero(away.min(axis=1) <= NEAR * screen.widest)
+        near, joint = taken(off, some), self._joints[away[some].argmin(axis=1)]
+        return _raised(found, some, _at(errors, near, self._touched(near, joint)))
 
     @cached_property
     def _joints(self) -> FloatArray:
@@ -129,7 +139,7 @@ class LargestErrors:
     def angle(self, off: Off, largest: Largest, cam: int) -> float:
         """The cam angle at which a cam has its largest error, deg."""
         one = slice(cam, cam + 1)
-        touched = self.cams.motion(taken(off, one), largest.place[one], 0).angle.terms[0]
+        touched = self.cams.angle(taken(off, one), largest.place[one])
         return float(np.degrees(self.cams.within(touched)[0]))
 
     def at(self, off: Off, angle: float, order: int) -> FloatArray:
@@ -198,12 +208,11 @@ def taken(off: Off, index: IntArray | slice) -> Off:
 
 def _climbed(errors: Errors, off: Off, places: FloatArray, first: FloatArray) -> Largest:
     """The largest error of each cam, from what it is to first order at some places."""
-    top = first.argmax(axis=1)
-    below, best, above = (_at(errors, off, places[np.clip(top + by, 0, places.size - 1)]) for by in (-1, 0, 1))
-    between = _at(errors, off, np.clip(_top(below, best, above), below.place, above.place))
-    for each in (below, above, between):
-        best = _larger(best, each)
-    return best
+    cams, top = np.arange(len(first)), first.argmax(axis=1)
+    beside = [np.clip(top + by, 0, places.size - 1) for by in (-1, 0, 1)]
+    below, best, above = (Largest(first[cams, each], places[each]) for each in beside)
+    between = np.clip(_top(below, best, above), below.place, above.place)
+    return _larger(_at(errors, off, best.place), _at(errors, off, between))
 
 
 def _at(errors: Errors, off: Off, places: FloatArray) -> Largest:
@@ -223,6 +232,13 @@ def _larger(one: Largest, other: Largest) -> Largest:
     """The larger error of each cam; one that is no number is the largest."""
     second = ~(other.error <= one.error) & ~np.isnan(one.error)
     return Largest(*(np.where(second, b, a) for a, b in zip(one, other, strict=True)))
+
+
+def _raised(found: Largest, some: IntArray, other: Largest) -> Largest:
+    """With the larger error of each of some cams."""
+    error, place = (each.copy() for each in found)
+    error[some], place[some] = _larger(Largest(error[some], place[some]), other)
+    return Largest(error, place)
 
 
 def _each(off: Off, work: Callable[[Off], Work]) -> Iterator[Work]:

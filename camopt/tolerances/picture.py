@@ -75,7 +75,7 @@ def _worst_cam(axes: Any, turn: TurnErrors, order: int, what: "MotionErrors") ->
     off = off_of(what.worst_case.errors, places.size)
     cams, unit = cams_of(turn.problem, 0), shown(scale(turn.problem.setup, order), what.errors[order].unit)
     with np.errstate(all="ignore"):
-        angles = cams.within(cams.motion(off, places, 0).angle.terms[0])
+        angles = cams.within(cams.angle(off, places))
         values = unit * cams.errors(off, places, order)
     if not np.isfinite(worst(turn.sampled, order)).all():
         return

@@ -76,7 +76,10 @@ class RealCams:
     def errors(self, off: Off, places: FloatArray, order: int) -> FloatArray:
         """The errors of position, velocity or acceleration (order 0, 1, 2) of cams (n,), where each is touched at
         the cam angle of ``places`` (n,), rad; in mm or rad by powers of rad."""
-        moved = self.motion(off, places, order)
+        return self.beyond(self.motion(off, places, order), order)
+
+    def beyond(self, moved: RealMotion, order: int) -> FloatArray:
+        """By how much a derivative of real motions is off that of the motion that is asked, at its cam angles."""
         asked = self.problem.programme.tool.at(self.within(moved.angle.terms[0]))[order]
         zero = self._tool_zero if order == 0 else 0.0
         return np.asarray(moved.by_angle(order) - (asked + zero))
@@ -89,8 +92,12 @@ class RealCams:
         """The places where cams are touched at cam angles."""
         places = angles
         for _ in range(TOUCHES):
-            places = places - (self.motion(off, places, 0).angle.terms[0] - angles)
+            places = places - (self.angle(off, places) - angles)
         return places
+
+    def angle(self, off: Off, places: FloatArray) -> FloatArray:
+        """The cam angles at which cams are touched at places, rad."""
+        return np.asarray(self._rest(off, places, 0).angle.terms[0] - off.get("phase", 0.0))
 
     def motion(self, off: Off, places: FloatArray, order: int) -> RealMotion:
         """The motion at these places, with derivatives up to an order."""

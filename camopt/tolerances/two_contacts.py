@@ -316,9 +316,12 @@ class RealPairs(RealCams):
     def errors(self, off: Off, places: FloatArray, order: int) -> FloatArray:
         first, second = self.contacts
         own, other = (own_errors(self.problem, place, off) for place in (0, 1))
-        angles = first.motion(own, places, 0).angle.terms[0]
-        moved = back(self.problem) * second.errors(other, second.touched(other, angles), order)
-        return (first.errors(own, places, order) - moved) / 2.0
+        moved = first.motion(own, places, order)
+        back_at = second.touched(other, moved.angle.terms[0])
+        return (first.beyond(moved, order) - back(self.problem) * second.errors(other, back_at, order)) / 2.0
+
+    def angle(self, off: Off, places: FloatArray) -> FloatArray:
+        return self.contacts[0].angle(own_errors(self.problem, 0, off), places)
 
     def motion(self, off: Off, places: FloatArray, order: int) -> RealMotion:
         """The cam angle by the place, and to order 0 the tool."""
