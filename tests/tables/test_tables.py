@@ -1,10 +1,15 @@
 """Tables of designs: what was asked beside its limit, nothing that is 0 whatever the design, on any screen."""
 
+from io import StringIO
 from pathlib import Path
 
 import pytest
+import rich.table
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
 
 from camopt import evaluate, find_scene, optimise, sweep
+from camopt.cli.grid import least_width, lines_of
 from camopt.cli.main import main
 from camopt.cli.terminal import show
 from camopt.drawing.picture import four_digits
@@ -14,7 +19,7 @@ from camopt.reporting.sections import limits_sheet, signed
 from camopt.sheet.marks import decimal as sheet_number
 from camopt.tables.cells import number, quantity
 from camopt.tables.columns import bounds_shown, columns_of, is_nothing, with_law
-from camopt.tables.layout import table_of
+from camopt.tables.layout import ABOUT, NUMERIC, VALUE, Cell, Table, table_of
 
 ZEROS = [
     ("pressure_angle_max_deg", 4.97e-13, "0"),
@@ -181,3 +186,25 @@ def test_nothing_is_cut_off_at_any_width(capsys, monkeypatch, width):
     assert title in text
     for word in (*laws, "43.75", "≥ 20", "pressure_angle,", "pressure_angle_return"):
         assert word in text
+
+
+LAWS = "a law whose name is long, cycloidal, poly345"
+ROWS = [["β", "−12.5", "30 deg", LAWS], ["two\nlines", "7", "0.125", "模, 凸輪"], ["", "", "", ""]]
+
+
+@pytest.mark.parametrize("headed", [True, False])
+@pytest.mark.parametrize("room", [200, 60, 44])
+def test_tables_are_laid_out_as_rich_does_it(headed, room):
+    kinds = {"left": {"no_wrap": True}, "justify": {"justify": "right", "no_wrap": True}}
+    columns = {"name": kinds["left"], "value\nmm": kinds["justify"], "of it": {"justify": "right"}, "about": {}}
+    heads = zip(columns, ["", NUMERIC, VALUE, ABOUT], strict=True)
+    table = Table.of("", [Cell(text if headed else "", kind) for text, kind in heads], ROWS)
+    other = rich.table.Table(show_header=headed, box=SIMPLE_HEAD if headed else None, pad_edge=False)
+    for name, options in columns.items():
+        other.add_column(name, vertical="bottom" if headed else "top", **options)
+    for row in ROWS:
+        other.add_row(*row)
+    console = Console(width=room, highlight=False, markup=False, emoji=False, file=StringIO())
+    console.print(other, crop=False)
+    assert least_width(table) <= room
+    assert [*lines_of(table, room, lambda text, _: text)] == console.file.getvalue().splitlines()
