@@ -394,8 +394,6 @@ class _Drawn:
     @cached_property
     def moving(self) -> Off:
         """The errors that move the tool."""
-        if self.problem.setup.mechanism.further and self.problem.setup.train is not None:
-            return {}  # what both contacts do comes through no train here
         return {key: each for key, each in self.off.items() if moves_tool(key.removesuffix(SECOND))}
 
     @cached_property

@@ -80,9 +80,11 @@ class RealCams:
 
     def beyond(self, moved: RealMotion, order: int) -> FloatArray:
         """By how much a derivative of real motions is off that of the motion that is asked, at its cam angles."""
-        asked = self.problem.programme.tool.at(self.within(moved.angle.terms[0]))[order]
-        zero = self._tool_zero if order == 0 else 0.0
-        return np.asarray(moved.by_angle(order) - (asked + zero))
+        return moved.by_angle(order) - self._asked(self.within(moved.angle.terms[0]), order)
+
+    def _asked(self, angles: FloatArray, order: int) -> FloatArray:
+        """Where the tool is asked to be, from where the train starts, or a derivative of it."""
+        return np.asarray(self.problem.programme.tool.at(angles)[order] + (self._tool_zero if order == 0 else 0.0))
 
     def within(self, angles: FloatArray) -> FloatArray:
         """Cam angles within the turn, rad."""

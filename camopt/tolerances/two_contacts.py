@@ -19,7 +19,7 @@ Another base radius has the motion that is asked, and moves the roller by âˆ‚sâ‚
 Source: Rothbart, Cam Design Handbook, ch. 3 (conjugate and yoke cams).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -50,6 +50,7 @@ from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends
 
 TOUCHES = 3
 """How often the place is found anew that is touched at a cam angle."""
+FACTORIALS = 1.0, 1.0, 2.0
 STEP = 1e-6
 """Of a base radius, relative, for the slope of where its roller stands."""
 
@@ -124,6 +125,8 @@ class PairResponses:
         """To an error of one key, to its real and its imaginary part."""
         if key == BORE:
             return tuple(self.through_train((first - second) / 2.0) for first, second in self.bores)
+        if is_of_train(key):
+            return (Responses(self.problem, self.angles).to_number(key),)
         at = errors_at(self.problem.setup.mechanism, key.removesuffix(SECOND))[key]
         if not (waves and key.startswith("profile")):
             return (self.to(at),)
@@ -314,20 +317,38 @@ class RealPairs(RealCams):
         return first, second
 
     def errors(self, off: Off, places: FloatArray, order: int) -> FloatArray:
-        first, second = self.contacts
-        own, other = (own_errors(self.problem, place, off) for place in (0, 1))
-        moved = first.motion(own, places, order)
-        back_at = second.touched(other, moved.angle.terms[0])
-        return (first.beyond(moved, order) - back(self.problem) * second.errors(other, back_at, order)) / 2.0
+        own, train = self._own(0, off), self.problem.setup.train
+        first = self.contacts[0].motion(own, places, order)
+        if train is None:
+            return next(self._moved(first, off, [order]))
+        orders, angles = range(order + 1), self.within(first.angle.terms[0])
+        asked = zip(self.problem.programme.at(angles), self._moved(first, off, orders), FACTORIALS, strict=False)
+        follower = Taylor([(stands + moved) / factor for stands, moved, factor in asked])
+        tool = self.problem.train_off(off).tool(follower + self._follower_zero).terms[order]
+        return np.asarray(tool * FACTORIALS[order] - self._asked(angles, order))
 
     def angle(self, off: Off, places: FloatArray) -> FloatArray:
-        return self.contacts[0].angle(own_errors(self.problem, 0, off), places)
+        return self.contacts[0].angle(self._own(0, off), places)
 
     def motion(self, off: Off, places: FloatArray, order: int) -> RealMotion:
         """The cam angle by the place, and to order 0 the tool."""
-        found = self.contacts[0].motion(own_errors(self.problem, 0, off), places, order)
-        asked = self.problem.programme.at(self.within(found.angle.terms[0]))[0]
-        return RealMotion(found.angle, Taylor([asked + self.errors(off, places, 0)])) if order == 0 else found
+        found = self.contacts[0].motion(self._own(0, off), places, order)
+        if order > 0:
+            return found
+        asked = self._asked(self.within(found.angle.terms[0]), 0)
+        return RealMotion(found.angle, Taylor([asked + self.errors(off, places, 0)]))
+
+    def _moved(self, first: RealMotion, off: Off, orders: Iterable[int]) -> Iterator[FloatArray]:
+        """The errors of the follower, in the middle of both contacts, and their derivatives by the cam angle."""
+        (one, second), other = self.contacts, self._own(1, off)
+        places = second.touched(other, first.angle.terms[0])
+        for order in orders:
+            moved = back(self.problem) * second.errors(other, places, order)
+            yield (one.beyond(first, order) - moved) / 2.0
+
+    def _own(self, place: int, off: Off) -> Off:
+        """Errors as a contact has them."""
+        return own_errors(self.problem, place, {key: each for key, each in off.items() if not is_of_train(key)})
 
 
 def cams_of(problem: Problem, waves: int) -> RealCams:

@@ -1,7 +1,7 @@
 """Tolerances of followers that are held from both sides: rigid bodies put on dense discs by trial, closed forms."""
 
 import json
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -19,15 +19,17 @@ from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import resolve_design
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.two_contacts import apart
+from camopt.tolerances.draw import drawn
 from camopt.tolerances.held import plays
 from camopt.tolerances.interference import Interference
 from camopt.tolerances.touching import contact_of
-from camopt.tolerances.turn import TurnErrors
-from camopt.tolerances.two_contacts import PairCams, PairResponses, off_apart, own_errors
+from camopt.tolerances.turn import TurnErrors, worst
+from camopt.tolerances.two_contacts import PairCams, PairResponses, RealPairs, errors_of, off_apart, own_errors
 from camopt.tolerances.worst_case import Proof
 from camopt.tolerances.worst_pairs import worst_search
 from camopt.verdicts.claim_boxes import Parts
-from tests.measured.test_pair_inspection import drawn, held
+from tests.measured.test_pair_inspection import drawn as pair_drawn
+from tests.measured.test_pair_inspection import held
 
 ANGLES = np.radians([25.0, 81.0, 150.0, 222.0, 301.0])
 DENSE = np.arange(0.0, 360.0, 0.05)
@@ -38,7 +40,7 @@ OFF = {"profile": 0.02, "bore_eccentricity": 0.03, "phase": 0.05, "disc_phase": 
 @cache
 def discs(kind):
     """The discs of a scene, dense: points and normals in the frame of the cam."""
-    scene, _ = drawn(kind)
+    scene, _ = pair_drawn(kind)
     points = camopt.cam_points(scene, DENSE)
     names = ("profile", "second_profile") if scene.mechanism.second_keys else ("profile", "profile")
 
@@ -74,7 +76,7 @@ CASES = {
 @pytest.mark.parametrize("kind", ["translating", "oscillating"])
 def test_both_contacts_are_where_rigid_followers_rest_on_each_disc(kind, case):
     """By trial against a polygon of 7,200 points, less what that gives of the discs without errors."""
-    scene, errors = drawn(kind)[0], CASES[case]
+    scene, errors = pair_drawn(kind)[0], CASES[case]
     if case == "second profile":
         errors = {f"profile{SECOND}": -0.02}
     problem, made, exact = resolve_design(scene), cut(scene, kind, errors), cut(scene, kind, {})
@@ -325,6 +327,30 @@ def test_a_batch_of_pairs_has_the_variances_of_first_order(every):
         assert spread.variances[key] == pytest.approx(share, abs=0.06)
     assert spread.worst < error.worst
     assert spread.of_99_73 == pytest.approx(error.three_sigma, rel=0.15)
+
+
+FOUR_BAR = {"stage": "four-bar", "crank": 60, "coupler": 130, "rocker": 75, "ground": 140, "angle": 70}
+
+
+def test_a_batch_of_pairs_behind_a_train_has_the_motion_of_the_exact_contact_of_both():
+    """Velocity and acceleration by differences of it; links are off too."""
+    given = {**SMOOTH, "profile": 0.004, "train.1.coupler": 0.05}
+    scene = pair_of().replace(train=[FOUR_BAR], limits={}, tolerances=given)
+    problem, places, step = resolve_design(scene), np.array([0.7, 1.9, 3.2, 4.4, 5.8]), 1e-4
+    off = drawn(scene, problem.nominal, places.size, 3, partial(errors_of, problem))
+    cams, search = RealPairs(problem, 0), worst_search(TurnErrors(scene, problem))
+    angles, bore = cams.motion(off, places, 0).angle.terms[0], off["bore_eccentricity"]
+
+    def exact(theta):
+        way = np.angle(bore) + problem.design.sense * theta
+        return search.error({**off, "bore_eccentricity": np.abs(bore), "bore_eccentricity_way": way}, theta)
+
+    before, at, after = (exact(angles + side * step) for side in (-1, 0, 1))
+    np.testing.assert_allclose(cams.errors(off, places, 0), at, rtol=1e-9)
+    np.testing.assert_allclose(cams.errors(off, places, 1), (after - before) / (2 * step), rtol=1e-6)
+    np.testing.assert_allclose(cams.errors(off, places, 2), (after - 2 * at + before) / step**2, rtol=6e-3)
+    (found, *_), most = camopt.sample_cams(scene, cams=4).errors, worst(search.turn.sampled, 0).max()
+    assert 0.1 * most < np.radians(found.worst) < most
 
 
 def test_a_disc_of_constant_breadth_has_its_closed_forms(command):
