@@ -1,5 +1,6 @@
 """The JSON Schema of scenes, made from the tables and their docstrings: for editors and linters of TOML."""
 
+from functools import cache
 from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter
@@ -25,7 +26,7 @@ MODELS = {model.__name__: (place, model) for place, model in TABLES.items()}
 
 def scene_schema(site: str = SITE) -> dict[str, Any]:
     """The schema of a whole scene; with links to the reference where the address of the site is known."""
-    made = Scene.model_json_schema()
+    made = dict(_made())
     tables = {name: _described(_shaped(each), *MODELS[name], site) for name, each in made.pop("$defs").items()}
     for table, choice in (("Search", NumberChoice), ("Tolerances", GivenTolerance)):
         reads = _Reads(table.lower(), choice, sizes=table == "Tolerances", site=site)
@@ -41,10 +42,16 @@ def scene_schema(site: str = SITE) -> dict[str, Any]:
 
 def table_schema(place: str) -> dict[str, Any]:
     """What the keys of a table allow, by key."""
-    made = Scene.model_json_schema()
+    made = _made()
     table = made if place == "" else made["$defs"][TABLES[place].__name__]
     properties: dict[str, Any] = _shaped(table)["properties"]
     return properties
+
+
+@cache
+def _made() -> dict[str, Any]:
+    """What pydantic makes of the tables, which takes it a tenth of a second."""
+    return Scene.model_json_schema()
 
 
 def _shaped(schema: Any) -> Any:
