@@ -33,26 +33,32 @@ def extreme_of(
 
     Its cam angle is as exact as its value only if ``located``. ``floor`` is that of ``Precision``.
     """
-    found, count, outwards = infinite(case, peak), len(case.designs), -1.0 if peak.goal == LEAST else 1.0
+    count, outwards = len(case.designs), -1.0 if peak.goal == LEAST else 1.0
     index = np.flatnonzero(np.broadcast_to(sound, count) & (not peak.jumps(case.programme)))
     if not index.size:
-        return found
+        return infinite(case, peak)
     some = case if index.size == count else replace(case, designs=case.designs.take(index))
     numbers = [k for k, (_, kinds) in enumerate(peak.curves) if np.any(case.programme.table.kind & kinds)]
     each = [
         some.extremes(peak.curves[k][0], [(peak.curves[k][1], peak.goal)], located=located, floor=floor)
         for k in numbers
     ]
-    values = outwards * np.array([f.value[0] for f in each])
-    tops = values + np.array([f.width[0] for f in each])
-    best, chosen = values.argmax(axis=0), np.arange(index.size)
-    far = values[best, chosen]
+    far, top = outwards * each[0].value[0], outwards * each[0].value[0] + each[0].width[0]
+    where, number = each[0].where[0], np.full(index.size, float(numbers[0]))
+    for k, one in zip(numbers[1:], each[1:], strict=True):
+        value = outwards * one.value[0]
+        further = value > far
+        far, top = np.where(further, value, far), np.maximum(top, value + one.width[0])
+        where, number = np.where(further, one.where[0], where), np.where(further, k, number)
     finite = np.isfinite(far)
-    found.value[index] = outwards * far
-    found.width[index] = np.where(finite, tops.max(axis=0) - np.where(finite, far, 0.0), 0.0)
-    found.where[index] = np.array([f.where[0] for f in each])[best, chosen]
-    found.number[index] = np.array(numbers)[best]
-    return found
+    width = np.where(finite, top - np.where(finite, far, 0.0), 0.0)
+    found = ExtremeOfEach(outwards * far, width, where, number)
+    if some is case:
+        return found
+    whole = infinite(case, peak)
+    for column, values in zip(whole, found, strict=True):
+        column[index] = values
+    return whole
 
 
 def as_column(case: Case, peak: Peak, extreme: ExtremeOfEach) -> Bounded:

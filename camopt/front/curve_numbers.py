@@ -14,7 +14,7 @@ from camopt.problem.space import Space
 MOST_CURVES = 2**19  # kept of one motion: some 100 bytes each
 MOST_SUMS = 2**20  # of a radius of the roller and one of the cam, which are sorted: some 130 bytes each
 WORTH = 1.5  # designs a pitch curve, from which on they are worth keeping
-AT_ONCE = 2**15  # pitch curves searched together, or somewhat fewer
+AT_ONCE = 2**16  # pitch curves searched together, or somewhat fewer
 BLOCKS_KEPT = 16  # of which the curves of the designs are kept from one motion to the next
 
 
@@ -55,7 +55,8 @@ class CurveNumbers:
         self.bodies = Bodies(bodies.min(), bodies.max())
         self._of_sums = numbers.ravel()[first]
         self._of_others = self._numbers(strides, self._others).ravel()
-        self.part = -(-len(self) // -(-len(self) // AT_ONCE))
+        parts = -(-len(self) // AT_ONCE)
+        self.part = -(-len(self) // (parts + parts % 2 if parts > 1 else 1))  # as many for each of two threads
         """How many curves are searched together."""
         self._blocks: dict[tuple[int, int], BlockCurves] = {}
 

@@ -80,7 +80,8 @@ class CurveVerdicts:
         self._surely, self._perhaps = (Range(*np.tile([[np.inf], [-np.inf]], count)) for _ in range(2))
         self._columns: Columns = {}
         self._outward: Columns = {}
-        self._half_width, self._no_cost = np.zeros((2, count))
+        self._half_width, self._costs, self._no_cost = np.zeros((3, count))
+        self._exact = True  # whether what is known of curves is as exact as asked
         self._pending = problem.limits
         self._later = () if problem.programme.radii else told_by_curves(problem.limits, wanted)
         named = wanted.union(*(limit.of_curves or () for limit in self._later))
@@ -111,12 +112,10 @@ class CurveVerdicts:
     def _cost(self) -> FloatArray | None:
         """Costs of curves by the one objective in which designs of a size may differ; None if there are more."""
         objectives = self._problem.objectives
-        of_curves = [name for name in objectives if name in self._columns]
-        others = [name for name in objectives if name not in of_curves]
-        exact = np.all(self._half_width <= self._problem.accuracy)
-        if not exact or len(of_curves) > 1 or not all(map(self._is_shared, others)):
+        others = [name for name in objectives if name not in self._columns]
+        if not self._exact or len(objectives) - len(others) > 1 or not all(map(self._is_shared, others)):
             return None
-        return np.asarray(objectives[of_curves[0]] * self._columns[of_curves[0]]) if of_curves else self._no_cost
+        return self._costs
 
     def _window(self, first: int, last: int) -> slice:
         """The sizes of the cam that designs first … last − 1 have: the run of them, or all."""
@@ -196,8 +195,15 @@ class CurveVerdicts:
         self._exists[curves], self._held[where] = exists, found.held
         for kept, columns in ((self._columns, found.rows.columns), (self._outward, found.rows.outward)):
             for name, values in columns.items():
-                kept.setdefault(name, np.zeros(len(self._numbers)))[where] = values  # one, whoever comes first
+                if name not in kept:
+                    kept.setdefault(name, np.zeros(len(self._numbers)))  # one, whoever comes first
+                kept[name][where] = values
+        for name, sign in self._problem.objectives.items():
+            if name in found.rows.columns:
+                self._costs[where] = sign * found.rows.columns[name]
         self._half_width[where], self._pending = found.rows.half_width, found.pending
+        if np.any(found.rows.half_width > self._problem.accuracy):
+            self._exact = False
         for bodies, told in zip((self._surely, self._perhaps), bodies_of(found, self._numbers.bodies), strict=True):
             bodies.least[where], bodies.most[where] = told
         self._known[part] = True

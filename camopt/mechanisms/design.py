@@ -15,7 +15,7 @@ from camopt.motion.contact import ProfileContact as OnProfile
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import as_interval
-from camopt.numerics.stable import lost_by_sum
+from camopt.numerics.stable import exact_sum
 
 ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
@@ -139,8 +139,8 @@ def drawn_by_point(designs: Designs) -> Designs:
     Curves take the sum of size and roller radius to its last digit. What rounding takes off the prime radius stays
     as a tiny "roller radius", so that the sum is the same, and equal designs come of pitch curves that are equal.
     """
-    prime = designs.prime_radius
-    return replace(designs, size=prime, roller_radius=lost_by_sum(designs.size, designs.roller_radius))
+    prime, lost = exact_sum(designs.size, designs.roller_radius)
+    return replace(designs, size=prime, roller_radius=lost)
 
 
 def without_roller(designs: Designs) -> Designs:

@@ -38,16 +38,16 @@ def sum_of(*terms: Any) -> Any:
         return Interval(sum_of(*(x.low for x in ends)), sum_of(*(x.high for x in ends)))
     total, lost = terms[0], 0.0
     for term in terms[1:]:
-        lost = lost + lost_by_sum(total, term)
-        total = total + term
+        total, more = exact_sum(total, term)
+        lost = lost + more
     return total + lost
 
 
-def lost_by_sum(a: Any, b: Any) -> Any:
-    """The exact rounding error of a + b (Knuth, The Art of Computer Programming, vol. 2, 4.2.2)."""
+def exact_sum(a: Any, b: Any) -> tuple[Any, Any]:
+    """a + b, and what rounding takes off it (Knuth, The Art of Computer Programming, vol. 2, 4.2.2)."""
     total = a + b
     part = total - a
-    return (a - (total - part)) + (b - part)
+    return total, (a - (total - part)) + (b - part)
 
 
 def difference_of_squares_root(a: Any, b: Any, more: Any = 0.0) -> Any:
@@ -68,6 +68,7 @@ def difference_of_squares_root(a: Any, b: Any, more: Any = 0.0) -> Any:
         a, b, more = as_interval(a), as_interval(b), as_interval(more)
         low = difference_of_squares_root(a.low, b.largest_magnitude, more.low)
         return Interval(low, difference_of_squares_root(a.high, b.least_magnitude, more.high))
-    whole, lost = a + more, lost_by_sum(a, more)  # each factor is a sum as of ``sum_of``
-    less, longer = ((whole + term) + (lost + lost_by_sum(whole, term)) for term in (-b, b))
+    whole, lost = exact_sum(a, more)  # each factor is a sum as of ``sum_of``
+    factors = (exact_sum(whole, term) for term in (-b, b))
+    less, longer = (total + (lost + further) for total, further in factors)
     return np.sqrt(np.maximum(less * longer, 0.0))
