@@ -230,5 +230,7 @@ class Effect:
     """Whether it is about one contact of the follower with a cam, so that of several the worst counts."""
     of_disc: bool = False
     """Whether it is about the one disc that there is: two have none of its quantities."""
+    exact: bool = False
+    """Whether its quantities have no enclosure, so that nothing else depends on whether they are asked for."""
     last: bool = False
     """Whether it costs so much that a limit on its quantities is checked only for designs that meet all others."""

@@ -6,6 +6,7 @@ velocity = ω·y', acceleration = ω²·y'', jerk = ω³·y''' at constant ω; w
 angle themselves. Where a lower derivative jumps a peak is an impulse, and is reported as infinite.
 """
 
+from functools import cache
 from math import degrees
 from typing import Any
 
@@ -29,13 +30,18 @@ MOVE_KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
 
 def _curves(setup: Setup) -> dict[str, tuple[Derivative, int]]:
     """Name of each quantity with its derivative and kinds of stroke."""
-    timed, found = setup.omega is not None, dict[str, tuple[Derivative, int]]()
+    return _named(setup.tool_turns, None if setup.train is None else setup.angular, setup.omega is not None)
+
+
+@cache
+def _named(tool_turns: bool, follower_turns: bool | None, timed: bool) -> dict[str, tuple[Derivative, int]]:
+    """The same for a tool, a follower that drives it, if there is a train between them, and a speed or none."""
+    found = dict[str, tuple[Derivative, int]]()
     for order, name in enumerate(DERIVATIVES, start=1):
         for stroke, kinds in MOVE_KINDS.items():
-            quantity = motion_quantity(name, stroke, angular=setup.tool_turns, timed=timed)
-            found[quantity] = Derivative(order), kinds
-        if setup.train is not None:
-            quantity = motion_quantity(name, AT_FOLLOWER, angular=setup.angular, timed=timed)
+            found[motion_quantity(name, stroke, angular=tool_turns, timed=timed)] = Derivative(order), kinds
+        if follower_turns is not None:
+            quantity = motion_quantity(name, AT_FOLLOWER, angular=follower_turns, timed=timed)
             found[quantity] = Derivative(order, at_follower=True), RISE | RETURN
     return found
 
@@ -94,4 +100,4 @@ def _peak(setup: Setup, made: Derivative, kinds: int) -> Peak:
     return Peak(((made, kinds),), LARGEST_MAGNITUDE, unit, made.jumps)
 
 
-EFFECT = Effect("motion", offers, run, is_of_motion=lambda setup: True, peaks=peaks)
+EFFECT = Effect("motion", offers, run, is_of_motion=lambda setup: True, peaks=peaks, exact=True)

@@ -23,4 +23,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {RADIUS: np.abs(case.setup.mechanism.travel(case.designs, case.programme, angles).trace)}
 
 
-EFFECT = Effect("pitch_circle", offers, run, reads=lambda setup: (PITCH_POINT,), of_contact=True)
+EFFECT = Effect("pitch_circle", offers, run, reads=lambda setup: (PITCH_POINT,), of_contact=True, exact=True)

@@ -67,7 +67,7 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         columns[f"pressure_angle_max_{name}_deg"] = Bounded(angle, top - angle, largest)
     columns["pressure_angle_max_deg"] = Bounded(largest, outer.max(axis=0) - largest, largest)
     if PITCH_POINT in wanted:
-        pitch_point = np.take_along_axis(found.where, angles.argmax(axis=0)[None], axis=0)[0]
+        pitch_point = found.where[angles.argmax(axis=0), np.arange(len(case.designs))]
         columns[PITCH_POINT] = np.degrees(pitch_point)
     if BOTTOM in wanted:
         columns[BOTTOM] = peak_column(case, peaks(case.setup)[BOTTOM])

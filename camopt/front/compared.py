@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from camopt.effects import EFFECTS, effects_needed
 from camopt.engines.progress import Progress
 from camopt.front.blocks import BLOCK
 from camopt.front.pareto import best_of_laws, thinned
@@ -90,8 +91,10 @@ def _renewed(rows: Rows, found: Rows) -> Rows:
 
 
 def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> Rows:
-    """Quantities of designs as ``evaluate`` gives them: what else it is asked for shows in their last digits."""
-    return evaluate_rows(exactly(problem), designs, names | problem.wanted).only(names)
+    """Quantities of designs as ``evaluate`` gives them: what else it encloses shows in their last digits."""
+    asked = effects_needed(names | problem.wanted, problem.setup)
+    enclosed = (of_effect for effect, of_effect in asked.items() if not EFFECTS[effect].exact)
+    return evaluate_rows(exactly(problem), designs, names.union(*enclosed)).only(names)
 
 
 def next_smaller_cams(space: Space, rows: Rows) -> tuple[NDArray[np.intp], Rows]:

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -264,7 +264,7 @@ class QuantityLimit(Limit):
         over = self._of_extreme(peak, columns, designs) if isinstance(peak, Peak) and peak.extremes else None
         if over is None:
             values = [columns[name] for name in self.quantities]
-            value = values[0] if len(values) == 1 else np.max(np.broadcast_arrays(*map(np.abs, values)), axis=0)
+            value = values[0] if len(values) == 1 else reduce(np.maximum, map(np.abs, values))
             with np.errstate(over="ignore"):  # of a bound near 0
                 over = self._side * (value - self.bound) / self._unit(designs) + np.zeros(len(designs))
         return np.where(over == 0.0, np.finfo(float).tiny, over) if self._is_open else over

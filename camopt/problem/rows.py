@@ -114,11 +114,11 @@ def scattered(parts: Iterable[tuple[Any, Rows]], count: int) -> Rows:
     """
     columns: Columns = {}
     for places, rows in parts:
-        for name in rows.columns:
-            values = rows.column(name)
+        for name, values in rows.columns.items():
             if name not in columns:
-                columns[name] = np.empty(count, dtype=object if values.dtype.kind == "U" else values.dtype)
-            columns[name][places] = rows.columns[name]
+                kind = rows.column(name).dtype
+                columns[name] = np.empty(count, dtype=object if kind.kind == "U" else kind)
+            columns[name][places] = values
     return Rows(columns, count)
 
 

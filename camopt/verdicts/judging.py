@@ -196,6 +196,6 @@ def violations(limits: Iterable[Limit], excess: FloatArray) -> NDArray[np.str_]:
     names, last = [limit.name for limit in limits], np.array([limit.last for limit in limits], dtype=bool)
     over = excess > 0.0
     over[last] &= ~np.any(over[~last], axis=0)
-    kinds, which = np.unique(over, axis=1, return_inverse=True)
-    texts = [",".join(n for n, bad in zip(names, kind, strict=True) if bad) for kind in kinds.T]
+    _, one, which = np.unique(np.packbits(over, axis=0), axis=1, return_index=True, return_inverse=True)
+    texts = [",".join(n for n, bad in zip(names, kind, strict=True) if bad) for kind in over[:, one].T]
     return np.array(texts, dtype=str)[which.reshape(-1)]

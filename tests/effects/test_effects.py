@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pandas as pd
 import pytest
@@ -9,13 +10,15 @@ from support.pages import ALL
 
 from camopt import BadInput, find_scene, optimise
 from camopt.cli.main import main
-from camopt.effects import EFFECTS, effects_needed
+from camopt.effects import EFFECTS, Case, effects_needed
+from camopt.effects.case import Bounded, nothing
 from camopt.problem.problem import resolve
 from camopt.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
 from camopt.scene.limits import ShortLimits
 from camopt.scene.tables import Dynamics, Materials
 from camopt.smallest.sized import sized
 from camopt.studies.cost_report import cost_report
+from camopt.verdicts.running import run_effects
 
 TRAIN = {
     "cam.rpm": 300,
@@ -46,6 +49,17 @@ def test_without_outputs_motion_and_geometry_run_and_nothing_else():
     assert {"force", "thrust", "hertz", "torque", "vibration"} <= found.idle.keys()
     assert found.idle["force"] == ()
     assert cost_report(find_scene("exhaust-valve")).idle["force"] == ("follower.dynamics.mass",)
+
+
+def test_what_is_exact_has_no_enclosure():
+    problem = resolve(VALVE)
+    case = Case(problem.setup, problem.programme, problem.design)
+    for effect in (each for each in EFFECTS.values() if each.exact):
+        found = run_effects(case, effect.reads(case.setup)).columns
+        columns = effect.run(replace(case, found=found), frozenset(effect.offers(case.setup)))
+        assert columns
+        assert effect.of_pitch is nothing
+        assert not any(isinstance(column, Bounded) for column in columns.values())
 
 
 def test_all_calls_for_all_and_shares_add_up():
