@@ -7,6 +7,8 @@ SITE = ""
 
 def version_of_rows() -> str:
     """The version of camopt and of its kernels: with the same one, the same question has the same answer."""
-    from camopt.kernels.version import version_of_kernels  # what knows versions of packages takes long to import
+    from camopt.kernels.version import (
+        version_of_kernels,
+    )  # hashlib is imported only here: OpenSSL takes long to load
 
     return f"{VERSION} {version_of_kernels()}"

@@ -126,7 +126,7 @@ LATE = {
     ("studies.spectrum", "tables.table"): "it imports pyarrow",
     ("reporting.report", "tables.table"): "it imports pyarrow",
     ("storage.checking", "storage.damage"): "it imports pyarrow",
-    ("storage.version", "kernels.version"): "it imports importlib.metadata",
+    ("storage.version", "kernels.version"): "it imports hashlib",
     ("tables.writing", "tables.table"): "it imports pyarrow",
     ("front.journal", "front.batch_bytes"): "it imports pyarrow",
     ("front.estimate", "front.batch_bytes"): "it imports pyarrow",
