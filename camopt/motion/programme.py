@@ -325,6 +325,7 @@ def peak(programme: Programme, order: int, kinds: int) -> float:
     return max(-least, largest, 0.0)
 
 
+USUAL_ORDERS = 4  # up to the jerk: all are made at once, for one is seldom asked without the others
 LEAST_SLOPE = 1e-100  # of a slope's largest coefficient: no more of it is seen, and dividing by less overflows
 
 
@@ -338,11 +339,11 @@ def span(
     extremes of each panel's polynomial, found from the roots of its derivative; one-sided values at jumps.
     (inf, -inf) if there is no such stroke.
     """
-    found = _derivatives(programme, len(weights), kinds)
+    found = _derivatives(programme, max(len(weights), USUAL_ORDERS), kinds)
     if found is None:
         return inf, -inf
-    factors = np.array((*weights, load, carried))
-    series, slope, ends, slopes, bounds = (_summed(factors, terms) for terms in found)
+    factors, terms = np.array((*weights, load, carried)), [*range(len(weights)), -2, -1]
+    series, slope, ends, slopes, bounds = (_summed(factors, each[terms]) for each in found)
     low, high = bounds.min(axis=0), bounds.max(axis=0)
     least, largest, rounding = float(ends.min()), float(ends.max()), OVERSHOOT * max(-low.min(), high.max())
     turning = (slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0)  # the others have no extreme inside,
