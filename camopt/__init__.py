@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from camopt.tolerances.margins import Margin
     from camopt.tolerances.tolerance import DwellError, MotionError, MotionErrors, tolerance
     from camopt.tolerances.worst_case import WorstCase
+    from camopt.tolerances.worst_wobble import WorstWobble
     from camopt.verdicts.certify import certify
     from camopt.verdicts.evaluation import Evaluation, evaluate
 
@@ -100,6 +101,7 @@ _HOMES = {
     "ToleranceUse": "measured.inspection",
     "UnknownName": "mistakes",
     "WorstCase": "tolerances.worst_case",
+    "WorstWobble": "tolerances.worst_wobble",
     "Unmet": "mistakes",
     "Unsolved": "mistakes",
     "allocate": "tolerances.allocation",
@@ -189,6 +191,7 @@ __all__ = [
     "Unmet",
     "Unsolved",
     "WorstCase",
+    "WorstWobble",
     "__version__",
     "allocate",
     "animate",

@@ -24,7 +24,7 @@ from camopt.numerics.sloped import Sloped, as_sloped, by_chain
 from camopt.problem.problem import Problem
 from camopt.tolerances.touching import BORE_WAY
 from camopt.tolerances.two_contacts import back, own_errors
-from camopt.tolerances.worst_case import Place, ahead_of, rest_over
+from camopt.tolerances.worst_case import FurtherOn, Place, ahead_of, rest_over
 
 FINER = 2
 """How often the place is found closer."""
@@ -52,13 +52,16 @@ class ContactAhead:
 
     def moved(self, ahead: Sloped) -> Sloped:
         """How much further it would move the follower than the motion has it where nothing is ahead."""
-        risen = ahead_of(self.whole.programme, self.at, ahead).y
-        moved: Sloped = risen + self.rest(ahead).moved * self.sign
+        moved: Sloped = self.further(ahead).y + self.rest(ahead).moved * self.sign
         return moved
+
+    def further(self, ahead: Sloped) -> FurtherOn:
+        """The motion there."""
+        return ahead_of(self.whole.programme, self.at, ahead)
 
     def rest(self, ahead: Sloped) -> Rest:
         """Where its follower rests, in its own motion."""
-        further = ahead_of(self.whole.programme, self.at, ahead)
+        further = self.further(ahead)
         errors = own_errors(self.whole, self.number, self.errors)
         if BORE_WAY in errors:
             errors[BORE_WAY] = errors[BORE_WAY] + ahead * self.problem.design.sense
@@ -92,6 +95,13 @@ class ContactAhead:
         if BORE_WAY in keys:
             found = found + of.slopes[1 + keys.index(BORE_WAY)] * self.whole.design.sense
         return found
+
+
+class RestingContact(ContactAhead):
+    """A contact that touches the arc of a dwell, wherever it is ahead."""
+
+    def further(self, ahead: Sloped) -> FurtherOn:
+        return FurtherOn(ahead * 0.0, ahead * 0.0)
 
 
 def _where(known: Any, value: Interval) -> Interval:

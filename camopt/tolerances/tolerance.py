@@ -14,7 +14,7 @@ beyond their zone (a Cpk below 1, measured errors), the furthest parts are the w
 Source: Greenwood and Chase, Worst case tolerance analysis with nonlinear problems, J. Eng. Ind. 110, 1988.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import degrees, inf
 from typing import Any, ClassVar, NamedTuple
@@ -24,7 +24,6 @@ import numpy as np
 from camopt.effects.answers import ORDERS
 from camopt.effects.motion import scale, unit_of
 from camopt.mistakes import UnknownName, nearest
-from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
 from camopt.quantities.shown import Drawn, HasHtml
@@ -35,10 +34,11 @@ from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.contributions import Contribution, variances
 from camopt.tolerances.held import Play, lost_within, plays
 from camopt.tolerances.margins import Box, Margin, made_so, margins_table
-from camopt.tolerances.touching import error_unit
+from camopt.tolerances.touching import BORE, BORE_WAY, error_unit
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band, no_tolerances, worst
 from camopt.tolerances.worst_case import NOT_OFF, WorstCase
 from camopt.tolerances.worst_pairs import worst_search
+from camopt.tolerances.worst_wobble import WorstWobble, worst_wobbles
 
 FAR = 1e-3
 """A bound that is further above the worst cam, relative, is told."""
@@ -95,7 +95,9 @@ class DwellError(NamedTuple):
     start_deg: float
     end_deg: float
     change: float
-    """Between any two cam angles of it, mm (deg)."""
+    """Between any two cam angles of it, to first order, mm (deg)."""
+    worst_case: WorstWobble
+    """By exact contact: what no cam exceeds, proved, and a cam that nearly has it."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,7 @@ class MotionErrors(HasHtml, Drawn):
     worst_case : WorstCase
         Of the displacement of the tool by exact contact: what no cam exceeds, proved, and a cam that nearly has it.
     dwells : tuple of DwellError
-        In the order of the turn.
+        In the order of the turn, each with what no cam exceeds.
     reason : str
         Why an error is infinite; "" if none is.
     margins : tuple of Margin
@@ -156,9 +158,17 @@ class MotionErrors(HasHtml, Drawn):
         rows.append({"": "worst cam, by exact contact", NAMES[0]: abs(self.worst_case.error)})
         if self.dwells:
             rows.append({"": "change in a dwell", NAMES[0]: max(each.change for each in self.dwells)})
+            of_dwells = [each.worst_case for each in self.dwells]
+            rows.append(
+                {"": "no cam within moves more in it, proved", NAMES[0]: max(each.bound for each in of_dwells)}
+            )
+            rows.append(
+                {"": "worst cam in a dwell, by exact contact", NAMES[0]: max(each.change for each in of_dwells)}
+            )
         units = {each.name: each.unit for each in self.errors}
         table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *NAMES], units=units)
-        return replace(table, note=f"{self.reason} {self._of_worst_cam} {self._assumed}".strip())
+        told = self.reason, self._of_worst_cam, self._of_worst_wobble, self._assumed
+        return replace(table, note=" ".join(filter(None, told)))
 
     @property
     def _assumed(self) -> str:
@@ -176,11 +186,30 @@ class MotionErrors(HasHtml, Drawn):
         if not worst.errors:
             return "No tolerance moves the tool."
         shares, least = self.errors[0].shares, IDLE * self.errors[0].worst
-        moving = {key: each for key, each in worst.errors.items() if shares.get(key, least) >= least}
-        said = ", ".join(f"{key} {with_unit(each, error_unit(self.scene, key))}" for key, each in moving.items())
-        above = worst.gap / abs(worst.error) if worst.error else 0.0
-        told = f" The bound is {100.0 * above:.2g} % above it." if FAR < above < inf else ""
-        return f"The worst cam, at {number(round(worst.at_deg, 9))} deg: {said}.{told}"
+        said = self._said({key: each for key, each in worst.errors.items() if shares.get(key, least) >= least})
+        return f"The worst cam, at {_angle(worst.at_deg)}: {said}.{_above(worst.gap, abs(worst.error))}"
+
+    @property
+    def _of_worst_wobble(self) -> str:
+        """What is off of the cam that wobbles the most: its profile at both places, and the axis of its bore."""
+        worst = max((each.worst_case for each in self.dwells), key=lambda each: each.change, default=None)
+        if worst is None or not worst.change:
+            return ""
+        highest, lowest = (
+            self._said({key: errors[key] for key in worst.at_lowest}) for errors in (worst.errors, worst.at_lowest)
+        )
+        bore = self._said({key: each for key, each in worst.errors.items() if key in (BORE, BORE_WAY)})
+        ends = (
+            (f"highest at {_angle(worst.highest_deg)}", highest),
+            (f"lowest at {_angle(worst.lowest_deg)}", lowest),
+        )
+        places = ", ".join(f"{place} with {errors}" if errors else place for place, errors in ends)
+        above = _above(worst.gap, worst.change)
+        return f"The worst cam of a dwell: {'; '.join(filter(None, [places, bore]))}.{above}"
+
+    def _said(self, errors: Mapping[str, float]) -> str:
+        """Errors of a cam with their units."""
+        return ", ".join(f"{key} {with_unit(each, error_unit(self.scene, key))}" for key, each in errors.items())
 
     def margins_table(self) -> Table | None:
         """The limits with the worst cam's quantity, and whether every cam holds them; None without margins."""
@@ -263,11 +292,20 @@ def tolerance(scene: Scene) -> MotionErrors:
         raise no_tolerances(turn.problem.file)
     worst_case = worst_search(turn).run() if turn.sampled else NOT_OFF
     errors = errors_of(turn)
-    reason = " ".join(_reasons(turn, worst_case, errors[0].shares))
+    dwells = tuple(_dwells(turn))
+    reason = " ".join(_reasons(turn, worst_case, errors[0].shares, dwells))
     beyond = tuple(each.key for each in turn.sampled if each.spreads_beyond)
-    return MotionErrors(
-        scene, errors, worst_case, tuple(_dwells(turn)), reason, margins, tuple(plays(turn)), beyond
-    )
+    return MotionErrors(scene, errors, worst_case, dwells, reason, margins, tuple(plays(turn)), beyond)
+
+
+def _angle(deg: float) -> str:
+    return f"{number(round(deg, 9))} deg"
+
+
+def _above(gap: float, found: float) -> str:
+    """By how much a bound is above the worst cam, where that is much."""
+    above = gap / found if found else 0.0
+    return f" The bound is {100.0 * above:.2g} % above it." if FAR < above < inf else ""
 
 
 def errors_of(turn: TurnErrors) -> tuple[MotionError, ...]:
@@ -320,14 +358,15 @@ def _by_key(found: list[Contribution], values: FloatArray) -> dict[str, float]:
 def _dwells(turn: TurnErrors) -> Iterator[DwellError]:
     """How far the follower may move in each dwell of the motion that is asked."""
     unit = scale(turn.problem.setup, 0)
-    for stroke in turn.problem.programme.tool.strokes:
-        if stroke.kind == DWELL:
-            end = stroke.start + stroke.angle
-            found = turn.at(np.linspace(stroke.start, np.nextafter(end, 0.0), DWELL_NODES))
-            yield DwellError(degrees(stroke.start), degrees(end), unit * sum(each.change() for each in found))
+    for stroke, worst_case in worst_wobbles(turn):
+        found = turn.at(np.linspace(stroke.start, np.nextafter(stroke.end, 0.0), DWELL_NODES))
+        change = unit * sum(each.change() for each in found)
+        yield DwellError(degrees(stroke.start), degrees(stroke.end), change, worst_case)
 
 
-def _reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) -> Iterator[str]:
+def _reasons(
+    turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float], dwells: tuple[DwellError, ...]
+) -> Iterator[str]:
     """Why errors are infinite, a sentence each."""
     corners = turn.problem.programme.corners
     if worst_case.unproved:
@@ -335,6 +374,10 @@ def _reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) 
         largest = max(shares, key=shares.__getitem__)
         smaller = "" if corners else f" {largest} has the largest share: make it smaller first."
         yield f"No bound is proved: {worst_case.unproved}{where}.{smaller}"
+    for each in dwells:
+        if each.worst_case.unproved:
+            where = f"the dwell from {each.start_deg:.6g} to {each.end_deg:.6g} deg"
+            yield f"No bound is proved of {where}: {each.worst_case.unproved}."
     if turn.impulses:
         order = min(turn.impulses.values()).order
         what = NAMES[order]

@@ -211,8 +211,15 @@ class OffTrain:
     def ahead(self, error: Interval, stands: Interval, off: Off) -> Ahead:
         """f*(stands + error) − f(stands), by Taylor's theorem to the second order in all that is off."""
         still, between = ({key: part(each) for key, each in off.items()} for part in (_none, _from_0))
-        first = self._tool(stands, error, still, off, 2).moved.derivative(1)
-        tool = self._tool(stands + _from_0(error), error, between, off, 3)
+        return self._along(error, stands, still, between, off)
+
+    def between(self, error: Interval, stands: Interval, off: Off) -> Ahead:
+        """f*(stands + error) − f*(stands)."""
+        return self._along(error, stands, off, off, {key: _none(each) for key, each in off.items()})
+
+    def _along(self, error: Interval, stands: Interval, start: Off, between: Off, ways: Off) -> Ahead:
+        first = self._tool(stands, error, start, ways, 2).moved.derivative(1)
+        tool = self._tool(stands + _from_0(error), error, between, ways, 3)
         value = widened(range_of(first) + range_of(tool.moved.derivative(2)) * 0.5, SUMMED)
         return Ahead(value, range_of(tool.ratio.derivative(1)), range_of(tool.ratio.terms[0]))
 
@@ -365,6 +372,10 @@ class WorstSearch:
     def curve(self, design: Designs, errors: Mapping[str, Any]) -> Any:
         """The exact error of the tool over the turn."""
         return ToolError(self.problem, design, errors)
+
+    def rest(self, design: Designs, errors: Mapping[str, Any], at: Place) -> Rest:
+        """Where a follower rests over boxes, in a dwell."""
+        return rest_over(self.problem, design, errors, at.y, at.y1)
 
     def contact(self, errors: Mapping[str, Any], angles: FloatArray) -> Contact:
         """Where cams touch that have errors, and those of their motion there."""

@@ -31,7 +31,7 @@ from camopt.numerics.curves import formula
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
-from camopt.tolerances.contact_ahead import ContactAhead
+from camopt.tolerances.contact_ahead import ContactAhead, RestingContact
 from camopt.tolerances.touching import BORE_WAY, Contact
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import PairCams, PairResponses, contacts_of, ends_of, own_errors
@@ -55,11 +55,11 @@ def pair_error(f, i, at):  # type: ignore[no-untyped-def]
     return (moved if f.problem.setup.train is None else through(f.problem, f.errors, moved, at.y + risen)), 0.0
 
 
-def pair_rest(f: PairError, at: Place) -> Rest:
+def pair_rest(f: PairError, at: Place, kind: type[ContactAhead] = ContactAhead) -> Rest:
     """Where a follower rests that stands in the middle, as the first contact touches."""
     first, second = f.contacts
     own = rest_over(first, f.design, own_errors(f.problem, 0, f.errors), at.y, at.y1)
-    other = ContactAhead(f.problem, 1, second, f.design, f.errors, at)
+    other = kind(f.problem, 1, second, f.design, f.errors, at)
     return Rest((own.moved + other.moved(other.ahead(own.turned))) * 0.5, own.turned)
 
 
@@ -73,6 +73,10 @@ class PairSearch(WorstSearch):
 
     def curve(self, design: Designs, errors: Mapping[str, Any]) -> PairError:
         return PairError(self.problem, self.contacts, design, errors)
+
+    def rest(self, design: Designs, errors: Mapping[str, Any], at: Place) -> Rest:
+        """Where a follower rests over boxes, in a dwell, as the first contact touches."""
+        return pair_rest(self.curve(design, errors), at, RestingContact)
 
     def contact(self, errors: Mapping[str, Any], angles: FloatArray) -> Contact:
         """At the cam angles themselves."""

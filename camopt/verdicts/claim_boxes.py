@@ -201,6 +201,11 @@ class Search:
 
     def excess(self, parts: Parts) -> Sloped:
         """By how much designs of parts exceed the claim."""
+        value, designs, angle = self.curve_over(parts)
+        return as_sloped(excess_of(self.claim, parts.side, as_quotient(value), designs), angle)
+
+    def curve_over(self, parts: Parts) -> tuple[Any, Designs, Sloped]:
+        """The curve of the claim over parts, and of what designs and cam angles it is."""
         programme, middle = self.problem.programme, (parts.low + parts.high) / 2.0
         half = programme.table.half_width[parts.panel]
         place = Interval(parts.low[0] * half, parts.high[0] * half)
@@ -209,8 +214,7 @@ class Search:
         designs = self.design.take(np.zeros(parts.size, dtype=int))
         designs = designs.with_values(dict(zip(self.names, sizes, strict=True)))
         value, _ = curve(self.claim.curve(designs, programme), ..., self.state(parts, middle[0], angle))
-        whole = value.divided() if isinstance(value, Quotient) else value
-        return as_sloped(excess_of(self.claim, parts.side, as_quotient(whole), designs), angle)
+        return value.divided() if isinstance(value, Quotient) else value, designs, angle
 
     def state(self, parts: Parts, u: FloatArray, angle: Sloped) -> Any:
         """The state of the follower over parts, whose middles are at ``u``."""

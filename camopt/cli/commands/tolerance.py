@@ -96,11 +96,11 @@ def tolerance(
 
     The table shows the worst case of displacement, velocity and acceleration, what each tolerance contributes to
     it, and the root sum square of independent errors at 3 standard deviations; and the displacement that no cam
-    exceeds, proved, with that of a cam that nearly has it. A second one shows what tolerances of numbers leave of
-    each limit: the worst cam within them, and whether every cam holds it, proved. With --cams others show, by the
-    distributions of the tolerances, how far the motions of so many cams are off, each found without a linear model,
-    how many of them hold each limit, and what their spread comes of. With --allocate one has the cheapest grades of
-    ISO 286 of which no cam moves the tool further off.
+    exceeds, and the change in a dwell, both proved, with those of cams that nearly have them. A second one
+    shows what tolerances of numbers leave of each limit: the worst cam within them, and whether every cam holds
+    it, proved. With --cams others show, by the distributions of the tolerances, how far the motions of so many
+    cams are off, each found without a linear model, how many of them hold each limit, and what their spread
+    comes of. With --allocate one has the cheapest grades of ISO 286 of which no cam moves the tool further off.
 
     With --measured points of a cut profile stand against the scene: the error of motion of this cam, how much of
     each tolerance it uses, and its waves. Of a conjugate pair and of a yoke they show, too, by how much the

@@ -32,7 +32,7 @@ def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocati
         "scene": scene.name,
         "errors": [{**finite(each), "shares": finite(each["shares"])} for each in result.records()],
         "worst_case": finite(result.worst_case._asdict()),
-        "dwells": [each._asdict() for each in result.dwells],
+        "dwells": [{**each._asdict(), "worst_case": finite(each.worst_case._asdict())} for each in result.dwells],
         "reason": result.reason,
         "plays": [finite(each._asdict()) for each in result.plays],
         "margins": [finite(each._asdict()) for each in result.margins],

@@ -1,0 +1,279 @@
+"""How far the tool of any cam within the tolerances moves while it should dwell: a bound and a witness.
+
+On the arc of a dwell y is constant, so that the exact place of a follower (``mechanisms.rest``) depends on nothing
+that changes along the arc but the direction of the bore's axis in the ground, which goes on with the cam by the
+angle a from one place to another, and the profile, which may be off otherwise there. All else that is off is the
+same at both places. What a cam wobbles is the difference of both exact places,
+
+    Δ = f*(y + moved₁) − f*(y + moved₂)
+
+with its own links in f*. Run on ranges with slopes, what both have in common cancels in the slopes, and the bound
+is proved as that of the displacement (``tolerances.worst_case``): of errors, of a direction, and of a.
+
+An error of the profile with at most n waves in a turn, within ±t, differs at two places by at most 2·t·sin(n·a/2),
+up to n·a = π (Boas), as a sine of n waves does. It is taken as p at one and as p − d at the other, with any p
+within ±t and d up to this: what p − d is beyond −t is of second order. Where n·a can be π both are anything in ±t.
+
+Sources: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6 and 11; R. P. Boas,
+Entire Functions, ch. 11.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from math import degrees, inf, pi
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.effects.motion import scale
+from camopt.mechanisms import Designs
+from camopt.motion.stroke import Stroke
+from camopt.motion.table import ALL_STROKES, DWELL
+from camopt.numerics import LARGEST, FloatArray
+from camopt.numerics.clock import now, share
+from camopt.numerics.curves import formula
+from camopt.numerics.interval import as_interval
+from camopt.numerics.sloped import Sloped, by_chain
+from camopt.problem.claims import Claim, Plain
+from camopt.problem.problem import Problem
+from camopt.problem.variables import is_of_train
+from camopt.tolerances.bounded import SECONDS, Bounded, Values, bounded
+from camopt.tolerances.touching import BORE, BORE_WAY
+from camopt.tolerances.turn import TurnErrors
+from camopt.tolerances.worst_case import OffTrain, Place, WorstSearch
+from camopt.tolerances.worst_pairs import worst_search
+from camopt.verdicts.claim_boxes import Answer, Parts, Search
+
+LAG = "lag"
+"""The variable that is the cam angle from the highest place to the lowest one, rad."""
+LOWEST = " (lowest)"
+"""After the key of a profile: how far it is off at the lowest place, mm; with few waves a share of otherwise."""
+COARSE, FINE, ZOOMS = 33, 17, 3
+"""How many directions and lags are looked at, and how many closer about the best, so often."""
+WIDER = 1.5
+"""How far to either side of the best it is looked at next, of the step before."""
+
+
+class WorstWobble(NamedTuple):
+    """The largest distance that the tool of any cam within the tolerances moves in a dwell.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("two-pauses").replace(tolerances={"bore_eccentricity": 0.01})
+    >>> worst = camopt.tolerance(scene).dwells[0].worst_case
+    >>> worst.change <= worst.bound, worst.unproved
+    (True, '')
+    """
+
+    bound: float
+    """No cam within the tolerances moves the tool further on the arc of the dwell, proved; infinite if that is not
+    known. mm (deg)."""
+    change: float
+    """How far a cam moves it that has these ``errors``, by exact contact, mm (deg)."""
+    highest_deg: float
+    """The cam angle at which it is the furthest out."""
+    lowest_deg: float
+    errors: dict[str, float]
+    """Of that cam, by key of ``[tolerances]``, mm and deg, as those of ``WorstCase``; of the profile where the tool
+    is highest."""
+    at_lowest: dict[str, float]
+    """What is off otherwise where it is lowest: the profile, mm."""
+    unproved: str = ""
+    """Why no bound is proved; "" if one is."""
+
+    @property
+    def gap(self) -> float:
+        """By how much some cam may be worse than that one."""
+        return self.bound - self.change
+
+
+class Wobble(NamedTuple):
+    """How much higher the tool is at one place of a dwell than at another, mm (rad); on ranges with slopes."""
+
+    search: "WobbleSearch"
+    design: Designs
+    errors: Mapping[str, Any]
+
+
+@formula(Wobble)
+def wobble(f, i, at):  # type: ignore[no-untyped-def]
+    of = f.search.of
+    first, second = (of.rest(f.design, each, at).moved for each in f.search.both(f.errors))
+    alone = of.problem.setup.train is None
+    return (first - second if alone else between(of.problem, f.errors, first, second, at.y)), 0.0
+
+
+def between(problem: Problem, errors: Mapping[str, Any], first: Sloped, second: Sloped, stands: Sloped) -> Sloped:
+    """f*(y + δ₁) − f*(y + δ₂), of a follower that should stand at y."""
+    train, further = problem.setup.train, first - second
+    links = {key: each + further * 0.0 for key, each in errors.items() if is_of_train(key)}
+    assert train is not None
+    if not links and (ratio := train.constant_ratio) is not None:
+        return by_chain(further.value * ratio, further.at * ratio, [(further, as_interval(ratio))])
+    of, start = OffTrain(problem), stands + second
+    off = {key: each.value for key, each in links.items()}
+    whole = of.between(further.value, start.value, off)
+    point = of.between(further.at, start.at, {key: each.at for key, each in links.items()})
+    places = start.value, (start + further).value
+    slopes = {key: [of.slope(key, each, off) for each in places] for key in links}
+    by_links = [(each, slopes[key][1] - slopes[key][0]) for key, each in links.items()]
+    return by_chain(whole.value, point.value, [(further, whole.by_error), (start, whole.by_place), *by_links])
+
+
+class Resting(Search):
+    """The search for a cam that wobbles more, on an arc that goes on to either side."""
+
+    def state(self, parts: Parts, u: FloatArray, angle: Sloped) -> Place:
+        y, y1, y2, *_ = super().state(parts, u, angle)
+        return Place(y, y1, y2, [], [])
+
+
+@dataclass(frozen=True)
+class WobbleSearch:
+    """The search for the cam that wobbles the most in a dwell."""
+
+    of: WorstSearch
+    stroke: Stroke
+
+    @cached_property
+    def profiles(self) -> dict[str, float]:
+        """The zone of each profile, by its key."""
+        return {key: high for key, (_, high) in self.of.ends.items() if key.partition(" ")[0] == "profile"}
+
+    @cached_property
+    def ends(self) -> dict[str, tuple[float, float]]:
+        """Between which values each variable is: the errors first."""
+        most = min(self.stroke.angle, pi)
+        lag = {LAG: (-most, most)} if BORE_WAY in self.of.ends or (self.profiles and self.slow) else {}
+        lowest = {key + LOWEST: (-1.0, 1.0) if self.slow else self.of.ends[key] for key in self.profiles}
+        return {**self.of.ends, **lag, **lowest}
+
+    @property
+    def slow(self) -> int:
+        """The number of waves, if a profile cannot go from one end of its zone to the other in the dwell."""
+        waves = self.of.turn.scene.tolerances.waves or 0
+        return waves if waves * self.stroke.angle < pi else 0
+
+    @property
+    def wobbles(self) -> bool:
+        """Whether anything changes along the arc."""
+        return bool(self.profiles) or BORE_WAY in self.of.ends
+
+    def both(self, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Errors at the highest place and at the lowest one."""
+        first = {key: values[key] for key in self.of.ends}
+        second = dict(first)
+        if BORE_WAY in first:
+            second[BORE_WAY] = first[BORE_WAY] + values[LAG] * self.of.problem.design.sense
+        for key in self.profiles:
+            lowest = values[key + LOWEST]
+            second[key] = first[key] - self._swung(key, values) * 2.0 if self.slow else lowest
+        return first, second
+
+    def _swung(self, key: str, values: Mapping[str, Any]) -> Any:
+        """By how much a profile with few waves is off its middle at both places, mm."""
+        return np.sin(np.absolute(values[LAG]) * (0.5 * self.slow)) * (values[key + LOWEST] * self.profiles[key])
+
+    def cam(self, values: Values) -> Values:
+        """Values that a cam has: a sine of few waves is as far off on either side."""
+        return values | {key: float(self._swung(key, values)) for key in self.profiles if self.slow}
+
+    def run(self, until: float) -> WorstWobble:
+        """The worst cam that is found, and what no cam exceeds."""
+        if not self.wobbles:
+            start = degrees(self.stroke.start)
+            return WorstWobble(0.0, 0.0, start, start, {}, {})
+        values = self.highest()
+        found = bounded(self._change(values), values, self.proof, self._worse, until)
+        return self._told(found)
+
+    def _told(self, found: Bounded) -> WorstWobble:
+        middle, half = self.stroke.start + 0.5 * self.stroke.angle, 0.5 * found.values.get(LAG, self.stroke.angle)
+        both = [*zip(self.both(found.values), (middle - half, middle + half), strict=True)]
+        highest, lowest = (self.of.said(errors, place) for errors, place in both)
+        start, end = (self._angle(errors, place) for errors, place in both)
+        unit, otherwise = scale(self.of.problem.setup, 0), {key: lowest[key] for key in self.profiles}
+        return WorstWobble(unit * found.bound, unit * found.found, start, end, highest, otherwise, found.unproved)
+
+    def _angle(self, errors: Mapping[str, Any], place: float) -> float:
+        """The cam angle at which a cam touches, deg."""
+        found = self.of.contact(errors, np.array([place])).angle[0]
+        return degrees(float(np.mod(found, self.of.problem.programme.strokes[-1].end)))
+
+    def proof(self, bound: float, until: float) -> Answer:
+        """Whether no cam within the tolerances wobbles more."""
+        return self._search(bound, until).run(self._parts)
+
+    def _search(self, bound: float, until: float) -> Resting:
+        return Resting(self.of.problem, self._claim(bound), self.of.problem.design, tuple(self.ends), until)
+
+    def _claim(self, bound: float) -> Claim:
+        def curve(designs: Designs, programme: Any) -> Any:
+            return Wobble(self, designs, {key: designs.numbers[key] for key in self.ends})
+
+        return Claim(curve, ALL_STROKES, LARGEST, Plain(bound))
+
+    @cached_property
+    def _parts(self) -> Parts:
+        """All cams, with a panel of the dwell."""
+        table, middle = self.of.problem.programme.table, self.stroke.start + 0.5 * self.stroke.angle
+        panel = np.searchsorted(table.centre + table.half_width, [middle])
+        return Parts.of(panel, self._claim(1.0), self.ends)
+
+    def _change(self, values: Values) -> float:
+        return float(self._changes([values])[0])
+
+    def _worse(self, values: Values, bound: float) -> tuple[float, Values]:
+        """What a cam has that was found to exceed a bound."""
+        cam = self.cam(values)
+        return self._change(cam), cam
+
+    def _changes(self, cams: Sequence[Values]) -> FloatArray:
+        """How much higher the tools of cams are at the first place than at the second one."""
+        parts = self._parts.take(np.zeros(len(cams), dtype=int))
+        place = np.array([[0.0, *(each[key] for key in self.ends)] for each in cams]).T
+        with np.errstate(all="ignore"):
+            found, *_ = self._search(1.0, inf).curve_over(replace(parts, low=place, high=place))
+        return np.asarray((found.at.low + found.at.high) / 2.0)
+
+    def highest(self) -> Values:
+        """The cam that wobbles the most, or nearly so."""
+        best = {key: high for key, (_, high) in self.ends.items()}
+        best |= {key + LOWEST: -zone for key, zone in self.profiles.items() if not self.slow}
+        ranges = {key: self.ends[key] for key in (BORE_WAY, LAG) if key in self.ends}
+        for count in (COARSE, *[FINE] * ZOOMS):
+            tried = product(*(np.linspace(*each, count) for each in ranges.values()))
+            best = self._best([best | dict(zip(ranges, map(float, each), strict=True)) for each in tried])
+            ranges = {key: self._about(key, best[key], each, count) for key, each in ranges.items()}
+            best = self._with_ends(best)
+        return self.cam(best)
+
+    def _with_ends(self, best: Values) -> Values:
+        """With the better end of each error, and the better sense of each profile."""
+        two = [(key, key + LOWEST) for key in self.profiles]
+        of_two = {each for pair in two for each in pair}
+        other = [{key: self.of.ends[key][0]} for key in self.of.ends if key not in (BORE_WAY, BORE, *of_two)]
+        other += [{key: -best[key] for key in pair} for pair in two]
+        alone, *changed = self._changes([self.cam(best | each) for each in ({}, *other)])
+        for each, found in zip(other, changed, strict=True):
+            best |= each if found > alone else {}
+        return best
+
+    def _best(self, cams: Sequence[Values]) -> Values:
+        return cams[int(self._changes([self.cam(each) for each in cams]).argmax())]
+
+    def _about(self, key: str, place: float, before: tuple[float, float], count: int) -> tuple[float, float]:
+        """The range to look at next, about the best place of the one before."""
+        half = WIDER * (before[1] - before[0]) / (count - 1)
+        low, high = (-inf, inf) if key == BORE_WAY else self.ends[key]
+        return max(place - half, low), min(place + half, high)
+
+
+def worst_wobbles(turn: TurnErrors) -> Iterator[tuple[Stroke, WorstWobble]]:
+    """The dwells of the motion with what cams wobble in each, in the order of the turn."""
+    of, until = worst_search(turn), now() + SECONDS
+    dwells = [each for each in turn.problem.programme.tool.strokes if each.kind == DWELL]
+    for number, stroke in enumerate(dwells):
+        yield stroke, WobbleSearch(of, stroke).run(share(until, len(dwells) - number))
