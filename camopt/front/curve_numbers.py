@@ -8,10 +8,12 @@ import numpy as np
 
 from camopt.effects.peak import Bodies
 from camopt.mechanisms import Designs, Mechanism
+from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray, IntArray
+from camopt.problem.problem import Problem
 from camopt.problem.space import Space
 
-MOST_CURVES = 2**19  # kept of one motion: some 100 bytes each
+MOST_CURVES = 2**19  # kept of one motion: some 200 bytes each
 MOST_SUMS = 2**20  # of a radius of the roller and one of the cam, which are sorted: some 130 bytes each
 WORTH = 1.5  # designs a pitch curve, from which on they are worth keeping
 AT_ONCE = 2**16  # pitch curves searched together, or somewhat fewer
@@ -29,10 +31,35 @@ class BlockCurves(NamedTuple):
     """The parts of all curves that they are in."""
 
 
-class CurveNumbers:
+class Parts:
+    """Pitch curves by number, cut into parts that are searched together."""
+
+    designs: Designs
+    """Designs that a point follows on the pitch curves, by number."""
+    part: int
+    """How many curves are searched together."""
+
+    def __init__(self) -> None:
+        self._existing: dict[int, tuple[BoolArray, Designs]] = {}
+
+    def existing(self, number: int, problem: Problem) -> tuple[BoolArray, Designs]:
+        """Which curves of a part can be assembled, and designs of these.
+
+        Motions for which the same ones can be share the designs, and what these keep of themselves.
+        """
+        designs = self.designs.take(slice(number * self.part, (number + 1) * self.part))
+        exists = problem.setup.mechanism.exists(designs, problem.programme)
+        found = self._existing.get(number)
+        if found is None or not np.array_equal(found[0], exists):
+            found = self._existing[number] = exists, designs.take(exists)
+        return found
+
+
+class CurveNumbers(Parts):
     """Which pitch curve each design of a motion has: numbers from 0, by the order of the space."""
 
     def __init__(self, space: Space) -> None:
+        super().__init__()
         self.shape = (1, *(values.size for values in space.axes.values()))
         strides = np.cumprod((1, *self.shape[:0:-1]))[::-1]
         axes, mechanism = {field: i for i, field in enumerate(space.axes, start=1)}, space.problem.setup.mechanism
@@ -57,15 +84,13 @@ class CurveNumbers:
         self._of_others = self._numbers(strides, self._others).ravel()
         parts = -(-len(self) // AT_ONCE)
         self.part = -(-len(self) // (parts + parts % 2 if parts > 1 else 1))  # as many for each of two threads
-        """How many curves are searched together."""
         self._blocks: dict[tuple[int, int], BlockCurves] = {}
 
     def __len__(self) -> int:
         return self._of_sums.size * self._of_others.size
 
     @cached_property
-    def designs(self) -> Designs:
-        """Designs that a point follows on the pitch curves, by number."""
+    def designs(self) -> Designs:  # type: ignore[override]
         of_each = (self._of_others[:, None] + self._of_sums).ravel()
         return self._space.problem.setup.mechanism.alike(self._space.designs(of_each))
 
@@ -99,10 +124,11 @@ class CurveNumbers:
         return np.asarray(sum(np.ix_(*steps), np.zeros((1,) * len(steps), dtype=np.intp)))
 
 
-class OwnCurves:
+class OwnCurves(Parts):
     """The pitch curves of designs first … last − 1 of a motion, one of each, numbered as they are."""
 
     def __init__(self, space: Space, first: int, last: int) -> None:
+        super().__init__()
         mechanism, designs = space.problem.setup.mechanism, space.designs(np.arange(first, last))
         self.shape = tuple(values.size for values in space.axes.values()) or (1,)
         self.designs, self._radii = mechanism.alike(designs), designs.sizes[mechanism.parallel]

@@ -188,9 +188,8 @@ class CurveVerdicts:
 
     def _search_part(self, part: int) -> None:
         curves = np.arange(part * self._numbers.part, min((part + 1) * self._numbers.part, len(self._numbers)))
-        designs = self._numbers.designs.take(slice(curves[0], curves[-1] + 1))
-        exists = self._problem.setup.mechanism.exists(designs, self._problem.programme)
-        found = screened_by_pitch(begun(self._problem, designs.take(exists)), self._of_pitch, self._later)
+        exists, designs = self._numbers.existing(part, self._problem)
+        found = screened_by_pitch(begun(self._problem, designs), self._of_pitch, self._later)
         where = curves[exists][found.which]
         self._exists[curves], self._held[where] = exists, found.held
         for kept, columns in ((self._columns, found.rows.columns), (self._outward, found.rows.outward)):

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from camopt.motion.contact import ProfileContact as OnProfile
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import as_interval
-from camopt.numerics.stable import exact_sum
+from camopt.numerics.stable import difference_of_squares_root, exact_sum
 
 ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
@@ -120,6 +121,12 @@ class Designs:
     @property
     def prime_radius(self) -> FloatArray:
         return self.size + self.roller_radius
+
+    @cached_property
+    def height(self) -> FloatArray:
+        """√(R_p² − e²), mm: how high a trace point moves above the cam's axis at least, if it does not swing."""
+        root: FloatArray = difference_of_squares_root(self.size, self.offset, self.roller_radius)
+        return root
 
     @property
     def lead(self) -> FloatArray:

@@ -26,7 +26,6 @@ from camopt.motion.contact import TranslatingPoint
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula, further_formula, quotient
-from camopt.numerics.stable import difference_of_squares_root
 
 
 class TranslatingPressureAngle(NamedTuple):
@@ -105,8 +104,7 @@ def outline(f, i, at):
 
 def height(designs: Designs) -> FloatArray:
     """s₀, the trace point's least height above the cam centre, mm."""
-    root: FloatArray = difference_of_squares_root(designs.size, designs.offset, designs.roller_radius)
-    return root
+    return designs.height
 
 
 def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
