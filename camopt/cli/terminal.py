@@ -1,20 +1,20 @@
 """The terminal: a progress bar, tables whose rows are never cut off, one JSON document."""
 
-import os
 import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
-from shutil import get_terminal_size
 from typing import Any
 
-import click
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table as RichTable
+from rich.tree import Tree
 
 from camopt.cli.exits import say
-from camopt.cli.grid import HEADING, least_width, lines_of
 from camopt.cli.pace import LogLines, Pace, rate_of, time_left
 from camopt.tables.cells import to_json
-from camopt.tables.layout import ABOUT, VALUE, Table
+from camopt.tables.layout import ABOUT, NUMERIC, VALUE, Table
 
 Advance = Callable[[int, int], None]
 
@@ -24,11 +24,12 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
     """On standard error how far the work is, by a bar if that is a terminal, and if kernels are compiled."""
     from camopt.kernels.compiling import announced
 
-    def tell() -> None:
-        if not quiet:
-            say("camopt: compiling kernels, this first time only …")
+    console = Console(stderr=True, quiet=quiet)
 
-    with announced(tell), nullcontext(_nothing) if quiet or not unit else _shown(unit) as advance:
+    def tell() -> None:
+        console.print("camopt: compiling kernels, this first time only …", style="dim")
+
+    with announced(tell), nullcontext(_nothing) if quiet or not unit else _shown(console, unit) as advance:
         yield advance
 
 
@@ -37,19 +38,18 @@ def _nothing(done: int, total: int) -> None:
 
 
 @contextmanager
-def _shown(unit: str) -> Iterator[Advance]:
+def _shown(console: Console, unit: str) -> Iterator[Advance]:
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn
+
     from camopt.numerics.clock import now
 
     if not sys.stderr.isatty():
         yield LogLines(unit, now, say)
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn
-
     pace = Pace(now)
     told = (TextColumn("{task.fields[rate]}"), TextColumn("{task.fields[left]}", style="cyan"))
     columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TaskProgressColumn(), *told)
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(unit, total=None, rate="", left="")
 
         def advance(done: int, total: int) -> None:
@@ -64,52 +64,64 @@ def print_json(document: Any) -> None:
         sys.stdout.write(to_json(document) + "\n")
 
 
-STYLES: dict[str, dict[str, Any]] = {HEADING: {"bold": True}, VALUE: {"bold": True}, ABOUT: {"dim": True}}
-"""How texts of tables look on a screen, by kind; others as they are."""
+OF_KIND: dict[str, dict[str, Any]] = {
+    NUMERIC: {"justify": "right", "no_wrap": True},
+    VALUE: {"justify": "right", "style": "bold"},
+    ABOUT: {"style": "dim"},
+}
+"""How columns are printed, by kind; words are kept whole, and a line as well if it is no list."""
+
+
+def _printed(table: Table) -> RichTable:
+    """A table as the terminal prints it, without its title."""
+    frame: dict[str, Any] = {"box": SIMPLE_HEAD, "padding": (0, 1)} if table.is_headed else {"box": None}
+    made = RichTable(show_header=table.is_headed, pad_edge=False, **frame)
+    for place, head in enumerate(table.heads):
+        texts = [row[place].text for row in table.rows]
+        wraps = head.kind in (VALUE, ABOUT) or any(", " in text for text in texts)
+        whole = (part for text in (head.text, *texts) for part in (text.split() if wraps else text.split("\n")))
+        kind = {"min_width": max(map(len, whole), default=0), "no_wrap": not wraps, **OF_KIND.get(head.kind, {})}
+        made.add_column(head.text, vertical="bottom" if table.is_headed else "top", **kind)
+    for row in table.rows:
+        made.add_row(*(cell.text for cell in row))
+    return made
+
+
+def _plain(width: int | None = None) -> Console:
+    """What prints texts as they are: brackets and colons are no markup."""
+    return Console(width=width, highlight=False, markup=False, emoji=False)
 
 
 def show(*things: Any) -> None:
     """Print to standard output. Nothing is cut off: a table wider than the screen is printed row by row."""
-    for thing in things if sys.stdout is not None else ():
-        if isinstance(thing, str):
-            _print(in_lines(thing))
-        elif isinstance(thing, Table):
-            _show_table(thing)
-        else:  # of rich, which wraps it within its branches on a screen, and not at all in a file
-            from rich.console import Console
-
-            Console(width=room_across(), highlight=False, markup=False, emoji=False).print(thing)
-
-
-def _show_table(table: Table) -> None:
-    """Print a table, and above it its title, which may be longer."""
-    _print(table.title)
-    room = room_across() if table.is_headed else line_length()
-    rule = "─" if (sys.stdout.encoding or "UTF").upper().startswith("UTF") else "-"
-    if (least := least_width(table)) > room_across():
-        _print(_row_by_row(table))
-    else:
-        for line in lines_of(table, max(room, least), _styled, rule):
-            _print(line)
-    if table.note:
-        _print(in_lines(table.note))
-
-
-def _styled(text: str, kind: str) -> str:
-    """A text of a table, on a screen in the style of its kind."""
-    on_screen = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
-    return click.style(text, **STYLES[kind]) if on_screen and kind in STYLES else text
-
-
-def _print(text: str) -> None:
-    """Print a text that is read together with what goes to standard error."""
-    print(text, flush=True)
+    if sys.stdout is None:
+        return
+    screen = _plain()
+    for thing in things:
+        if isinstance(thing, Tree):  # wraps within its branches on a screen, and nothing in a file
+            _plain(room_across()).print(thing)
+            continue
+        if not isinstance(thing, Table):
+            screen.print(in_lines(thing), soft_wrap=True)
+            continue
+        screen.print(thing.title, soft_wrap=True)  # above the table, or it is wrapped to the table's width
+        printed = _printed(thing)
+        room = _plain(NO_WIDTH).measure(printed)
+        if room_across() < room.minimum:
+            screen.print(_row_by_row(thing), soft_wrap=True)
+        else:
+            most = room_across() if thing.is_headed else line_length()
+            width = max(min(room.maximum, most), room.minimum)
+            _plain(width).print(printed, crop=False)
+        if thing.note:
+            screen.print(in_lines(thing.note), soft_wrap=True)
 
 
 def show_lines(records: Iterable[str]) -> None:
     """Print texts one a line, however long, for people and programs."""
+    screen = _plain()
     for record in records if sys.stdout is not None else ():
-        _print(record)
+        screen.print(record, soft_wrap=True)
 
 
 NO_WIDTH = 10_000
@@ -118,7 +130,7 @@ FILE_WIDTH = 100  # columns of a sentence in a file
 
 def room_across() -> int:
     """The columns that a row of a table may have: those of a screen; a file takes any."""
-    return get_terminal_size().columns if sys.stdout is not None and sys.stdout.isatty() else NO_WIDTH
+    return Console().width if sys.stdout is not None and sys.stdout.isatty() else NO_WIDTH
 
 
 def line_length() -> int:
