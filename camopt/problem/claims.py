@@ -108,6 +108,10 @@ class MeanClaim(NamedTuple):
         """The kinds of stroke that it is about: all."""
         return ALL_STROKES
 
+    @property
+    def sides(self) -> tuple[float, ...]:
+        return (self.side,)
+
     def allowed(self, numbers: NumberKind = DOUBLES) -> Any:
         """The mean of the curve to the power that is just allowed, times the factor."""
         return self.mean.mean_of_powers_at(self.quantity, numbers)

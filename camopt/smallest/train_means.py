@@ -14,20 +14,17 @@ from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.motion.driven import travel
 from camopt.motion.load import ExternalLoad
-from camopt.motion.table import turned_kinds
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
-from camopt.numerics.quadrature import Rule, by_orders
 from camopt.numerics.sloped import Quotient, Sloped, as_sloped, by_mean_value
 from camopt.problem.claims import MeanClaim
 from camopt.problem.problem import Problem
 from camopt.smallest.excesses import Excesses
-from camopt.verdicts.driven_boxes import TERMS, Driven, ToolPlaces, at_places, over_ranges
+from camopt.verdicts.driven_boxes import TERMS, Driven, over_ranges
 from camopt.verdicts.mean_boxes import excess_of_mean, weighted
-
-MEAN_ERROR = 1e-11  # of the mean at one design of a box, relative; it is part of its range there
+from camopt.verdicts.train_means import counts, mean_at
 
 
 def means_of_trains(problem: Problem) -> list[MeanClaim]:
@@ -55,7 +52,8 @@ def mean_excesses(
         for number in range(len(claim.mean.curves))
     ]
     value, slopes = (sum((part[k] for part in parts[1:]), parts[0][k]) for k in (0, 1))
-    found = by_mean_value(value, _at(problem, claim.mean, inside), slopes, like)
+    at = mean_at(problem, claim.mean, inside, table.centre, table.half_width, _kinds(problem))
+    found = by_mean_value(value, at, slopes, like)
     return Excesses.of(excess_of_mean(claim, found, boxes)), known
 
 
@@ -74,11 +72,6 @@ def _kinds(problem: Problem) -> Any:
     return np.repeat(table.kind, np.diff(table.first_panel))
 
 
-def _counts(kinds: Any, chosen: int, sense: Any) -> Any:
-    """Whether pieces of the tool are some of the follower's that goes with it (1), or against it."""
-    return (np.where(sense >= 0.0, kinds, turned_kinds(kinds)) & chosen) != 0
-
-
 def _share(
     problem: Problem, mean: Mean, number: int, designs: Designs, driven: Driven, like: Sloped, count: int
 ) -> tuple[Interval, Interval]:
@@ -90,27 +83,5 @@ def _share(
     power = np.square(made) if mean.power == 2 else made
     weights = np.repeat(problem.programme.tool.table.half_width / np.pi, count)
     of = np.repeat(_kinds(problem), count)
-    shares = np.where(_counts(of, kinds, driven.sense), weights, 0.0).reshape(-1, count)
+    shares = np.where(counts(of, kinds, driven.sense), weights, 0.0).reshape(-1, count)
     return weighted(shares, power.value), weighted(shares, power.slopes)
-
-
-def _at(problem: Problem, mean: Mean, inside: Designs) -> Interval:
-    """The mean of the curve to the power p of single designs, by Gauss's rule on each panel."""
-    table = problem.programme.tool.table
-
-    def integrals(rule: Rule, index: Any) -> FloatArray:
-        designs = inside.take(index)
-        angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
-        motion: Any = at_places(problem, designs, ToolPlaces.of(problem.programme, angles.ravel(), TERMS))
-        weights = (table.half_width[:, None] * rule.weights / (2.0 * np.pi)).reshape(-1, 1)
-        kinds, total = np.repeat(_kinds(problem), rule.nodes.size)[:, None], np.zeros(len(designs))
-        for make, chosen in mean.curves:
-            value, _ = curve(make(designs, motion), ..., motion.state)
-            total += np.sum(weights * _counts(kinds, chosen, motion.sense) * value**mean.power, axis=0)
-        return total[None]
-
-    with np.errstate(all="ignore"):
-        found = by_orders(integrals, np.abs, len(inside), MEAN_ERROR)
-    value, error = found.value[0], found.error[0]
-    known = np.isfinite(value) & np.isfinite(error)
-    return Interval(*(np.where(known, value + side * error, side * np.inf) for side in (-1.0, 1.0)))

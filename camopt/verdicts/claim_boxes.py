@@ -12,7 +12,7 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,8 @@ AT_ONCE, MOST_ROUNDS = 256, 100
 """How many parts are cut at once, and how often."""
 CUTS = 8
 """Of a part that is cut."""
+MEANS_AT_ONCE, MEAN_ROUNDS = 8, 3
+"""The same of means, of which each part is a turn."""
 LEAST_SHARE = 2.0**-45
 """Parts this narrow, of a panel or of the box, are not cut."""
 HUGE_SLOPE = 1e300
@@ -71,7 +73,7 @@ def over_box(problem: Problem, claim: AnyClaim, design: Designs, ends: Ends, unt
         if not np.all(as_interval(margin).low > 0.0):
             return Answer(UNDECIDED)
     if isinstance(claim, MeanClaim):
-        return _of_mean(problem, claim, design, ends)
+        return Means(problem, claim, design, tuple(ends), until).run(over_turn(claim, ends))
     if isinstance(claim.curve, Derivative):
         return Answer(UNDECIDED)
     return Search(problem, claim, design, tuple(ends), until).run(Parts.first(problem, claim, ends))
@@ -79,17 +81,6 @@ def over_box(problem: Problem, claim: AnyClaim, design: Designs, ends: Ends, unt
 
 def _wide(low: float, high: float) -> Any:
     return Interval(np.array([low]), np.array([high]))
-
-
-def _of_mean(problem: Problem, claim: MeanClaim, design: Designs, ends: Ends) -> Answer:
-    """Whether all designs of a box hold a claim on a mean, from its slopes alone."""
-    inside = design.with_values({name: np.array([(low + high) / 2.0]) for name, (low, high) in ends.items()})
-    box = design.with_values({name: _wide(*each) for name, each in ends.items()})
-    with np.errstate(all="ignore"):
-        excess = mean_excess(problem, claim, box, inside, [*ends])
-    if excess.value.high[0] <= 0.0:
-        return Answer(HELD)
-    return Answer(BROKEN, inside) if excess.at.low[0] > 0.0 else Answer(UNDECIDED)
 
 
 @dataclass(frozen=True)
@@ -106,12 +97,12 @@ class Parts:
     """Widths of the panel and of the box (1 + sizes, 1); 1 where it has none."""
 
     @classmethod
-    def first(cls, problem: Problem, claim: Claim, ends: Ends) -> "Parts":
+    def first(cls, problem: Problem, claim: AnyClaim, ends: Ends) -> "Parts":
         """Whole panels of the kinds of a claim, with the whole box, for each side of it."""
         return cls.of(np.flatnonzero(problem.programme.panels_of(claim.kinds)), claim, ends)
 
     @classmethod
-    def of(cls, panels: IntArray, claim: Claim, ends: Ends) -> "Parts":
+    def of(cls, panels: IntArray, claim: AnyClaim, ends: Ends) -> "Parts":
         """Some whole panels with the whole box, for each side of a claim."""
         panel, side = (each.ravel() for each in np.meshgrid(panels, np.array(claim.sides), indexing="ij"))
         low, high = np.array([(-1.0, 1.0), *ends.values()]).T[..., None]
@@ -173,29 +164,32 @@ class Search:
     """The search for a design of a box that breaks a claim at a cam angle."""
 
     problem: Problem
-    claim: Claim
+    claim: Any
+    """A claim, or one on a mean."""
     design: Designs
     names: tuple[str, ...]
     until: float
+    at_once: ClassVar[int] = AT_ONCE
+    rounds: ClassVar[int] = MOST_ROUNDS
 
     def run(self, parts: Parts) -> Answer:
         """Whether there is none, or one, or neither is found: those parts first that exceed the claim the most."""
         stack = [parts]
-        for _ in range(MOST_ROUNDS):
+        for _ in range(self.rounds):
             if not stack:
                 return Answer(HELD)
             parts = stack.pop()
             with np.errstate(all="ignore"):
                 excess = self.excess(parts)
             if np.any(excess.at.low > 0.0):
-                return Answer(BROKEN, self._point(parts, int(np.argmax(excess.at.low))))
+                return Answer(BROKEN, self.point(parts, int(np.argmax(excess.at.low))))
             left = np.flatnonzero(~(excess.value.high <= 0.0))
             left = left[np.argsort(excess.value.high[left], kind="stable")]  # what is not known comes last
             if np.any(parts.narrow[left]) or now() > self.until:
                 break
             parts = parts.take(left).monotone(excess.slopes[:, left])
             steepest = excess.slopes[:, left].largest_magnitude
-            for some in np.array_split(np.arange(left.size), -(-left.size // AT_ONCE) or 1):
+            for some in np.array_split(np.arange(left.size), -(-left.size // self.at_once) or 1):
                 stack += [parts.take(some).cut(steepest[:, some])] if some.size else []
         return Answer(UNDECIDED)
 
@@ -220,10 +214,43 @@ class Search:
         """The state of the follower over parts, whose middles are at ``u``."""
         return state_over(self.problem.programme.table, parts.panel, u, angle)
 
-    def _point(self, parts: Parts, number: int) -> Designs:
+    def point(self, parts: Parts, number: int) -> Designs:
         """The design in the middle of a part."""
         middle = (parts.low[1:, number] + parts.high[1:, number]) / 2.0
         return self.design.with_values({n: np.array([v]) for n, v in zip(self.names, middle, strict=True)})
+
+
+class Means(Search):
+    """The search for a design of a box that breaks a claim on a mean: parts are of the box alone."""
+
+    at_once: ClassVar[int] = MEANS_AT_ONCE
+    rounds: ClassVar[int] = MEAN_ROUNDS
+
+    def excess(self, parts: Parts) -> Sloped:
+        _, inside, like = boxes_of(self.design, self.names, parts)
+        ranges = {
+            name: Interval(*ends) for name, *ends in zip(self.names, parts.low[1:], parts.high[1:], strict=True)
+        }
+        found = mean_excess(self.problem, self.claim, inside.with_values(ranges), inside, [*self.names])
+        rows = (np.vstack([np.zeros((1, parts.size)), end]) for end in (found.slopes.low, found.slopes.high))
+        return replace(found, slopes=Interval(*rows), span=like.span)
+
+
+def over_turn(claim: MeanClaim, ends: Ends) -> Parts:
+    """All of a turn at once, with the whole box."""
+    parts = Parts.of(np.zeros(1, dtype=int), claim, ends)
+    low, high = parts.low.copy(), parts.high.copy()
+    low[0] = high[0] = 0.0
+    return replace(parts, low=low, high=high)
+
+
+def boxes_of(design: Designs, names: tuple[str, ...], parts: Parts) -> tuple[Designs, Designs, Sloped]:
+    """The designs of parts of a box, those in their middles, and what has the slopes of these parts."""
+    middle = (parts.low + parts.high) / 2.0
+    like, *sizes = variables([Interval(*ends) for ends in zip(parts.low, parts.high, strict=True)], [*middle])
+    every = design.take(np.zeros(parts.size, dtype=int))
+    boxes, inside = (dict(zip(names, each, strict=True)) for each in (sizes, middle[1:]))
+    return every.with_values(boxes), every.with_values(inside), like
 
 
 def state_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: Sloped) -> State:

@@ -30,6 +30,7 @@ from camopt.verdicts.claim_boxes import Answer, Ends, over_box
 from camopt.verdicts.ranges import is_ranged, ranged
 from camopt.verdicts.running import run_effects
 from camopt.verdicts.train_boxes import claim_over_trains, enters_train, limit_over_trains, motion_over_trains
+from camopt.verdicts.train_means import mean_over_trains
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 OF_BODY = ("size", SECOND_SIZE)
@@ -62,6 +63,8 @@ def limit_over_box(problem: Problem, limit: Limit, design: Designs, ends: Ends, 
         return Answer(HELD if _round(problem, design, ends, until) else UNDECIDED)
     if of_train(ends):
         if enters_train(problem, limit):
+            if limit.mean is not None and not limit.claims:
+                return mean_over_trains(problem, limit.mean, design, ends, until)
             return limit_over_trains(problem, limit, design, ends, until)
         ends = _own(ends)
     if limit.of_base:

@@ -40,8 +40,11 @@ MOST_ORDER = 2
 
 def enters_train(problem: Problem, limit: Limit) -> bool:
     """Whether trains that are off change a limit: not one on the motion that is asked of the tool, or the bore."""
-    asked = bool(limit.claims) and not problem.programme.given_at_follower
-    return not (limit.of_base or (asked and all(_of_tool(each.curve) for each in limit.claims)))
+    curves = [each.curve for each in limit.claims]
+    if limit.mean is not None:
+        curves += [make for make, _ in limit.mean.mean.curves]
+    asked = bool(curves) and not problem.programme.given_at_follower
+    return not (limit.of_base or (asked and all(map(_of_tool, curves))))
 
 
 def _of_tool(made: Any) -> bool:
@@ -165,7 +168,7 @@ class TrainSearch(Search):
             value, _ = curve(made(found.designs, found.driven), ..., found.driven.state)
         whole = value.divided() if isinstance(value, Quotient) else value
         excess = as_sloped(excess_of(claim, parts.side, as_quotient(whole), found.designs), found.angle)
-        return _where(found.assembled, excess)
+        return where_known(found.assembled, excess)
 
     def over(self, parts: Parts) -> Known:
         """The motion over parts."""
@@ -192,7 +195,7 @@ class TrainSearch(Search):
         return Known(driven, designs, angle, assembled)
 
 
-def _where(known: Any, excess: Sloped) -> Sloped:
+def where_known(known: Any, excess: Sloped) -> Sloped:
     """An excess that is not known elsewhere: where some train or cam is not assembled, or goes the other way."""
     high, low = np.where(known, excess.value.high, inf), np.where(known, excess.at.low, -inf)
     slopes = Interval(np.where(known, excess.slopes.low, -inf), np.where(known, excess.slopes.high, inf))
