@@ -12,6 +12,7 @@ import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -263,10 +264,12 @@ def file_name(table: str) -> str:
 def _tables(stack: ExitStack, unit: Unit, plan: SweepPlan) -> dict[str, TableWriter]:
     """The tables of a sweep by name, open until the stack is left."""
     scene = plan.scene.to_toml()
-    return {
-        table: stack.enter_context(table_file(unit.path(file_name(table)), kept, scene))
-        for table, kept in _columns(plan).items()
-    }
+    tables = {}
+    for table, kept in _columns(plan).items():
+        name = file_name(table)
+        tell = partial(unit.facts.__setitem__, name)
+        tables[table] = stack.enter_context(table_file(unit.path(name), kept, scene, tell))
+    return tables
 
 
 def _columns(plan: SweepPlan) -> dict[str, tuple[str, ...]]:

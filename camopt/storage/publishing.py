@@ -225,7 +225,7 @@ def _commit(unit: Unit, made: list[Path]) -> None:
         with naming(folder / file.name, target):
             check_replaceable(target)
         synced(file)
-        staged[file.name] = fact_of(file)
+        staged[file.name] = unit.facts.get(file.name) or fact_of(file)
         keep_mode(target, file)
     old = manifest_to_renew(folder)
     earlier = earlier_files(unit, old)

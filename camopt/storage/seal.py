@@ -10,8 +10,8 @@ import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from hashlib import sha256
+from math import inf
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -19,6 +19,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from camopt.storage.files import BYTES_AT_ONCE
+from camopt.storage.manifest import Fact
 
 SEAL_KEYS = PAGES, FOOTER = "camopt_pages", "camopt_footer"
 OLD_KEY = "camopt_rows"
@@ -30,11 +31,18 @@ FOOTER_BYTES = 8
 """Bytes at the end of a Parquet file: the length of the footer, and PAR1."""
 
 
+Tell = Callable[[Fact], Any]
+"""What takes the manifest's record of a file."""
+
+
 @contextmanager
-def sealed(path: Path, layout: pa.Schema, **options: Any) -> Iterator[Callable[[pa.Table], None]]:
+def sealed(
+    path: Path, layout: pa.Schema, tell: Tell = lambda fact: None, **options: Any
+) -> Iterator[Callable[[pa.Table], None]]:
     """A function that adds rows to a Parquet file, which is sealed when the block ends well.
 
-    It is a file of arrow's: in each write to one of Python's a thread would wait for the interpreter.
+    It is a file of arrow's: in each write to one of Python's a thread would wait for the interpreter. What is
+    written is read again at once, for its digest.
 
     Parameters
     ----------
@@ -42,23 +50,37 @@ def sealed(path: Path, layout: pa.Schema, **options: Any) -> Iterator[Callable[[
         The file, which is made anew.
     layout : pyarrow.Schema
         Columns and metadata.
+    tell : callable, optional
+        Called in the end with the manifest's record of the file.
     **options
         Options of ``pyarrow.parquet.ParquetWriter``.
     """
     plain: Any = {"compression": "zstd", "write_page_checksum": True, **options}
-    with pa.OSFile(os.fspath(path), "wb") as file, pq.ParquetWriter(file, layout, **plain) as parquet:
-        yield partial(parquet.write_table, row_group_size=ROWS_IN_GROUP)
-        parquet.add_key_value_metadata(dict.fromkeys(SEAL_KEYS, BLANK))
-    with path.open("r+b") as whole:
-        close_seal(whole)
+    with path.open("w+b") as whole:
+        digest = sha256()
+        with pa.OSFile(os.fspath(path), "wb") as file, pq.ParquetWriter(file, layout, **plain) as parquet:
+
+            def add(table: pa.Table) -> None:
+                parquet.write_table(table, row_group_size=ROWS_IN_GROUP)
+                _update(digest, whole)
+
+            yield add
+            parquet.add_key_value_metadata(dict.fromkeys(SEAL_KEYS, BLANK))
+        tell(close_seal(whole, digest))
 
 
-def close_seal(file: BinaryIO) -> None:
-    """Put the digests into their places."""
+def close_seal(file: BinaryIO, digest: Any = None) -> Fact:
+    """Put the digests into their places; the record of the file. ``digest`` is of what has been read of it."""
+    read, digest = (file.tell(), digest) if digest else (0, sha256())
     start, footer = footer_of(file)
+    file.seek(read)
+    _update(digest, file, start - read)
+    footer = _with_digests(digest.hexdigest(), footer)
     file.seek(start)
-    file.write(_with_digests(file, start, footer))
+    file.write(footer)
     file.flush()
+    digest.update(footer)
+    return Fact(digest.hexdigest(), start + len(footer))
 
 
 def is_intact(file: BinaryIO) -> bool:
@@ -70,7 +92,10 @@ def is_intact(file: BinaryIO) -> bool:
         If there is no footer, or no seal in it.
     """
     start, footer = footer_of(file)
-    return _with_digests(file, start, footer) == footer
+    digest = sha256()
+    file.seek(0)
+    _update(digest, file, start)
+    return _with_digests(digest.hexdigest(), footer) == footer
 
 
 def footer_of(file: BinaryIO) -> tuple[int, bytes]:
@@ -90,11 +115,11 @@ def footer_of(file: BinaryIO) -> tuple[int, bytes]:
     return start, file.read()
 
 
-def _with_digests(file: BinaryIO, start: int, footer: bytes) -> bytes:
-    """A footer with its digests filled in."""
+def _with_digests(digest: str, footer: bytes) -> bytes:
+    """A footer with its digests filled in: that of all before it, and its own."""
     pages, own = (_place(key, footer) for key in SEAL_KEYS)
     found = bytearray(footer)
-    found[pages], found[own] = _digest(file, start).encode(), BLANK.encode()
+    found[pages], found[own] = digest.encode(), BLANK.encode()
     found[own] = sha256(found).hexdigest().encode()
     return bytes(found)
 
@@ -107,14 +132,11 @@ def _place(key: str, footer: bytes) -> slice:
     return slice(*found[0].span(1))
 
 
-def _digest(file: BinaryIO, size: int) -> str:
-    """SHA-256 of the first bytes of a file, which are read in parts."""
-    digest = sha256()
-    file.seek(0)
-    while size > 0 and (part := file.read(min(BYTES_AT_ONCE, size))):
+def _update(digest: Any, file: BinaryIO, size: float = inf) -> None:
+    """Add so many bytes of a file, or all that follow, to a digest; they are read in parts."""
+    while size > 0 and (part := file.read(int(min(BYTES_AT_ONCE, size)))):
         digest.update(part)
         size -= len(part)
-    return digest.hexdigest()
 
 
 def without_seal(layout: pa.Schema) -> pa.Schema:

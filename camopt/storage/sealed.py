@@ -21,7 +21,7 @@ SCENE_KEY = b"camopt_scene"
 
 def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
     """Write a table with its seal, whole or not at all."""
-    plain = {"use_compliant_nested_type": False}  # the items of lists keep their name
+    plain: Any = {"use_compliant_nested_type": False}  # the items of lists keep their name
     with whole_file(path) as partial, sealed(partial, table.schema, **plain) as add:
         add(table)
 

@@ -1,11 +1,12 @@
 """The unit of publishing: the files of a result, where they are written, and their allowed names."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 from camopt.storage.files import WORK_FOLDER
+from camopt.storage.manifest import Fact
 
 JOURNAL = ".journal"
 TABLE_ENDING, PART_ENDING = ".parquet", ".sweep"
@@ -38,6 +39,8 @@ class Unit:
         What was asked, in what JSON takes; None where nobody asks again.
     answer : Any
         What to tell whoever asks again, in what JSON takes; it is kept if it is set before the end.
+    facts : dict
+        The records of files that were made as they were written, by name; of the others they are made in the end.
     files : tuple of pathlib.Path
         What was published; nothing before the end.
     """
@@ -51,6 +54,7 @@ class Unit:
     revises: bool = False
     question: Any = None
     answer: Any = None
+    facts: dict[str, Fact] = field(default_factory=dict)
     files: tuple[Path, ...] = ()
 
     @property

@@ -14,7 +14,7 @@ from camopt.mistakes import BadInput
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES, Quantity
 from camopt.scene.scene import Scene
-from camopt.storage.seal import ROWS_IN_GROUP, sealed
+from camopt.storage.seal import ROWS_IN_GROUP, Tell, sealed
 from camopt.storage.sealed import SCENE_KEY, TYPES, no_table, read_table, table_facts, write_table
 from camopt.storage.version import VERSION
 
@@ -118,10 +118,10 @@ def parquet_options(layout: pa.Schema) -> dict[str, Any]:
 
 
 @contextmanager
-def row_groups(path: Path, names: tuple[str, ...], about: Mapping[str, str]) -> Iterator["RowGroups"]:
+def row_groups(path: Path, names: tuple[str, ...], about: Mapping[str, str], tell: Tell) -> Iterator["RowGroups"]:
     """What writes rows of some quantities to a file, which is sealed when the block ends well."""
     layout = schema_of((QUANTITIES[name] for name in names), **about)
-    with sealed(path, layout, **parquet_options(layout)) as add:
+    with sealed(path, layout, tell, **parquet_options(layout)) as add:
         yield RowGroups(add, layout)
 
 

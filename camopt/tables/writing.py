@@ -5,10 +5,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from camopt.problem.rows import Rows
 from camopt.storage.files import naming, whole_file
+from camopt.storage.manifest import Fact
 
 if TYPE_CHECKING:
     from camopt.tables.table import RowGroups
@@ -17,10 +18,15 @@ WAITING = 2  # batches of rows that wait in memory while another is written
 
 
 @contextmanager
-def table_file(path: Path, names: tuple[str, ...], scene: str) -> Iterator["TableWriter"]:
-    """A Parquet file of some quantities that grows by batches, and takes its final name only when whole."""
+def table_file(
+    path: Path, names: tuple[str, ...], scene: str, tell: Callable[[Fact], Any] = lambda fact: None
+) -> Iterator["TableWriter"]:
+    """A Parquet file of some quantities that grows by batches, and takes its final name only when whole.
+
+    ``tell`` is called with the manifest's record of it before that.
+    """
     with whole_file(path) as partial, ExitStack() as open_file:
-        writer = TableWriter(path, partial, open_file, names, {"camopt_scene": scene})
+        writer = TableWriter(path, partial, open_file, names, {"camopt_scene": scene}, tell)
         with writer.thread:
             yield writer
             writer.finish()
@@ -30,10 +36,16 @@ class TableWriter:
     """Has rows written by a thread, which imports pyarrow: few wait in memory, errors come with the next."""
 
     def __init__(
-        self, path: Path, partial: Path, open_file: ExitStack, names: tuple[str, ...], about: dict[str, str]
+        self,
+        path: Path,
+        partial: Path,
+        open_file: ExitStack,
+        names: tuple[str, ...],
+        about: dict[str, str],
+        tell: Callable[[Fact], Any],
     ) -> None:
         self._path, self._partial, self._open_file = path, partial, open_file
-        self._names, self._about = names, about
+        self._names, self._about, self._tell = names, about, tell
         self.thread = ThreadPoolExecutor(1)
         self._writing: deque[Future[None]] = deque()
         self._groups: RowGroups | None = None
@@ -72,7 +84,9 @@ class TableWriter:
         if self._groups is None:
             from camopt.tables.table import row_groups
 
-            self._groups = self._open_file.enter_context(row_groups(self._partial, self._names, self._about))
+            self._groups = self._open_file.enter_context(
+                row_groups(self._partial, self._names, self._about, self._tell)
+            )
         return self._groups
 
     def _close(self) -> None:
