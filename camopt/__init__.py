@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from camopt.tolerances.margins import Margin
     from camopt.tolerances.tolerance import DwellError, MotionError, MotionErrors, tolerance
     from camopt.tolerances.worst_case import WorstCase
+    from camopt.tolerances.worst_passing import WorstPassage
     from camopt.tolerances.worst_wobble import WorstWobble
     from camopt.verdicts.certify import certify
     from camopt.verdicts.evaluation import Evaluation, evaluate
@@ -101,6 +102,7 @@ _HOMES = {
     "ToleranceUse": "measured.inspection",
     "UnknownName": "mistakes",
     "WorstCase": "tolerances.worst_case",
+    "WorstPassage": "tolerances.worst_passing",
     "WorstWobble": "tolerances.worst_wobble",
     "Unmet": "mistakes",
     "Unsolved": "mistakes",
@@ -191,6 +193,7 @@ __all__ = [
     "Unmet",
     "Unsolved",
     "WorstCase",
+    "WorstPassage",
     "WorstWobble",
     "__version__",
     "allocate",

@@ -1,11 +1,12 @@
 """Timing: at which cam angles the follower passes a given lift, on the way out and on the way back.
 
 Where it does so is a root of the motion's polynomial on a panel, found to rounding. A follower that rests at the
-lift is not above it. With tolerances, all cams within them pass it between two cam angles (``tolerances.passing``).
+lift is not above it. With tolerances, all cams within them pass it between two cam angles, to first order
+(``tolerances.passing``) and proved by exact contact (``tolerances.worst_passing``).
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from math import degrees, radians
 from numbers import Real
 from typing import Any, NamedTuple
@@ -23,9 +24,12 @@ from camopt.quantities import displacement_unit
 from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
+from camopt.tables.cells import with_unit
 from camopt.tables.layout import Table, table_of
 from camopt.tolerances.passing import Passing
+from camopt.tolerances.touching import error_unit
 from camopt.tolerances.turn import TurnErrors
+from camopt.tolerances.worst_passing import Asked, WorstPassage, worst_passages
 
 DEFAULT_SHARE = 0.5  # of the largest lift, where a scene gives no lash
 SAME_PLACE = 1e-12  # rad: roots nearer to each other are one, at the end of a panel
@@ -73,6 +77,9 @@ class Timing(HasHtml):
         Lift by lift, each in the order of the turn.
     velocity_unit : str
         m/s (rad/s), or without rpm mm/rad (deg/rad).
+    worst : tuple of WorstPassage
+        With ``[tolerances]``, of each passage: before and after which cam angle no cam within them passes, proved
+        by exact contact, and a cam that nearly does.
 
     Examples
     --------
@@ -84,6 +91,7 @@ class Timing(HasHtml):
     scene: Scene
     passages: tuple[Passage, ...]
     velocity_unit: str
+    worst: tuple[WorstPassage, ...] = ()
 
     def records(self) -> list[dict[str, float]]:
         """A mapping for each passage; with angles of the crank, of a scene that gives its speed."""
@@ -103,6 +111,24 @@ class Timing(HasHtml):
         }
         names = dict.fromkeys(name for row in rows for name in row)
         return table_of(f"{self.scene.name}: above a lift", rows, names, units=units)
+
+    def worst_table(self) -> Table | None:
+        """When no cam within the tolerances passes, with the errors of one that nearly does; None without any."""
+        rows = [self._of_worst(each) for each in self.worst]
+        units = dict.fromkeys(("bound_deg", "gap_deg"), "deg")
+        units["lift"] = displacement_unit(angular=self.scene.tool_turns)
+        title = f"{self.scene.name}: no cam within the tolerances passes sooner or later, proved"
+        why = dict.fromkeys(each.unproved for each in self.worst if each.unproved)
+        told = "".join(f"No bound is proved where it is infinite: {each}. " for each in why).strip()
+        return replace(table_of(title, rows, [*rows[0]], units=units), note=told) if rows else None
+
+    def _of_worst(self, worst: WorstPassage) -> dict[str, Any]:
+        """A row of it."""
+        said = ", ".join(
+            f"{key} {with_unit(each, error_unit(self.scene, key))}" for key, each in worst.errors.items()
+        )
+        about = {name: getattr(worst, name) for name in ("lift", "passage", "end", "bound_deg", "gap_deg")}
+        return {**about, "a cam that nearly does": said}
 
     def _of_crank(self, passage: dict[str, float]) -> dict[str, float]:
         """The cam angles as angles of the crank, which is at 0 with the cam, where the scene gives its speed."""
@@ -156,9 +182,17 @@ def timing(scene: Scene, lifts: Iterable[float] | None = None) -> Timing:
     if wrong:
         raise BadInput([Mistake(problem.file, "lift", each, allowed) for each in wrong])
     found = [each for lift in levels for each in _passages(programme, float(lift), scale(setup, 1))]
+    worst = list[WorstPassage]()
     if not problem.missing and (turn := TurnErrors(scene, problem)).sampled:
         found = [_within_tolerances(each, Passing(turn, each.lift * programme.unit)) for each in found]
-    return Timing(scene, tuple(found), unit_of(setup, 1))
+        worst += worst_passages(turn, [asked for each in found for asked in _asked(each, programme.unit)])
+    return Timing(scene, tuple(found), unit_of(setup, 1), tuple(worst))
+
+
+def _asked(passage: Passage, unit: float) -> Iterator[Asked]:
+    """The two events of a passage."""
+    for name, angle in ("rises", passage.rises_at_deg), ("falls", passage.falls_at_deg):
+        yield Asked(passage.lift, passage.lift * unit, name, radians(angle))
 
 
 def _within_tolerances(passage: Passage, passing: Passing) -> Passage:

@@ -10,7 +10,7 @@ from camopt.tolerances.worst_case import GAPS, WORSE
 from camopt.verdicts.claim_boxes import Answer
 from camopt.verdicts.words import BROKEN, HELD
 
-SECONDS = 5.0
+SECONDS = 10.0
 """For the bounds of all dwells of a motion, and for those of all passages of a lift."""
 
 Values = dict[str, float]

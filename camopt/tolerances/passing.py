@@ -5,6 +5,7 @@ outward as soon as the first of them is there, and surely has when the second on
 velocity divides an error: where the tool is slow, an angle is as far off as the motion takes to make up for it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, pi
 from typing import NamedTuple
@@ -40,16 +41,7 @@ class Passing:
 
     def _until(self, angle: float, way: float, side: float) -> float:
         """How far backward or forward some cam still is at the level, at the upper or lower end of its error."""
-        near, far = 0.0, 2 * pi
-        for count in (STEPS, *[FINER] * ZOOMS):
-            steps = np.linspace(near, far, count)
-            reached = side * self._above(angle + way * steps, side) >= 0.0
-            reached[0] = True
-            if reached.all():
-                return way * inf if far == 2 * pi else angle + way * far
-            first = int(np.argmin(reached))
-            near, far = float(steps[first - 1]), float(steps[first])
-        return angle + way * (near + far) / 2
+        return until(angle, way, lambda angles: side * self._above(angles, side))
 
     def _above(self, angles: FloatArray, side: float) -> FloatArray:
         """How far above the level the tool is at an end of its error."""
@@ -57,3 +49,17 @@ class Passing:
         ends = worst_ends(self.turn.at(within), 0)
         y = self.turn.problem.programme.tool.at(within)[0]
         return np.asarray(y + (ends.upper if side > 0.0 else ends.lower) - self.level)
+
+
+def until(angle: float, way: float, above: Callable[[FloatArray], FloatArray]) -> float:
+    """Up to which place, backward or forward from one, a value stays 0 or more; infinite if all over the turn."""
+    near, far = 0.0, 2 * pi
+    for count in (STEPS, *[FINER] * ZOOMS):
+        steps = np.linspace(near, far, count)
+        reached = above(angle + way * steps) >= 0.0
+        reached[0] = True
+        if reached.all():
+            return way * inf if far == 2 * pi else angle + way * far
+        first = int(np.argmin(reached))
+        near, far = float(steps[first - 1]), float(steps[first])
+    return angle + way * (near + far) / 2

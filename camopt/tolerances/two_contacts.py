@@ -284,6 +284,8 @@ class PairCams:
 
 def own_errors(problem: Problem, place: int, errors: Mapping[str, Any]) -> dict[str, Any]:
     """Errors as a contact has them; that of the bore, in the frame of the cam, is in the mirror at the second."""
+    if not problem.setup.mechanism.further:
+        return dict(errors)
     found, turned = dict[str, Any](), bool(place) and in_mirror(problem)
     for key, value in errors.items():
         if key == BORE:

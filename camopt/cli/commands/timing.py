@@ -21,7 +21,9 @@ from camopt.cli.options import DEFAULT_SCENE, Command, output_options, scene_opt
 def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> int:
     """Find where in the turn the follower passes a lift, as a valve's opening and closing.
 
-    A scene with [tolerances] has the earliest and the latest cam angle of all cams within them beside each.
+    A scene with [tolerances] has the earliest and the latest cam angle of all cams within them beside each, to
+    first order, and in a second table those before and after which no cam passes, proved by exact contact, with the
+    errors of a cam that nearly does.
     """
     from camopt.cli import terminal
     from camopt.problem.rows import finite
@@ -30,7 +32,9 @@ def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> 
     result = run(scene, lifts or None)
     if as_json:
         about = {"scene": scene.name, "velocity_unit": result.velocity_unit}
-        terminal.print_json({**about, "passages": [finite(each) for each in result.records()]})
+        worst = [finite(each._asdict()) for each in result.worst]
+        terminal.print_json({**about, "passages": [finite(each) for each in result.records()], "worst": worst})
     else:
-        terminal.show(result.table())
+        for table in filter(None, (result.table(), result.worst_table())):
+            terminal.show(table)
     return 0
