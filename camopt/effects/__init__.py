@@ -1,7 +1,8 @@
 """Effects compute quantities; a plan runs only the effects that are needed."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 from camopt.effects import (
@@ -37,6 +38,7 @@ from camopt.effects import (
 from camopt.effects.case import Bounded, Case, Effect, Setup, SolidGiven
 from camopt.effects.contacts import of_each_contact, on_each_contact, on_one_disc
 from camopt.effects.given import Bodies, GivenDynamics, GivenErrors, GivenNumbers
+from camopt.numerics.same import Same
 from camopt.quantities import QUANTITIES, in_order
 
 __all__ = [
@@ -124,10 +126,14 @@ def lacking(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(setup).items()}
 
 
-def effects_needed(wanted: Iterable[str], setup: Setup) -> dict[str, set[str]]:
+def effects_needed(wanted: Iterable[str], setup: Setup) -> Mapping[str, frozenset[str]]:
     """The quantities needed of each effect, by its name, in the order in which effects run."""
-    asked: dict[str, set[str]] = {}
-    open_ = set(wanted)
+    return _needed(frozenset(wanted), Same(setup))
+
+
+@lru_cache(maxsize=16)
+def _needed(wanted: frozenset[str], same: Same[Setup]) -> Mapping[str, frozenset[str]]:
+    setup, asked, open_ = same.value, dict[str, set[str]](), set(wanted)
     while open_:
         name = open_.pop()
         effect = EFFECTS.get(QUANTITIES[name].effect)
@@ -136,4 +142,4 @@ def effects_needed(wanted: Iterable[str], setup: Setup) -> dict[str, set[str]]:
         if effect.name not in asked:
             open_ |= set(effect.reads(setup))
         asked.setdefault(effect.name, set()).add(name)
-    return {name: asked[name] for name in EFFECTS if name in asked}
+    return {name: frozenset(asked[name]) for name in EFFECTS if name in asked}

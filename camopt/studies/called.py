@@ -1,5 +1,6 @@
 """Which effects a scene calls for, and what called for each."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from camopt.effects import EFFECTS, effects_needed
@@ -33,7 +34,7 @@ def what_runs(problem: Problem) -> list[Called]:
     ]
 
 
-def _callers(problem: Problem, asked: dict[str, set[str]], names: set[str]) -> list[str]:
+def _callers(problem: Problem, asked: Mapping[str, frozenset[str]], names: frozenset[str]) -> list[str]:
     """What asks for any of some quantities."""
     found = [f"limits.{limit.name}" for limit in problem.limits if names & set(limit.needs)]
     signs = problem.objectives.items()

@@ -144,10 +144,12 @@ def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> R
     return Rows(rows.columns | verdict, rows.count)
 
 
-def excesses(limits: Iterable[Limit], columns: Columns, designs: Designs) -> FloatArray:
+def excesses(limits: Sequence[Limit], columns: Columns, designs: Designs) -> FloatArray:
     """Relative excess over each limit, (limits, designs)."""
-    rows = [limit.excess(columns, designs) + np.zeros(len(designs)) for limit in limits]
-    return np.array(rows).reshape(len(rows), len(designs))
+    found = np.empty((len(limits), len(designs)))
+    for limit, over in zip(limits, found, strict=True):
+        over[:] = limit.excess(columns, designs)
+    return found
 
 
 def worst_excesses(problem: Problem, limits: Sequence[Limit], designs: Designs) -> FloatArray:

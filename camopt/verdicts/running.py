@@ -42,8 +42,12 @@ def with_pitch_values(rows: Rows, case: Case, effect: Effect, names: frozenset[s
     """The rows of a case with what one more effect finds of pitch curves, the same bits for all that share one."""
     if effect.of_pitch is nothing:
         return rows
-    curves = replace(case, designs=case.setup.mechanism.pitch(case.designs))
-    return with_found(rows, effect.of_pitch(curves, names), names)
+    return of_curves(rows, replace(case, designs=case.setup.mechanism.pitch(case.designs)), effect, names)
+
+
+def of_curves(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
+    """The same of designs that are drawn by a point, one of each curve."""
+    return rows if effect.of_pitch is nothing else with_found(rows, effect.of_pitch(case, names), names)
 
 
 def beyond_pitch(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:

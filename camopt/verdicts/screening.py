@@ -19,7 +19,7 @@ from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
 from camopt.verdicts.judging import Effort, evaluate_with_effort, excesses, proved_status, with_exact_numbers
 from camopt.verdicts.refuting import refuted
-from camopt.verdicts.running import beyond_pitch, extended, planned, with_pitch_values
+from camopt.verdicts.running import beyond_pitch, extended, of_curves, planned, with_pitch_values
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def screened_by_pitch(candidates: Candidates, wanted: frozenset[str], later: tup
     found = candidates.unrefuted(candidates.problem.claims_of_pitch)
     found = replace(found, pending=tuple(limit for limit in candidates.pending if limit not in later))
     for effect, names in found.plan(wanted):
-        found = found.asked(with_pitch_values(found.rows, found.case, effect, names))
+        found = found.asked(of_curves(found.rows, found.case, effect, names))
     return replace(found, pending=(*later, *found.pending))
 
 
