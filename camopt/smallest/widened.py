@@ -63,30 +63,41 @@ class Toleranced:
 
 def tolerances_of(problem: Problem) -> Iterator[Toleranced]:
     """The tolerances of a problem that are above 0."""
-    given = problem.setup.errors
-    zones = {field: Band(zone.lower, zone.upper) for field, zone in problem.zones.items()}
-    numbers = zones if given is None else {**given.sizes, **zones}
-    variables = {each.field: each for each in problem.variables}
-    for field, band in numbers.items():
+    given, variables = problem.setup.errors, {each.field: each for each in problem.variables}
+    fields = {each.key: field for field, each in variables.items()}
+    sizes = {} if given is None else {variables[field].key: band for field, band in given.sizes.items()}
+    others = {} if given is None else {**given.second, **{key: band for key, (band, _) in given.links.items()}}
+    zones = {variables[field].key: Band(zone.lower, zone.upper) for field, zone in problem.zones.items()}
+    for key, band in {**sizes, **others, **zones}.items():
         if band.low or band.high:
-            variable = variables[field]
+            variable = variables[fields[key]]
             unit = MICRON if variable.unit == "mm" else (variable.unit, 1.0)
-            yield Toleranced(f"tolerances.{variable.key}", band, *unit, _of_size(field), field)
+            yield Toleranced(f"tolerances.{key}", band, *unit, _of_number(key, fields[key]), fields[key])
     if given is None:
         return
     for key, name in (("profile", "profile"), ("bore_eccentricity", "bore")):
         if size := getattr(given, name):
             yield Toleranced(f"tolerances.{key}", Band(-size, size), *MICRON, _of_distance(name))
-    for key, name in (("phase", "phase"), ("face_tilt", "tilt")):
+    for key, name in (("phase", "phase"), ("face_tilt", "tilt"), ("disc_phase", "disc_phase")):
         band = getattr(given, name)
         if band.low or band.high:
             yield Toleranced(f"tolerances.{key}", band, *DEGREE, _of_angle(name))
 
 
-def _of_size(field: str) -> Callable[[GivenErrors, Band], GivenErrors]:
-    return lambda given, band: replace(
-        given, sizes={**given.sizes, field: band} if field in given.sizes else given.sizes
-    )
+def _of_number(key: str, field: str) -> Callable[[GivenErrors, Band], GivenErrors]:
+    """A size of the follower, one of its second contact, or a number of the train, where errors of the tool are."""
+
+    def put(given: GivenErrors, band: Band) -> GivenErrors:
+        sizes, second, links = dict(given.sizes), dict(given.second), dict(given.links)
+        if field in sizes:
+            sizes[field] = band
+        if key in second:
+            second[key] = band
+        if key in links:
+            links[key] = band, links[key][1]
+        return replace(given, sizes=sizes, second=second, links=links)
+
+    return put
 
 
 def _of_distance(name: str) -> Callable[[GivenErrors, Band], GivenErrors]:

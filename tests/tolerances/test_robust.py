@@ -160,6 +160,30 @@ def test_a_tolerance_has_a_price_where_a_limit_on_errors_holds_the_cam():
         assert costs[f"tolerances.{key}"].price == pytest.approx(exact, rel=1e-3)
 
 
+SECOND = {"drive.roller_radius": 0.02, "disc_phase": 0.02, "phase": 0.02, "profile": 0.01, "waves": 9}
+SECOND |= {"follower.arm_length": 0.02}
+LINKED = {"train.1.coupler": 0.05, "follower.arm_length": 0.03, "phase": 0.02, "profile": 0.01}
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "limit", "keys"),
+    [
+        ("press-feed-by-pair", SECOND, {"velocity_error": 0.05}, ("drive.roller_radius", "disc_phase")),
+        ("slide-by-bell-crank", LINKED, {"position_error": 0.0695}, ("train.1.coupler",)),
+    ],
+)
+def test_so_have_those_of_a_second_contact_and_of_links(name, given, limit, keys):
+    scene = camopt.find_scene(name).replace(
+        part={}, limits=limit, tolerances=given, search={"base_radius": [40, 60]}
+    )
+    costs = prices_of(scene)
+    for key in keys:
+        price = costs[f"tolerances.{key}"]
+        unit = 1e-3 if price.unit == "µm" else 1.0
+        exact = unit * price_by_differences(scene, f"tolerances.{key}", given[key], 2e-4 * given[key])
+        assert price.price == pytest.approx(exact, rel=2e-3)
+
+
 def test_an_error_that_is_infinite_whatever_the_size_stops_a_search_at_once():
     scene = Scene.from_dict({
         **{key: cam_with("roller", "parabolic")[key] for key in ("cam", "follower", "motion")},
