@@ -39,13 +39,13 @@ def _nothing(done: int, total: int) -> None:
 
 @contextmanager
 def _shown(console: Console, unit: str) -> Iterator[Advance]:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn
-
     from camopt.numerics.clock import now
 
     if not sys.stderr.isatty():
         yield LogLines(unit, now, say)
         return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn
+
     pace = Pace(now)
     told = (TextColumn("{task.fields[rate]}"), TextColumn("{task.fields[left]}", style="cyan"))
     columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TaskProgressColumn(), *told)
@@ -106,13 +106,12 @@ def show(*things: Any) -> None:
             continue
         screen.print(thing.title, soft_wrap=True)  # above the table, or it is wrapped to the table's width
         printed = _printed(thing)
-        room = _plain(NO_WIDTH).measure(printed)
-        if room_across() < room.minimum:
+        most = room_across() if thing.is_headed else line_length()
+        least = _plain(NO_WIDTH).measure(printed).minimum if most < NO_WIDTH else 0
+        if room_across() < least:
             screen.print(_row_by_row(thing), soft_wrap=True)
         else:
-            most = room_across() if thing.is_headed else line_length()
-            width = max(min(room.maximum, most), room.minimum)
-            _plain(width).print(printed, crop=False)
+            _plain(max(most, least)).print(printed, crop=False)
         if thing.note:
             screen.print(in_lines(thing.note), soft_wrap=True)
 
