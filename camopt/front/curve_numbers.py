@@ -13,7 +13,7 @@ from camopt.numerics import FloatArray, IntArray
 from camopt.problem.problem import Problem
 from camopt.problem.space import Space
 
-MOST_CURVES = 2**19  # kept of one motion: some 200 bytes each
+MOST_CURVES = 2**20  # kept of one motion: some 250 bytes each
 MOST_SUMS = 2**20  # of a radius of the roller and one of the cam, which are sorted: some 130 bytes each
 WORTH = 1.5  # designs a pitch curve, from which on they are worth keeping
 AT_ONCE = 2**16  # pitch curves searched together, or somewhat fewer

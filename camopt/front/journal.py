@@ -24,6 +24,7 @@ from camopt.storage.records import END_RECORD, JOURNAL_MAGIC, cut_after, record,
 from camopt.storage.unit import journal_path
 
 RECORD_SECONDS = 1.0  # between records: less is lost at most, and a sweep that is shorter writes none
+RECORD_ROWS = 2**19  # or as soon as so many rows wait, which bounds the memory: some 150 bytes each
 
 Found = TypeVar("Found")
 
@@ -73,7 +74,8 @@ class Journal:
         if self.trouble:
             return
         self._pending.append(batch)
-        if now() - self._since >= RECORD_SECONDS:
+        rows = sum(each.kept.count for each in self._pending)
+        if rows >= RECORD_ROWS or now() - self._since >= RECORD_SECONDS:
             self._write_pending()
             self._since = now()
 

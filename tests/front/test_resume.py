@@ -181,6 +181,17 @@ def kept_journal(tmp_path_factory):
     return data, ends
 
 
+def test_many_rows_are_written_before_a_second_is_over(tmp_path, monkeypatch):
+    monkeypatch.setattr(journal, "RECORD_SECONDS", inf)
+    monkeypatch.setattr(journal, "RECORD_ROWS", 100)
+    with pytest.raises(Stopped, match=KEPT):
+        run(tmp_path, progress=stopped(1500))
+    with (tmp_path / ".camopt" / "sweep.journal").open("rb") as file:
+        kept = [batch_of(payload).kept.count for payload, _ in [*journal.records(file)][1:]]
+    assert len(kept) > 2
+    assert all(100 <= rows < 100 + BLOCK for rows in kept[:-1])
+
+
 def read(path, data):
     path.write_bytes(data)
     asked = sweep_plan(SCENE, "feasible", BLOCK)
