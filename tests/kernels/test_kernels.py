@@ -28,10 +28,10 @@ from camopt.kernels.compiling import COMPILING
 from camopt.kernels.kernel_cache import KernelFile, opened_folder
 from camopt.kernels.version import version_of_kernels
 from camopt.mechanisms import Designs
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, workspace
 from camopt.numerics.extremes import search_all, search_curve
 from camopt.numerics.jet import Jet, power
-from camopt.numerics.workspace import PLAIN_TILE
+from camopt.numerics.workspace import TILE
 from camopt.problem.problem import exactly, resolve
 from camopt.scene.scene import Scene, find_scene
 
@@ -193,13 +193,14 @@ def curve_of(problem, make, count):
 @pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "knife-300rpm-offset"])
 @pytest.mark.parametrize("curve", ["pressure", "curvature"])
 def test_compiled_and_plain_extremes_are_the_same_bits(name, curve, monkeypatch):
-    """Of more designs than there are in a tile, of which each form has its own."""
+    """Of more designs than there are in a tile; that of the plain form is made as small as the other one."""
     problem = exactly(resolve(find_scene(name)))
     make = getattr(problem.setup.mechanism, curve)
     monkeypatch.setattr(compile, "SMALL_ARRAY", 0)
-    compiled = curve_of(problem, make, PLAIN_TILE + 1)
+    compiled = curve_of(problem, make, TILE + 1)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
-    plain = curve_of(problem, make, PLAIN_TILE + 1)
+    monkeypatch.setattr(workspace, "PLAIN_TILE", TILE)
+    plain = curve_of(problem, make, TILE + 1)
     for one, other in zip(compiled, plain, strict=True):
         assert np.array_equal(one, other)
 
