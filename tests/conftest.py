@@ -67,12 +67,13 @@ def _few_levels(monkeypatch):
 
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_for_many():
-    """Tests share what is compiled: it pays for fewer designs, and once plain runs have taken as long as compiling.
+    """Tests share what is compiled: it pays for fewer designs, and once plain runs, or one, have taken as long.
 
     It is compiled by the process that asks for it: one beside two workers would get no time for it.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compile, "SMALL_ARRAY", 1000)
         patch.setattr(compile, "PAYS", 10.0)
-        patch.setattr(compile, "ALONE", 0.25)
+        patch.setattr(compile, "ALONE", 0.12)
+        patch.setattr(compile, "PATIENCE", 1.2)
         yield
