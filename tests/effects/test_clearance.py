@@ -368,9 +368,9 @@ def test_a_smallest_cam_holds_the_speed_of_its_crossings():
     most = evaluate(scene.replace(**{"cam.base_radius": 80.0}))["slip_speed_max_m_s"]
     limited = scene.replace(**{"limits.slip_speed": most, "limits.pressure_angle": 60})
     best = optimise(limited).best
-    sizes = np.linspace(40.0, 120.0, 161)
-    held = [s for s in sizes if evaluate(limited.replace(**{"cam.base_radius": float(s)}))["feasible"]]
-    assert held[0] - 0.5 <= best["base_radius_mm"] <= held[0] + 1e-9
+    sizes = np.linspace(40.0, 120.0, 161).tolist()
+    held = next(s for s in sizes if evaluate(limited.replace(**{"cam.base_radius": s}))["feasible"])
+    assert held - 0.5 <= best["base_radius_mm"] <= held + 1e-9
 
 
 def test_a_sweep_over_clearances_has_what_each_scene_has(tmp_path):

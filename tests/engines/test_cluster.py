@@ -96,10 +96,10 @@ async def no_workers(dask_scheduler):
 
 
 def test_nobody_waits_for_workers_that_are_all_gone(monkeypatch):
-    monkeypatch.setattr(dask_cluster, "JOINED", 5.0)
     with cluster("local", 1) as engine:
         found = engine.in_order(sines, range(10_000))
         next(found)
+        monkeypatch.setattr(dask_cluster, "JOINED", 1.0)
         engine.client.run_on_scheduler(no_workers)
         with pytest.raises(ConnectionError, match="the Dask scheduler has no workers"):
             list(found)
