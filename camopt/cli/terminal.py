@@ -4,17 +4,16 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
-from typing import Any
-
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table as RichTable
-from rich.tree import Tree
+from typing import TYPE_CHECKING, Any
 
 from camopt.cli.exits import say
 from camopt.cli.pace import LogLines, Pace, rate_of, time_left
 from camopt.tables.cells import to_json
 from camopt.tables.layout import ABOUT, NUMERIC, VALUE, Table
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table as RichTable
 
 Advance = Callable[[int, int], None]
 
@@ -24,12 +23,11 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
     """On standard error how far the work is, by a bar if that is a terminal, and if kernels are compiled."""
     from camopt.kernels.compiling import announced
 
-    console = Console(stderr=True, quiet=quiet)
-
     def tell() -> None:
-        console.print("camopt: compiling kernels, this first time only …", style="dim")
+        if not quiet:
+            say("camopt: compiling kernels, this first time only …")
 
-    with announced(tell), nullcontext(_nothing) if quiet or not unit else _shown(console, unit) as advance:
+    with announced(tell), nullcontext(_nothing) if quiet or not unit else _shown(unit) as advance:
         yield advance
 
 
@@ -38,18 +36,19 @@ def _nothing(done: int, total: int) -> None:
 
 
 @contextmanager
-def _shown(console: Console, unit: str) -> Iterator[Advance]:
+def _shown(unit: str) -> Iterator[Advance]:
     from camopt.numerics.clock import now
 
     if not sys.stderr.isatty():
         yield LogLines(unit, now, say)
         return
+    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn
 
     pace = Pace(now)
     told = (TextColumn("{task.fields[rate]}"), TextColumn("{task.fields[left]}", style="cyan"))
     columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TaskProgressColumn(), *told)
-    with Progress(*columns, console=console, transient=True) as bar:
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(unit, total=None, rate="", left="")
 
         def advance(done: int, total: int) -> None:
@@ -72,8 +71,11 @@ OF_KIND: dict[str, dict[str, Any]] = {
 """How columns are printed, by kind; words are kept whole, and a line as well if it is no list."""
 
 
-def _printed(table: Table) -> RichTable:
+def _printed(table: Table) -> "RichTable":
     """A table as the terminal prints it, without its title."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table as RichTable
+
     frame: dict[str, Any] = {"box": SIMPLE_HEAD, "padding": (0, 1)} if table.is_headed else {"box": None}
     made = RichTable(show_header=table.is_headed, pad_edge=False, **frame)
     for place, head in enumerate(table.heads):
@@ -87,8 +89,10 @@ def _printed(table: Table) -> RichTable:
     return made
 
 
-def _plain(width: int | None = None) -> Console:
+def _plain(width: int | None = None) -> "Console":
     """What prints texts as they are: brackets and colons are no markup."""
+    from rich.console import Console
+
     return Console(width=width, highlight=False, markup=False, emoji=False)
 
 
@@ -98,11 +102,11 @@ def show(*things: Any) -> None:
         return
     screen = _plain()
     for thing in things:
-        if isinstance(thing, Tree):  # wraps within its branches on a screen, and nothing in a file
-            _plain(room_across()).print(thing)
-            continue
-        if not isinstance(thing, Table):
+        if isinstance(thing, str):
             screen.print(in_lines(thing), soft_wrap=True)
+            continue
+        if not isinstance(thing, Table):  # a tree wraps within its branches on a screen, and nothing in a file
+            _plain(room_across()).print(thing)
             continue
         screen.print(thing.title, soft_wrap=True)  # above the table, or it is wrapped to the table's width
         printed = _printed(thing)
@@ -129,7 +133,7 @@ FILE_WIDTH = 100  # columns of a sentence in a file
 
 def room_across() -> int:
     """The columns that a row of a table may have: those of a screen; a file takes any."""
-    return Console().width if sys.stdout is not None and sys.stdout.isatty() else NO_WIDTH
+    return _plain().width if sys.stdout is not None and sys.stdout.isatty() else NO_WIDTH
 
 
 def line_length() -> int:
