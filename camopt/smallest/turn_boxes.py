@@ -10,6 +10,7 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,7 @@ from camopt.smallest.excesses import SIDE_ROUNDING, Excesses
 from camopt.smallest.first_look import largest_size, scale_of
 from camopt.smallest.motion_boxes import MotionSearch, Said
 from camopt.smallest.result import Smallest
-from camopt.smallest.stroke_limits import stroke_limits
+from camopt.smallest.stroke_limits import StrokeLimit, stroke_limits
 from camopt.smallest.turns import SAME_POSITION, AngleRanges, BestTurn, SegmentAngles, better
 
 
@@ -44,8 +45,16 @@ class TurnSearch(MotionSearch):
         self.problem, self.box = exactly(turns.problem), turns.box
         self.longest = turns.programme(self.box.high)
         """The strokes at their longest angles: no turn, but each of its strokes is one of turns."""
-        own = [each for each in claims_on_size(self.asked) if each.problem.programme is self.problem.programme]
-        self.limits = stroke_limits([each.claim for each in own], self.strokes, self.longest)
+        self.limits = [*self._limits()]
+
+    def _limits(self) -> Iterator[tuple[Problem, StrokeLimit]]:
+        """The limits on strokes, each with the problem of the train that moves them."""
+        for own, asked in groupby(claims_on_size(self.asked), lambda each: each.problem):
+            longest = self.longest
+            if own.programme is not self.problem.programme:
+                longest = replace(self.turns, problem=own).programme(self.box.high)
+            for limit in stroke_limits([each.claim for each in asked], self.strokes_of(longest), longest):
+                yield own, limit
 
     @cached_property
     def asked(self) -> Problem:
@@ -68,12 +77,16 @@ class TurnSearch(MotionSearch):
 
     @cached_property
     def strokes(self) -> dict[Stroke, str | None]:
-        """What all of these turns have: strokes with the names of their angles, and rests, which have none."""
+        """What all of these turns have."""
+        return self.strokes_of(self.longest)
+
+    def strokes_of(self, turn: Programme) -> dict[Stroke, str | None]:
+        """Those of a turn with the longest angles: strokes with the names of their angles, and rests, without."""
         least, longest = self.turns.angles(self.box.low), self.turns.angles(self.box.high)
         fields = {each.segment: each.field for each in self.turns.variables}
         found: dict[Stroke, str | None] = {}
         present = [i for i in range(len(longest)) if longest[i] > 0.0]
-        for i, stroke in zip(present, self.longest.strokes, strict=True):
+        for i, stroke in zip(present, turn.strokes, strict=True):
             if stroke.kind != DWELL:
                 found[stroke] = fields.get(i)
             elif least[i] > 0.0 or abs(stroke.low) <= SAME_POSITION:  # one is at the lowest in all these turns
@@ -116,11 +129,11 @@ class TurnSearch(MotionSearch):
 
     def learn(self, design: Designs, problem: Problem) -> None:
         if self.problem.setup.mechanism.exists(design, self.longest)[0]:
-            for limit in self.limits:
-                limit.look_at(self.problem, design)
+            for own, limit in self.limits:
+                limit.look_at(own, design)
 
     def said(self, boxes: Designs, inside: Designs, like: Sloped) -> Said:
-        alone = [each for limit in self.limits for each in limit.excesses(boxes, inside, like)]
+        alone = [each for _, limit in self.limits for each in limit.excesses(boxes, inside, like)]
         return Said(alone, [*self.sums(boxes)])
 
     def ends(self) -> SizeBounds:

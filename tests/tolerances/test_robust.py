@@ -160,6 +160,32 @@ def test_a_tolerance_has_a_price_where_a_limit_on_errors_holds_the_cam():
         assert costs[f"tolerances.{key}"].price == pytest.approx(exact, rel=1e-3)
 
 
+def test_free_angles_are_proved_of_every_cam_with_its_own_train():
+    """R_p = max (y'/tan α - y) of y = z/i, at the least ratio and with the longest strokes: a closed form."""
+    ranges = {
+        "base_radius": [10, 120], "angle_rise": [90, 130], "angle_dwell": [10, 100], "angle_return": [90, 130]
+    }  # fmt: skip
+    search = {key: {"start": low, "stop": high} for key, (low, high) in ranges.items()}
+    scene = camopt.find_scene("pusher-by-lever").replace(
+        part={},
+        limits={"pressure_angle": 25},
+        tolerances={"train.1.ratio": 0.02},
+        search={**search, "robust": True},
+    )
+    best = camopt.optimise(scene).best
+    longest = scene.replace(search={}, tolerances={}, motion=[
+        {"segment": "rise", "angle": 130, "lift": 60, "law": "modified-sine"},
+        {"segment": "dwell", "angle": 50},
+        {"segment": "return", "angle": 130, "lift": 60, "law": "modified-sine"},
+        {"segment": "dwell", "angle": 50},
+    ])  # fmt: skip
+    z, z1, *_ = resolve_design(longest).programme.tool.at(np.linspace(0.0, np.pi, 400_001))
+    exact = ((z1 / np.tan(np.radians(25.0)) - z) / 1.98).max() - 13.0
+    assert best["base_radius_mm"] == pytest.approx(exact, rel=1e-8)
+    assert (best["proved"], best["every_cam"]) == (True, "held")
+    assert best["gap_mm"] < 1e-6
+
+
 SECOND = {"drive.roller_radius": 0.02, "disc_phase": 0.02, "phase": 0.02, "profile": 0.01, "waves": 9}
 SECOND |= {"follower.arm_length": 0.02}
 LINKED = {"train.1.coupler": 0.05, "follower.arm_length": 0.03, "phase": 0.02, "profile": 0.01}
