@@ -34,7 +34,7 @@ SAMPLE = 3  # blocks all over the space, which call for all kernels
 TABLED = ("feasible", "all")
 KEPT = ("pareto", *TABLED, FRONT_ONLY)
 """Which designs a sweep can write to its table of designs; with the last one boxes of them find the front alone."""
-WORTH_BOXES = 1_000_000  # pitch curves, from which on boxes of designs find the front sooner than blocks
+WORTH_BOXES = 300_000  # pitch curves of a motion, from which on boxes of designs find the front sooner than blocks
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ class SweepPlan:
         """Whether boxes of designs find the front: no other design is wanted, and objectives allow it."""
         if self.keep in TABLED or self.problem.choices.samples or self.problem.offs:
             return False
-        if self.keep != FRONT_ONLY and self.blocks.curves < WORTH_BOXES:
+        if self.keep != FRONT_ONLY and self.blocks.curves < WORTH_BOXES * len(self.space.problems):
             return False
         from camopt.front.box_bounds import all_bounded
 

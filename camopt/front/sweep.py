@@ -75,10 +75,10 @@ def sweep(
         ``[search]`` says to refine, the front of the grid goes to ``pareto-grid.parquet``.
     keep : str, default "feasible"
         Which designs go to ``designs.parquet``: "feasible", "pareto", or "all" that can be assembled. With
-        "pareto", boxes of designs are decided together where that is sooner: where a million pitch curves or more
-        had to be searched, and the objectives allow it. The front is the same, row for row; nobody counts the
-        feasible designs then, and the best of a law is that on the front. "front-only" does so in a space of any
-        size, and has no such table.
+        "pareto", boxes of designs are decided together where that is sooner: where 300,000 pitch curves of each
+        motion or more had to be searched, and the objectives allow it. The front is the same, row for row; nobody
+        counts the feasible designs then, and the best of a law is that on the front. "front-only" does so in a
+        space of any size, and has no such table.
     workers : int, optional
         Threads; None takes one a core. Rows are the same for any number, and for any ``block``.
     progress : callable, optional

@@ -366,7 +366,7 @@ def test_the_front_of_a_large_space_is_found_by_boxes(ties, tmp_path, monkeypatc
     """With the same tables: that of the designs which are kept has those on the front."""
     usual = sweep(ties, tmp_path / "usual", "pareto")
     tied = space_of(resolve(ties))
-    monkeypatch.setattr(plan, "WORTH_BOXES", Blocks(tied, (), curve_numbers(tied)).curves)
+    monkeypatch.setattr(plan, "WORTH_BOXES", Blocks(tied, (), curve_numbers(tied)).curves / len(tied.problems))
     boxes = sweep(ties, tmp_path / "boxes", "pareto")
     assert (usual.decided_by_boxes, boxes.feasible, boxes.front) == (0, None, usual.front)
     assert boxes.decided_by_boxes + boxes.evaluated >= boxes.designs == usual.designs
