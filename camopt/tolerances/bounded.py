@@ -1,6 +1,6 @@
 """A bound that is a little more than what a cam has that was found, proved; a worse cam takes its place."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import inf
 from typing import NamedTuple
 
@@ -33,28 +33,31 @@ def bounded(
     proof: Callable[[float, float], Answer],
     worse: Callable[[Values, float], tuple[float, Values]],
     until: float,
+    gaps: Sequence[float] = GAPS,
 ) -> Bounded:
     """The least bound that is proved until a time (``clock.now``), by the proof of one until another time.
 
-    ``worse`` is what a cam has that was found to exceed a bound, and its values.
+    ``worse`` is what a cam has that was found to exceed a bound, and its values. Gaps that become smaller are tried
+    as long as each is proved, those that become larger until one is.
     """
-    gaps = iter(GAPS)
-    gap = next(gaps)
-    for _ in range(WORSE):
-        bound = found * (1.0 + gap)
-        answer = proof(bound, share(until, 2))
-        if answer.verdict == HELD:
-            return Bounded(found, values, bound)
-        if answer.verdict == BROKEN and answer.witness is not None:
+    proved, narrowing = inf, gaps[0] > gaps[-1]
+    for gap in gaps:
+        for _ in range(WORSE):
+            bound = found * (1.0 + gap)
+            answer = proof(bound, share(until, 2))
+            if answer.verdict != BROKEN or answer.witness is None:
+                break
             more, other = worse(_numbers(answer.witness, values), bound)
-            if more > found:
-                found, values = more, other
-                continue
-        if (larger := next(gaps, None)) is None:
+            if more <= found:
+                break
+            found, values = more, other
+        held = answer.verdict == HELD
+        proved = bound if held else proved
+        if held != narrowing:
             break
-        gap = larger
     late = f"the time of {SECONDS:g} s was over"
-    return Bounded(found, values, unproved=late if now() > until else "the tolerances are too large for it")
+    why = "" if proved < inf else late if now() > until else "the tolerances are too large for it"
+    return Bounded(found, values, proved, why)
 
 
 def _numbers(witness: Designs, keys: Values) -> Values:

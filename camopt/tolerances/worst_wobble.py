@@ -46,6 +46,8 @@ from camopt.tolerances.worst_case import OffTrain, Place, WorstSearch
 from camopt.tolerances.worst_pairs import worst_search
 from camopt.verdicts.claim_boxes import Answer, Parts, Search
 
+GAPS = (1e-2, 1e-3, 1e-4)
+"""By no more than this, relative, a cam is worse than the worst found: the last that is proved."""
 LAG = "lag"
 """The variable that is the cam angle from the highest place to the lowest one, rad."""
 LOWEST = " (lowest)"
@@ -186,7 +188,7 @@ class WobbleSearch:
             start = degrees(self.stroke.start)
             return WorstWobble(0.0, 0.0, start, start, {}, {})
         values = self.highest()
-        found = bounded(self._change(values), values, self.proof, self._worse, until)
+        found = bounded(self._change(values), values, self.proof, self._worse, until, GAPS)
         return self._told(found)
 
     def _told(self, found: Bounded) -> WorstWobble:
