@@ -297,6 +297,11 @@ def _kind(stroke: Stroke, way: int) -> int:
 
 
 def _jumps(programme: Programme) -> list[Jump]:
+    return jumps_of(programme, (1, 2))
+
+
+def jumps_of(programme: Programme, orders: Sequence[int]) -> list[Jump]:
+    """Where derivatives of some orders are discontinuous: of a piece the first of them alone."""
     table = programme.table
     pieces = np.arange(table.kind.size)
     first = table.nodes[table.first_panel[:-1] + pieces]
@@ -306,7 +311,7 @@ def _jumps(programme: Programme) -> list[Jump]:
     found = []
     for q in pieces:
         change = first[q] - last[q - 1]
-        for order in (1, 2):
+        for order in orders:
             if abs(change[order]) > LEAST_JUMP * scale[order]:
                 kinds = int(table.kind[q] | table.kind[q - 1])
                 found.append(Jump(order, float(start[q]), float(change[order]), float(first[q, order]), kinds))

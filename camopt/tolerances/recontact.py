@@ -26,7 +26,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor, direction
 from camopt.problem.problem import Problem
 from camopt.scene.tolerances import ANGLES
-from camopt.tolerances.touching import BORE, BORE_WAY, off_by
+from camopt.tolerances.touching import BORE, is_way, off_by, way_of
 
 Off = Mapping[str, FloatArray]
 """By how much cams are off, each (n,), by key of ``[tolerances]``, in mm or rad; complex of a profile with
@@ -41,9 +41,9 @@ def off_of(errors: Mapping[str, float], count: int) -> Off:
     """The errors of one cam in mm and deg, as those of the worst cam are told, for a number of places on it."""
     found: dict[str, FloatArray] = {}
     for key, value in errors.items():
-        if key == BORE:
-            found[key] = np.full(count, value * np.exp(1j * np.radians(errors[BORE_WAY])))
-        elif key != BORE_WAY:
+        if way_of(key) in errors and not is_way(key):
+            found[key] = np.full(count, value * np.exp(1j * np.radians(errors[way_of(key)])))
+        elif not is_way(key):
             found[key] = np.full(count, np.radians(value) if key in ANGLES else value)
     return found
 

@@ -16,6 +16,7 @@ Source: Greenwood and Chase, Worst case tolerance analysis with nonlinear proble
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import degrees, inf
 from typing import Any, ClassVar, NamedTuple
 
@@ -34,6 +35,7 @@ from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.contributions import Contribution, variances
 from camopt.tolerances.held import Play, lost_within, plays
 from camopt.tolerances.margins import Box, Margin, made_so, margins_table
+from camopt.tolerances.pair_rates import rate_search
 from camopt.tolerances.touching import BORE, BORE_WAY, error_unit
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band, no_tolerances, worst
 from camopt.tolerances.worst_case import NOT_OFF, WorstCase
@@ -112,6 +114,7 @@ class MotionErrors(HasHtml, Drawn):
         Of displacement, velocity and acceleration of the tool, to first order.
     worst_case : WorstCase
         Of the displacement of the tool by exact contact: what no cam exceeds, proved, and a cam that nearly has it.
+        ``worst_cases`` has those of velocity and acceleration too.
     dwells : tuple of DwellError
         In the order of the turn, each with what no cam exceeds.
     reason : str
@@ -141,6 +144,19 @@ class MotionErrors(HasHtml, Drawn):
     plays: tuple[Play, ...] = ()
     beyond: tuple[str, ...] = ()
 
+    @cached_property
+    def worst_cases(self) -> tuple[WorstCase, WorstCase, WorstCase]:
+        """Of displacement, velocity and acceleration of the tool by exact contact, each with a cam of its own.
+
+        ``worst_case`` is the first. The others are found when they are asked for first, most often in a second and
+        in 20 s at most. Where the acceleration that is asked jumps, a cam that is late or early has the jump for an
+        error until it is there: its bound is the jump and what else is off.
+        """
+        turn = TurnErrors(self.scene, resolve_design(self.scene))
+        if not turn.sampled:
+            return self.worst_case, NOT_OFF, NOT_OFF
+        return self.worst_case, rate_search(turn, 1).run(), rate_search(turn, 2).run()
+
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each of displacement, velocity and acceleration."""
         return [each._asdict() for each in self.errors]
@@ -154,8 +170,9 @@ class MotionErrors(HasHtml, Drawn):
             self._row(BAND, "three_sigma"),
             self._row("at cam angle, deg", "three_sigma_at_deg"),
         ]
-        rows.append({"": "no cam within exceeds, proved", NAMES[0]: self.worst_case.bound})
-        rows.append({"": "worst cam, by exact contact", NAMES[0]: abs(self.worst_case.error)})
+        named = dict(zip(NAMES, self.worst_cases, strict=True))
+        rows.append({"": "no cam within exceeds, proved", **{name: each.bound for name, each in named.items()}})
+        rows.append({"": "worst cam, by exact contact", **{name: abs(each.error) for name, each in named.items()}})
         if self.dwells:
             rows.append({"": "change in a dwell", NAMES[0]: max(each.change for each in self.dwells)})
             of_dwells = [each.worst_case for each in self.dwells]
@@ -167,7 +184,7 @@ class MotionErrors(HasHtml, Drawn):
             )
         units = {each.name: each.unit for each in self.errors}
         table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *NAMES], units=units)
-        told = self.reason, self._of_worst_cam, self._of_worst_wobble, self._assumed
+        told = self.reason, self.jumps, self._of_worst_cam, *self._of_rates, self._of_worst_wobble, self._assumed
         return replace(table, note=" ".join(filter(None, told)))
 
     @property
@@ -188,6 +205,28 @@ class MotionErrors(HasHtml, Drawn):
         shares, least = self.errors[0].shares, IDLE * self.errors[0].worst
         said = self._said({key: each for key, each in worst.errors.items() if shares.get(key, least) >= least})
         return f"The worst cam, at {_angle(worst.at_deg)}: {said}.{_above(worst.gap, abs(worst.error))}"
+
+    @property
+    def jumps(self) -> str:
+        """What a jump of the acceleration is to a cam that is late; "" without any."""
+        problem = resolve_design(self.scene)
+        jumps = [each for each in problem.programme.tool.jumps if each.order > 1]
+        if problem.programme.corners or not (jumps and self.worst_cases[-1].errors):
+            return ""
+        largest = max(jumps, key=lambda each: abs(each.size))
+        size = with_unit(scale(problem.setup, 2) * abs(largest.size), self.errors[-1].unit)
+        where = f"Where the acceleration jumps, by up to {size} at {_angle(degrees(largest.at))}"
+        return f"{where}, a cam that is late or early has the whole jump for an error until it is there."
+
+    @property
+    def _of_rates(self) -> Iterator[str]:
+        """The worst cams of velocity and acceleration; why no bound of them is proved."""
+        for name, each in zip(NAMES[1:], self.worst_cases[1:], strict=True):
+            if each.unproved and each.unproved != self.worst_case.unproved:
+                yield f"No bound of the {name} is proved: {each.unproved}."
+            if each.errors and not self.worst_case.unproved:
+                above = _above(each.gap, abs(each.error))
+                yield f"The worst cam of {name}, at {_angle(each.at_deg)}: {self._said(each.errors)}.{above}"
 
     @property
     def _of_worst_wobble(self) -> str:
@@ -270,9 +309,9 @@ def tolerance(scene: Scene) -> MotionErrors:
     -------
     MotionErrors
         Worst cases, bands of independent errors, what each tolerance contributes, and changes in dwells. They leave
-        out terms of second order, below 0.05 µm for errors of 10 µm; ``worst_case`` leaves out nothing, and bounds
-        the displacement of all cams within the tolerances. An error is infinite where the motion that it changes
-        jumps, or where it is the slope of a profile whose waves are not limited.
+        out terms of second order, below 0.05 µm for errors of 10 µm; ``worst_cases`` leave out nothing, and bound
+        the motion of all cams within the tolerances. An error is infinite where the motion that it changes jumps,
+        or where it is the slope of a profile whose waves are not limited.
 
     Raises
     ------

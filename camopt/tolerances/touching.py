@@ -31,6 +31,8 @@ from camopt.scene.tolerances import ANGLES
 
 BORE, BORE_WAY = "bore_eccentricity", "bore_eccentricity_way"
 """The distance of the bore's axis, and in which direction of the ground it is when the point is touched, rad."""
+WAY = "profile_way"
+"""Of a profile with waves: how far the point is from a crest, rad of the wave."""
 Errors = Mapping[str, Any]
 """By key of ``[tolerances]``, mm or rad, with BORE_WAY; of a number of the train in the unit of its key."""
 
@@ -48,9 +50,19 @@ def error_ends(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]
 
 
 def error_unit(scene: Scene, key: str) -> str:
-    """The unit of what is off by a key of ``[tolerances]``, or of BORE_WAY, where it is shown."""
+    """The unit of what is off by a key of ``[tolerances]``, or of a way, where it is shown."""
     own = {each.key: each.unit for each in variables_of(scene)}
-    return own.get(key, "deg" if key in (*ANGLES, BORE_WAY) else "mm")
+    return own.get(key, "deg" if key in ANGLES or is_way(key) else "mm")
+
+
+def is_way(key: str) -> bool:
+    """Whether an error is a direction, or where waves are: any angle of a turn."""
+    return key.startswith((BORE_WAY, WAY))
+
+
+def way_of(key: str) -> str:
+    """The key of the direction of an error, or of where its waves are, if it has one."""
+    return key.replace("profile", WAY) if key.startswith("profile") else f"{key}_way"
 
 
 def off_by(errors: Errors) -> Off:

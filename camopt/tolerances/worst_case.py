@@ -57,7 +57,7 @@ SUMMED = 16.0 * GIVEN
 
 
 class WorstCase(NamedTuple):
-    """The largest error of the displacement of the tool of any cam within the tolerances.
+    """The largest error of a displacement, velocity or acceleration of the tool of any cam within the tolerances.
 
     Examples
     --------
@@ -68,14 +68,16 @@ class WorstCase(NamedTuple):
     """
 
     bound: float
-    """No cam within the tolerances has a larger error, proved; infinite if that is not known. mm (deg)."""
+    """No cam within the tolerances has a larger error, proved; infinite if that is not known. mm (deg), or in the
+    unit of the velocity or the acceleration."""
     error: float
-    """That of a cam which has these ``errors``, by exact contact; below 0 where the tool is too low. mm (deg)."""
+    """That of a cam which has these ``errors``, by exact contact; below 0 where the tool is too low."""
     at_deg: float
     """The cam angle at which it has it."""
     errors: dict[str, float]
     """Of that cam, by key of ``[tolerances]``, mm and deg; ``bore_eccentricity_way`` is the direction in which the
-    axis of the profile is off that of the bore, in the frame of the cam that does not turn, at the cam angle 0."""
+    axis of the profile is off that of the bore, in the frame of the cam that does not turn, at the cam angle 0. A
+    profile with n waves stands out by ``profile`` times cos(nφ − ``profile_way``) at the cam angle φ."""
     unproved: str = ""
     """Why no bound is proved; "" if one is."""
 

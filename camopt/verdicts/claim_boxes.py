@@ -187,11 +187,19 @@ class Search:
             left = left[np.argsort(excess.value.high[left], kind="stable")]  # what is not known comes last
             if np.any(parts.narrow[left]) or now() > self.until:
                 break
-            parts = parts.take(left).monotone(excess.slopes[:, left])
-            steepest = excess.slopes[:, left].largest_magnitude
+            parts = self.narrowed(parts.take(left), excess.slopes[:, left])
+            steepest = self.steepness(excess.slopes[:, left])
             for some in np.array_split(np.arange(left.size), -(-left.size // self.at_once) or 1):
                 stack += [parts.take(some).cut(steepest[:, some])] if some.size else []
         return Answer(UNDECIDED)
+
+    def narrowed(self, parts: Parts, slopes: Interval) -> Parts:
+        """Parts without what surely exceeds the claim less than the rest of them."""
+        return parts.monotone(slopes)
+
+    def steepness(self, slopes: Interval) -> FloatArray:
+        """How much each variable changes the excess."""
+        return slopes.largest_magnitude
 
     def excess(self, parts: Parts) -> Sloped:
         """By how much designs of parts exceed the claim."""
@@ -268,7 +276,7 @@ def state_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: Sloped
             np.maximum(moved.low, table.low[panel, order] - error[:, order]),
             np.minimum(moved.high, table.high[panel, order] + error[:, order]),
         )
-        return replace(angle, value=value, at=known, slopes=_by_angle(angle, slope))
+        return replace(angle, value=value, at=known, slopes=by_angle(angle, slope))
 
     jerk = Interval(
         np.maximum(motion[3] - room * most[:, 4], table.low[panel, 3]) - error[:, 3],
@@ -280,7 +288,7 @@ def state_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: Sloped
     return State(displacement, velocity, acceleration, jerk, _load_over(table, panel, angle))
 
 
-def _by_angle(angle: Sloped, slope: Interval) -> Interval:
+def by_angle(angle: Sloped, slope: Interval) -> Interval:
     """Slopes of what depends on the cam angle alone."""
     low, high = np.zeros((2, *angle.slopes.low.shape))
     low[0], high[0] = slope.low, slope.high
@@ -295,7 +303,7 @@ def _load_over(table: MotionTable, panel: IntArray, angle: Sloped) -> Any:
         straight = angle * load.slope[panel] + Interval(
             *(load.centre[panel] + side * load.error[panel, 0] for side in (-1.0, 1.0))
         )
-        return Load(replace(straight, slopes=_by_angle(angle, slope)), 0.0)
+        return Load(replace(straight, slopes=by_angle(angle, slope)), 0.0)
     if isinstance(load, TrainLoadTable):
         ranges = (
             Interval(each.low[panel, 0] - each.error[panel, 0], each.high[panel, 0] + each.error[panel, 0])

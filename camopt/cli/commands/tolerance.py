@@ -95,8 +95,8 @@ def tolerance(
     """Find how far the motion of a real cam may be off, by the tolerances of the scene.
 
     The table shows the worst case of displacement, velocity and acceleration, what each tolerance contributes to
-    it, and the root sum square of independent errors at 3 standard deviations; and the displacement that no cam
-    exceeds, and the change in a dwell, both proved, with those of cams that nearly have them. A second one
+    it, and the root sum square of independent errors at 3 standard deviations; and what no cam exceeds of each of
+    them, and of the change in a dwell, all proved, with those of cams that nearly have them. A second one
     shows what tolerances of numbers leave of each limit: the worst cam within them, and whether every cam holds
     it, proved. With --cams others show, by the distributions of the tolerances, how far the motions of so many
     cams are off, each found without a linear model, how many of them hold each limit, and what their spread

@@ -32,6 +32,10 @@ def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocati
         "scene": scene.name,
         "errors": [{**finite(each), "shares": finite(each["shares"])} for each in result.records()],
         "worst_case": finite(result.worst_case._asdict()),
+        "worst_cases": [
+            {"name": each.name, "unit": each.unit, **finite(worst._asdict())}
+            for each, worst in zip(result.errors, result.worst_cases, strict=True)
+        ],
         "dwells": [{**each._asdict(), "worst_case": finite(each.worst_case._asdict())} for each in result.dwells],
         "reason": result.reason,
         "plays": [finite(each._asdict()) for each in result.plays],

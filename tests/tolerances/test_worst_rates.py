@@ -1,0 +1,204 @@
+"""What no cam within the tolerances exceeds in velocity and acceleration, and the cams that nearly do."""
+
+import json
+
+import numpy as np
+import pytest
+from mpmath import mp
+from scipy import optimize
+
+import camopt
+from camopt.effects.motion import scale
+from camopt.numerics.stretches import over_stretch
+from camopt.problem.problem import resolve_design
+from camopt.scene.scene import Scene
+from camopt.tolerances.pair_rates import rate_search
+from camopt.tolerances.recontact import RealCams, off_of
+from camopt.tolerances.touching import BORE, BORE_WAY, is_way, way_of
+from camopt.tolerances.turn import TurnErrors
+from camopt.tolerances.two_contacts import cams_of
+from tests.support.cams import CONTACTS
+from tests.support.recontact import displacement
+from tests.tolerances.test_recontact import slope
+from tests.tolerances.test_worst_case import DIGITS, KINDS, toleranced
+
+WAVES = 9
+
+
+def with_waves(contact, law="poly345", **more):
+    return toleranced(contact, law, **more).replace(**{"tolerances.waves": WAVES})
+
+
+def search_of(scene, order):
+    return rate_search(TurnErrors(scene, resolve_design(scene)), order)
+
+
+def real_off(search, errors, places, turned):
+    """Errors (m,) with their ways where a place is touched, in the frame of the cam, for exact re-contact."""
+    found, sense = {}, search.problem.design.sense
+    turns = places + turned + errors.get("phase", 0.0)
+    for key, each in errors.items():
+        if key == BORE:
+            there = turns if search.problem.setup.mechanism.body.developed else places
+            found[key] = each * np.exp(1j * (errors[BORE_WAY] - sense * there))
+        elif key.startswith("profile") and not is_way(key):
+            at = [
+                search.place_of(way_of(key), {k: e[j] for k, e in errors.items()}, p) for j, p in enumerate(places)
+            ]
+            found[key] = each * np.exp(1j * (search.waves * np.array(at) - errors[way_of(key)]))
+        elif not is_way(key):
+            found[key] = each
+    return found
+
+
+def exact(search, errors, places):
+    """The errors of a motion by exact re-contact."""
+    turned = search.contact(errors, places).angle - places
+    cams = cams_of(search.problem, search.waves)
+    return cams.errors(real_off(search, errors, places, turned), places, search.order)
+
+
+def random_errors(search, rng, count):
+    """Half of them at corners."""
+    inside = {key: rng.uniform(*ends, count) for key, ends in search.ends.items()}
+    outside = {key: each if is_way(key) else rng.choice(search.ends[key], count) for key, each in inside.items()}
+    return {key: np.concatenate([inside[key], outside[key]]) for key in inside}
+
+
+@pytest.mark.parametrize("contact", [*KINDS, "flat-cw", "arm-cw", "groove-cw"])
+def test_errors_of_rates_are_those_of_exact_re_contact(contact):
+    """All errors at once; at the tool of a train too."""
+    rotation = "cw" if contact.endswith("-cw") else "ccw"
+    scene = with_waves(contact.removesuffix("-cw"), rotation=rotation, size=0.03)
+    for order in (1, 2):
+        search, rng = search_of(scene, order), np.random.default_rng(4)
+        errors, places = random_errors(search, rng, 20), rng.uniform(0.1, 6.1, 40)
+        found, known = search.contact(errors, places).error, exact(search, errors, places)
+        np.testing.assert_allclose(found, known, rtol=0, atol=1e-10 * np.abs(known).max())
+
+
+@pytest.mark.one_in(3)
+@pytest.mark.parametrize("law", ["poly345", "harmonic"])
+@pytest.mark.parametrize("contact", KINDS)
+@pytest.mark.parametrize("order", [1, 2])
+def test_no_cam_exceeds_the_bounds_of_rates_and_the_worst_cam_nearly_has_them(contact, law, order):
+    """By 20,000 cams, half of them at corners, and a local search from the worst of them."""
+    search, rng = search_of(with_waves(contact, law), order), np.random.default_rng(order)
+    found, unit = search.run(), scale(search.problem.setup, order)
+    errors, places = random_errors(search, rng, 10_000), rng.uniform(0.0, 2 * np.pi, 20_000)
+    sampled = np.abs(exact(search, errors, places)) * unit
+    assert sampled.max() <= found.bound
+    best, keys = int(sampled.argmax()), [*search.ends]
+
+    def worse(values):
+        at = np.array([values[-1]])
+        return -abs(search.error({key: np.array([v]) for key, v in zip(keys, values, strict=False)}, at)[0]) * unit
+
+    ends = [(-np.inf, np.inf) if is_way(key) else search.ends[key] for key in keys]
+    start = [*(errors[key][best] for key in keys), places[best]]
+    climbed = optimize.minimize(
+        worse, start, bounds=[*ends, (start[-1] - 0.2, start[-1] + 0.2)], method="Nelder-Mead"
+    )
+    assert -climbed.fun <= found.bound
+    assert abs(found.error) >= -climbed.fun * (1.0 - 1e-6)
+    assert found.gap <= 0.12 * found.bound  # 0.001 where the machine is idle
+
+
+@pytest.mark.one_in(3)
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_the_worst_cams_have_their_rates_by_exact_contact_in_40_digits(contact):
+    scene = with_waves(contact)
+    tables, setup = scene.to_dict(), resolve_design(scene).setup
+    for order in (1, 2):
+        found = search_of(scene, order).run()
+        known = {key.removeprefix("follower."): each for key, each in found.errors.items() if not is_way(key)}
+        known |= {key: np.radians(known[key]) for key in ("phase", "face_tilt") if key in known}
+        with mp.workdps(DIGITS):
+            for key, name in ((BORE, "bore"), ("profile", "profile")):
+                known[name] = known.pop(key) * mp.expj(np.radians(found.errors[way_of(key)]))
+            known["waves"] = WAVES
+            theta = mp.mpf(np.radians(found.at_deg))
+            exactly = [slope(lambda at, e=e: displacement(tables, e, at), theta, order) for e in (known, {})]
+        assert found.error == pytest.approx(float(exactly[0] - exactly[1]) * scale(setup, order), rel=1e-6)
+
+
+def test_a_phase_alone_moves_a_motion_along():
+    """y'(θ + δ) − y'(θ); and of an acceleration that jumps the whole jump."""
+    scene = toleranced("flat", "poly345").replace(tolerances={"phase": 0.1})
+    bounds, programme = camopt.tolerance(scene).worst_cases, resolve_design(scene).programme
+    theta = np.linspace(0.0, 2 * np.pi, 100_001)
+    before, after = (programme.at(np.mod(theta + way, 2 * np.pi)) for way in (0.0, np.radians(0.1)))
+    for order in range(3):
+        most = np.abs(after[order] - before[order]).max() * scale(resolve_design(scene).setup, order)
+        assert abs(bounds[order].error) == pytest.approx(most, rel=1e-3)
+        assert most <= bounds[order].bound <= most * 1.012
+    jumping = toleranced("flat", "parabolic").replace(tolerances={"phase": 0.1})
+    found, problem = camopt.tolerance(jumping), resolve_design(jumping)
+    largest = max(abs(each.size) for each in problem.programme.jumps) * scale(problem.setup, 2)
+    assert abs(found.worst_cases[2].error) == pytest.approx(largest, rel=1e-9)
+    assert largest <= found.worst_cases[2].bound <= 1.0012 * largest
+    assert "a cam that is late or early has the whole jump for an error" in found.table().note
+    still = camopt.tolerance(jumping.replace(tolerances={"profile": 0.01, "waves": 3}))  # none is late
+    assert still.worst_cases[2].bound < 0.01 * largest
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("name", ["bottle-filler-by-rib", "pump-of-constant-breadth"])
+def test_two_contacts_have_bounds_of_rates(name, order):
+    """By exact re-contact of random cams at corners."""
+    given = {"bore_eccentricity": 0.02, "profile": 0.01, "waves": 7}
+    search = search_of(camopt.find_scene(name).replace(part={}, limits={}, tolerances=given), order)
+    rng, found, unit = np.random.default_rng(1), search.run(), scale(search.problem.setup, order)
+    errors, places = random_errors(search, rng, 100), rng.uniform(0.1, 6.1, 200)
+    known = exact(search, errors, places)
+    np.testing.assert_allclose(search.error(errors, places), known, rtol=0, atol=1e-9 * np.abs(known).max())
+    assert np.abs(known).max() * unit <= found.bound
+    assert found.gap <= 0.12 * found.bound
+
+
+def test_stretches_hold_the_motion_at_their_angles():
+    """Stretches of random lengths from random panels, past their ends either way, and on to other pieces."""
+    programme, rng = resolve_design(toleranced("flat", "parabolic")).programme, np.random.default_rng(7)
+    table, size = programme.table, 400
+    panel = rng.integers(0, table.half_width.size, size)
+    low = rng.uniform(-1.5, 1.5, size) * table.half_width[panel]
+    high = low + rng.uniform(size=size) ** 3 * 6.0 * table.half_width[panel]
+    found = over_stretch(table, panel, low, high)
+    for share in np.linspace(0.0, 1.0, 11):
+        at = np.mod(table.centre[panel] + low + share * (high - low), 2 * np.pi)
+        for order, value in enumerate(programme.at(at)):
+            room = 1e-12 * np.abs(value).max()
+            assert np.all((found.ranges[order].low - room <= value) & (value <= found.ranges[order].high + room))
+    jumps = np.array([each.at for each in programme.jumps])
+    ends = (table.centre[panel] + each for each in (low, high))
+    passed = [np.floor((end[:, None] - jumps) / (2 * np.pi)) for end in ends]
+    assert np.all(found.pieces[(passed[0] != passed[1]).any(axis=1)])
+
+
+def test_why_no_bound_of_a_rate_is_proved_is_said():
+    plain = toleranced("flat", "poly345").replace(tolerances={"profile": 0.01})
+    found = camopt.tolerance(plain)
+    assert [np.isinf(each.bound) for each in found.worst_cases] == [False, True, True]
+    assert "No bound of the velocity is proved: the slope of the profile's error has no bound" in found.table().note
+    corners = camopt.find_scene("uniform-knife-offset").replace(tolerances={"follower.offset": 0.01})
+    assert all(np.isinf(each.bound) for each in camopt.tolerance(corners).worst_cases)
+
+
+def test_the_errors_told_of_the_worst_cams_are_those_of_motions_that_are_as_far_off():
+    """In mm and deg, with the crest of the waves and the bore in the frame of the cam."""
+    scene = with_waves("groove-arm", "cycloidal")
+    problem, places = resolve_design(scene), np.linspace(0.0, 2 * np.pi, 5_001)[:-1]
+    for order, worst in enumerate(camopt.tolerance(scene).worst_cases[1:], start=1):
+        off = off_of(worst.errors, places.size)
+        known = np.abs(RealCams(problem, WAVES).errors(off, places, order)).max() * scale(problem.setup, order)
+        assert known == pytest.approx(abs(worst.error), rel=1e-4)
+
+
+def test_the_command_tells_the_bounds_of_rates(command, tmp_path):
+    file = tmp_path / "cut.toml"
+    file.write_text(with_waves("knife").to_toml())
+    said = command("tolerance", file, "--json")[1]
+    cases = json.loads(said)["worst_cases"]
+    assert [each["name"] for each in cases] == ["displacement", "velocity", "acceleration"]
+    assert all(abs(each["error"]) <= each["bound"] for each in cases)
+    assert Scene.from_dict(with_waves("knife").to_dict()).tolerances.waves == WAVES
