@@ -72,7 +72,7 @@ def _compiled_for_many():
     It is compiled by the process that asks for it: one beside two workers would get no time for it.
     """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compile, "SMALL_ARRAY", 1000)
+        patch.setattr(compile, "SMALL_ARRAY", 20_000)
         patch.setattr(compile, "PAYS", 10.0)
         patch.setattr(compile, "ALONE", 0.12)
         patch.setattr(compile, "PATIENCE", 1.2)
