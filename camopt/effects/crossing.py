@@ -71,8 +71,9 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     undecided = ~crossing & ~sharp & (case.far("profile_radius_min_mm") <= 0.0)
     if trace_point:
         left = _perhaps(case, np.flatnonzero(~(crossing | undecided | surely_round(case))))
-        shown = [each.shown for each in find_crossings(case.setup, case.designs.take(left), case.programme)]
-        crossing[left], undecided[left] = [each is True for each in shown], [each is None for each in shown]
+        found = find_crossings(case.setup, case.designs.take(left), case.programme) if left.size else []
+        for design, each in zip(left, found, strict=True):
+            crossing[design], undecided[design] = each.shown is True, each.shown is None
     return {"self_crossing": Bounded(crossing | undecided, undecided.astype(float), np.inf)}
 
 

@@ -128,6 +128,12 @@ class Designs:
         root: FloatArray = difference_of_squares_root(self.size, self.offset, self.roller_radius)
         return root
 
+    @cached_property
+    def by_point(self) -> "Designs":
+        """As ``drawn_by_point``."""
+        prime, lost = exact_sum(self.size, self.roller_radius)
+        return replace(self, size=prime, roller_radius=lost)
+
     @property
     def lead(self) -> FloatArray:
         """The signed offset of the formulas: positive if it lowers the pressure angle of the rise."""
@@ -146,8 +152,7 @@ def drawn_by_point(designs: Designs) -> Designs:
     Curves take the sum of size and roller radius to its last digit. What rounding takes off the prime radius stays
     as a tiny "roller radius", so that the sum is the same, and equal designs come of pitch curves that are equal.
     """
-    prime, lost = exact_sum(designs.size, designs.roller_radius)
-    return replace(designs, size=prime, roller_radius=lost)
+    return designs.by_point
 
 
 def without_roller(designs: Designs) -> Designs:

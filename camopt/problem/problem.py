@@ -130,7 +130,7 @@ class Problem:
 
     def to_error(self, relative_error: float) -> "Problem":
         """The problem with another relative error of its extremes."""
-        return replace(self, setup=replace(self.setup, relative_error=relative_error))
+        return replace(self, setup=_to_error(Same(self.setup), relative_error))
 
     def with_programme(self, programme: Programme) -> "Problem":
         """The problem of another motion of the same follower, with the same limits."""
@@ -303,6 +303,11 @@ class Problem:
     def wanted(self) -> frozenset[str]:
         """The wanted quantities: the scene's outputs, or else motion and geometry; and those that limits need."""
         return self.needed | self.named
+
+
+@lru_cache(maxsize=4)  # the motions of a space have one setup
+def _to_error(same: Same[Setup], relative_error: float) -> Setup:
+    return replace(same.value, relative_error=relative_error)
 
 
 @dataclass(frozen=True)

@@ -198,6 +198,6 @@ def violations(limits: Iterable[Limit], excess: FloatArray) -> NDArray[np.str_]:
     names, last = [limit.name for limit in limits], np.array([limit.last for limit in limits], dtype=bool)
     over = excess > 0.0
     over[last] &= ~np.any(over[~last], axis=0)
-    _, one, which = np.unique(np.packbits(over, axis=0), axis=1, return_index=True, return_inverse=True)
-    texts = [",".join(n for n, bad in zip(names, kind, strict=True) if bad) for kind in over[:, one].T]
-    return np.array(texts, dtype=str)[which.reshape(-1)]
+    kinds = [each.tobytes() for each in over.T]
+    texts = {kind: ",".join(n for n, bad in zip(names, kind, strict=True) if bad) for kind in set(kinds)}
+    return np.array([texts[kind] for kind in kinds], dtype=str)
