@@ -110,8 +110,6 @@ def rates(
     freedom: Freedom, bounds: Sequence[ActiveBound], others: Mapping[str, FloatArray] | None = None
 ) -> dict[str, Rates]:
     """What each bound costs, by its key; and other numbers, by which each bound's c has the derivatives given."""
-    from scipy.optimize import linprog, nnls
-
     names, slopes = dict.fromkeys(bound.key for bound in bounds), dict(others or {})
     larger, *other = freedom.discs
     goal = freedom.directions[larger]
@@ -125,23 +123,43 @@ def rates(
     size[size == 0.0] = 1.0
     columns = columns / size
     whose = np.repeat(np.arange(len(bounds)), [len(bound.gradients) for bound in bounds])
-    weights, left = nnls(columns, -goal) if columns.size else (np.zeros(0), inf)
+    weights, left = _least_left(columns, goal)
     if left > GRADIENT_LEFT * np.linalg.norm(goal):
         return dict.fromkeys(slopes, Rates(nan, nan))
-    room = left + LOOSE * np.linalg.norm(goal)
+    room = float(left + LOOSE * np.linalg.norm(goal))
     found = {}
     for key, by_bound in slopes.items():
         of_key = by_bound[whose] / size
         one = float(weights @ of_key)
-        ends = []
-        for sign in (1.0, -1.0):
-            both, most = np.vstack([columns, -columns]), np.concatenate([room - goal, room + goal])
-            answer = linprog(sign * of_key, both, most)
-            ends.append(float(answer.fun) * sign if answer.status == 0 else -sign * inf)
-        low, high = sorted(ends, key=abs)
+        low, high = sorted((_least(of_key, columns, goal, room), -_least(-of_key, columns, goal, room)), key=abs)
         noise = room * np.abs(of_key).max()
         if abs(one) <= noise and abs(high) <= FAINT_FACTOR * noise:
             found[key] = NO_RATES
             continue
         found[key] = Rates(one, one) if abs(high - low) <= UNIQUE * abs(high) else Rates(low, high)
     return found
+
+
+def _least_left(columns: FloatArray, goal: FloatArray) -> tuple[FloatArray, float]:
+    """Multipliers that leave the least of ∇R, and how much that is."""
+    if not columns.size:
+        return np.zeros(0), inf
+    if columns.shape == (1, 1):  # of the size alone, and one limit: scipy takes longer to import than all the rest
+        weights = np.maximum(-goal / columns[0], 0.0)
+        return weights, float(np.abs(goal + columns[0] * weights)[0])
+    from scipy.optimize import nnls
+
+    weights, left = nnls(columns, -goal)
+    return weights, left
+
+
+def _least(slopes: FloatArray, columns: FloatArray, goal: FloatArray, room: float) -> float:
+    """The least sum of multipliers times slopes, of all that leave no more than some room; −∞ if it has none."""
+    if columns.shape == (1, 1):
+        middle, reach = -goal[0] / columns[0, 0], room / abs(columns[0, 0])
+        return float(min(slopes[0] * max(middle + side * reach, 0.0) for side in (-1.0, 1.0)))
+    from scipy.optimize import linprog
+
+    both, most = np.vstack([columns, -columns]), np.concatenate([room - goal, room + goal])
+    answer = linprog(slopes, both, most)
+    return float(answer.fun) if answer.status == 0 else -inf

@@ -16,6 +16,7 @@ from camopt import BadInput, Scene, evaluate, find_scene, optimise, prices, ship
 from camopt.problem.limits import LOAD_LIMITS, limited_quantity
 from camopt.problem.problem import resolve
 from camopt.quantities import motion_quantity
+from camopt.smallest.multipliers import _least, _least_left
 
 STEP = 2e-4  # relative, of a bound: its square is far below what prices are held to
 QUICK = 1e-3  # seconds: no cam is sought without a limit
@@ -332,3 +333,16 @@ def test_what_has_no_prices_is_told():
 def test_seconds_are_a_number_above_0(seconds):
     with pytest.raises(BadInput, match="seconds"):
         prices(optimise(CASES["knife"]), seconds)
+
+
+@pytest.mark.parametrize("slope", [2.0, -2.0])
+@pytest.mark.parametrize("column", [-1.0, 1.0])
+@pytest.mark.parametrize("room", [0.25, 0.75])
+def test_one_limit_on_the_size_alone_is_as_scipy_has_it(slope, column, room):
+    one, goal, by = np.array([[column]]), np.array([0.5]), np.array([slope])
+    twice = np.hstack([one, one])  # any other shape is scipy's
+    (weight,), left = _least_left(one, goal)
+    weights, also = _least_left(twice, goal)
+    assert (weight, left) == (pytest.approx(weights.sum()), pytest.approx(also))
+    if left <= room:
+        assert _least(by, one, goal, room) == pytest.approx(_least(np.repeat(by, 2), twice, goal, room))
