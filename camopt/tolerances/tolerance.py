@@ -116,7 +116,7 @@ class MotionErrors(HasHtml, Drawn):
         Of the displacement of the tool by exact contact: what no cam exceeds, proved, and a cam that nearly has it.
         ``worst_cases`` has those of velocity and acceleration too.
     dwells : tuple of DwellError
-        In the order of the turn, each with what no cam exceeds.
+        In the order of the turn, each with what no cam exceeds; proved when they are asked for.
     reason : str
         Why an error is infinite; "" if none is.
     margins : tuple of Margin
@@ -138,7 +138,6 @@ class MotionErrors(HasHtml, Drawn):
     scene: Scene
     errors: tuple[MotionError, ...]
     worst_case: WorstCase
-    dwells: tuple[DwellError, ...]
     reason: str
     margins: tuple[Margin, ...] = ()
     plays: tuple[Play, ...] = ()
@@ -152,10 +151,18 @@ class MotionErrors(HasHtml, Drawn):
         in 20 s at most. Where the acceleration that is asked jumps, a cam that is late or early has the jump for an
         error until it is there: its bound is the jump and what else is off.
         """
-        turn = TurnErrors(self.scene, resolve_design(self.scene))
+        turn = self._turn
         if not turn.sampled:
             return self.worst_case, NOT_OFF, NOT_OFF
         return self.worst_case, rate_search(turn, 1).run(), rate_search(turn, 2).run()
+
+    @cached_property
+    def dwells(self) -> tuple[DwellError, ...]:
+        return tuple(_dwells(self._turn))
+
+    @cached_property
+    def _turn(self) -> TurnErrors:
+        return TurnErrors(self.scene, resolve_design(self.scene))
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each of displacement, velocity and acceleration."""
@@ -184,8 +191,8 @@ class MotionErrors(HasHtml, Drawn):
             )
         units = {each.name: each.unit for each in self.errors}
         table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *NAMES], units=units)
-        told = self.reason, self.jumps, self._of_worst_cam, *self._of_rates, self._of_worst_wobble, self._assumed
-        return replace(table, note=" ".join(filter(None, told)))
+        told = self.reason, *self._unproved, self.jumps, self._of_worst_cam, *self._of_rates, self._of_worst_wobble
+        return replace(table, note=" ".join(filter(None, [*told, self._assumed])))
 
     @property
     def _assumed(self) -> str:
@@ -227,6 +234,14 @@ class MotionErrors(HasHtml, Drawn):
             if each.errors and not self.worst_case.unproved:
                 above = _above(each.gap, abs(each.error))
                 yield f"The worst cam of {name}, at {_angle(each.at_deg)}: {self._said(each.errors)}.{above}"
+
+    @property
+    def _unproved(self) -> Iterator[str]:
+        """Why no bound of a dwell is proved."""
+        for each in self.dwells:
+            if each.worst_case.unproved:
+                where = f"the dwell from {each.start_deg:.6g} to {each.end_deg:.6g} deg"
+                yield f"No bound is proved of {where}: {each.worst_case.unproved}."
 
     @property
     def _of_worst_wobble(self) -> str:
@@ -331,10 +346,9 @@ def tolerance(scene: Scene) -> MotionErrors:
         raise no_tolerances(turn.problem.file)
     worst_case = worst_search(turn).run() if turn.sampled else NOT_OFF
     errors = errors_of(turn)
-    dwells = tuple(_dwells(turn))
-    reason = " ".join(_reasons(turn, worst_case, errors[0].shares, dwells))
+    reason = " ".join(_reasons(turn, worst_case, errors[0].shares))
     beyond = tuple(each.key for each in turn.sampled if each.spreads_beyond)
-    return MotionErrors(scene, errors, worst_case, dwells, reason, margins, tuple(plays(turn)), beyond)
+    return MotionErrors(scene, errors, worst_case, reason, margins, tuple(plays(turn)), beyond)
 
 
 def _angle(deg: float) -> str:
@@ -403,9 +417,7 @@ def _dwells(turn: TurnErrors) -> Iterator[DwellError]:
         yield DwellError(degrees(stroke.start), degrees(stroke.end), change, worst_case)
 
 
-def _reasons(
-    turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float], dwells: tuple[DwellError, ...]
-) -> Iterator[str]:
+def _reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) -> Iterator[str]:
     """Why errors are infinite, a sentence each."""
     corners = turn.problem.programme.corners
     if worst_case.unproved:
@@ -413,10 +425,6 @@ def _reasons(
         largest = max(shares, key=shares.__getitem__)
         smaller = "" if corners else f" {largest} has the largest share: make it smaller first."
         yield f"No bound is proved: {worst_case.unproved}{where}.{smaller}"
-    for each in dwells:
-        if each.worst_case.unproved:
-            where = f"the dwell from {each.start_deg:.6g} to {each.end_deg:.6g} deg"
-            yield f"No bound is proved of {where}: {each.worst_case.unproved}."
     if turn.impulses:
         order = min(turn.impulses.values()).order
         what = NAMES[order]

@@ -134,4 +134,4 @@ def test_the_command_tells_the_bound_of_a_dwell_and_its_worst_cam(command, tmp_p
     monkeypatch.setattr(worst_wobble, "SECONDS", -1.0)
     late = camopt.tolerance(Scene.from_toml(file))
     assert np.isinf(late.dwells[0].worst_case.bound)
-    assert "No bound is proved of the dwell from 150 to 210 deg: the time of 10 s was over." in late.reason
+    assert "No bound is proved of the dwell from 150 to 210 deg: the time of 10 s was over." in late.table().note
