@@ -115,8 +115,6 @@ class MotionErrors(HasHtml, Drawn):
     worst_case : WorstCase
         Of the displacement of the tool by exact contact: what no cam exceeds, proved, and a cam that nearly has it.
         ``worst_cases`` has those of velocity and acceleration too.
-    dwells : tuple of DwellError
-        In the order of the turn, each with what no cam exceeds; proved when they are asked for.
     reason : str
         Why an error is infinite; "" if none is.
     margins : tuple of Margin
@@ -158,6 +156,7 @@ class MotionErrors(HasHtml, Drawn):
 
     @cached_property
     def dwells(self) -> tuple[DwellError, ...]:
+        """Those in the order of the turn, each with what no cam exceeds: proved when they are asked for first."""
         return tuple(_dwells(self._turn))
 
     @cached_property
