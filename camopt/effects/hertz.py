@@ -17,12 +17,14 @@ pitch curve, with a clearance j, and the centre of the roller is j/2 beside it: 
 Source: Johnson, Contact Mechanics, ch. 4.
 """
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from camopt.effects import force
+from camopt.effects.bearing import bearing_bodies
 from camopt.effects.case import Case, Effect, Setup, of_setting
 from camopt.effects.loads import (
     contact_load,
@@ -106,9 +108,10 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.is_knife or lacks(setup):
         return {}
     curves, stress = tuple(variant for *_, variant in stress_variants(setup)), stress_scale(setup)
-    found = {STRESS: Peak(curves, LARGEST, stress, at_corners)}
+    bodies = None if setup.spherical or has_guide_friction(setup) else bearing_bodies
+    found = {STRESS: Peak(curves, LARGEST, stress, at_corners, bodies=bodies)}
     if not setup.spherical:
-        found[SHEARED] = Peak(curves, LARGEST, stress_scale(setup, SHEAR_SHARE), at_corners)
+        found[SHEARED] = replace(found[STRESS], scale=stress_scale(setup, SHEAR_SHARE))
     if setup.mechanism.pulls:
         found[EITHER] = Peak(curves, LARGEST_MAGNITUDE, stress, at_corners)
         found |= {name: Peak(tuple(_on_flank(setup, name)), LARGEST, stress, at_corners) for name in FLANKS}

@@ -42,6 +42,9 @@ class NumberKind(NamedTuple):
 DOUBLES = NumberKind(float, lambda: math.pi, math.tan)
 
 
+CLEAR = 1e-9  # relative, of what is further from a bound than rounding
+
+
 def unweighted(designs: Designs) -> float:
     """The weight of most curves."""
     return 1.0
@@ -65,6 +68,11 @@ class Bodies(NamedTuple):
     def hold(self, radius: FloatArray) -> Any:
         """Which radii are among them."""
         return (self.least <= radius) & (radius <= self.most)
+
+
+BodiesOfCurves = Callable[[Any, Callable[[Designs], Any], Bodies], tuple[Bodies, Bodies]]
+"""From a case of pitch curves, the inverse of what designs are allowed, and some bodies: with which of these the
+curves hold it for certain, and with which they may."""
 
 
 class OfBody(ABC):
@@ -416,6 +424,8 @@ class Peak:
     rises_with_body: bool = False
     """Whether it is as much larger as the body that touches the cam: its curve is that of a body of none, and so
     much more (``Mechanism.parallel``)."""
+    bodies: BodiesOfCurves | None = None
+    """Of profiles that are not undercut: with which bodies it is no larger than designs are allowed."""
 
     @property
     def is_least(self) -> bool:

@@ -15,7 +15,7 @@ from camopt.effects.crossing import find_crossing, round_bodies
 from camopt.effects.implied import Implied, LeastForce
 from camopt.effects.mean import Mean
 from camopt.effects.motion_errors import EFFECT as MOTION_ERRORS
-from camopt.effects.peak import DOUBLES, Bodies, OfBody, Peak
+from camopt.effects.peak import CLEAR, DOUBLES, Bodies, BodiesOfCurves, OfBody, Peak
 from camopt.effects.peak_columns import extreme_of
 from camopt.effects.train_peak import TrainPeak
 from camopt.mechanisms import Designs
@@ -33,8 +33,7 @@ UNDERCUT, SELF_CROSSING, NO_RIB = (
 )  # names of limits that every cam has to hold
 
 Decide = Callable[[Setup, Designs, Programme], bool | None]
-CLEAR = 1e-9  # relative, of what is further from a bound than rounding
-FLOOR = 4.0 * CLEAR  # and of what is further than that, within a relative error
+FLOOR = 4.0 * CLEAR  # relative, of what is further from a bound than rounding and a relative error
 
 
 class OnCurves(NamedTuple):
@@ -283,7 +282,7 @@ class QuantityLimit(Limit):
 
     @cached_property
     def of_curves(self) -> tuple[str, ...] | None:
-        if isinstance(self._weight, OfBody) or self._rises_with_body:
+        if isinstance(self._weight, OfBody) or self._rises_with_body or self._bodies:
             return ()
         effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
         return self.needs if all(effect.run is nothing for effect in effects) else None
@@ -298,10 +297,23 @@ class QuantityLimit(Limit):
     def _rises_with_body(self) -> bool:
         return isinstance(self.form, Peak) and self.form.rises_with_body
 
+    @property
+    def _bodies(self) -> BodiesOfCurves | None:
+        """What gives the bodies with which pitch curves meet it, if its peak has that."""
+        return self.form.bodies if isinstance(self.form, Peak) and not self.further else None
+
+    def _share(self, designs: Designs) -> Any:
+        """The inverse of the extreme that designs are allowed."""
+        assert isinstance(self.form, Peak)
+        scale = self.form.scale
+        return scale.weight(self.bound)(designs) / scale.extreme_at(self.bound, DOUBLES)
+
     def on_curves(self, case: Case, bodies: Bodies) -> OnCurves | None:
         peak, weight = self.form, self._weight
         if isinstance(peak, Peak) and peak.rises_with_body and not case.programme.radii:
             return self._with_more(case, peak)
+        if self._bodies and not case.programme.radii:
+            return OnCurves(*self._bodies(case, self._share, bodies))
         if not isinstance(peak, Peak) or not isinstance(weight, OfBody):
             return None
         if case.found.keys() >= set(peak.extremes):
