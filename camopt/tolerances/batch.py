@@ -39,7 +39,8 @@ from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.draw import Drawn as Off
 from camopt.tolerances.draw import beyond, drawn, parts_of
-from camopt.tolerances.largest import LargestErrors
+from camopt.tolerances.interference import INTERFERENCE, moving_apart
+from camopt.tolerances.largest import LargestErrors, count_of
 from camopt.tolerances.limited import limited, worst_of
 from camopt.tolerances.margins import OWN_SIZES, Box
 from camopt.tolerances.touching import error_ends, error_unit
@@ -50,6 +51,8 @@ CAMS = 2**16
 """Unless told."""
 MOST_CAMS = 2**24
 AT_ONCE = 2**16
+MOST_PARTS = 6
+"""Of the errors that explain how a quantity is spread, in the table."""
 CLASSES = 64
 """Of a size, for the variance that it explains."""
 CONFIDENCE = 0.95
@@ -174,7 +177,7 @@ class Batch(HasHtml, Drawn):
     errors : tuple of ErrorSpread
         Of the motion: displacement, velocity, acceleration, and the change in a dwell if there is one.
     spreads : tuple of Spread
-        Of each limit that a size decides; none without tolerances of sizes.
+        Of each limit that a size decides, or an interference; none without tolerances of these.
     samples : dict of Sampled
         What each cam has, by the name of the column that ``write`` gives it: its errors, the largest errors of its
         motion, and the quantities of limits.
@@ -250,7 +253,7 @@ class Batch(HasHtml, Drawn):
         for each in self.spreads:
             unit = QUANTITIES[each.quantity].unit
             values = [number(shown(value, unit)) for value in (each.low, each.median, each.high)]
-            parts = sorted(each.variances.items(), key=lambda part: -part[1])
+            parts = sorted(each.variances.items(), key=lambda part: -part[1])[:MOST_PARTS]
             by = ", ".join(f"{key.removeprefix('follower.')} {100.0 * part:.0f} %" for key, part in parts)
             rows.append([each.limit, _percent(each.held), *values, with_unit(each.worst, unit), by])
         kinds = [Cell(head, NUMERIC if head in heads[1:6] else "") for head in heads]
@@ -288,8 +291,9 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
     """Draw cams whose errors are spread as the tolerances of a scene say: their motions, and which hold the limits.
 
     The motion is that of the nominal profile with all errors of a cam, where its follower comes to rest on it. For
-    limits, each cam has the motion that is asked, with sizes of its own: see ``margins`` of ``tolerance`` for what
-    all of them hold. The profile's self-crossing is not looked at.
+    limits, each cam has the motion that is asked, with sizes of its own; two contacts have the interference that
+    all of its errors give, where it is the worst over the turn: see ``margins`` of ``tolerance`` for what all of
+    them hold. The profile's self-crossing is not looked at.
 
     Parameters
     ----------
@@ -377,6 +381,10 @@ class _ByLimits(NamedTuple):
     values: FloatArray
     numbers: dict[str, FloatArray]
     """Of each cam, by key of the scene."""
+    errors: Off
+    """Which explain how these are spread."""
+    interference: FloatArray | None = None
+    """With which two contacts of each cam are the worst, (limits, cams)."""
 
 
 @dataclass(frozen=True)
@@ -408,21 +416,36 @@ class _Drawn:
 
     @cached_property
     def by_limits(self) -> _ByLimits | None:
-        """What they have of limits; None without errors of numbers that limits are about."""
+        """What they have of limits; None without errors of numbers that limits are about.
+
+        Two contacts have the interference that is the worst over the turn, of its mounting and of all errors.
+        """
         box = Box.of(self.scene, self.problem)
         of = {key: each for key, each in box.variables.items() if each.is_ranged and key in self.off}
         numbers = {key: box.problem.nominal[key] + self.off[key] for key in of}
-        if not numbers:
+        waves, nodes = self.scene.tolerances.waves or 0, TurnErrors(self.scene, self.problem).nodes
+        between = None if box.apart is None else box.apart.of_drawn(self.problem, self.off, waves, nodes)
+        if not numbers and between is None:
             return None
         limits = [
             limit
             for limit in box.problem.without_last.limits
             if limit.shown and not (limit.is_of_motion or limit.of_errors)
         ]
-        cams = next(iter(numbers.values())).size
-        every = box.problem.design.take(np.zeros(cams, dtype=int))
+        every = box.problem.design.take(np.zeros(count_of(self.off), dtype=int))
         every = every.with_values({each.field: numbers[key] for key, each in of.items()})
-        return _ByLimits(limits, *evaluated(box.problem, limits, every), numbers)
+        errors = {key: self.off[key] for key in numbers}
+        if between is None:
+            return _ByLimits(limits, *evaluated(box.problem, limits, every), numbers, errors)
+        least, most = (evaluated(box.problem, limits, every.with_values({INTERFERENCE: end})) for end in between)
+        (excess, low), (other, high) = least, most
+        if not numbers and np.array_equal(low, high, equal_nan=True):  # no limit is on what holds two contacts
+            return None
+        side = np.array([QUANTITIES[limit.shown[0]].side for limit in limits]).reshape(-1, 1)
+        tight = ~(side * low >= side * high)
+        values, worst = (np.where(tight, *ends) for ends in ((high, low), (between.high, between.low)))
+        errors |= moving_apart(self.off)
+        return _ByLimits(limits, np.maximum(excess, other), values, numbers, errors, worst)
 
 
 def _plain(value: float | None) -> str | None:
@@ -528,16 +551,22 @@ def share_of(count: int, cams: int) -> Share:
 
 
 def _spreads(
-    limits: list[Limit], excess: FloatArray, values: FloatArray, sizes: dict[str, FloatArray]
+    limits: list[Limit],
+    excess: FloatArray,
+    values: FloatArray,
+    numbers: dict[str, FloatArray],
+    errors: Off,
+    interference: FloatArray | None,
 ) -> Iterator[Spread]:
     """How the quantity of each limit is spread."""
     cams = values.shape[1]
-    for limit, over, each in zip(limits, excess, values, strict=True):
+    for row, (limit, over, each) in enumerate(zip(limits, excess, values, strict=True)):
+        sizes = numbers if interference is None else {**numbers, INTERFERENCE: interference[row]}
         worst = worst_of(limit, over, each)
         held = share_of(int(np.count_nonzero(over <= 0.0)), cams)
         low, median, high = (float(value) for value in np.quantile(each, [TAIL, 0.5, 1.0 - TAIL]))
         own = {key: float(size[worst]) for key, size in sizes.items()}
-        parts = {key: explained(each, size) for key, size in sizes.items()}
+        parts = {key: _explained_by(each, error) for key, error in errors.items()}
         yield Spread(limit.name, limit.shown[0], held, low, median, high, float(each[worst]), own, parts)
 
 

@@ -10,16 +10,26 @@ from math import degrees
 
 import numpy as np
 
+from camopt.effects.answers import SECOND
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import Zone
+from camopt.scene.tolerances import Zone, moves_tool
+from camopt.tolerances.largest import columns, count_of, taken
+from camopt.tolerances.recontact import Off
 from camopt.tolerances.turn import TurnErrors
-from camopt.tolerances.two_contacts import AnswerApart, Between, answers_apart
+from camopt.tolerances.two_contacts import BASES, AnswerApart, Between, PairResponses, answers_apart
 
-NO_INTERFERENCE = 1e-12
-"""What is in place of one below 0: what a clearance does no preload tells."""
+INTERFERENCE, NO_INTERFERENCE = "drive.interference", 1e-12
+"""The second is in place of one below 0: what a clearance does no preload tells."""
+AT_ONCE = 2**12
+"""Cams."""
 NO_ZONE = Zone(0.0, 0.0, 0.0)
+
+
+def moving_apart(off: Off) -> Off:
+    """Those of some errors that may hold two contacts further apart."""
+    return {key: each for key, each in off.items() if key in BASES or moves_tool(key.removesuffix(SECOND))}
 
 
 @dataclass(frozen=True)
@@ -52,3 +62,18 @@ class Interference:
             self.nominal + self.mounted.upper + self.unit * high.max(axis=-1),
         )
         return Between(*np.maximum(ends, min(NO_INTERFERENCE, self.nominal)))
+
+    def of_drawn(self, problem: Problem, off: Off, waves: int, angles: FloatArray) -> Between | None:
+        """Its least and its most over the turn, of cams with errors (n,); None where none of them is of it."""
+        moving = moving_apart(off)
+        mounted = self.nominal + off.get(INTERFERENCE, 0.0)
+        if not moving:
+            return None
+        answers = PairResponses(problem, angles)
+        rows = np.array([row for key in moving for row in answers.rows_apart(key, waves)])
+        ends = []
+        for first in range(0, count_of(moving), AT_ONCE):
+            apart = columns(taken(moving, slice(first, first + AT_ONCE))) @ rows
+            ends.append([apart.min(axis=1), apart.max(axis=1)])
+        low, high = np.maximum(mounted + self.unit * np.hstack(ends), min(NO_INTERFERENCE, self.nominal))
+        return Between(low, high)

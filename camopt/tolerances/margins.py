@@ -33,7 +33,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import NUMBERED, Zone
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
-from camopt.tolerances.interference import NO_INTERFERENCE, Interference
+from camopt.tolerances.interference import INTERFERENCE, NO_INTERFERENCE, Interference
 from camopt.tolerances.limited import limited, worst_of
 from camopt.verdicts.claim_boxes import Answer, Ends
 from camopt.verdicts.limit_boxes import ends_within, limit_over_box
@@ -44,7 +44,6 @@ GAPS = (1e-9, 1e-6, 1e-3)
 """Relative, of the worst value: by no more than this a cam may be worse, the first that is proved."""
 WORSE = 8
 """How often a worse cam than the worst so far is taken for it."""
-INTERFERENCE = "drive.interference"
 LOST = 1e-6
 """Of the nominal value: with no interference a preload, and what is in proportion to it, is less, which is none."""
 SECONDS, TRAIN_SECONDS = 20.0, 5.0

@@ -44,6 +44,7 @@ from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
 from camopt.problem.zones import number_zones, tool_zones
 from camopt.scene.scene import Scene
+from camopt.scene.tolerances import moves_tool
 from camopt.tolerances.recontact import Off, RealCams, RealMotion
 from camopt.tolerances.response import Responses
 from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends
@@ -51,6 +52,7 @@ from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends
 TOUCHES = 3
 """How often the place is found anew that is touched at a cam angle."""
 FACTORIALS = 1.0, 1.0, 2.0
+BASES = "cam.base_radius", "drive.base_radius"
 STEP = 1e-6
 """Of a base radius, relative, for the slope of where its roller stands."""
 
@@ -132,6 +134,20 @@ class PairResponses:
             return (self.to(at),)
         place, sign = (0, 0.5) if at.second is None else (1, -0.5 * back(self.problem) * at.second[1])
         return tuple(self.through_train(sign * each) for each in self.contacts[place].to_waves(waves))
+
+    def rows_apart(self, key: str, waves: int) -> Sequence[FloatArray]:
+        """The same of what both contacts are apart, (m,) each: of a base radius too, 0 of a number of the train."""
+        if key == BORE:
+            return tuple((first + second)[0] for first, second in self.bores)
+        if key in BASES:
+            return (np.full(self.angles.size, _slope_of_start(self.problem)[key]),)
+        if is_of_train(key):
+            return (np.zeros(self.angles.size),)
+        at = errors_at(self.problem.setup.mechanism, key.removesuffix(SECOND))[key]
+        if not (waves and key.startswith("profile")):
+            return (self.apart(at),)
+        place, sign = (0, 1.0) if at.second is None else (1, back(self.problem) * at.second[1])
+        return tuple(sign * each[0] for each in self.contacts[place].to_waves(waves))
 
     def _of(self, place: int, own: Own | None) -> FloatArray:
         if own is None:
@@ -225,11 +241,7 @@ def fastest_apart(scene: Scene, problem: Problem, angles: FloatArray) -> FloatAr
 def _base_zones(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
     """By how much base radii may be off, mm."""
     zones = number_zones(scene, problem.nominal)
-    return {
-        key: (zones[key].lower, zones[key].upper)
-        for key in ("cam.base_radius", "drive.base_radius")
-        if key in zones
-    }
+    return {key: (zones[key].lower, zones[key].upper) for key in BASES if key in zones}
 
 
 def _slope_of_start(problem: Problem) -> dict[str, float]:
@@ -299,7 +311,8 @@ def own_errors(problem: Problem, place: int, errors: Mapping[str, Any]) -> dict[
 
 def errors_of(problem: Problem, key: str) -> tuple[str, ...]:
     """The keys of the errors that a tolerance is of: with two contacts it may be one of each."""
-    alone = not problem.setup.mechanism.further or key == BORE_WAY or is_of_train(key)
+    both = problem.setup.mechanism.further and moves_tool(key)
+    alone = not both or key == BORE_WAY or is_of_train(key)
     return (key,) if alone else tuple(errors_at(problem.setup.mechanism, key))
 
 

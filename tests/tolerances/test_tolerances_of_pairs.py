@@ -329,6 +329,29 @@ def test_a_batch_of_pairs_has_the_variances_of_first_order(every):
     assert spread.of_99_73 == pytest.approx(error.three_sigma, rel=0.15)
 
 
+def test_cams_of_a_batch_have_the_interference_of_their_own_errors():
+    """Of the worst of some: by exact contact at each cam angle; its stress is that of a scene which has it."""
+    given = {**SMOOTH, "profile": 0.002, "drive.interference": 0.001}
+    scene = pair_of(**given).replace(limits={"contact_stress": 1200})
+    problem, cams = resolve_design(scene), 16
+    batch, off = (
+        camopt.sample_cams(scene, cams),
+        drawn(scene, problem.nominal, cams, 0, partial(errors_of, problem)),
+    )
+    spread, stresses = batch.spreads[-1], batch.samples["contact_stress_max_MPa"].values
+    own = {key: each[stresses.argmax()] for key, each in off.items()}
+    bore = own.pop("bore_eccentricity")
+    own |= {"bore_eccentricity": abs(bore), "bore_eccentricity_way": np.angle(bore)}
+    mounted, angles = 0.01 + own.pop("drive.interference"), TurnErrors(scene, problem).nodes
+    errors = {key: np.full(angles.size, each) for key, each in own.items()}
+    exact = mounted + np.degrees(PairCams(problem).at(errors, angles)[1].max())
+    assert spread.sizes["drive.interference"] == pytest.approx(exact, rel=2e-3)
+    made = scene.replace(tolerances={}, **spread.sizes)
+    assert camopt.evaluate(made)["contact_stress_max_MPa"] == pytest.approx(spread.worst, rel=1e-9)
+    assert spread.worst == stresses.max()
+    assert {"profile", "bore_eccentricity", "disc_phase"} < spread.variances.keys()
+
+
 FOUR_BAR = {"stage": "four-bar", "crank": 60, "coupler": 130, "rocker": 75, "ground": 140, "angle": 70}
 
 
