@@ -1,22 +1,24 @@
 """How long people wait for an answer: every command, shipped scenes, and cams with all their loads.
 
-    python benchmarks/first_answers.py [RUNS]
+    python benchmarks/first_answers.py [RUNS [COMMAND …]]
 
-prints Markdown tables. Each command is a process of its own. "First" is the first one after an installation: no
-kernel is on disk. "Warm" ones follow it. The figure is the least of the runs (5), in wall seconds and, after the
-slash, in CPU seconds.
+prints Markdown tables, or the lines of some commands. Each command is a process of its own. "First" is the first
+one after an installation: no kernel is on disk. "Warm" ones find in the user's folder what those before them have
+compiled. The figure is the least of the runs (5), in wall seconds and, after the slash, in CPU seconds; in brackets
+the wall time over that of a process that imports numpy.
 """
 
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import tomli_w
 from measuring import spent
-from tasks import COMMANDS
+from tasks import COMMANDS, IMPORT_NUMPY
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from support.cams import CONTACTS, SWUNG, UNGUIDED, WORN, cam_with
@@ -24,6 +26,8 @@ from support.cams import CONTACTS, SWUNG, UNGUIDED, WORN, cam_with
 from camopt import shipped_scenes
 
 RUNS = 5
+SETTLING = 3
+"""Runs that compile what pays, before the warm ones."""
 EVERY = COMMANDS | {
     "scenes": ("scenes",),
     "laws": ("laws",),
@@ -45,29 +49,40 @@ def loaded_cams(folder: Path) -> Iterator[str]:
         yield contact
 
 
-def seconds(arguments: tuple[str, ...], scenes: Path, kernels: str) -> tuple[float, float]:
+def seconds(command: Sequence[str], kernels: dict[str, str] | None = None) -> tuple[float, float]:
     """Wall and CPU seconds of one command, in a folder of its own."""
     with TemporaryDirectory() as folder:
-        words = [str(scenes / word) if word.endswith(".toml") else word for word in arguments]
-        environment = os.environ | {"NUMBA_CACHE_DIR": kernels}
-        command = [sys.executable, "-m", "camopt", *words]
+        environment = os.environ | (kernels or {})
         return spent(lambda: subprocess.run(command, check=False, cwd=folder, env=environment, capture_output=True))
+
+
+@cache
+def of_numpy() -> float:
+    """The least wall seconds of a process that imports numpy."""
+    return min(seconds(IMPORT_NUMPY)[0] for _ in range(10))
 
 
 def answers(arguments: tuple[str, ...], scenes: Path, runs: int) -> tuple[str, str]:
     """Cells of a table: the least first and the least warm time of a command."""
-    first, warm = [], []
+    words = [str(scenes / word) if word.endswith(".toml") else word for word in arguments]
+    command, first = [sys.executable, "-m", "camopt", *words], []
     for _ in range(runs):
         with TemporaryDirectory() as kernels:
-            first.append(seconds(arguments, scenes, kernels))
-            warm.append(seconds(arguments, scenes, kernels))
+            first.append(seconds(command, {"NUMBA_CACHE_DIR": kernels}))
+    warm = [seconds(command) for _ in range(SETTLING + runs)][SETTLING:]
     return cell(first), cell(warm)
 
 
 def cell(times: list[tuple[float, float]]) -> str:
-    """The least wall and CPU seconds of some runs."""
+    """The least wall and CPU seconds of some runs, and times that of numpy."""
     wall, cpu = (min(each) for each in zip(*times, strict=True))
-    return f"{wall:.2f} / {cpu:.2f}"
+    return f"{wall:.2f} / {cpu:.2f} ({wall / of_numpy():.1f})"
+
+
+def of_commands(names: Iterable[str], scenes: Path, runs: int) -> Iterator[str]:
+    """Lines of a table of commands."""
+    for name in names:
+        yield f"| {name} | {' | '.join(answers(EVERY[name], scenes, runs))} |"
 
 
 def lines(runs: int) -> Iterator[str]:
@@ -75,8 +90,7 @@ def lines(runs: int) -> Iterator[str]:
     with TemporaryDirectory() as folder:
         scenes = Path(folder)
         yield from ("| command | first, s | warm, s |", "|---|---:|---:|")
-        for name, arguments in EVERY.items():
-            yield f"| {name} | {' | '.join(answers(arguments, scenes, runs))} |"
+        yield from of_commands(EVERY, scenes, runs)
         yield from ("", "| `optimise` of | first, s | warm, s |", "|---|---:|---:|")
         for name in shipped_scenes():
             yield f"| {name} | {' | '.join(answers(('optimise', name), scenes, runs))} |"
@@ -88,5 +102,6 @@ def lines(runs: int) -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    for line in lines(int(sys.argv[1]) if len(sys.argv) > 1 else RUNS):
+    number, names = int(sys.argv[1]) if len(sys.argv) > 1 else RUNS, sys.argv[2:]
+    for line in of_commands(names, Path(), number) if names else lines(number):
         print(line, flush=True)
