@@ -5,6 +5,7 @@ import pytest
 
 import camopt
 from camopt.problem.problem import resolve_design
+from camopt.tolerances import margins
 from camopt.tolerances.margins import Box
 from camopt.verdicts.limit_boxes import limit_over_box
 
@@ -32,18 +33,20 @@ def means(problem, ratio, mass, rpm):
 @pytest.fixture(scope="module")
 def found():
     scene = scene_of(**dict.fromkeys(NAMES, 1e4))
-    return resolve_design(scene), {each.limit: each for each in camopt.tolerance(scene).margins}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(margins, "TRAIN_SECONDS", 60.0)  # 1 s of CPU, on machines that do other things too
+        return resolve_design(scene), {each.limit: each for each in camopt.tolerance(scene).margins}
 
 
 def test_no_cam_with_a_train_within_the_tolerances_has_a_mean_beyond_what_is_proved(found):
-    problem, margins = found
+    problem, told = found
     rng = np.random.default_rng(2)
     shares = rng.uniform(-1.0, 1.0, (60, 3))
     shares[:30] = np.sign(shares[:30])
     nominal, ends = np.array([2.0, 0.8, 100.0]), np.array([0.02, 0.02, 0.5])
     seen = np.array([means(problem, *(nominal + share * ends)) for share in shares]).max(axis=0)
     for name, most in zip(NAMES, seen, strict=True):
-        margin = margins[name]
+        margin = told[name]
         assert margin.verdict == "held"
         assert margin.gap <= 1.001e-3 * margin.worst
         assert margin.worst == pytest.approx(most, rel=1e-5)
