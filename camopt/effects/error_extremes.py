@@ -32,7 +32,6 @@ from camopt.effects.given import Band, GivenErrors
 from camopt.mechanisms.design import Designs
 from camopt.motion.driven import ratio_of
 from camopt.motion.programme import JUMP_SIDE
-from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Series
 
@@ -158,10 +157,9 @@ def largest_error(case: Case, order: int) -> FloatArray:
 def dwell_errors(case: Case) -> FloatArray:
     """The largest change of the position in a dwell of the tool, (designs,), mm (rad)."""
     found = [np.zeros(len(case.designs))]
-    for stroke in case.programme.tool.strokes:
-        if stroke.kind == DWELL:
-            middle = np.array([stroke.start + 0.5 * stroke.angle])
-            found.append(ToolAnswers(case, middle).in_dwell(stroke.angle))
+    for stroke in case.programme.tool.dwells:
+        middle = np.array([stroke.start + 0.5 * stroke.angle])
+        found.append(ToolAnswers(case, middle).in_dwell(stroke.angle))
     return np.asarray(np.max(found, axis=0))
 
 

@@ -31,7 +31,7 @@ from camopt.effects.peak import InDegrees, Peak, PerDesign, Scale, Times
 from camopt.effects.peak_columns import peak_column
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import LEAST_JUMP, Programme
-from camopt.motion.table import ALL_STROKES, DWELL
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, FloatArray
 from camopt.numerics.curves import curve, formula
 from camopt.numerics.trigonometry import turned
@@ -244,13 +244,12 @@ def _in_dwells(case: Case) -> FloatArray:
     assert ratio is not None
     alone = GivenErrors({}, profile=1.0)
     changes = [np.zeros(len(case.designs))]
-    for stroke in case.programme.tool.strokes:
-        if stroke.kind == DWELL:
-            at = case.programme.state(np.array([stroke.start + 0.5 * stroke.angle]))
-            answer = curve(error_curve(setup, alone, 1.0, case.designs, case.programme), slice(None), at)[0]
-            waves = 2.0 * given.profile * sin(min(0.5 * stroke.angle * (given.waves or inf), 0.5 * pi))
-            bore = 2.0 * given.bore * sin(min(0.5 * stroke.angle, 0.5 * pi))
-            changes.append(answer * (waves + (0.0 if setup.mechanism.body.developed else bore)))
+    for stroke in case.programme.tool.dwells:
+        at = case.programme.state(np.array([stroke.start + 0.5 * stroke.angle]))
+        answer = curve(error_curve(setup, alone, 1.0, case.designs, case.programme), slice(None), at)[0]
+        waves = 2.0 * given.profile * sin(min(0.5 * stroke.angle * (given.waves or inf), 0.5 * pi))
+        bore = 2.0 * given.bore * sin(min(0.5 * stroke.angle, 0.5 * pi))
+        changes.append(answer * (waves + (0.0 if setup.mechanism.body.developed else bore)))
     unit = np.degrees(1.0) if setup.tool_turns else 1.0
     return np.asarray(abs(ratio) * unit * np.max(changes, axis=0))
 

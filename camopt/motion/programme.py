@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from itertools import groupby
 from math import inf, pi, sqrt
 
 import numpy as np
@@ -183,6 +184,18 @@ class Programme:
     def jumps(self) -> tuple[Jump, ...]:
         """Where y' or y'' is discontinuous, the end of the turn joined to its start."""
         return tuple(_jumps(self))
+
+    @cached_property
+    def dwells(self) -> tuple[Stroke, ...]:
+        """The dwells, in the order of the turn: neighbouring ones are one, and so are the last and the first.
+
+        One over the end of the turn ends beyond it; at the angles there the last stroke, which rests, goes on.
+        """
+        rests = [stroke.kind == DWELL for stroke in self.strokes]
+        first = rests.index(False) if rests[-1] and not all(rests) else 0
+        order = self.strokes[first:] + self.strokes[:first]
+        runs = [[*run] for rest, run in groupby(order, lambda stroke: stroke.kind == DWELL) if rest]
+        return tuple(replace(run[0], angle=sum(each.angle for each in run), given=None) for run in runs)
 
     @property
     def corners(self) -> tuple[Jump, ...]:

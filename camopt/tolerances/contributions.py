@@ -33,7 +33,7 @@ class Contribution(NamedTuple):
     deviation: FloatArray
     """Standard deviation, of parts that are spread as the tolerance says."""
     change: Callable[[], float]
-    """By how much it can change the displacement from one of the cam angles to another."""
+    """By how much it can change the displacement over the cam angles, of a dwell."""
     middle: FloatArray = np.zeros((ORDERS, 1))
     """Its mean over parts."""
     answer: FloatArray = np.zeros((ORDERS, 1))
@@ -61,7 +61,7 @@ def contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterato
     if given.profile is not None:
         yield _of_profile(answers.to_profile, given.profile, given.waves, float(np.ptp(angles)))
     if given.bore_eccentricity is not None:
-        yield _of_bore(answers.to_bore, given.bore_eccentricity)
+        yield _of_bore(answers.to_bore, given.bore_eccentricity, float(np.ptp(angles)))
 
 
 def _of_pair(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
@@ -80,7 +80,7 @@ def _of_pair(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Con
             yield _of_profile(answers.to(at), given.profile, given.waves, turned)._replace(key=key)
     if given.bore_eccentricity is not None:
         x, y = (answers.through_train((first - second) / 2.0) for first, second in answers.bores)
-        yield _of_bore((x, y), given.bore_eccentricity)
+        yield _of_bore((x, y), given.bore_eccentricity, turned)
 
 
 def _in_batch(found: Contribution, key: str, given: Tolerance, zone: Zone) -> Contribution:
@@ -115,15 +115,10 @@ def variances(found: list[Contribution], order: int) -> FloatArray:
     return own
 
 
-def _of_bore(answers: tuple[FloatArray, FloatArray], distance: float) -> Contribution:
+def _of_bore(answers: tuple[FloatArray, FloatArray], distance: float, turned: float) -> Contribution:
     """What an axis contributes that is off by no more than a distance, in any direction."""
-    most = distance * np.hypot(*answers)
-
-    def change() -> float:
-        place = answers[0][0] + 1j * answers[1][0]
-        return distance * float(np.abs(place[:, None] - place).max())
-
-    return Contribution("bore_eccentricity", -most, most, most / WITHIN, change)
+    most, swung = distance * np.hypot(*answers), sin(min(0.5 * turned, 0.5 * pi))
+    return Contribution("bore_eccentricity", -most, most, most / WITHIN, lambda: 2.0 * float(most[0].max()) * swung)
 
 
 def _of_profile(answer: FloatArray, zone: float, waves: int | None, turned: float) -> Contribution:

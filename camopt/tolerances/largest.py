@@ -18,7 +18,6 @@ import numpy as np
 
 from camopt.effects.answers import ORDERS
 from camopt.motion.programme import JUMP_SIDE
-from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray, IntArray
 from camopt.tolerances.recontact import Off, RealCams
 from camopt.tolerances.two_contacts import responses_of
@@ -183,11 +182,10 @@ class LargestErrors:
     def _dwells(self) -> list[Screen]:
         """One for each dwell of the tool."""
         found = []
-        for stroke in self.cams.problem.programme.tool.strokes:
-            if stroke.kind == DWELL:
-                count = max(DWELL_NODES, ceil(OF_A_WAVE * self.cams.waves * stroke.angle / 6.0))
-                places = np.linspace(stroke.start, np.nextafter(stroke.end, 0.0), count)
-                found.append(Screen(places, np.ascontiguousarray(self._answers(places)[:, 0])))
+        for stroke in self.cams.problem.programme.tool.dwells:
+            count = max(DWELL_NODES, ceil(OF_A_WAVE * self.cams.waves * stroke.angle / 6.0))
+            places = np.linspace(stroke.start, stroke.end - JUMP_SIDE, count)
+            found.append(Screen(places, np.ascontiguousarray(self._answers(places)[:, 0])))
         return found
 
     def _answers(self, places: FloatArray) -> FloatArray:

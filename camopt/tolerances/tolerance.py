@@ -17,7 +17,7 @@ Source: Greenwood and Chase, Worst case tolerance analysis with nonlinear proble
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import degrees, inf
+from math import degrees, inf, pi
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -25,6 +25,7 @@ import numpy as np
 from camopt.effects.answers import ORDERS
 from camopt.effects.motion import scale, unit_of
 from camopt.mistakes import UnknownName, nearest
+from camopt.motion.programme import JUMP_SIDE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
 from camopt.quantities.shown import Drawn, HasHtml
@@ -96,8 +97,9 @@ class DwellError(NamedTuple):
 
     start_deg: float
     end_deg: float
+    """Below ``start_deg`` of one that goes on over the end of the turn."""
     change: float
-    """Between any two cam angles of it, to first order, mm (deg)."""
+    """Between any two places of contact on its arc, to first order, mm (deg)."""
     worst_case: WorstWobble
     """By exact contact: what no cam exceeds, proved, and a cam that nearly has it."""
 
@@ -411,9 +413,10 @@ def _dwells(turn: TurnErrors) -> Iterator[DwellError]:
     """How far the follower may move in each dwell of the motion that is asked."""
     unit = scale(turn.problem.setup, 0)
     for stroke, worst_case in worst_wobbles(turn):
-        found = turn.at(np.linspace(stroke.start, np.nextafter(stroke.end, 0.0), DWELL_NODES))
+        found = turn.at(np.linspace(stroke.start, stroke.end - JUMP_SIDE, DWELL_NODES))
         change = unit * sum(each.change() for each in found)
-        yield DwellError(degrees(stroke.start), degrees(stroke.end), change, worst_case)
+        over = 2.0 * pi if stroke.end > turn.problem.programme.strokes[-1].end else 0.0
+        yield DwellError(degrees(stroke.start), degrees(stroke.end - over), change, worst_case)
 
 
 def _reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) -> Iterator[str]:

@@ -355,8 +355,7 @@ class WorstSearch:
             if (larger := next(gaps, None)) is None:
                 break
             gap = larger
-        touched = self.contact(errors, np.array([angle])).angle[0]
-        at = float(np.mod(touched, self.problem.programme.strokes[-1].end))
+        at = float(self.within(self.contact(errors, np.array([angle])).angle)[0])
         late = f"the time of {SECONDS:g} s was over" if now() > until else "the tolerances are too large for it"
         why = "" if bound < inf else late if not self.problem.programme.corners else CORNERS
         return WorstCase(unit * bound, unit * found, degrees(at), self.said(errors, angle), why)
@@ -382,6 +381,10 @@ class WorstSearch:
     def contact(self, errors: Mapping[str, Any], angles: FloatArray) -> Contact:
         """Where cams touch that have errors, and those of their motion there."""
         return contact_of(self.problem, errors, angles)
+
+    def within(self, angles: FloatArray) -> FloatArray:
+        """Cam angles within the turn, rad."""
+        return np.asarray(np.mod(angles, self.problem.programme.strokes[-1].end))
 
     def first(self) -> dict[str, float]:
         """Errors at their ends that are the worst, or nearly so, at the worst cam angle."""

@@ -91,10 +91,6 @@ class PairSearch(WorstSearch):
         there = problem.train_off(errors).tool(Taylor([stands + moved])).terms[0]
         return Contact(angles, np.asarray(there - train.tool(Taylor([stands])).terms[0]))
 
-    def within(self, angles: FloatArray) -> FloatArray:
-        """Cam angles within the turn, rad."""
-        return np.asarray(np.mod(angles, self.problem.programme.strokes[-1].end))
-
     def ways(self, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The two directions of the bore that move the follower the most."""
         x, y = ((first - second)[0] for first, second in PairResponses(self.problem, self.within(angles)).bores)

@@ -126,7 +126,7 @@ class PassageSearch:
 
     def _corner(self, places: FloatArray) -> dict[str, FloatArray]:
         """The errors of the furthest cams, where they touch with places."""
-        return self.of.corner(np.mod(places, self._turn), self.side)
+        return self.of.corner(self.of.within(places), self.side)
 
     def _passes(self, start: float, errors: Cams) -> float:
         """The place with which cams touch that pass the furthest from a start."""
@@ -161,17 +161,13 @@ class PassageSearch:
         return self._touching(self._passes(float(place[0]), errors), errors)
 
     def _tool(self, angles: FloatArray) -> FloatArray:
-        return np.asarray(self.of.problem.programme.tool.at(np.mod(angles, self._turn))[0])
-
-    @property
-    def _turn(self) -> float:
-        return self.of.problem.programme.strokes[-1].end
+        return np.asarray(self.of.problem.programme.tool.at(self.of.within(angles))[0])
 
     def proof(self, distance: float, until: float) -> Answer:
         """Whether at a distance from the nominal passage no cam is at the level yet, or all are beyond it."""
         problem, ends = self.of.problem, self.of.ends
         contacts = contacts_of(problem) if problem.setup.mechanism.further else (problem,)
-        angle = np.mod([self.angle + self.way * (distance + BEYOND)], self._turn)
+        angle = self.of.within(np.array([self.angle + self.way * (distance + BEYOND)]))
 
         def error(designs: Designs, programme: Any) -> Any:
             return AngleError(problem, contacts, designs, {key: designs.numbers[key] for key in ends})

@@ -30,7 +30,7 @@ import numpy as np
 from camopt.effects.motion import scale
 from camopt.mechanisms import Designs
 from camopt.motion.stroke import Stroke
-from camopt.motion.table import ALL_STROKES, DWELL
+from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, FloatArray
 from camopt.numerics.clock import now, share
 from camopt.numerics.curves import formula
@@ -138,6 +138,7 @@ class WobbleSearch:
 
     of: WorstSearch
     stroke: Stroke
+    """The dwell (``Programme.dwells``)."""
 
     @cached_property
     def profiles(self) -> dict[str, float]:
@@ -201,8 +202,7 @@ class WobbleSearch:
 
     def _angle(self, errors: Mapping[str, Any], place: float) -> float:
         """The cam angle at which a cam touches, deg."""
-        found = self.of.contact(errors, np.array([place])).angle[0]
-        return degrees(float(np.mod(found, self.of.problem.programme.strokes[-1].end)))
+        return degrees(float(self.of.within(self.of.contact(errors, np.array([place])).angle)[0]))
 
     def proof(self, bound: float, until: float) -> Answer:
         """Whether no cam within the tolerances wobbles more."""
@@ -221,7 +221,7 @@ class WobbleSearch:
     def _parts(self) -> Parts:
         """All cams, with a panel of the dwell."""
         table, middle = self.of.problem.programme.table, self.stroke.start + 0.5 * self.stroke.angle
-        panel = np.searchsorted(table.centre + table.half_width, [middle])
+        panel = np.searchsorted(table.centre + table.half_width, self.of.within(np.array([middle])))
         return Parts.of(panel, self._claim(1.0), self.ends)
 
     def _change(self, values: Values) -> float:
@@ -276,6 +276,6 @@ class WobbleSearch:
 def worst_wobbles(turn: TurnErrors) -> Iterator[tuple[Stroke, WorstWobble]]:
     """The dwells of the motion with what cams wobble in each, in the order of the turn."""
     of, until = worst_search(turn), now() + SECONDS
-    dwells = [each for each in turn.problem.programme.tool.strokes if each.kind == DWELL]
+    dwells = turn.problem.programme.tool.dwells
     for number, stroke in enumerate(dwells):
         yield stroke, WobbleSearch(of, stroke).run(share(until, len(dwells) - number))

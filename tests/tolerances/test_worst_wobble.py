@@ -123,6 +123,24 @@ def test_the_bound_is_the_closed_form_where_there_is_one(contact, angle, toleran
     assert found.bound >= exact * (1 - 1e-12)
 
 
+@pytest.mark.parametrize("order", ["0110", "1100"], ids=["over the end of the turn", "neighbours"])
+def test_a_dwell_in_two_segments_wobbles_as_the_whole(order):
+    """By 2ε of a knife edge, in each that knows dwells; pieces of 90 deg have √2·ε."""
+    moving = iter({"segment": each, "angle": 90, "lift": 10, "law": "poly345"} for each in ("rise", "return"))
+    motion = [next(moving) if each == "1" else {"segment": "dwell", "angle": 90} for each in order]
+    scene = dwelling("knife", 60, {"bore_eccentricity": 0.02}).replace(motion=motion)
+    (rests,) = camopt.tolerance(scene).dwells
+    assert (rests.start_deg, rests.end_deg) == pytest.approx((270, 90) if order == "0110" else (180, 360))
+    quantity = camopt.evaluate(scene.replace(outputs=["motion_errors"]))["dwell_error_max_mm"]
+    assert (rests.change, rests.worst_case.change, quantity) == pytest.approx([0.04] * 3)
+    assert 0.04 <= rests.worst_case.bound <= 0.04 * (1 + 1e-2)
+    geared = scene.replace(train=[{"stage": "ratio", "ratio": 2}], outputs=["motion_errors"])
+    by_sampling = camopt.evaluate(geared.replace(**{"tolerances.train.1.ratio": 1e-9}))["dwell_error_max_mm"]
+    assert by_sampling == pytest.approx(0.08)
+    worst = {each.name: each.worst for each in camopt.sample_cams(scene, cams=4096).errors}["change in a dwell"]
+    assert worst > 0.05  # of a bore that is off by more than 4σ: 0.039 in a piece
+
+
 def test_the_command_tells_the_bound_of_a_dwell_and_its_worst_cam(command, tmp_path, monkeypatch):
     file = tmp_path / "rests.toml"
     file.write_text(dwelling("flat", 60, {"profile": 0.01, "bore_eccentricity": 0.02}).to_toml())
