@@ -119,7 +119,7 @@ class Timing(HasHtml):
         units["lift"] = displacement_unit(angular=self.scene.tool_turns)
         title = f"{self.scene.name}: no cam within the tolerances passes sooner or later, proved"
         why = dict.fromkeys(each.unproved for each in self.worst if each.unproved)
-        told = "".join(f"No bound is proved where it is infinite: {each}. " for each in why).strip()
+        told = "".join(f"No bound is known where it is infinite: {each}. " for each in why).strip()
         return replace(table_of(title, rows, [*rows[0]], units=units), note=told) if rows else None
 
     def _of_worst(self, worst: WorstPassage) -> dict[str, Any]:

@@ -5,8 +5,8 @@ from math import inf
 from typing import NamedTuple
 
 from camopt.mechanisms import Designs
-from camopt.numerics.clock import now, share
-from camopt.tolerances.worst_case import GAPS, WORSE
+from camopt.numerics.clock import now
+from camopt.tolerances.worst_case import WORSE
 from camopt.verdicts.claim_boxes import Answer
 from camopt.verdicts.words import BROKEN, HELD
 
@@ -33,28 +33,27 @@ def bounded(
     proof: Callable[[float, float], Answer],
     worse: Callable[[Values, float], tuple[float, Values]],
     until: float,
-    gaps: Sequence[float] = GAPS,
+    gaps: Sequence[float],
 ) -> Bounded:
     """The least bound that is proved until a time (``clock.now``), by the proof of one until another time.
 
-    ``worse`` is what a cam has that was found to exceed a bound, and its values. Gaps that become smaller are tried
-    as long as each is proved, those that become larger until one is.
+    ``worse`` is what a cam has that was found to exceed a bound, and its values. Gaps become smaller: the widest is
+    proved the soonest, and each other one is tried while time remains.
     """
-    proved, narrowing = inf, gaps[0] > gaps[-1]
+    proved = inf
     for gap in gaps:
         for _ in range(WORSE):
             bound = found * (1.0 + gap)
-            answer = proof(bound, share(until, 2))
+            answer = proof(bound, until)
             if answer.verdict != BROKEN or answer.witness is None:
                 break
             more, other = worse(_numbers(answer.witness, values), bound)
             if more <= found:
                 break
             found, values = more, other
-        held = answer.verdict == HELD
-        proved = bound if held else proved
-        if held != narrowing:
+        if answer.verdict != HELD:
             break
+        proved = bound
     late = f"the time of {SECONDS:g} s was over"
     why = "" if proved < inf else late if now() > until else "the tolerances are too large for it"
     return Bounded(found, values, proved, why)

@@ -79,7 +79,11 @@ class Margin(NamedTuple):
     worst: float
     """Of the cam that is the worst found (``sizes``)."""
     gap: float | None
-    """By how much a cam within the tolerances may be worse, proved; None if that is not known."""
+    """By how much a cam within the tolerances may be worse, proved.
+
+    None if that is not known: none of up to 0.1 % of the worst was proved in its time (the
+    verdict has another), or the limit has no value to be near to (infinite, or of no quantity).
+    """
     verdict: str
     """Whether every cam holds the limit: held or broken, both proved, or undecided."""
     sizes: dict[str, float]

@@ -53,6 +53,7 @@ ASSUMED = (
     "The root sum square takes errors as independent{of_batch} and their sum as normal: 99.73 % of the cams are "
     "within it at each cam angle, fewer all over the turn: a batch of cams counts them."
 )
+OF_ARC = "A dwell is the arc of the cam on which it is touched there, not shaft angles: camopt timing has these."
 BEYOND = (
     "Parts are beyond the tolerance of {keys}: the root sum square has them; worst case, proof and worst cam not."
 )
@@ -260,7 +261,7 @@ class MotionErrors(HasHtml, Drawn):
         )
         places = ", ".join(f"{place} with {errors}" if errors else place for place, errors in ends)
         above = _above(worst.gap, worst.change)
-        return f"The worst cam of a dwell: {'; '.join(filter(None, [places, bore]))}.{above}"
+        return f"The worst cam of a dwell: {'; '.join(filter(None, [places, bore]))}.{above} {OF_ARC}"
 
     def _said(self, errors: Mapping[str, float]) -> str:
         """Errors of a cam with their units."""

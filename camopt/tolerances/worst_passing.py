@@ -43,6 +43,9 @@ from camopt.tolerances.worst_case import CORNERS, Proof, WorstSearch, through
 from camopt.tolerances.worst_pairs import worst_search
 from camopt.verdicts.claim_boxes import Answer, Parts
 
+GAPS = (1e-2, 1e-3, 1e-4, 1e-5)
+"""Relative, of the distance from the nominal passage: by no more than this a cam is further, the last proved."""
+NEVER = "some cam never passes it"
 BEYOND = 1e-10
 """How much further out the proof is asked at least, rad."""
 
@@ -71,7 +74,7 @@ class WorstPassage(NamedTuple):
     errors: dict[str, float]
     """Of that cam, by key of ``[tolerances]``, mm and deg, as those of ``WorstCase``."""
     unproved: str = ""
-    """Why no bound is proved; "" if one is."""
+    """Why there is no bound: none is proved, or some cam never passes; "" if there is one."""
 
     @property
     def gap_deg(self) -> float:
@@ -118,11 +121,11 @@ class PassageSearch:
         """How far from the nominal one a cam passes, and none does, rad."""
         place = self._passes(self.angle, self._corner)
         if isinf(place):
-            return Bounded(inf, {})
+            return Bounded(inf, {}, unproved=NEVER)
         found, errors = self._touching(place, self._corner)
         if self.of.problem.programme.corners:
             return Bounded(found, errors, unproved=CORNERS)
-        return bounded(found, errors, self.proof, self._worse, until)
+        return bounded(found, errors, self.proof, self._worse, until, GAPS)
 
     def _corner(self, places: FloatArray) -> dict[str, FloatArray]:
         """The errors of the furthest cams, where they touch with places."""
@@ -217,8 +220,8 @@ def worst_passages(turn: TurnErrors, asked: list[Asked]) -> Iterator[WorstPassag
     of, until = worst_search(turn), now() + SECONDS
     every = [(each, end) for each in asked for end in ENDS]
     try:
-        for each, end in every:
-            yield _worst(of, each, end, share(until, 2))
+        for number, (each, end) in enumerate(every):
+            yield _worst(of, each, end, share(until, len(every) - number))
     except FloatingPointError:
         raise of.lost() from None
 

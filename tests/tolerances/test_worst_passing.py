@@ -92,12 +92,12 @@ def test_a_passage_that_some_cam_does_not_make_and_one_without_a_proof_are_told(
     wide = camopt.find_scene("bucket-valve").replace(tolerances={"profile": 0.5})
     low = camopt.timing(wide, [0.4]).worst  # as low as a profile that stands out by 0.5 mm does not go
     assert [(each.bound_deg, each.unproved) for each in low if np.isinf(each.bound_deg)] == [
-        (-np.inf, ""),
-        (np.inf, ""),
+        (-np.inf, "some cam never passes it"),
+        (np.inf, "some cam never passes it"),
     ]
     assert {each.gap_deg for each in low if np.isinf(each.bound_deg)} == {0.0}
     out = command("timing", "uniform-knife-offset", "--set", "tolerances.profile=0.01")[1]
-    assert "No bound is proved where it is infinite: the velocity of the motion jumps." in out
+    assert "No bound is known where it is infinite: the velocity of the motion jumps." in out
     monkeypatch.setattr(worst_passing, "SECONDS", -1.0)
     found = json.loads(command("timing", "bucket-valve", "--set", "tolerances.profile=0.01", "--json")[1])["worst"]
     assert {(each["bound_deg"], each["unproved"]) for each in found} == {(None, "the time of 10 s was over")}

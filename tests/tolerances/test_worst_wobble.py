@@ -13,11 +13,14 @@ from camopt.motion.table import DWELL
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tolerances import worst_wobble
+from camopt.tolerances.bounded import bounded
 from camopt.tolerances.touching import BORE, BORE_WAY
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import cams_of, ends_of
 from camopt.tolerances.worst_pairs import worst_search
-from camopt.tolerances.worst_wobble import WobbleSearch
+from camopt.tolerances.worst_wobble import GAPS, WobbleSearch
+from camopt.verdicts.claim_boxes import Answer
+from camopt.verdicts.words import HELD, UNDECIDED
 from tests.support.recontact import displacement
 from tests.tolerances.test_response import DIGITS
 from tests.tolerances.test_worst_case import toleranced
@@ -139,6 +142,24 @@ def test_a_dwell_in_two_segments_wobbles_as_the_whole(order):
     assert by_sampling == pytest.approx(0.08)
     worst = {each.name: each.worst for each in camopt.sample_cams(scene, cams=4096).errors}["change in a dwell"]
     assert worst > 0.05  # of a bore that is off by more than 4σ: 0.039 in a piece
+
+
+@pytest.mark.parametrize(
+    ("proved", "until", "bound", "why"),
+    [(1e-3, np.inf, 2.002, ""), (1.0, np.inf, np.inf, "too large for it"), (1.0, -np.inf, np.inf, "was over")],
+)
+def test_bounds_are_narrowed_until_one_is_not_proved_and_time_alone_is_told_as_such(proved, until, bound, why):
+    found = bounded(
+        2.0,
+        {},
+        lambda bound, _: Answer(HELD if bound >= 2.0 * (1.0 + proved) else UNDECIDED),
+        lambda *_: (0.0, {}),
+        until,
+        GAPS,
+    )
+    assert found.bound == pytest.approx(bound)
+    assert found.unproved.endswith(why)
+    assert bool(found.unproved) == bool(why)
 
 
 def test_the_command_tells_the_bound_of_a_dwell_and_its_worst_cam(command, tmp_path, monkeypatch):
