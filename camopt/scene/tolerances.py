@@ -174,7 +174,8 @@ class Tolerances(SceneTable):
     profile: Length | None = None
     """Of the profile along its normal, ±; mm."""
     waves: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_WAVES)] | None = None
-    """How many waves the error of the profile has in a turn at most: without it, no slope of it is known."""
+    """How many waves the error of the profile has in a turn at most, as the follower feels it (a roller at its
+    centre, a flat face as it lies on the profile): without it, no slope of it is known."""
     bore_eccentricity: Length | None = None
     """How far the bore's axis may be from that of the profile, in any direction; mm."""
     phase: Given = None

@@ -10,9 +10,9 @@ derivative by φ, and d_k = y⁽ᵏ⁾(θ) − y⁽ᵏ⁾(φ), by what the motio
 by the cam angle θ: a formula of all errors and of φ, for numbers and for ranges with slopes, in which nothing large
 is subtracted. An axis of the bore that is off by (x, y) in the ground turns with the cam: it moves by (−y, x).
 
-A profile with at most n waves in a turn stands out by w = x there, with w' = −ny, of some (x, y) no longer than t:
-that is Szegő's inequality, w'² + n²w² ≤ n²t². It holds of w'/n too: where w'' counts, w' is that and w'' = −n²x,
-with w anywhere within ±t (``LEVEL``). Of a cosine of n waves it is x as well.
+A profile with at most n waves in a turn, as the follower feels it, stands out by w = x there, with w' = −ny, of
+some (x, y) no longer than t: that is Szegő's inequality, w'² + n²w² ≤ n²t². It holds of w'/n too: where w'' counts,
+w' is that and w'' = −n²x, with w anywhere within ±t (``LEVEL``). Of a cosine of n waves it is x as well.
 
 Sources: the closed loop of cam and follower (Norton, Cam Design and Manufacturing Handbook, ch. 7), varied twice;
 R. Boas, Entire Functions, ch. 11.

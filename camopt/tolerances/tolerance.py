@@ -233,7 +233,7 @@ class MotionErrors(HasHtml, Drawn):
         for name, each in zip(NAMES[1:], self.worst_cases[1:], strict=True):
             if each.unproved and each.unproved != self.worst_case.unproved:
                 yield f"No bound of the {name} is proved: {each.unproved}."
-            if each.errors and not self.worst_case.unproved:
+            if each.errors and not (self.worst_case.unproved and each.unproved):
                 above = _above(each.gap, abs(each.error))
                 yield f"The worst cam of {name}, at {_angle(each.at_deg)}: {self._said(each.errors)}.{above}"
 
@@ -427,7 +427,7 @@ def _reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) 
         where = f" at {degrees(corners[0].at):.6g} deg" if corners else ""
         largest = max(shares, key=shares.__getitem__)
         smaller = "" if corners else f" {largest} has the largest share: make it smaller first."
-        yield f"No bound is proved: {worst_case.unproved}{where}.{smaller}"
+        yield f"No bound of the displacement is proved: {worst_case.unproved}{where}.{smaller}"
     if turn.impulses:
         order = min(turn.impulses.values()).order
         what = NAMES[order]

@@ -24,6 +24,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from camopt.effects.case import Case
+from camopt.effects.curvature import CONVEX
 from camopt.effects.motion import scale
 from camopt.mechanisms import Designs
 from camopt.motion.programme import JUMP_SIDE, Jump, Programme, jumps_of
@@ -46,12 +48,16 @@ from camopt.tolerances.turn import TurnErrors, highest
 from camopt.tolerances.two_contacts import ends_of
 from camopt.tolerances.worst_case import CORNERS, WORSE, WorstCase, WorstSearch, follower_start
 from camopt.verdicts.claim_boxes import Answer, Parts, Search, by_angle
+from camopt.verdicts.running import run_effects
 from camopt.verdicts.words import BROKEN, HELD
 
 WIDE, CLOSER, BETWEEN = (1e-1, 0.3, 1.0, 3.0), (1e-2, 1e-3), 3.0
 """Relative, of the largest error found: by no more than this a cam is worse, the first that is proved; what is
 asked then; and how much more where that is not."""
 SLOPES = "the slope of the profile's error has no bound without tolerances.waves"
+HOLLOWS = (
+    "a flat face lies on the crests of waves as high and short as those of the profile, and does not follow them"
+)
 QUARTERS = (0.0, 0.5 * pi, pi, -0.5 * pi)
 TRIED = (pi, *(side * each for each in (1.0, 0.3, 0.1, 0.03, 0.01) for side in (-1.0, 1.0)))
 """By how much a way is changed to find a worse cam, rad."""
@@ -284,7 +290,17 @@ class RateSearch(WorstSearch):
         given = self.turn.scene.tolerances
         if self.problem.programme.corners:
             return CORNERS
-        return SLOPES if given.profile is not None and given.waves is None else ""
+        if given.profile is None:
+            return ""
+        return SLOPES if given.waves is None else HOLLOWS if self._lies_on_crests(given.profile) else ""
+
+    def _lies_on_crests(self, zone: float) -> bool:
+        """Whether a flat face does not follow waves: with w the radius of the profile is ρ + w + w''."""
+        problem, convex = self.problem, frozenset({CONVEX})
+        if not problem.setup.mechanism.flat_faced:
+            return False
+        found = run_effects(Case(problem.setup, problem.programme, problem.design), convex).columns[CONVEX]
+        return bool(found[0] <= (self.waves**2 - 1) * zone)
 
     def proved(self, worst: Found, until: float) -> tuple[float, Found]:
         """What no cam exceeds, and the worst cam that is found."""

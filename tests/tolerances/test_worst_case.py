@@ -162,7 +162,7 @@ def test_where_the_velocity_jumps_no_bound_is_proved_and_it_is_said():
     scene = camopt.find_scene("uniform-knife-offset").replace(tolerances={"follower.offset": 0.01})
     found = camopt.tolerance(scene)
     assert np.isinf(found.worst_case.bound)
-    assert "No bound is proved: the velocity of the motion jumps at" in found.reason
+    assert "No bound of the displacement is proved: the velocity of the motion jumps at" in found.reason
 
 
 def test_why_no_bound_is_proved_and_a_bound_that_is_far_above_are_said(monkeypatch):
@@ -175,7 +175,9 @@ def test_why_no_bound_is_proved_and_a_bound_that_is_far_above_are_said(monkeypat
     monkeypatch.setattr(worst_case, "SECONDS", -1.0)
     found = camopt.tolerance(scene)
     assert np.isinf(found.worst_case.bound)
-    assert found.reason.startswith("No bound is proved: the time of -1 s was over. profile has the largest share:")
+    assert found.reason.startswith(
+        "No bound of the displacement is proved: the time of -1 s was over. profile has the largest share:"
+    )
 
 
 def test_the_command_tells_the_bound_and_the_worst_cam(command, tmp_path):

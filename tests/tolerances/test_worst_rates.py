@@ -184,6 +184,16 @@ def test_why_no_bound_of_a_rate_is_proved_is_said():
     assert all(np.isinf(each.bound) for each in camopt.tolerance(corners).worst_cases)
 
 
+def test_no_bound_is_proved_of_waves_that_a_flat_face_does_not_follow():
+    """Its least radius is 6.815 mm: with 50 waves it is hollow from 6.815/2499 = 0.00273 mm on."""
+    for profile, bounded in ((0.0027, True), (0.0028, False)):
+        found = camopt.tolerance(
+            camopt.find_scene("bucket-valve").replace(tolerances={"profile": profile, "waves": 50})
+        )
+        assert np.isfinite(found.worst_cases[2].bound) == bounded
+        assert ("lies on the crests of waves" in found.table().note) != bounded
+
+
 def test_the_errors_told_of_the_worst_cams_are_those_of_motions_that_are_as_far_off():
     """In mm and deg, with the crest of the waves and the bore in the frame of the cam."""
     scene = with_waves("groove-arm", "cycloidal")
