@@ -279,13 +279,21 @@ class MotionErrors(HasHtml, Drawn):
         title, lost = f"{self.scene.name}: held from both sides", "".join(map(lost_within, self.plays))
         return Table.of(title, kinds, rows, lost) if rows else None
 
-    def worst_motion(self) -> Scene:
-        """The scene of the cam whose displacement was found the furthest off (``worst_case``).
+    def worst_motion(self, name: str = NAMES[0]) -> Scene:
+        """The scene of the cam whose displacement (velocity, acceleration) was found the furthest off.
 
         The errors of its numbers are those of one measured part (``values`` with one number) in place of their
         tolerances. The profile and the axis of the bore keep theirs: its worst case has them at their ends.
+
+        Raises
+        ------
+        UnknownName
+            If ``name`` is none of the three.
         """
-        own = {key: each for key, each in self.worst_case.errors.items() if key in self.scene.tolerances.spread}
+        if name not in NAMES:
+            raise UnknownName(f"{name!r} is no motion; {nearest(str(name), NAMES)}")
+        worst = self.worst_case if name == NAMES[0] else self.worst_cases[NAMES.index(name)]
+        own = {key: each for key, each in worst.errors.items() if key in self.scene.tolerances.spread}
         return self.scene.replace(**{f"tolerances.{key}": {"values": [each]} for key, each in own.items()})
 
     def worst_cam(self, limit: str) -> Scene:

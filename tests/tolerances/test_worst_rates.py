@@ -207,8 +207,11 @@ def test_the_errors_told_of_the_worst_cams_are_those_of_motions_that_are_as_far_
 def test_the_command_tells_the_bounds_of_rates(command, tmp_path):
     file = tmp_path / "cut.toml"
     file.write_text(with_waves("knife").to_toml())
-    said = command("tolerance", file, "--json")[1]
+    said = command("tolerance", file, "--json", "--out", tmp_path / "worst")[1]
     cases = json.loads(said)["worst_cases"]
+    for each, name in zip(cases, ("motion", "motion-velocity", "motion-acceleration"), strict=True):
+        cam = camopt.find_scene(tmp_path / "worst" / f"worst-{name}.toml")  # its phase is that of one part
+        assert cam.tolerances.spread["phase"].values == (each["errors"]["phase"],)
     assert [each["name"] for each in cases] == ["displacement", "velocity", "acceleration"]
     assert all(abs(each["error"]) <= each["bound"] for each in cases)
     assert Scene.from_dict(with_waves("knife").to_dict()).tolerances.waves == WAVES

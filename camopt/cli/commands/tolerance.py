@@ -23,7 +23,7 @@ WORST, ALLOCATED, CAMS, HISTOGRAM = "worst-{}.toml", "allocated.toml", "cams.par
 BARE = re.compile(r"[-+.\deE]+")
 """A number without a unit."""
 FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
-"""The scenes of the worst motion, of the worst cam of each limit and of --allocate; what each cam of a batch has,
+"""The scenes of the worst motions, of the worst cam of each limit and of --allocate; what each cam of a batch has,
 and its picture."""
 
 
@@ -37,7 +37,7 @@ and its picture."""
 @click.option(
     "--out",
     type=OutputPlace(),
-    help="Folder for the cam with the worst motion, the worst one of each limit, and the one with the grades of "
+    help="Folder for the cams with the worst motions, the worst one of each limit, and the one with the grades of "
     "--allocate, as scenes (TOML), and with --cams for what each cam has, as a table (Parquet) and as histograms "
     "(SVG).",
 )
@@ -196,12 +196,15 @@ def _inspected(
 
 
 def _write(unit: Any, result: Any, allocation: Any, batch: Any) -> None:
-    """Write the cam with the worst motion, that of each limit, the one with allocated tolerances, and a batch."""
+    """Write the cams with the worst motions, that of each limit, the one with allocated tolerances, and a batch."""
     from camopt.drawing.plot import plot
     from camopt.scene.written import write_scene
+    from camopt.tolerances.turn import NAMES
 
-    if result.worst_case.errors:
-        write_scene(unit.path(WORST.format("motion")), result.worst_motion())
+    motions = dict(zip(NAMES, ("motion", "motion-velocity", "motion-acceleration"), strict=True))
+    for (name, file), each in zip(motions.items(), result.worst_cases, strict=True):
+        if each.errors:
+            write_scene(unit.path(WORST.format(file)), result.worst_motion(name))
     for margin in result.margins:
         if margin.quantity and margin.worst != margin.nominal:
             write_scene(unit.path(WORST.format(margin.limit)), result.worst_cam(margin.limit))
