@@ -160,6 +160,7 @@ def test_a_tolerance_has_a_price_where_a_limit_on_errors_holds_the_cam():
         assert costs[f"tolerances.{key}"].price == pytest.approx(exact, rel=1e-3)
 
 
+@pytest.mark.long
 def test_free_angles_are_proved_of_every_cam_with_its_own_train():
     """R_p = max (y'/tan α - y) of y = z/i, at the least ratio and with the longest strokes: a closed form."""
     ranges = {
@@ -191,6 +192,7 @@ SECOND |= {"follower.arm_length": 0.02}
 LINKED = {"train.1.coupler": 0.05, "follower.arm_length": 0.03, "phase": 0.02, "profile": 0.01}
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("name", "given", "limit", "keys"),
     [
