@@ -16,7 +16,6 @@ from camopt.problem.rows import Columns, Objectives, Rows, finite, joined_rows
 LARGEST_COST = np.finfo(float).max
 REFERENCE_POINT = 1.1  # in normalised objectives: a tenth beyond the nadir, so that the ends of a front count
 INFINITE_COST = 1e6  # stands for an infinite cost in a sum
-FEW = 256  # rows of which each pair is compared sooner than moocore is imported, which takes 9 ms
 EXACT_WORK = 1e9  # points^(objectives − 2) up to which an exact hypervolume takes seconds at most
 SAMPLED_WORK = 1e9  # points × directions of an approximate one, as long
 
@@ -57,14 +56,9 @@ def non_dominated(rows: Rows, objectives: Objectives) -> Rows:
 
 def undominated(costs: FloatArray) -> BoolArray:
     """Which costs (rows, objectives) no others better; of equal ones all."""
-    costs = np.nan_to_num(costs)
-    if len(costs) <= FEW:
-        no_worse = np.logical_and.reduce([each[:, None] <= each for each in costs.T])
-        better = no_worse & ~no_worse.T
-        return np.asarray(~better.any(axis=0))
     import moocore
 
-    return np.asarray(moocore.is_nondominated(costs, keep_weakly=True))
+    return np.asarray(moocore.is_nondominated(np.nan_to_num(costs), keep_weakly=True))
 
 
 class Archive:
