@@ -186,6 +186,11 @@ class Programme:
         return tuple(_jumps(self))
 
     @cached_property
+    def unseen_jump(self) -> float:
+        """The largest jump of y'' that is rounding."""
+        return LEAST_JUMP * float(self.table.most[:, 2].max()) + 2.0 * float(self.table.error[:, 2].max())
+
+    @cached_property
     def dwells(self) -> tuple[Stroke, ...]:
         """The dwells, in the order of the turn: neighbouring ones are one, and so are the last and the first.
 

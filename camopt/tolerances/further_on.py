@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.motion.programme import LEAST_JUMP, Programme
+from camopt.motion.programme import Programme
 from camopt.numerics import GIVEN, FloatArray, IntArray
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped, at_point, by_chain, range_of
 from camopt.numerics.stretches import Stretch, over_stretch
-from camopt.tolerances.rates_through import from_0
+from camopt.tolerances.ranges import along_turn, from_0
 
 LAST = 3
 """The order of the last derivative of a motion that a place has."""
@@ -69,12 +69,12 @@ class FurtherOn:
         value = range_of(a) * self._between.ranges[order + 1]
         point = self._there_at.ranges[order] - at_point(self.at.motion[order])
         if order == 2:
-            value, cut = _with(value, self._unseen), self._between_at.pieces
-            rough = _with(at_p * self._between_at.ranges[3], self._unseen)
+            value, cut = _with(value, self.programme.unseen_jump), self._between_at.pieces
+            rough = _with(at_p * self._between_at.ranges[3], self.programme.unseen_jump)
             point = _where(cut, rough, point)
         still = _where((a.value.low == 0.0) & (a.value.high == 0.0), value * 0.0, value)
         point = _where((at_p.low == 0.0) & (at_p.high == 0.0), point * 0.0, point)
-        place = replace(self.at.y, slopes=_along(self.at.y))
+        place = replace(self.at.y, slopes=along_turn(self.at.y))
         return by_chain(still, point, [(a, self._there.ranges[order + 1]), (place, last)])
 
     def motion(self, order: int) -> Any:
@@ -85,7 +85,7 @@ class FurtherOn:
         a, y3, slope = self.turned, self.at.motion[LAST], self._there.ranges[LAST + 1]
         value = range_of(y3) + range_of(a) * self._between.ranges[LAST + 1]
         point = at_point(y3) + at_point(a) * self._between_at.ranges[LAST + 1]
-        place = replace(self.at.y, slopes=_along(self.at.y))
+        place = replace(self.at.y, slopes=along_turn(self.at.y))
         return by_chain(value, point, [(a, slope), (place, slope)]) + self.at.jerked
 
     def _last(self, order: int) -> Interval:
@@ -95,14 +95,8 @@ class FurtherOn:
             return near
         far = self._there.ranges[order + 1] - range_of(self.at.motion[order + 1])
         if order == 1:
-            near = _with(near, self._unseen)
+            near = _with(near, self.programme.unseen_jump)
         return _where(self._between.pieces, far, near)
-
-    @property
-    def _unseen(self) -> float:
-        """Jumps of y'' that are rounding."""
-        table = self.programme.table
-        return LEAST_JUMP * float(table.most[:, 2].max()) + 2.0 * float(table.error[:, 2].max())
 
     @cached_property
     def _there(self) -> Stretch:
@@ -133,10 +127,3 @@ def _with(x: Interval, room: float) -> Interval:
 
 def _where(chosen: Any, a: Interval, b: Interval) -> Interval:
     return Interval(np.where(chosen, a.low, b.low), np.where(chosen, a.high, b.high))
-
-
-def _along(like: Sloped) -> Interval:
-    """The slopes of the cam angle itself, which is the first of the variables."""
-    one = np.zeros(like.slopes.low.shape)
-    one[0] = 1.0
-    return Interval(one, one)

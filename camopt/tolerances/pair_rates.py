@@ -23,8 +23,8 @@ from camopt.numerics.sloped import Sloped
 from camopt.problem.problem import Problem
 from camopt.tolerances.contact_ahead import ContactAhead
 from camopt.tolerances.further_on import FurtherOn, Place
+from camopt.tolerances.ranges import plain
 from camopt.tolerances.rates import LEVEL, Moved, Touched, errors_of, moved_of, touched
-from camopt.tolerances.rates_through import plain
 from camopt.tolerances.touching import BORE, BORE_WAY, WAY
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import back, contacts_of, own_errors

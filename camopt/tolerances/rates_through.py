@@ -19,14 +19,12 @@ from typing import Any
 import numpy as np
 
 from camopt.numerics.interval import Interval, as_interval
-from camopt.numerics.sloped import Placed, Sloped, at_point, by_chain, range_of
+from camopt.numerics.sloped import Sloped, at_point, by_chain, range_of
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
-from camopt.tolerances.worst_case import follower_start
-
-Off = Mapping[str, Interval]
-"""By how much links are off, by key of the scene."""
+from camopt.tolerances.ranges import from_0, none_of, plain, still
+from camopt.tolerances.worst_case import Off, follower_start
 
 
 def through(problem: Problem, errors: Mapping[str, Any], found: Sequence[Sloped], motion: Sequence[Sloped]) -> Any:
@@ -46,11 +44,6 @@ def through(problem: Problem, errors: Mapping[str, Any], found: Sequence[Sloped]
     return off.differs(2) * np.square(speed) + off.differs(1) * (motion[2] + found[2]) + bent
 
 
-def plain(x: Any, like: Sloped) -> Any:
-    """A number over boxes as what has no kept quotient."""
-    return x.divided() if hasattr(x, "divided") else x + like * 0.0
-
-
 class RatesThrough:
     """A train whose links may be off, of a follower that is off by an error from where it stands."""
 
@@ -63,7 +56,7 @@ class RatesThrough:
         ends = place + from_0(range_of(error)), {key: from_0(each) for key, each in off.items()}
         self._between = self._tower.derivatives(*ends, count)
         self._by_link = {key: self._tower.derivatives(*ends, count, key) for key in links}
-        none = {key: _none(each) for key, each in off.items()}
+        none = {key: none_of(each) for key, each in off.items()}
         self._asked = self._tower.derivatives(place, none, count)
         point = at_point(stands)
         self._asked_at = self._tower.derivatives(
@@ -103,9 +96,9 @@ class _Tower:
     def derivatives(self, place: Interval, off: Off, count: int, key: str = "") -> list[Interval]:
         """f, f', … on ranges; or with a key those of ∂f/∂p of that number."""
         nominal, start = self.problem.nominal, follower_start(self.problem)
-        made: dict[str, Any] = {each: _still(nominal[each] + by) for each, by in off.items()}
-        none = _still(_none(place))
-        stands: Any = Taylor([_still(start + place), none + 1.0, *[none] * (count - 2)])
+        made: dict[str, Any] = {each: still(nominal[each] + by) for each, by in off.items()}
+        none = still(none_of(place))
+        stands: Any = Taylor([still(start + place), none + 1.0, *[none] * (count - 2)])
         if key:
             made[key] = Taylor([made[key], 1.0])
             stands = Taylor([stands, stands * 0.0])
@@ -114,18 +107,3 @@ class _Tower:
         found = train.tool(stands)
         terms = (found.terms[1] if key else found).terms
         return [range_of(each) * float(factorial(k)) for k, each in enumerate(terms)]
-
-
-def from_0(x: Interval) -> Interval:
-    """All from 0 to a range."""
-    return Interval(np.minimum(x.low, 0.0), np.maximum(x.high, 0.0))
-
-
-def _none(x: Interval) -> Interval:
-    return as_interval(x * 0.0)
-
-
-def _still(x: Interval) -> Placed:
-    """Ranges without slopes, for the formulas of links."""
-    none = as_interval(np.zeros((1, x.size)))
-    return Placed.of(Sloped(x, x, none, none), [])

@@ -23,18 +23,19 @@ from camopt.mechanisms import Designs
 from camopt.mechanisms.rest import Rest
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.driven import tool_position
-from camopt.motion.programme import LEAST_JUMP, Programme
+from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import GIVEN, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.clock import now
 from camopt.numerics.curves import formula
 from camopt.numerics.interval import Interval, as_interval
-from camopt.numerics.sloped import Placed, Sloped, at_point, by_chain, range_of, widened
+from camopt.numerics.sloped import Sloped, at_point, by_chain, range_of, widened
 from camopt.numerics.taylor import Taylor
 from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
 from camopt.problem.variables import is_of_train
 from camopt.scene.tolerances import ANGLES
+from camopt.tolerances.ranges import along_turn, from_0, none_of, plain, still
 from camopt.tolerances.touching import BORE, BORE_WAY, Contact, contact_of, error_ends, off_by
 from camopt.tolerances.turn import TurnErrors, highest
 from camopt.trains.carried import Joint
@@ -146,13 +147,8 @@ def tool_error(f, i, at):  # type: ignore[no-untyped-def]
 def rest_over(problem: Problem, design: Designs, errors: Mapping[str, Any], y: Sloped, y1: Sloped) -> Rest:
     """Where a follower rests over boxes, of errors of its cam with that of the phase."""
     found = problem.setup.mechanism.rest(design, problem.programme.lift, y, y1, off_by(errors))
-    moved, turned = (_plain(each, y) for each in found)
+    moved, turned = (plain(each, y) for each in found)
     return Rest(moved, turned - errors.get("phase", 0.0))
-
-
-def _plain(x: Any, like: Sloped) -> Any:
-    """A number over boxes as what has no kept quotient."""
-    return x.divided() if hasattr(x, "divided") else x + like * 0.0
 
 
 class FurtherOn(NamedTuple):
@@ -164,13 +160,12 @@ class FurtherOn(NamedTuple):
 
 def ahead_of(programme: Programme, at: Place, turned: Sloped) -> FurtherOn:
     """y(φ + a) − y(φ) and y'(φ + a), where a changes with the errors and with φ."""
-    table, place = programme.table, replace(at.y, slopes=_along(at.y))
+    table, place = programme.table, replace(at.y, slopes=along_turn(at.y))
     jerk = float((table.most[:, 3] + table.error[:, 3]).max())
-    unseen = LEAST_JUMP * float(table.most[:, 2].max()) + 2.0 * float(table.error[:, 2].max())
 
     def ahead(a: Interval, y1: Interval, y2: Interval, jumps: list[Jumped]) -> tuple[Interval, Interval, Interval]:
         """By how much y and y' differ at an angle a further on, and y'' there."""
-        stray, seen = a.largest_magnitude * jerk + unseen, [jump.seen(a) for jump in jumps]
+        stray, seen = a.largest_magnitude * jerk + programme.unseen_jump, [jump.seen(a) for jump in jumps]
         there = Interval(y2.low - stray, y2.high + stray)
         bent = a * there
         rise, room = a * y1 + a * bent * 0.5, SUMMED * ((a * y1).largest_magnitude + (a * bent).largest_magnitude)
@@ -183,13 +178,6 @@ def ahead_of(programme: Programme, at: Place, turned: Sloped) -> FurtherOn:
     point, to_point, _ = ahead(at_point(turned), at_point(at.y1), at_point(at.y2), at.of_middle)
     y = by_chain(value, point, [(turned, y1 + further), (place, further)])
     return FurtherOn(y, by_chain(y1 + further, at_point(at.y1) + to_point, [(turned, there), (place, there)]))
-
-
-def _along(like: Sloped) -> Interval:
-    """The slopes of the cam angle itself, which is the first of the variables."""
-    one = np.zeros(like.slopes.low.shape)
-    one[0] = 1.0
-    return Interval(one, one)
 
 
 class Ahead(NamedTuple):
@@ -212,24 +200,24 @@ class OffTrain:
 
     def ahead(self, error: Interval, stands: Interval, off: Off) -> Ahead:
         """f*(stands + error) − f(stands), by Taylor's theorem to the second order in all that is off."""
-        still, between = ({key: part(each) for key, each in off.items()} for part in (_none, _from_0))
-        return self._along(error, stands, still, between, off)
+        start, between = ({key: part(each) for key, each in off.items()} for part in (none_of, from_0))
+        return self._along(error, stands, start, between, off)
 
     def between(self, error: Interval, stands: Interval, off: Off) -> Ahead:
         """f*(stands + error) − f*(stands)."""
-        return self._along(error, stands, off, off, {key: _none(each) for key, each in off.items()})
+        return self._along(error, stands, off, off, {key: none_of(each) for key, each in off.items()})
 
     def _along(self, error: Interval, stands: Interval, start: Off, between: Off, ways: Off) -> Ahead:
         first = self._tool(stands, error, start, ways, 2).moved.derivative(1)
-        tool = self._tool(stands + _from_0(error), error, between, ways, 3)
+        tool = self._tool(stands + from_0(error), error, between, ways, 3)
         value = widened(range_of(first) + range_of(tool.moved.derivative(2)) * 0.5, SUMMED)
         return Ahead(value, range_of(tool.ratio.derivative(1)), range_of(tool.ratio.terms[0]))
 
     def slope(self, key: str, places: Interval, off: Off) -> Interval:
         """∂f*/∂p of a number of the train."""
-        ways = {each: _none(by) + (1.0 if each == key else 0.0) for each, by in off.items()}
-        between = {each: _from_0(by) for each, by in off.items()}
-        return range_of(self._tool(places, _none(places), between, ways, 2).moved.derivative(1))
+        ways = {each: none_of(by) + (1.0 if each == key else 0.0) for each, by in off.items()}
+        between = {each: from_0(by) for each, by in off.items()}
+        return range_of(self._tool(places, none_of(places), between, ways, 2).moved.derivative(1))
 
     def _tool(self, place: Interval, way: Interval, off: Off, ways: Off, terms: int) -> Joint:
         """The tool as a series along a way that follower and links go."""
@@ -243,36 +231,21 @@ class OffTrain:
 def through(problem: Problem, errors: Mapping[str, Any], error: Sloped, stands: Sloped) -> Sloped:
     """f*(y + δ) − f(y), of a follower that should stand at y."""
     train = problem.setup.train
-    links = {key: _plain(each, stands) for key, each in errors.items() if is_of_train(key)}
+    links = {key: plain(each, stands) for key, each in errors.items() if is_of_train(key)}
     assert train is not None
     if not links and (ratio := train.constant_ratio) is not None:
         return by_chain(error.value * ratio, error.at * ratio, [(error, as_interval(ratio))])
     of, off = OffTrain(problem), {key: each.value for key, each in links.items()}
     whole = of.ahead(error.value, stands.value, off)
     point = of.ahead(error.at, stands.at, {key: each.at for key, each in links.items()})
-    places = stands.value + _from_0(error.value)
+    places = stands.value + from_0(error.value)
     by_links = [(each, of.slope(key, places, off)) for key, each in links.items()]
     return by_chain(whole.value, point.value, [(error, whole.by_error), (stands, whole.by_place), *by_links])
 
 
-def _none(x: Interval) -> Interval:
-    return as_interval(x * 0.0)
-
-
-def _from_0(x: Interval) -> Interval:
-    """All from 0 to a range."""
-    return Interval(np.minimum(x.low, 0.0), np.maximum(x.high, 0.0))
-
-
 def _series(place: Interval, slope: Interval, terms: int) -> Taylor:
     """What is straight, in ranges without slopes, for the formulas of links."""
-    return Taylor([_still(each) for each in (place, slope, _none(slope))[:terms]])
-
-
-def _still(x: Interval) -> Placed:
-    """Ranges without slopes, for the formulas of links."""
-    none = as_interval(np.zeros((1, x.size)))
-    return Placed.of(Sloped(x, x, none, none), [])
+    return Taylor([still(each) for each in (place, slope, none_of(slope))[:terms]])
 
 
 def follower_start(problem: Problem) -> float:

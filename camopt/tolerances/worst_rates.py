@@ -41,8 +41,9 @@ from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
 from camopt.scene.tolerances import ANGLES
 from camopt.tolerances.further_on import LAST, FurtherOn, Place
+from camopt.tolerances.ranges import plain
 from camopt.tolerances.rates import LEVEL, Touched, errors_of, moved_of, touched
-from camopt.tolerances.rates_through import plain, through
+from camopt.tolerances.rates_through import through
 from camopt.tolerances.touching import BORE, BORE_WAY, WAY, Contact, is_way, way_of
 from camopt.tolerances.turn import TurnErrors, highest
 from camopt.tolerances.two_contacts import ends_of
