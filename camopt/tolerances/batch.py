@@ -15,6 +15,7 @@ E. Borgonovo, C. L. Smith, Global sensitivity measures from given data, Eur. J. 
 
 import os
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from math import inf, isfinite
@@ -40,7 +41,7 @@ from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.draw import Drawn as Off
 from camopt.tolerances.draw import beyond, drawn, parts_of
 from camopt.tolerances.interference import INTERFERENCE, moving_apart
-from camopt.tolerances.largest import LargestErrors, count_of
+from camopt.tolerances.largest import THREADS, LargestErrors, count_of
 from camopt.tolerances.limited import limited, worst_of
 from camopt.tolerances.margins import OWN_SIZES, Box
 from camopt.tolerances.touching import error_ends, error_unit
@@ -532,11 +533,10 @@ def _explained_by(values: FloatArray, errors: FloatArray) -> float:
 
 def evaluated(problem: Problem, limits: list[Limit], designs: Designs) -> tuple[FloatArray, FloatArray]:
     """As ``limited``, some designs at a time."""
-    parts = [
-        limited(problem, limits, designs.take(slice(first, first + AT_ONCE)))
-        for first in range(0, len(designs), AT_ONCE)
-    ]
-    excess, values = (np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
+    parts = [designs.take(slice(first, first + AT_ONCE)) for first in range(0, len(designs), AT_ONCE)]
+    with ThreadPoolExecutor(THREADS) as pool:
+        found = [*pool.map(lambda some: limited(problem, limits, some), parts)]
+    excess, values = (np.concatenate(each, axis=1) for each in zip(*found, strict=True))
     return excess, values
 
 
