@@ -18,22 +18,22 @@ from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula, further_formula
 
 
-class CylindricalPressureAngle(NamedTuple):
-    """tan β; R_m in mm."""
+class OverCylinder(NamedTuple):
+    """Of each design: R_m, mm."""
 
     mean_radius: FloatArray
 
 
-class CylindricalPath(NamedTuple):
-    """The length of the pitch curve by the cam angle, √(R_m² + y'²), mm/rad; R_m in mm."""
-
-    mean_radius: FloatArray
+class CylindricalPressureAngle(OverCylinder):
+    """tan β."""
 
 
-class CylindricalPitchCurvature(NamedTuple):
-    """κ of the developed pitch curve, 1/mm; R_m in mm."""
+class CylindricalPath(OverCylinder):
+    """The length of the pitch curve by the cam angle, √(R_m² + y'²), mm/rad."""
 
-    mean_radius: FloatArray
+
+class CylindricalPitchCurvature(OverCylinder):
+    """κ of the developed pitch curve, 1/mm."""
 
 
 @formula(CylindricalPressureAngle)
@@ -52,10 +52,8 @@ def path(f, i, at):
     return value, at.y1 * at.y2 / value
 
 
-class CylindricalSpeedChange(NamedTuple):
-    """The derivative of that length by the cam angle, mm/rad²; R_m in mm."""
-
-    mean_radius: FloatArray
+class CylindricalSpeedChange(OverCylinder):
+    """The derivative of that length by the cam angle, mm/rad²."""
 
 
 @formula(CylindricalSpeedChange)

@@ -32,8 +32,8 @@ from camopt.numerics.curves import formula, further_formula, quotient, turned_se
 from camopt.numerics.trigonometry import turned
 
 
-class CylindricalOscillatingPressureAngle(NamedTuple):
-    """tan β; R_m and l in mm, the direction of the arm at the start, and the sense of rotation."""
+class ArmOverCylinder(NamedTuple):
+    """Of each design: R_m and l, mm, the direction of the arm at the start, and the sense of rotation."""
 
     mean_radius: FloatArray
     arm_length: FloatArray
@@ -42,24 +42,16 @@ class CylindricalOscillatingPressureAngle(NamedTuple):
     sense: FloatArray
 
 
-class CylindricalOscillatingPath(NamedTuple):
-    """The length of the pitch curve by the cam angle, N, mm/rad; fields as in its pressure angle."""
-
-    mean_radius: FloatArray
-    arm_length: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+class CylindricalOscillatingPressureAngle(ArmOverCylinder):
+    """tan β."""
 
 
-class CylindricalOscillatingPitchCurvature(NamedTuple):
-    """κ of the developed pitch curve, 1/mm; fields as in CylindricalOscillatingPressureAngle."""
+class CylindricalOscillatingPath(ArmOverCylinder):
+    """The length of the pitch curve by the cam angle, N, mm/rad pressure angle."""
 
-    mean_radius: FloatArray
-    arm_length: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+
+class CylindricalOscillatingPitchCurvature(ArmOverCylinder):
+    """κ of the developed pitch curve, 1/mm."""
 
 
 @formula(CylindricalOscillatingPressureAngle)
@@ -94,14 +86,8 @@ def path(f, i, at):
     return value, (along * along1 + up * up1) / value
 
 
-class CylindricalOscillatingSpeedChange(NamedTuple):
-    """The derivative of that length by the cam angle, mm/rad²; fields as in its pressure angle."""
-
-    mean_radius: FloatArray
-    arm_length: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+class CylindricalOscillatingSpeedChange(ArmOverCylinder):
+    """The derivative of that length by the cam angle, mm/rad² pressure angle."""
 
 
 @formula(CylindricalOscillatingPitchCurvature)

@@ -30,8 +30,8 @@ from camopt.numerics.stable import sum_of
 from camopt.numerics.trigonometry import turned
 
 
-class OscillatingPressureAngle(NamedTuple):
-    """tan β; c and l in mm, the direction of ψ₀, and the sense of rotation."""
+class Arm(NamedTuple):
+    """Of each design: c and l, mm, the direction of ψ₀, and the sense of rotation."""
 
     centre_distance: FloatArray
     arm_length: FloatArray
@@ -40,14 +40,12 @@ class OscillatingPressureAngle(NamedTuple):
     sense: FloatArray
 
 
-class OscillatingPitchCurvature(NamedTuple):
-    """κ of the pitch curve, 1/mm; fields as in OscillatingPressureAngle."""
+class OscillatingPressureAngle(Arm):
+    """tan β."""
 
-    centre_distance: FloatArray
-    arm_length: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+
+class OscillatingPitchCurvature(Arm):
+    """κ of the pitch curve, 1/mm."""
 
 
 @formula(OscillatingPressureAngle)
@@ -67,14 +65,8 @@ def pressure_angle_further(f, i, at):
     return quotient(w, (s, s1, s2, s3))
 
 
-class OscillatingPitchSpeed(NamedTuple):
-    """N, mm/rad; fields as in OscillatingPressureAngle."""
-
-    centre_distance: FloatArray
-    arm_length: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+class OscillatingPitchSpeed(Arm):
+    """N, mm/rad."""
 
 
 @formula(OscillatingPitchSpeed)
@@ -87,14 +79,8 @@ def pitch_speed(f, i, at):
     return speed, (w * w1 + s * s1) / speed
 
 
-class OscillatingSpeedChange(NamedTuple):
-    """N', mm/rad²; fields as in OscillatingPressureAngle."""
-
-    centre_distance: FloatArray
-    arm_length: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+class OscillatingSpeedChange(Arm):
+    """N', mm/rad²."""
 
 
 @formula(OscillatingPitchCurvature)
@@ -110,7 +96,7 @@ def speed_changes(f, i, at):
 
 
 class OscillatingOutline(NamedTuple):
-    """Distance of the trace point from the cam's axis less R_r, mm; fields as in OscillatingPressureAngle."""
+    """Distance of the trace point from the cam's axis less R_r, mm; c and l, mm, and the direction of ψ₀."""
 
     centre_distance: FloatArray
     arm_length: FloatArray

@@ -25,8 +25,8 @@ from camopt.numerics.curves import formula, further_formula, quotient, turned_se
 from camopt.numerics.trigonometry import turned
 
 
-class OscillatingFlatPressureAngle(NamedTuple):
-    """tan β; f and c in mm, the direction of ψ₀, and the sense of rotation."""
+class SwingingFace(NamedTuple):
+    """Of each design: f and c, mm, the direction of ψ₀, and the sense of rotation."""
 
     face_offset: FloatArray
     centre_distance: FloatArray
@@ -35,34 +35,20 @@ class OscillatingFlatPressureAngle(NamedTuple):
     sense: FloatArray
 
 
-class OscillatingFlatProfileRadius(NamedTuple):
-    """ρ of the profile, mm; fields as in OscillatingFlatPressureAngle."""
-
-    face_offset: FloatArray
-    centre_distance: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+class OscillatingFlatPressureAngle(SwingingFace):
+    """tan β."""
 
 
-class OscillatingFlatReach(NamedTuple):
-    """Distance t of the contact from the pivot along the face, mm; fields as in OscillatingFlatPressureAngle."""
-
-    face_offset: FloatArray
-    centre_distance: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+class OscillatingFlatProfileRadius(SwingingFace):
+    """ρ of the profile, mm."""
 
 
-class OscillatingFlatSliding(NamedTuple):
-    """Speed of sliding, mm/rad; fields as in OscillatingFlatPressureAngle."""
+class OscillatingFlatReach(SwingingFace):
+    """Distance t of the contact from the pivot along the face, mm."""
 
-    face_offset: FloatArray
-    centre_distance: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+
+class OscillatingFlatSliding(SwingingFace):
+    """Speed of sliding, mm/rad."""
 
 
 @formula(OscillatingFlatSliding)

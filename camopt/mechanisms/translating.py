@@ -28,11 +28,15 @@ from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula, further_formula, quotient
 
 
-class TranslatingPressureAngle(NamedTuple):
-    """tan β; ``lead`` is e, ``height`` is s₀, both in mm."""
+class Translating(NamedTuple):
+    """Of each design: ``lead`` is e, ``height`` is s₀, both in mm."""
 
     lead: FloatArray
     height: FloatArray
+
+
+class TranslatingPressureAngle(Translating):
+    """tan β."""
 
 
 @formula(TranslatingPressureAngle)
@@ -47,11 +51,8 @@ def pressure_angle_further(f, i, at):
     return quotient((at.y1 - f.lead[i], at.y2, at.y3, at.y4), (f.height[i] + at.y, at.y1, at.y2, at.y3))
 
 
-class TranslatingPitchSpeed(NamedTuple):
-    """N, mm/rad; ``lead`` is e, ``height`` is s₀, both in mm."""
-
-    lead: FloatArray
-    height: FloatArray
+class TranslatingPitchSpeed(Translating):
+    """N, mm/rad."""
 
 
 @formula(TranslatingPitchSpeed)
@@ -61,11 +62,8 @@ def pitch_speed(f, i, at):
     return speed, (s * at.y1 + w * at.y2) / speed
 
 
-class TranslatingSpeedChange(NamedTuple):
-    """N', mm/rad²; ``lead`` is e, ``height`` is s₀, both in mm."""
-
-    lead: FloatArray
-    height: FloatArray
+class TranslatingSpeedChange(Translating):
+    """N', mm/rad²."""
 
 
 @formula(TranslatingSpeedChange)
@@ -73,11 +71,8 @@ def speed_changes(f, i, at):
     return speed_change(at.y1 - f.lead[i], at.y2, at.y3, f.height[i] + at.y, at.y1, at.y2)
 
 
-class TranslatingPitchCurvature(NamedTuple):
-    """κ of the pitch curve, 1/mm; ``lead`` is e, ``height`` is s₀, both in mm."""
-
-    lead: FloatArray
-    height: FloatArray
+class TranslatingPitchCurvature(Translating):
+    """κ of the pitch curve, 1/mm."""
 
 
 @formula(TranslatingPitchCurvature)
