@@ -8,7 +8,7 @@ and runs along ∓i·e^{∓iθ}·n. It is smooth on each span of the turn, where
 the normal does, which tears a curve at a distance, and leaves a corner in a pitch curve.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import factorial, inf, nextafter
 from typing import Any, NamedTuple
@@ -143,14 +143,14 @@ class CamCurve:
         return turned
 
     @precisely()
-    def expansion(self, span: SmoothPart, lows: FloatArray, highs: FloatArray) -> Expansion:
-        """The curve over some stretches of a span, from one cam angle (rad) to another.
+    def expansion(self, spans: Sequence[SmoothPart], lows: FloatArray, highs: FloatArray) -> Expansion:
+        """The curve over some stretches, each of a span, from one cam angle (rad) to another.
 
         The remainders are sure, from balls of the motion, up to the rounding of what is done with them.
         """
         middles = (lows + highs) / 2
         exact, over = (
-            np.array([span.motion(*ends) for ends in zip(low.tolist(), high.tolist(), strict=True)]).T
+            np.array([span.motion(*ends) for span, *ends in zip(spans, low.tolist(), high.tolist(), strict=True)]).T
             for low, high in ((middles, middles), (lows, highs))
         )
         here = self._series(middles, [(low + high) / 2 for low, high in exact.swapaxes(0, 1)])

@@ -47,15 +47,12 @@ def deviation_bound(curve: CamCurve, path: ArcPath | CubicPath, wanted: float = 
 
 def _bounds(curve: CamCurve, path: ArcPath | CubicPath, index: np.ndarray, parts: int) -> FloatArray:
     """A bound for each element, from so many parts of it."""
-    spans, found = np.array(path.spans)[index], np.empty(index.size)
-    for span in np.unique(spans):
-        here = spans == span
-        chosen = index[here]
-        starts, ends = path.angles[chosen].T
-        edges = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, parts + 1)
-        expansion = curve.expansion(curve.spans[span], edges[:, :-1].ravel(), edges[:, 1:].ravel())
-        off = _off_arcs if isinstance(path, ArcPath) else _off_cubics
-        found[here] = off(path, chosen, expansion, parts)  # type: ignore[arg-type]
+    starts, ends = path.angles[index].T
+    edges = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, parts + 1)
+    spans = [curve.spans[path.spans[element]] for element in np.repeat(index, parts)]
+    expansion = curve.expansion(spans, edges[:, :-1].ravel(), edges[:, 1:].ravel())
+    off = _off_arcs if isinstance(path, ArcPath) else _off_cubics
+    found = off(path, index, expansion, parts)  # type: ignore[arg-type]
     size = np.abs(path.vertices if isinstance(path, ArcPath) else path.controls).max()
     return np.asarray(found + ROUNDING_SHARE * size)
 

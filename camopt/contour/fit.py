@@ -24,6 +24,8 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 
 FIRST_STRETCHES, FIT_ROUNDS, END_HALVINGS = 8, 8, 40
+JOINT_STEPS = 8  # after which the curve is within rounding of a joint
+LEAST_PAST = 1e-300  # mm: less is none
 WIDEST_ARC = 3.0  # rad: an arc is no longer, so that its middle is on its own side of the cam
 CHECKED_SHARES = np.linspace(0.0, 1.0, 13)[1:-1, None]  # where a stretch is looked at
 ELEMENT_LIMIT = 1_000_000  # elements of a path
@@ -211,13 +213,27 @@ def _arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
 
 
 def _beside(curve: CamCurve, span: SmoothPart, pair: Biarcs, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """The cam angles at which the curve passes the joints of biarcs, by halving."""
-    low, high = starts.copy(), ends.copy()
-    for _ in range(END_HALVINGS):
-        middle = (low + high) / 2
-        past = ((curve.points(span, middle) - pair.joint) * pair.tangent.conjugate()).real > 0.0
-        low, high = np.where(past, low, middle), np.where(past, middle, high)
-    return (low + high) / 2
+    """The cam angles at which the curve passes the joints of biarcs, by false position between angles around them.
+
+    What an end that stays counts is halved each time (Dowell and Jarratt, BIT 11, 1971: the Illinois method).
+    """
+
+    def past(angles: FloatArray) -> FloatArray:
+        return np.asarray(((curve.points(span, angles) - pair.joint) * pair.tangent.conjugate()).real)
+
+    low, high = starts, ends
+    before, after = past(low), past(high)
+    was = np.zeros(low.size)  # on which side the last angle was
+    for _ in range(JOINT_STEPS):
+        share = np.clip(before / np.minimum(before - after, -LEAST_PAST), 0.0, 1.0)
+        angle = low + share * (high - low)
+        there = past(angle)
+        beyond = there > 0.0
+        before = np.where(beyond, np.where(was > 0.0, before / 2, before), there)
+        after = np.where(beyond, there, np.where(was < 0.0, after / 2, after))
+        low, high = np.where(beyond, low, angle), np.where(beyond, angle, high)
+        was = np.where(beyond, 1.0, -1.0)
+    return np.asarray(angle)
 
 
 def _spline(curve: CamCurve, angles: list[FloatArray]) -> CubicPath:

@@ -249,9 +249,8 @@ def _cut(curve: CamCurve, span: SmoothPart, wanted: float) -> tuple[FloatArray, 
 
 def _off_line(curve: CamCurve, span: SmoothPart, lows: FloatArray, highs: FloatArray) -> FloatArray:
     """How far the place of the roller is off a line over some stretches of a span at most, mm."""
-    across, along = (
-        as_interval(series.terms[2]).largest_magnitude for series in curve.expansion(span, lows, highs).over
-    )
+    over = curve.expansion([span] * lows.size, lows, highs).over
+    across, along = (as_interval(series.terms[2]).largest_magnitude for series in over)
     return np.asarray(np.hypot(across, along) * (highs - lows) ** 2 / 4)
 
 

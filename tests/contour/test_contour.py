@@ -177,7 +177,7 @@ def test_series_give_the_points_that_the_library_gives():
         assert hypot(first.real - points[f"{stem}_x_mm"][0], first.imag - points[f"{stem}_y_mm"][0]) < 1e-9
         span = curve.spans[0]
         middle = (span.start + span.end) / 2
-        expansion = curve.expansion(span, np.array([middle - 1e-3]), np.array([middle + 1e-3]))
+        expansion = curve.expansion([span], np.array([middle - 1e-3]), np.array([middle + 1e-3]))
         for t in (-1e-3, 0.0, 1e-3):
             x, y = (sum(c * t**k for k, c in enumerate(terms.terms)) for terms in expansion.here)
             true = curve.points(span, np.array([middle + t]))
