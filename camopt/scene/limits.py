@@ -70,7 +70,7 @@ class ShortLimits(SceneTable):
     crossing_speed: Positive | None = None
     """Largest speed at which a follower meets the other flank of a positive drive; m/s."""
     slip_speed: Positive | None = None
-    """Largest speed at which a roller slips on it then; m/s."""
+    """Largest speed at which a roller slips on the flank that it meets at a crossing; m/s."""
     roller_angular_acceleration: Positive | None = None
     """Largest angular acceleration of a roller in a groove that does not slip; rad/s²."""
     contact_force_elastic: Anywhere | None = None
@@ -82,11 +82,11 @@ class ShortLimits(SceneTable):
     position_error: Length | None = None
     """Largest error of the tool's position by the tolerances, to first order; mm, oscillating deg."""
     velocity_error: Positive | None = None
-    """Largest error of the tool's velocity by the tolerances, likewise; m/s, oscillating rad/s."""
+    """Largest error of the tool's velocity by the tolerances, to first order; m/s, oscillating rad/s."""
     acceleration_error: Positive | None = None
-    """Largest error of the tool's acceleration by the tolerances, likewise; m/s², oscillating rad/s²."""
+    """Largest error of the tool's acceleration by the tolerances, to first order; m/s², oscillating rad/s²."""
     dwell_error: Length | None = None
-    """Largest change of the tool's position in a dwell by the tolerances, likewise; mm, oscillating deg."""
+    """Largest change of the tool's position in a dwell by the tolerances, to first order; mm, oscillating deg."""
 
     @property
     def given(self) -> dict[str, float]:

@@ -72,11 +72,11 @@ class Part(SceneTable):
     hub_length: Length | None = None
     """Length of the whole hub, the plate included, or both plates and their gap; mm."""
     keyway: Literal["DIN 6885"] | None = None
-    """Keyway of the standard for the bore, in place of its width and depth."""
+    """Standard of the keyway, by which its width and depth follow from the bore: DIN 6885."""
     keyway_width: Length | None = None
     """Width of the keyway; mm."""
     keyway_fit: Fit | None = None
-    """Fit of that width, such as JS9."""
+    """Fit of the width of the keyway, such as JS9."""
     keyway_depth: Length | None = None
     """Depth of the keyway in the hub (t₂ of DIN 6885), from the bore's surface at its middle; mm."""
     keyway_angle: Annotated[float, Within(ge=-360, le=360)] | None = None
@@ -100,7 +100,7 @@ class Part(SceneTable):
     hardness: OneLine | None = None
     """Hardness in the title block, such as 58 + 4 HRC."""
     case_depth: OneLine | None = None
-    """Case hardening depth beside it, such as 0.8 + 0.4."""
+    """Case hardening depth in the title block, such as 0.8 + 0.4."""
     profile_tolerance: Length | None = None
     """Tolerance of the profile, ±; mm."""
     roughness: Positive | None = None

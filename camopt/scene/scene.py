@@ -128,9 +128,9 @@ class Scene(HasHtml, Drawn, SceneTable):
     motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
     """The turn, segment by segment."""
     motion_at: Literal["tool", "follower"] = "tool"
-    """Whose motion that is where there is a train: the tool's, or the follower's, which then moves the tool."""
+    """Whose motion ``[[motion]]`` is, where there is a train: that of the tool, or that of the follower."""
     train: Annotated[tuple[TrainStage, ...], Field(max_length=MOST_STAGES)] = ()
-    """The train between the follower and the tool, whose motion it then is, stage by stage."""
+    """The train between the follower and the tool, stage by stage."""
     profile: Annotated[
         tuple[ProfileElement, ...], Field(min_length=1, max_length=MOST_SEGMENTS, json_schema_extra=or_text)
     ] = ()

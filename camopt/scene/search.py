@@ -34,10 +34,10 @@ MOST_SAMPLES, MOST_SEED = 2**22, 2**32 - 1  # 32 MB a size
 
 
 class Search(SceneTable):
-    """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values.
+    """What a sweep or an optimisation may vary, and its objectives. A size is a range or a list of values.
 
     ``cam``, ``follower``, ``drive``, ``train`` and ``materials`` hold other numbers by the keys that they have in
-    the scene, each a NumberRange or a list: a sweep combines their values with all sizes and laws. Of ``train`` the
+    the scene, each a range or a list: a sweep combines their values with all sizes and laws. Of ``train`` the
     number of the stage comes first, as in ``train.1.coupler``.
 
     With ``samples`` a sweep takes the same designs for each law: drawn evenly from the ranges and lists, always
@@ -82,33 +82,34 @@ class Search(SceneTable):
     angle_dwell: StepRange | None = None
     """Range for the angle of each dwell; deg."""
     cam: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Cam))] = Field(default_factory=dict)
-    """Other numbers of ``[cam]``, such as ``rpm``, which a sweep varies."""
+    """Other numbers of ``[cam]`` that vary, such as ``rpm``."""
     follower: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Follower))] = Field(
         default_factory=dict
     )
-    """Other numbers of ``[follower]`` and ``[follower.dynamics]``, likewise."""
+    """Other numbers of ``[follower]`` and ``[follower.dynamics]`` that vary."""
     drive: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Drive))] = Field(default_factory=dict)
-    """Sizes and other numbers of ``[drive]``, likewise."""
+    """Sizes and other numbers of ``[drive]`` that vary."""
     materials: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Materials))] = Field(
         default_factory=dict
     )
-    """Numbers of ``[materials]``, likewise."""
+    """Numbers of ``[materials]`` that vary."""
     train: Annotated[dict[str, Any], BeforeValidator(partial(free_rows, TrainStage))] = Field(default_factory=dict)
-    """Numbers of ``[[train]]``, likewise, by the number of the stage."""
+    """Numbers of ``[[train]]`` that vary, by the number of the stage."""
     samples: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_SAMPLES)] | None = None
     """How many designs a sweep draws for each law, in place of a grid."""
     sampler: Literal["sobol", "latin-hypercube"] = "sobol"
-    """How they are drawn."""
+    """How the designs of ``samples`` are drawn."""
     seed: Annotated[int, BeforeValidator(whole_number), Field(ge=0, le=MOST_SEED)] = 0
-    """Which of all such draws."""
+    """Number of the draw: another one draws other designs."""
     minimise: Quantities = ()
     """Quantities that a Pareto front minimises."""
     maximise: Quantities = ()
-    """Quantities that it maximises."""
+    """Quantities that a Pareto front maximises."""
     thin: Annotated[float, Within(ge=1e-9, lt=1)] | None = None
-    """Share of an objective's range: what a row that stays costs at most more than one left out; no unit."""
+    """What a row that stays in the front costs at most more than one left out, as a share of an objective's range;
+    no unit."""
     robust: Switch = False
-    """Let every cam within the tolerances of its numbers and train hold the limits, not the nominal one alone."""
+    """Whether every cam within the tolerances has to hold the limits, not the nominal one alone."""
     refine: Switch = False
     """Move each row of the front off the grid, to an optimum of the continuous problem."""
 

@@ -68,9 +68,9 @@ class SynthesisSettings(SceneTable):
     peak_velocity: PeakAsked = None
     """Bound on the velocity of the unit stroke; no unit."""
     peak_acceleration: PeakAsked = None
-    """Bound on its acceleration; no unit."""
+    """Bound on the acceleration of the unit stroke; no unit."""
     peak_jerk: PeakAsked = None
-    """Bound on its jerk; no unit."""
+    """Bound on the jerk of the unit stroke; no unit."""
     rest: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=3)] = 2
     """How many derivatives are zero beside a dwell."""
     monotone: Switch = False

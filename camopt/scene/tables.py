@@ -265,22 +265,22 @@ class Drive(SceneTable):
     (``diameter``). Or a rib between two rollers (``rib``). If it is not given, ``spring`` on a disc cam and
     ``groove`` on a cylindrical one."""
     base_radius: Length | None = None
-    """Of the second disc of a conjugate pair; if not given, as of the first (``cam.base_radius``); mm."""
+    """Base radius of the second disc of a conjugate pair; ``cam.base_radius`` if not given; mm."""
     roller_radius: Length | None = None
-    """Of its roller; if not given, as of the first; mm."""
+    """Radius of the second roller; that of the first if not given; mm."""
     offset: Anywhere | None = None
-    """Of its roller that translates, positive to the right as that of the first; if not given, the same; mm."""
+    """Offset of a second roller that translates, positive to the right; that of the first if not given; mm."""
     arm_length: Length | None = None
-    """From the pivot to its roller; if not given, as of the first; mm."""
+    """Length of the arm of the second roller; that of the first if not given; mm."""
     interference: NotNegative | None = None
     """By how much two contacts are too near to each other before they are mounted; mm, oscillating deg."""
     stiffness: Positive | None = None
-    """Of what joins them, rollers, discs and frame; N/mm, oscillating N·m/rad."""
+    """Stiffness of what joins both contacts: rollers, discs and frame; N/mm, oscillating N·m/rad."""
     clearance: Length | None = None
     """How much wider than the roller a groove is, or thinner than the gap between its two rollers a rib: what is
     crossed where the force turns round; mm."""
     roller_inertia: Positive | None = None
-    """Moment of inertia of the roller about its pin, which friction has to turn the other way then; kg·m²."""
+    """Moment of inertia about its pin of a roller that friction turns the other way after each crossing; kg·m²."""
     friction: Positive | None = None
     """Coefficient of friction between roller and flank; no unit."""
 
@@ -321,13 +321,13 @@ class Through(SceneTable):
     angle: CamAngle
     """Cam angle, or range of cam angles [from, to], from the start of the first segment; deg."""
     position: NumberOrRange | None = None
-    """Displacement there; mm, oscillating deg."""
+    """Displacement at that cam angle; mm, oscillating deg."""
     velocity: NumberOrRange | None = None
-    """First derivative there; mm (deg) ``per`` rad, deg or s."""
+    """First derivative at that cam angle; mm (deg) ``per`` rad, deg or s."""
     acceleration: NumberOrRange | None = None
-    """Second derivative there; mm (deg) ``per`` rad², deg² or s²."""
+    """Second derivative at that cam angle; mm (deg) ``per`` rad², deg² or s²."""
     jerk: NumberOrRange | None = None
-    """Third derivative there; mm (deg) ``per`` rad³, deg³ or s³."""
+    """Third derivative at that cam angle; mm (deg) ``per`` rad³, deg³ or s³."""
 
 
 class Segment(SceneTable):
@@ -340,7 +340,7 @@ class Segment(SceneTable):
     ``velocity``, ``acceleration`` and ``jerk`` may be given at its end. Between two moves each of these, and
     ``to``, may be a range [low, high], or be left out: it is then as for the least mean-square jerk. Where a
     jerk is asked for at a cam angle, the jerk of moves that follow each other is continuous too (degree 7), and
-    the mean square of its derivative is the least. ``through`` are conditions on the way (``Through``), which that
+    the mean square of its derivative is the least. ``through`` are conditions on the way, which that
     motion meets, and all that ``synthesise`` finds.
 
     In a yoke (``drive.kind``) the segments may be those of half a turn, 180 deg: the other half is the same with
@@ -506,7 +506,7 @@ class Materials(SceneTable):
     viscosity: Positive | None = None
     """Dynamic viscosity of the lubricant; Pa·s."""
     pressure_viscosity: Positive | None = None
-    """Its increase with pressure, α of η·exp(αp); 1/GPa."""
+    """Increase of the viscosity with pressure, α of η·exp(αp); 1/GPa."""
     roughness: Positive | None = None
     """Composite roughness of both surfaces, root mean square; µm."""
 

@@ -70,11 +70,11 @@ class Tolerance(SceneTable):
     """How far a number may be from what the scene says, and how it is spread over parts."""
 
     plus: NotNegative = 0.0
-    """How much larger it may be; in the unit of the number."""
+    """How much larger the number may be; in the unit of the number."""
     minus: NotNegative = 0.0
-    """How much smaller it may be; in the unit of the number."""
+    """How much smaller the number may be; in the unit of the number."""
     iso: str | None = None
-    """Its class of ISO 286 in place of both, such as h6 or JS9, of the diameter if the size is a radius."""
+    """Class of ISO 286 in place of ``plus`` and ``minus``, such as h6, of the diameter if the size is a radius."""
     distribution: Literal["normal", "uniform", "triangular"] = "normal"
     """How parts are spread over the zone."""
     cpk: Positive = 1.0
@@ -153,8 +153,8 @@ class Tolerances(SceneTable):
     cam: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Cam, reader=READER))] = Field(
         default_factory=dict
     )
-    """Tolerances of numbers of ``[cam]``: of the speed, and of the base (mean) radius of a cam that is another one
-    with the motion which is asked."""
+    """Tolerances of numbers of ``[cam]``: of the speed, and of the base (mean) radius of a cam that has the same
+    motion."""
     follower: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Follower, reader=READER))] = Field(
         default_factory=dict
     )
@@ -172,18 +172,18 @@ class Tolerances(SceneTable):
     )
     """Tolerances of numbers of ``[[train]]``, by the number of the stage."""
     profile: Length | None = None
-    """Of the profile along its normal, ±; mm."""
+    """Tolerance of the profile along its normal, ±; mm."""
     waves: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_WAVES)] | None = None
     """How many waves the error of the profile has in a turn at most, as the follower feels it (a roller at its
     centre, a flat face as it lies on the profile): without it, no slope of it is known."""
     bore_eccentricity: Length | None = None
     """How far the bore's axis may be from that of the profile, in any direction; mm."""
     phase: Given = None
-    """Of the cam's angle on its shaft; deg."""
+    """Tolerance of the cam's angle on its shaft; deg."""
     face_tilt: Given = None
-    """Of the angle of a translating flat face to the square of its motion; deg."""
+    """Tolerance of the angle of a translating flat face, by which it is not square to its motion; deg."""
     disc_phase: Given = None
-    """Of the angle of the second disc of a conjugate pair to the first; deg."""
+    """Tolerance of the angle between both discs of a conjugate pair; deg."""
 
     @property
     def numbers(self) -> dict[str, Tolerance]:

@@ -90,11 +90,11 @@ class TrainStage(SceneTable):
     input_arm: Length | None = None
     """Length of the arm by which a rocker or bell crank is driven; mm."""
     input_angle: Angle | None = None
-    """Angle of that arm at the start, from the line square to the motion that drives it; deg."""
+    """Angle of the input arm at the start, from the line square to the motion that drives it; deg."""
     output_arm: Length | None = None
     """Length of the second arm of a rocker; mm."""
     output_angle: Angle | None = None
-    """Angle of that arm at the start, from the line square to the motion that it gives; deg."""
+    """Angle of the output arm at the start, from the line square to the motion that it gives; deg."""
     ratio: Anywhere | None = None
     """Output by input, below 0 if they go opposite ways; no unit."""
     radius: Anywhere | None = None

@@ -51,7 +51,12 @@ from camopt.tables.writing_process import writing_process
     metavar="NAME,NAME",
     help="Quantities that the Pareto front minimises, in place of all objectives of the scene.",
 )
-@click.option("--maximise", callback=listed, metavar="NAME,NAME", help="Those that it maximises, likewise.")
+@click.option(
+    "--maximise",
+    callback=listed,
+    metavar="NAME,NAME",
+    help="Quantities that the Pareto front maximises, in place of all objectives of the scene.",
+)
 @click.option("--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @click.option(
     "--keep", type=click.Choice(("pareto", "feasible", "all", "front-only")), default="feasible", show_default=True,

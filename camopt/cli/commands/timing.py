@@ -21,9 +21,9 @@ from camopt.cli.options import DEFAULT_SCENE, Command, output_options, scene_opt
 def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> int:
     """Find where in the turn the follower passes a lift, as a valve's opening and closing.
 
-    A scene with [tolerances] has the earliest and the latest cam angle of all cams within them beside each, to
-    first order, and in a second table those before and after which no cam passes, proved by exact contact, with the
-    errors of a cam that nearly does.
+    For a scene with [tolerances] the table also shows the earliest and the latest cam angle at which a cam within
+    them passes, to first order. A second table shows the cam angles before and after which no cam passes, proved by
+    exact contact, with the errors of a cam that passes nearly there.
     """
     from camopt.cli import terminal
     from camopt.problem.rows import finite

@@ -55,7 +55,9 @@ and its picture."""
     "--allocate", metavar="FLOAT", help="Find the loosest grades within ± this error of the tool; as for --within."
 )
 @click.option(
-    "--costs", type=click.Path(path_type=Path), help="Costs of grades, CSV: grade, and cost or a column a key."
+    "--costs",
+    type=click.Path(path_type=Path),
+    help="With --allocate, costs of grades, CSV: a column grade, and cost or a column for each key.",
 )
 @click.option(
     "--only",
@@ -63,18 +65,29 @@ and its picture."""
     multiple=True,
     help="With --allocate, a tolerance that gets another grade, such as follower.offset: the others stay.",
 )
-@click.option("--seed", type=click.IntRange(0), help="Which of all such draws; 0 unless given.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    help="With --cams, number of the draw: another one draws other cams; 0 by default.",
+)
 @click.option(
     "--measured",
     type=click.Path(path_type=Path),
     multiple=True,
-    help="Show the error of a cam by points of its --profile alone; of a conjugate pair twice, a file a disc.",
+    help="Show the error of a cam that was cut, by points of its --profile, in place of the tables; of a conjugate "
+    "pair give it twice, a file for each disc.",
 )
 @click.option("--profile", type=click.Choice(("polar", "xy")), help="What the points are; as for fit.")
 @click.option("--probe", type=Measure("mm"), help="Radius of the ball whose centres the points are, mm.")
 @click.option("--columns", help="Names or numbers of the two columns of the points, such as 1,3; as for fit.")
-@click.option("--keep-outliers", is_flag=True, help="Single points far off count for the motion too.")
-@click.option("--aligned", is_flag=True, help="The angle 0 of the points is that of the scene: the phase counts.")
+@click.option(
+    "--keep-outliers", is_flag=True, help="With --measured, single points far off count for the motion too."
+)
+@click.option(
+    "--aligned",
+    is_flag=True,
+    help="With --measured, the angle 0 of the points is that of the scene: the phase counts.",
+)
 def tolerance(
     scene: Any,
     as_json: bool,
@@ -94,16 +107,19 @@ def tolerance(
 ) -> int:
     """Find how far the motion of a real cam may be off, by the tolerances of the scene.
 
-    The table shows the worst case of displacement, velocity and acceleration, what each tolerance contributes to
-    it, and the root sum square of independent errors at 3 standard deviations; and what no cam exceeds of each of
-    them, and of the change in a dwell, all proved, with those of cams that nearly have them. A second one
-    shows what tolerances of numbers leave of each limit: the worst cam within them, and whether every cam holds
-    it, proved. With --cams others show, by the distributions of the tolerances, how far the motions of so many
-    cams are off, each found without a linear model, how many of them hold each limit, and what their spread
-    comes of. With --allocate one has the cheapest grades of ISO 286 of which no cam moves the tool further off.
+    The first table shows the worst case of displacement, velocity and acceleration, what each tolerance
+    contributes to it, and the root sum square of independent errors at 3 standard deviations; and, proved, what no
+    cam exceeds of each of these errors and of the change in a dwell, with the error of a cam that nearly has so
+    much. A second table shows what tolerances of numbers leave of each limit: the worst cam within them, and
+    whether it is proved that every cam holds the limit.
 
-    With --measured points of a cut profile stand against the scene: the error of motion of this cam, how much of
-    each tolerance it uses, and its waves. Of a conjugate pair and of a yoke they show, too, by how much the
+    With --cams further tables show, by the distributions of the tolerances, how far the motions of so many cams are
+    off, each found without a linear model, how many of the cams hold each limit, and which tolerances their spread
+    comes from. With --allocate a table has the cheapest grades of ISO 286 with which no cam moves the tool further
+    off.
+
+    With --measured, points of a cut profile are compared with the scene: the error of motion of this cam, how much
+    of each tolerance it uses, and its waves. Of a conjugate pair and of a yoke a table shows, too, by how much the
     distance of both contacts varies, and what is left of interference and preload.
     """
     from camopt.cli import terminal
