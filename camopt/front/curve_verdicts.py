@@ -38,17 +38,17 @@ NONE = Bodies(np.inf, -np.inf)
 
 
 class Sharing(NamedTuple):
-    """Designs of a motion and their pitch curves, by number."""
+    """Designs of a motion by number, and where what is known of their pitch curves is kept."""
 
     designs: IntArray
-    curves: IntArray
+    places: IntArray
 
     def __len__(self) -> int:
         return int(self.designs.size)
 
     def take(self, index: Any) -> "Sharing":
         """Those at an index or mask."""
-        return Sharing(self.designs[index], self.curves[index])
+        return Sharing(self.designs[index], self.places[index])
 
 
 class BlockVerdicts(NamedTuple):
@@ -76,11 +76,15 @@ class CurveVerdicts:
         count = len(numbers)
         self._locks = [Lock() for _ in range(0, count, numbers.part)]
         self._known = np.zeros(len(self._locks), dtype=bool)
-        self._exists, self._held = np.zeros((2, count), dtype=bool)
-        self._surely, self._perhaps = (Range(*np.tile([[np.inf], [-np.inf]], count)) for _ in range(2))
+        self._exists = np.zeros(count, dtype=bool)
+        self._places = np.full(count, count)  # in the arrays of what is kept; the last is of curves that break limits
+        self._held, self._costs = np.empty(count + 1, dtype=bool), np.zeros(count + 1)
+        self._half_width, *ends = np.empty((5, count + 1))
+        self._surely, self._perhaps = Range(*ends[:2]), Range(*ends[2:])
+        for bodies in (self._surely, self._perhaps):
+            bodies.least[count], bodies.most[count] = np.inf, -np.inf
         self._columns: Columns = {}
         self._outward: Columns = {}
-        self._half_width, self._costs, self._no_cost = np.zeros((3, count))
         self._exact = True  # whether what is known of curves is as exact as asked
         self._pending = problem.limits
         self._later = () if problem.programme.radii else told_by_curves(problem.limits, wanted)
@@ -96,13 +100,14 @@ class CurveVerdicts:
         curves, bodies, parts = self._numbers.of_block(first, last)
         self._search(parts)
         cost, window = self._cost(), self._window(first, last)
-        known = Curves(self._exists, self._surely, self._perhaps, self._no_cost if cost is None else cost)
+        costs = np.zeros_like(self._costs) if cost is None else cost
+        known = Curves(self._exists, self._places, self._surely, self._perhaps, costs)
         sizes = window.stop - window.start
         block = Block(curves, bodies, first % self._numbers.shape[-1] - window.start)
         counts, least = counted(known, block, sizes)
         most = np.full(sizes, np.inf) if cost is None else self._most(least, window)
         held, compared, open_ = gathered_of(known, block, counts, most, every)
-        surely, perhaps = (Sharing(first + i, curves[i]) for i in (held, open_))
+        surely, perhaps = (Sharing(first + i, self._places[curves[i]]) for i in (held, open_))
         if cost is None and not every and len(surely):
             objectives = self._problem.objectives
             left = undominated(row_costs(self.feasible(surely, frozenset(objectives)), objectives))
@@ -148,28 +153,28 @@ class CurveVerdicts:
     def feasible(self, held: Sharing, names: frozenset[str]) -> Rows:
         """Quantities of designs that surely hold all limits, with their verdict."""
         nothing_open = self._candidates(held, np.ones(len(held), dtype=bool), ())
-        return screened_beyond_pitch(self._known_of(nothing_open, held.curves, names), names).rows
+        return screened_beyond_pitch(self._known_of(nothing_open, held.places, names), names).rows
 
     def judged(self, open_: Sharing, names: frozenset[str]) -> Screened:
         """The feasible ones of designs that may hold all limits."""
         if self._later:
             return screened(self._problem, self._space.designs(open_.designs), names)
-        candidates = self._candidates(open_, self._held[open_.curves], self._pending)
-        return screened_beyond_pitch(self._known_of(candidates, open_.curves, names), names)
+        candidates = self._candidates(open_, self._held[open_.places], self._pending)
+        return screened_beyond_pitch(self._known_of(candidates, open_.places, names), names)
 
     def _candidates(self, some: Sharing, held: BoolArray, pending: tuple[Limit, ...]) -> Candidates:
         designs, count = self._space.designs(some.designs), len(some)
         return Candidates(self._problem, designs, np.arange(count), Rows({}, count), held, pending)
 
-    def _known_of(self, candidates: Candidates, curves: IntArray, names: frozenset[str]) -> Candidates:
+    def _known_of(self, candidates: Candidates, places: IntArray, names: frozenset[str]) -> Candidates:
         """With what their curves say of the quantities that are called for."""
         plan, setup = candidates.plan(names), self._problem.setup
         called = {name for _, needed in plan for name in needed}
         judged = needs_of(candidates.pending).union(*(effect.reads(setup) for effect, _ in plan))
-        half_width = self._half_width[curves]
+        half_width = self._half_width[places]
         far = called & judged if np.all(half_width <= self._problem.accuracy) else called  # which balls narrow
         columns, outward = (
-            {name: values[curves] for name, values in kept.items() if name in some}
+            {name: values[places] for name, values in kept.items() if name in some}
             for kept, some in ((self._columns, called), (self._outward, far))
         )
         rows = Rows(columns, candidates.rows.count, outward, half_width)
@@ -187,24 +192,26 @@ class CurveVerdicts:
                         self._locks[part].release()
 
     def _search_part(self, part: int) -> None:
-        curves = np.arange(part * self._numbers.part, min((part + 1) * self._numbers.part, len(self._numbers)))
+        first = part * self._numbers.part
         exists, designs = self._numbers.existing(part, self._problem)
         found = screened_by_pitch(begun(self._problem, designs), self._of_pitch, self._later)
-        where = curves[exists][found.which]
-        self._exists[curves], self._held[where] = exists, found.held
+        kept_at = slice(first, first + found.which.size)
+        self._exists[first : first + exists.size] = exists
+        self._places[first + np.flatnonzero(exists)[found.which]] = np.arange(kept_at.start, kept_at.stop)
+        self._held[kept_at] = found.held
         for kept, columns in ((self._columns, found.rows.columns), (self._outward, found.rows.outward)):
             for name, values in columns.items():
                 if name not in kept:
-                    kept.setdefault(name, np.zeros(len(self._numbers)))  # one, whoever comes first
-                kept[name][where] = values
+                    kept.setdefault(name, np.zeros(self._places.size + 1))  # one, whoever comes first
+                kept[name][kept_at] = values
         for name, sign in self._problem.objectives.items():
             if name in found.rows.columns:
-                self._costs[where] = sign * found.rows.columns[name]
-        self._half_width[where], self._pending = found.rows.half_width, found.pending
+                self._costs[kept_at] = sign * found.rows.columns[name]
+        self._half_width[kept_at], self._pending = found.rows.half_width, found.pending
         if np.any(found.rows.half_width > self._problem.accuracy):
             self._exact = False
         for bodies, told in zip((self._surely, self._perhaps), bodies_of(found, self._numbers.bodies), strict=True):
-            bodies.least[where], bodies.most[where] = told
+            bodies.least[kept_at], bodies.most[kept_at] = told
         self._known[part] = True
 
 

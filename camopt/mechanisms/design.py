@@ -78,7 +78,10 @@ class Designs:
 
     def take(self, index: Any) -> "Designs":
         """The designs at an index, mask or slice."""
-        return self.with_values({name: values[index] for name, values in self.values.items()})
+        taken = self.with_values({name: values[index] for name, values in self.values.items()})
+        if "height" in vars(self):  # known already
+            vars(taken)["height"] = self.height[index]
+        return taken
 
     def replaced(self, index: Any, others: "Designs") -> "Designs":
         """The designs, those at an index replaced by others."""

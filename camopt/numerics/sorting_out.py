@@ -21,10 +21,12 @@ class Range(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """What pitch curves tell of the designs that share them; arrays (curves,)."""
+    """What pitch curves tell of the designs that share them."""
 
     exists: NDArray[np.bool_]
-    """Whether the designs can be assembled."""
+    """Whether the designs can be assembled, (curves,)."""
+    places: IntArray
+    """Where in the following arrays each curve is, (curves,); all that break a limit have one place."""
     surely: Range
     """The bodies with which they hold all limits for certain, from and to, mm."""
     perhaps: Range
@@ -90,27 +92,28 @@ def count_designs(known, curves, bodies, place, least, counts):
     """As ``count_block``."""
     existing, held, some = 0, 0, 0
     for i in range(curves.size):
-        curve, body = curves[i], bodies[i]
-        existing += known.exists[curve]
-        surely = (known.surely.least[curve] <= body) & (body <= known.surely.most[curve])
+        at, body = known.places[curves[i]], bodies[i]
+        existing += known.exists[curves[i]]
+        surely = (known.surely.least[at] <= body) & (body <= known.surely.most[at])
         held += surely
-        some += (known.perhaps.least[curve] <= body) & (body <= known.perhaps.most[curve])
-        if surely and known.cost[curve] < least[place]:
-            least[place] = known.cost[curve]
+        some += (known.perhaps.least[at] <= body) & (body <= known.perhaps.most[at])
+        if surely and known.cost[at] < least[place]:
+            least[place] = known.cost[at]
         place = place + 1 if place + 1 < least.size else 0
     counts[0], counts[1], counts[2] = existing, held, some - held
 
 
 @count_designs.uncompiled
 def _count_designs_in_python(known, curves, bodies, place, least, counts):
-    held, some = np.flatnonzero(_within(known.surely, curves, bodies)), _within(known.perhaps, curves, bodies)
-    np.minimum.at(least, (place + held) % least.size, known.cost[curves[held]])
+    at = known.places[curves]
+    held, some = np.flatnonzero(_within(known.surely, at, bodies)), _within(known.perhaps, at, bodies)
+    np.minimum.at(least, (place + held) % least.size, known.cost[at[held]])
     counts[:] = np.count_nonzero(known.exists[curves]), held.size, np.count_nonzero(some) - held.size
 
 
-def _within(those, curves, bodies):
+def _within(those, at, bodies):
     """Which bodies are in the range of their curve."""
-    return (those.least[curves] <= bodies) & (bodies <= those.most[curves])
+    return (those.least[at] <= bodies) & (bodies <= those.most[at])
 
 
 @compiled_for_many
@@ -124,13 +127,13 @@ def gather_designs(known, curves, bodies, place, most, every, found, count):
     """As ``gather_block``."""
     told, some = 0, 0
     for i in range(curves.size):
-        curve, body = curves[i], bodies[i]
-        if (known.surely.least[curve] <= body) & (body <= known.surely.most[curve]):
-            cheap = known.cost[curve] <= most[place]
+        at, body = known.places[curves[i]], bodies[i]
+        if (known.surely.least[at] <= body) & (body <= known.surely.most[at]):
+            cheap = known.cost[at] <= most[place]
             if every or cheap:
                 found.held[told], found.cheap[told] = i, cheap
                 told += 1
-        elif (known.perhaps.least[curve] <= body) & (body <= known.perhaps.most[curve]):
+        elif (known.perhaps.least[at] <= body) & (body <= known.perhaps.most[at]):
             found.open[some] = i
             some += 1
         place = place + 1 if place + 1 < most.size else 0
@@ -139,8 +142,9 @@ def gather_designs(known, curves, bodies, place, most, every, found, count):
 
 @gather_designs.uncompiled
 def _gather_designs_in_python(known, curves, bodies, place, most, every, found, count):
-    surely, perhaps = (_within(those, curves, bodies) for those in (known.surely, known.perhaps))
+    at = known.places[curves]
+    surely, perhaps = (_within(those, at, bodies) for those in (known.surely, known.perhaps))
     found.open[:], told = np.flatnonzero(perhaps & ~surely), np.flatnonzero(surely)
-    cheap = known.cost[curves[told]] <= most[(place + told) % most.size]
+    cheap = known.cost[at[told]] <= most[(place + told) % most.size]
     told, cheap = (told, cheap) if every else (told[cheap], cheap[cheap])
     found.held[: told.size], found.cheap[: told.size], count[0] = told, cheap, told.size

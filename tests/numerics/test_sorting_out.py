@@ -8,16 +8,16 @@ from camopt.kernels.compile import NEVER
 from camopt.numerics import sorting_out
 from camopt.numerics.sorting_out import Block, Curves, Range, counted, gathered_of
 
-CURVES, DESIGNS = 40, 700
+CURVES, PLACES, DESIGNS = 40, 30, 700
 
 
 def of_chance(rng):
     """Curves and designs with many ties, some infinite costs and some empty ranges."""
-    least, most = rng.integers(0, 4, (2, CURVES)), rng.integers(0, 9, (2, CURVES))
+    least, most = rng.integers(0, 4, (2, PLACES)), rng.integers(0, 9, (2, PLACES))
     surely = Range(*np.array([least.max(axis=0), most.min(axis=0)], dtype=float))
     perhaps = Range(*np.array([least.min(axis=0), most.max(axis=0)], dtype=float))
-    cost = rng.choice([1.0, 2.0, 3.0, np.inf], CURVES)
-    known = Curves(rng.random(CURVES) < 0.8, surely, perhaps, cost)
+    cost = rng.choice([1.0, 2.0, 3.0, np.inf], PLACES)
+    known = Curves(rng.random(CURVES) < 0.8, rng.integers(0, PLACES, CURVES), surely, perhaps, cost)
     return known, Block(
         rng.integers(0, CURVES, DESIGNS), rng.integers(0, 9, DESIGNS) / 1.0, int(rng.integers(0, 5))
     )
@@ -27,13 +27,13 @@ def one_by_one(known, block, sizes, most):
     """The counts, the least costs, and the designs that are told."""
     existing, held, open_, least, told = 0, 0, [], np.full(sizes, np.inf), []
     for i, (curve, body) in enumerate(zip(block.curves, block.bodies, strict=True)):
-        place = (block.place + i) % sizes
+        place, at = (block.place + i) % sizes, known.places[curve]
         existing += known.exists[curve]
-        if known.surely.least[curve] <= body <= known.surely.most[curve]:
+        if known.surely.least[at] <= body <= known.surely.most[at]:
             held += 1
-            least[place] = min(least[place], known.cost[curve])
-            told += [i] if known.cost[curve] <= most[place] else []
-        elif known.perhaps.least[curve] <= body <= known.perhaps.most[curve]:
+            least[place] = min(least[place], known.cost[at])
+            told += [i] if known.cost[at] <= most[place] else []
+        elif known.perhaps.least[at] <= body <= known.perhaps.most[at]:
             open_.append(i)
     return (existing, held, len(open_)), least, told, open_
 
