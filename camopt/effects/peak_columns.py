@@ -43,15 +43,17 @@ def extreme_of(
         some.extremes(peak.curves[k][0], [(peak.curves[k][1], peak.goal)], located=located, floor=floor)
         for k in numbers
     ]
-    far, top = outwards * each[0].value[0], outwards * each[0].value[0] + each[0].width[0]
-    where, number = each[0].where[0], np.full(index.size, float(numbers[0]))
+    far = outwards * each[0].value[0]
+    top, where, number = far + each[0].width[0], each[0].where[0], np.full(index.size, float(numbers[0]))
     for k, one in zip(numbers[1:], each[1:], strict=True):
         value = outwards * one.value[0]
         further = value > far
         far, top = np.where(further, value, far), np.maximum(top, value + one.width[0])
         where, number = np.where(further, one.where[0], where), np.where(further, k, number)
-    finite = np.isfinite(far)
-    width = np.where(finite, top - np.where(finite, far, 0.0), 0.0)
+    with np.errstate(invalid="ignore"):  # ∞ − ∞ is no width
+        width = top - far
+    if not (finite := np.isfinite(far)).all():
+        width[~finite] = 0.0
     found = ExtremeOfEach(outwards * far, width, where, number)
     if some is case:
         return found

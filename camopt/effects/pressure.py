@@ -64,7 +64,8 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     outer = ANGLE_SCALE.quantity(found.value + found.width, case.designs) + ANGLE_ERROR * largest
     columns: dict[str, Any] = {f"pressure_angle_max_{kind}_deg": 0.0 for kind in STROKE_KINDS}
     for name, angle, top in zip(kinds, angles, outer, strict=True):
-        columns[f"pressure_angle_max_{name}_deg"] = Bounded(angle, top - angle, largest)
+        if (of_kind := f"pressure_angle_max_{name}_deg") in wanted:
+            columns[of_kind] = Bounded(angle, top - angle, largest)
     columns["pressure_angle_max_deg"] = Bounded(largest, outer.max(axis=0) - largest, largest)
     if PITCH_POINT in wanted:
         pitch_point = found.where[angles.argmax(axis=0), np.arange(len(case.designs))]

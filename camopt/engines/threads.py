@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import islice
+from threading import Event
 
 from camopt.engines import Item, Result
 from camopt.kernels.compiling import READY
@@ -25,14 +26,17 @@ class Threads:
         """
         waiting = ((item,) for item in items)
         yield from map(work, islice(waiting, 0 if READY else 1))
-        with ThreadPoolExecutor(self.workers) as pool:
+        begin = Event()  # of all threads together: one at work would keep this one from beginning the next
+        with ThreadPoolExecutor(self.workers, initializer=begin.wait) as pool:
             running: deque[Future[Result]] = deque()
             try:
                 for some in islice(waiting, self.workers + 1):
                     running.append(pool.submit(work, some))
+                begin.set()
                 while running:
                     yield running.popleft().result()
                     for some in islice(waiting, 1):
                         running.append(pool.submit(work, some))
             finally:
+                begin.set()
                 pool.shutdown(cancel_futures=True)

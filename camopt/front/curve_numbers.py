@@ -2,7 +2,7 @@
 
 from functools import cached_property
 from math import prod
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -106,17 +106,20 @@ class CurveNumbers(Parts):
         begin, end = first // fastest, -(-last // fastest)
         skipped = begin * fastest
         low, high = (first - skipped, last - skipped) if end - begin == 1 else (0, fastest)
-        slow = [digits[:, None] for digits in np.unravel_index(np.arange(begin, end), self.shape[:-1])]
-        where = [*slow, np.arange(low, high)[None]]
-        others = np.ravel_multi_index(
-            np.broadcast_arrays(*(where[i] for i in self._others)), [self.shape[i] for i in self._others]
-        )
-        merged = tuple(where[i] for i in self._merged)
-        curves, bodies = self._which[merged] + others * self._of_sums.size, self._bodies[merged]
+        slow = np.unravel_index(np.arange(begin, end), self.shape[:-1])
+
+        def there(values: Any, axes: list[int]) -> Any:
+            """What the designs have of an array with some axes of the space, the fastest in columns."""
+            found = values[tuple(slow[i] if i < len(slow) else slice(low, high) for i in axes)]
+            return found if len(slow) in axes else found[:, None]
+
+        others = np.arange(self._of_others.size).reshape([self.shape[i] for i in self._others])
+        curves = there(self._which, self._merged) + there(others, self._others) * self._of_sums.size
+        bodies = there(self._bodies, self._merged)
         found = (np.broadcast_to(each, (end - begin, high - low)).ravel() for each in (curves, bodies))
         curves, bodies = (each[first - skipped - low : last - skipped - low] for each in found)
-        parts = np.bincount(curves // self.part) if len(self) > self.part else np.ones(1)
-        return BlockCurves(curves, bodies, np.flatnonzero(parts))
+        parts = np.flatnonzero(np.bincount(curves // self.part)) if len(self) > self.part else np.zeros(1, int)
+        return BlockCurves(curves, bodies, parts)
 
     def _numbers(self, strides: IntArray, axes: list[int]) -> IntArray:
         """The contributions of given axes to the number of a design, for all combinations."""

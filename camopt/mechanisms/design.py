@@ -78,7 +78,9 @@ class Designs:
 
     def take(self, index: Any) -> "Designs":
         """The designs at an index, mask or slice."""
-        taken = self.with_values({name: values[index] for name, values in self.values.items()})
+        arrays = {id(values): values for values in self.values.values()}  # sizes that no mechanism has share one
+        arrays = {key: values[index] for key, values in arrays.items()}
+        taken = self.with_values({name: arrays[id(values)] for name, values in self.values.items()})
         if "height" in vars(self):  # known already
             vars(taken)["height"] = self.height[index]
         return taken

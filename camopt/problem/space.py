@@ -78,8 +78,9 @@ class Space:
     def designs(self, index: NDArray[np.int64]) -> Designs:
         """The designs of a problem by number."""
         varied, fixed = self.values(index), self.problem.design
-        columns = {n: np.broadcast_to(v, index.shape) for n, v in fixed.sizes.items()} | varied
-        return fixed.with_values({n: np.ascontiguousarray(v) for n, v in columns.items()})
+        others = {name: value.tobytes() for name, value in fixed.sizes.items() if name not in varied}
+        alike = {value: np.full(index.shape, np.frombuffer(value)) for value in set(others.values())}
+        return fixed.with_values({name: alike[value] for name, value in others.items()} | varied)
 
     def designs_of(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.intp], Designs]]:
         """The designs of some rows of a sweep by problem: (problem, numbers of rows, their designs)."""

@@ -5,6 +5,8 @@ Effects run cheapest first, and a design that breaks a limit is dropped before t
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import and_
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +19,7 @@ from camopt.problem.claims import Claim
 from camopt.problem.limit import Limit, needs_of
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
-from camopt.verdicts.judging import Effort, evaluate_with_effort, excesses, proved_status, with_exact_numbers
+from camopt.verdicts.judging import Effort, evaluate_with_effort, proved_status, with_exact_numbers
 from camopt.verdicts.refuting import refuted
 from camopt.verdicts.running import beyond_pitch, extended, of_curves, planned, with_pitch_values
 
@@ -76,7 +78,8 @@ class Candidates:
     def _holding(self, limits: tuple[Limit, ...], side: float) -> BoolArray:
         """Which of them hold some limits on a side of their enclosures: 1 for the far one."""
         columns = self.rows.only(needs_of(limits)).shifted(side)
-        return np.asarray(np.all(excesses(limits, columns, self.designs) <= 0.0, axis=0))
+        held = (np.asarray(limit.excess(columns, self.designs) <= 0.0) for limit in limits)
+        return np.broadcast_to(reduce(and_, held), len(self.designs))
 
 
 def begun(problem: Problem, designs: Designs) -> Candidates:
