@@ -77,7 +77,7 @@ class CurveVerdicts:
         self._locks = [Lock() for _ in range(0, count, numbers.part)]
         self._known = np.zeros(len(self._locks), dtype=bool)
         self._exists = np.zeros(count, dtype=bool)
-        self._places = np.full(count, count)  # in the arrays of what is kept; the last is of curves that break limits
+        self._places = np.full(count, count)  # in what is kept; the last is that of curves that break limits
         self._held, self._costs = np.empty(count + 1, dtype=bool), np.zeros(count + 1)
         self._half_width, *ends = np.empty((5, count + 1))
         self._surely, self._perhaps = Range(*ends[:2]), Range(*ends[2:])
