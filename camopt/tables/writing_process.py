@@ -34,8 +34,14 @@ def writing_process() -> Iterator[None]:
         if _is_forked_safely():
             with suppress(OSError):  # too many processes, or no memory
                 PROCESSES.append(stack.enter_context(WritingProcess()))
-                stack.callback(PROCESSES.clear)
+                stack.callback(end_writing_process)
         yield
+
+
+def end_writing_process() -> None:
+    """End it, if there is one: its memory is freed beside other work. What is not whole is lost."""
+    while PROCESSES:
+        os.kill(PROCESSES.pop().number, signal.SIGKILL)
 
 
 def _is_forked_safely() -> bool:
@@ -44,7 +50,7 @@ def _is_forked_safely() -> bool:
 
 
 class WritingProcess:
-    """The process that writes tables, as this one sees it. At the end of its block, what is not whole is lost."""
+    """The process that writes tables, as this one sees it; at the end of its block it has been ended."""
 
     def __init__(self) -> None:
         asked, ask = os.pipe()
@@ -64,7 +70,6 @@ class WritingProcess:
         return self
 
     def __exit__(self, *_: object) -> None:
-        os.kill(self.number, signal.SIGKILL)
         os.waitpid(self.number, 0)
         self._told.close()
         with suppress(OSError):  # what is left to be asked
