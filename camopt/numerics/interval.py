@@ -19,11 +19,9 @@ from camopt.numerics import FloatArray
 def _hull(*candidates: FloatArray) -> "Interval":
     low, high = reduce(np.minimum, candidates), reduce(np.maximum, candidates)
     unknown = np.isnan(low)
-    return (
-        Interval(np.where(unknown, -np.inf, low), np.where(unknown, np.inf, high))
-        if unknown.any()
-        else Interval(low, high)
-    )
+    if np.logical_or.reduce(unknown, axis=None):
+        return Interval(np.where(unknown, -np.inf, low), np.where(unknown, np.inf, high))
+    return Interval(low, high)
 
 
 def _add(a: "Interval", b: "Interval") -> "Interval":
@@ -107,7 +105,11 @@ INTERVAL_RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+WITHOUT_BOUNDS: dict[str, Any] = {"divide": "ignore", "invalid": "ignore", "over": "ignore"}
+"""Of ``np.errstate``, within which rules run: what has no bound is infinite, or NaN until it is."""
+
+
+@dataclass(eq=False, slots=True)  # and not frozen: to make one would take as long as to compute it
 class Interval(np.lib.mixins.NDArrayOperatorsMixin):
     """Closed intervals [low, high]; the two arrays have one shape."""
 
@@ -121,7 +123,7 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
         for x in inputs:
             if not isinstance(x, OPERANDS):
                 return NotImplemented
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        with np.errstate(**WITHOUT_BOUNDS):
             return rule(*[x if isinstance(x, Interval) else as_interval(x) for x in inputs])
 
     def __getitem__(self, index: Any) -> "Interval":

@@ -16,18 +16,19 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import reduce
-from operator import add
 from typing import Any, ClassVar
 
 import numpy as np
 
 from camopt.numerics import GIVEN, FloatArray
-from camopt.numerics.interval import INTERVAL_RULES, OPERANDS, Interval, as_interval
+from camopt.numerics.interval import INTERVAL_RULES, OPERANDS, WITHOUT_BOUNDS, Interval, as_interval
+
+ADD, MULTIPLY, NEGATE = (INTERVAL_RULES[each] for each in (np.add, np.multiply, np.negative))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)  # and not frozen, as an Interval
 class Sloped(np.lib.mixins.NDArrayOperatorsMixin):
     """A quantity over n boxes of d variables."""
 
@@ -50,9 +51,15 @@ class Sloped(np.lib.mixins.NDArrayOperatorsMixin):
             touching = inputs[1].value.low <= 0.0
             if np.any(touching):
                 return _kept(inputs[0], inputs[1], touching)
-        ranges, points = ([of(x) for x in inputs] for of in (range_of, at_point))
-        value, at = ufunc(*ranges), ufunc(*points)
-        return by_chain(value, at, list(zip(inputs, PARTIALS[ufunc](value, *ranges), strict=True)))
+        entered = [x if isinstance(x, Sloped) else _entered(x) for x in inputs]
+        ranges, points = ([of(x) for x in entered] for of in (range_of, at_point))
+        with np.errstate(**WITHOUT_BOUNDS):
+            value, at = (INTERVAL_RULES[ufunc](*each) for each in (ranges, points))
+            return by_chain(value, at, list(zip(inputs, PARTIALS[ufunc](value, *ranges), strict=True)))
+
+    def having(self, value: Interval, at: Interval, slopes: Interval) -> "Sloped":
+        """Another quantity over the same boxes."""
+        return Sloped(value, at, slopes, self.span)
 
     def __getitem__(self, index: Any) -> "Sloped":
         return Sloped(self.value[index], self.at[index], self.slopes[:, index], self.span[:, index])
@@ -65,7 +72,7 @@ class Sloped(np.lib.mixins.NDArrayOperatorsMixin):
 ENTERING = (Sloped, *OPERANDS)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Placed(Sloped):
     """A Sloped of a linkage: denominators may have either sign, and roots are those of what has to be positive."""
 
@@ -87,6 +94,10 @@ class Placed(Sloped):
         if ufunc is np.sqrt:
             self.radicands.append(self.alone)
         return super().__array_ufunc__(ufunc, method, *inputs, **kwargs)
+
+    def having(self, value: Interval, at: Interval, slopes: Interval) -> Sloped:
+        """Another number of the linkage."""
+        return Placed(value, at, slopes, self.span, self.radicands)
 
 
 def range_of(x: Any) -> Interval:
@@ -116,26 +127,30 @@ def by_chain(value: Interval, at: Interval, parts: Sequence[tuple[Any, Any]]) ->
     """
     sloped = [(operand, partial) for operand, partial in parts if isinstance(operand, Sloped)]
     like = sloped[0][0]
-    slopes = reduce(add, [_times(partial, operand.slopes) for operand, partial in sloped])
     every = like.span.low.shape[1:]
-    return by_mean_value(value, at if at.low.shape == every else at + as_interval(np.zeros(every)), slopes, like)
+    with np.errstate(**WITHOUT_BOUNDS):
+        slopes = reduce(ADD, [_times(partial, operand.slopes) for operand, partial in sloped])
+        at = at if at.low.shape == every else ADD(at, as_interval(np.zeros(every)))
+        return by_mean_value(value, at, slopes, like)
 
 
 def by_mean_value(value: Interval, at: Interval, slopes: Interval, like: Sloped) -> Sloped:
     """A quantity from its range, its value at the point and its slopes, which narrow the range."""
-    moved = slopes * like.span
-    at = widened(at)
-    value, rounding = widened(value), GIVEN * moved.largest_magnitude.sum(axis=0)
-    low = np.fmax(value.low, at.low + moved.low.sum(axis=0) - rounding)  # fmax: what is unknown narrows nothing
-    high = np.fmin(value.high, at.high + moved.high.sum(axis=0) + rounding)
-    return replace(like, value=Interval(np.minimum(low, high), np.maximum(low, high)), at=at, slopes=slopes)
+    span, at, value = like.span, widened(at), widened(value)
+    with np.errstate(**WITHOUT_BOUNDS):  # of the products of slopes and spans, which are around 0
+        least = np.minimum(slopes.low * span.high, slopes.high * span.low)
+        most = np.maximum(slopes.low * span.low, slopes.high * span.high)
+        rounding = GIVEN * np.add.reduce(np.maximum(-least, most))
+        low = np.fmax(value.low, at.low + np.add.reduce(least) - rounding)  # fmax: what is unknown narrows nothing
+        high = np.fmin(value.high, at.high + np.add.reduce(most) + rounding)
+    return like.having(Interval(np.minimum(low, high), np.maximum(low, high)), at, slopes)
 
 
-def _times(partial: Any, slopes: Interval) -> Any:
+def _times(partial: Any, slopes: Interval) -> Interval:
     """Slopes, each times a partial derivative; sums and differences have none but 1 and −1."""
     if isinstance(partial, float) and partial in (1.0, -1.0):
-        return slopes if partial > 0.0 else -slopes
-    return as_interval(partial) * slopes
+        return slopes if partial > 0.0 else NEGATE(slopes)
+    return MULTIPLY(as_interval(partial), slopes)
 
 
 def variables(box: Sequence[Interval], point: Sequence[FloatArray]) -> list[Sloped]:
@@ -227,7 +242,7 @@ def as_sloped(x: Any, like: Sloped) -> Sloped:
     if isinstance(x, Sloped):
         return x
     value = _entered(x) + as_interval(np.zeros(like.value.low.shape))
-    return replace(like, value=value, at=value, slopes=0.0 * as_interval(np.ones(like.slopes.low.shape)))
+    return like.having(value, value, 0.0 * as_interval(np.ones(like.slopes.low.shape)))
 
 
 def hull_of(one: Sloped, other: Sloped, first: Any, second: Any) -> Sloped:
@@ -241,7 +256,7 @@ def hull_of(one: Sloped, other: Sloped, first: Any, second: Any) -> Sloped:
         )
 
     value, at, slopes = (pick(getattr(one, n), getattr(other, n)) for n in ("value", "at", "slopes"))
-    return replace(one, value=value, at=at, slopes=slopes)
+    return one.having(value, at, slopes)
 
 
 def _fraction_power(a: Quotient, exponent: Quotient) -> tuple[Any, Any]:
