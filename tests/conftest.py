@@ -67,13 +67,14 @@ def _few_levels(monkeypatch):
 
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_for_many():
-    """Tests share what is compiled: it pays for fewer designs, and once plain runs, or one, have taken as long.
+    """Tests share what is compiled: it pays for fewer designs, and after plain runs, or one, of half a second.
 
-    It is compiled by the process that asks for it: one beside two workers would get no time for it.
+    Compiling takes a second; of the kernels that reach half of one, most are called for longer. It is done by the
+    process that asks for it: one beside two workers would get no time for it.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compile, "SMALL_ARRAY", 20_000)
         patch.setattr(compile, "PAYS", 10.0)
-        patch.setattr(compile, "ALONE", 0.12)
-        patch.setattr(compile, "PATIENCE", 1.2)
+        patch.setattr(compile, "ALONE", 0.05)
+        patch.setattr(compile, "PATIENCE", 0.5)
         yield
