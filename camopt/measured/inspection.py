@@ -54,7 +54,7 @@ from camopt.tolerances.contributions import contributions
 from camopt.tolerances.response import Responses
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import contacts_of
-from camopt.tolerances.worst_case import WorstSearch
+from camopt.tolerances.worst_pairs import worst_search
 
 TURNS, FITS = 1440, 6
 """In how many ways the cam is put on its shaft at first, and how often this is made better."""
@@ -500,7 +500,7 @@ class InspectedDisc:
             end = zone.upper if self.phase >= 0.0 else -zone.lower
             yield ToleranceUse("phase", "deg", abs(self.phase), end, rate * float(self._of_phase[place]))
         if given.profile is not None or apart:
-            bound = WorstSearch.of(TurnErrors(self._drawing, self.problem)).run().bound
+            bound = worst_search(TurnErrors(self._drawing, self.problem)).run().bound
             allowed, of_tool = (bound if isfinite(bound) else None), unit_of(self.problem.setup, 0)
             yield ToleranceUse("motion", of_tool, most_moved, allowed, moves)
 

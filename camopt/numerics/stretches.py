@@ -50,6 +50,12 @@ class Stretch(NamedTuple):
     pieces: NDArray[np.bool_]
     """Which of them go from one smooth piece of the motion to another."""
 
+    def split(self, count: int) -> list["Stretch"]:
+        """The same in parts of one size."""
+        size = self.pieces.size // count
+        parts = [slice(number * size, (number + 1) * size) for number in range(count)]
+        return [Stretch([each[part] for each in self.ranges], self.pieces[part]) for part in parts]
+
 
 def over_stretch(table: MotionTable, panel: IntArray, low: FloatArray, high: FloatArray) -> Stretch:
     """What a motion does over stretches from ``low`` to ``high``, rad from the centres of panels."""

@@ -303,7 +303,7 @@ class _Choice:
     def search(self, grades: Grades) -> WorstSearch:
         """The search for the worst of the cams within grades."""
         zones = {each: self.zones[key][g] for key, g in grades.items() for each in errors_of(self.problem, key)}
-        return worst_search(self.turn, zones)
+        return worst_search(self.turn, changed=zones)
 
     def allocation(self, grades: Grades, least: float, tried: int) -> Allocation:
         """What is told of grades that keep the distance."""

@@ -1,63 +1,84 @@
 """A bound that is a little more than what a cam has that was found, proved; a worse cam takes its place."""
 
 from collections.abc import Callable, Sequence
-from math import inf
-from typing import NamedTuple
+from math import inf, sqrt
+from typing import Generic, NamedTuple, TypeVar
 
-from camopt.mechanisms import Designs
-from camopt.numerics.clock import now
-from camopt.tolerances.worst_case import WORSE
-from camopt.verdicts.claim_boxes import Answer
+from camopt.numerics.clock import now, share
 from camopt.verdicts.words import BROKEN, HELD
 
+WORSE = 8
+"""How often a worse cam than the worst so far is taken for it, for one gap."""
 SECONDS = 10.0
 """For the bounds of all dwells of a motion, and for those of all passages of a lift."""
 
 Values = dict[str, float]
+Cam = TypeVar("Cam")
 
 
-class Bounded(NamedTuple):
-    """What a cam has with some values of the variables, and what none exceeds."""
+class Tried(NamedTuple):
+    """Whether no cam exceeds a bound, and one that does, if one is found."""
+
+    verdict: str
+    cam: Values | None = None
+
+
+class Bounded(NamedTuple, Generic[Cam]):
+    """What a cam has that was found, and what none exceeds."""
 
     found: float
-    values: Values
+    cam: Cam
     bound: float = inf
     """Infinite if it is not known."""
     unproved: str = ""
     """Why it is not; "" if it is."""
 
 
+class Gaps(NamedTuple):
+    """By no more than how much, relative, a cam is to be proved no worse than the worst that is found."""
+
+    first: Sequence[float]
+    """The first of these that is proved is enough, or the first of all is where there are closer ones."""
+    closer: Sequence[float] = ()
+    """What is asked then, as long as it is proved and time remains."""
+
+
 def bounded(
     found: float,
-    values: Values,
-    proof: Callable[[float, float], Answer],
-    worse: Callable[[Values, float], tuple[float, Values]],
+    cam: Cam,
+    proof: Callable[[float, float], Tried],
+    worse: Callable[[Values, float], tuple[float, Cam]],
     until: float,
-    gaps: Sequence[float],
-) -> Bounded:
+    gaps: Gaps,
+    seconds: float,
+) -> Bounded[Cam]:
     """The least bound that is proved until a time (``clock.now``), by the proof of one until another time.
 
-    ``worse`` is what a cam has that was found to exceed a bound, and its values. Gaps become smaller: the widest is
-    proved the soonest, and each other one is tried while time remains.
+    ``worse`` is what a cam has that was found to exceed a bound. ``seconds`` are those in which all is done.
     """
-    proved = inf
-    for gap in gaps:
+    bound, left = inf, len(gaps.first)
+
+    def holds(gap: float, end: float) -> bool:
+        nonlocal found, cam, bound
         for _ in range(WORSE):
-            bound = found * (1.0 + gap)
-            answer = proof(bound, until)
-            if answer.verdict != BROKEN or answer.witness is None:
-                break
-            more, other = worse(_numbers(answer.witness, values), bound)
+            tried = proof(found * (1.0 + gap), end)
+            if tried.verdict == HELD:
+                bound = found * (1.0 + gap)
+                return True
+            if tried.verdict != BROKEN or tried.cam is None:
+                return False
+            more, other = worse(tried.cam, found * (1.0 + gap))
             if more <= found:
-                break
-            found, values = more, other
-        if answer.verdict != HELD:
+                return False
+            found, cam = more, other
+        return False
+
+    proved = next((gap for k, gap in enumerate(gaps.first) if holds(gap, share(until, left - k))), inf)
+    for gap in gaps.closer if proved == gaps.first[0] else ():
+        if not holds(gap, share(until, 2)):
+            holds(sqrt(gap * proved), until)
             break
-        proved = bound
-    late = f"the time of {SECONDS:g} s was over"
-    why = "" if proved < inf else late if now() > until else "the tolerances are too large for it"
-    return Bounded(found, values, proved, why)
-
-
-def _numbers(witness: Designs, keys: Values) -> Values:
-    return {key: float(witness.numbers[key][0]) for key in keys}
+        proved = gap
+    late = f"the time of {seconds:g} s was over"
+    why = "" if bound < inf else late if now() > until else "the tolerances are too large for it"
+    return Bounded(found, cam, bound, why)

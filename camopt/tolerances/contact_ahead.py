@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 
 from camopt.mechanisms import Designs
-from camopt.mechanisms.rest import Rest
 from camopt.numerics.interval import Interval, as_interval
-from camopt.numerics.sloped import Sloped, as_sloped, by_chain
+from camopt.numerics.sloped import Sloped, as_sloped, by_chain, range_of
 from camopt.problem.problem import Problem
-from camopt.tolerances.touching import BORE_WAY
+from camopt.tolerances.exact import Moved, errors_of, moved_of
+from camopt.tolerances.further_on import FurtherOn, Place, StillOn
+from camopt.tolerances.touching import BORE, BORE_WAY, turned_on
 from camopt.tolerances.two_contacts import back, own_errors
-from camopt.tolerances.worst_case import FurtherOn, Place, ahead_of, rest_over
 
 FINER = 2
 """How often the place is found closer."""
@@ -41,59 +41,77 @@ class ContactAhead:
     problem: Problem
     """That of the contact."""
     given: Designs
+    """With errors of the whole, flat, as the numbers that boxes are of."""
     errors: Mapping[str, Any]
-    """Of the whole; the direction of the bore is in the ground where nothing is ahead."""
+    """The same, or what they are at another cam angle; the bore is in the ground where nothing is ahead."""
     at: Place
+    waves: int = 0
 
     @property
     def sign(self) -> float:
         """What its own motion is to that of the follower."""
         return -back(self.whole) if self.number else 1.0
 
-    def moved(self, ahead: Sloped) -> Sloped:
+    def moved(self, ahead: Sloped) -> Any:
         """How much further it would move the follower than the motion has it where nothing is ahead."""
-        moved: Sloped = self.further(ahead).y + self.rest(ahead).moved * self.sign
-        return moved
+        there = self.further(ahead)
+        return there.by(0) + self._moved(there, self._motion(there, 2), 0).moved.terms[0] * self.sign
+
+    def errors_at(self, further: FurtherOn, order: int) -> list[Any]:
+        """Its errors, in its own motion, at the cam angle that the first contact has where it touches."""
+        there = self.further(self.ahead(further.turned))
+        motion = self._motion(there, order + 2)
+
+        def differs(k: int) -> Any:
+            return (further.by(k) - there.by(k)) * self.sign
+
+        jumped = (self.at.jumped - self.at.jumped) * self.sign
+        return errors_of(self._moved(there, motion, order), motion, differs, jumped, order)
 
     def further(self, ahead: Sloped) -> FurtherOn:
         """The motion there."""
-        return ahead_of(self.whole.programme, self.at, ahead)
-
-    def rest(self, ahead: Sloped) -> Rest:
-        """Where its follower rests, in its own motion."""
-        further = self.further(ahead)
-        errors = own_errors(self.whole, self.number, self.errors)
-        if BORE_WAY in errors:
-            errors[BORE_WAY] = errors[BORE_WAY] + ahead * self.problem.design.sense
-        y, y1 = self.at.y + further.y, further.y1
-        if self.sign < 0.0:
-            y, y1 = y * -1.0 + self.problem.programme.lift, y1 * -1.0
-        return rest_over(self.problem, self.design, errors, y, y1)
-
-    @cached_property
-    def design(self) -> Designs:
-        further = self.whole.setup.mechanism.further
-        return further[0].seen(self.given) if self.number else self.given
+        return FurtherOn(self.whole.programme, self.at, ahead)
 
     def ahead(self, turned: Sloped) -> Sloped:
         """How far ahead it touches where the cam is turned on by so much."""
         there = as_sloped(0.0, turned)
-        guess = turned - self.rest(there).turned
+        guess = turned - self._turned(there)
         most = ROOM * (turned.value.largest_magnitude + guess.value.largest_magnitude)
         there, inside = as_sloped(Interval(-most, most), turned), np.ones(most.shape, dtype=bool)
         for _ in range(FINER):  # a contraction by the share that errors are of the cam
-            of = self.rest(there).turned
+            of = self._turned(there)
             found = turned - of  # of errors that both have in common little is left
             inside &= (found.value.low >= there.value.low) & (found.value.high <= there.value.high)
             there = replace(there, value=_where(inside, found.value), at=_where(inside, found.at))
         slope = 1.0 / (self._by_place(of) + 1.0)
         return by_chain(there.value, there.at, [(turned, slope), (of, slope * -1.0)])
 
+    @cached_property
+    def design(self) -> Designs:
+        further = self.whole.setup.mechanism.further
+        return further[0].seen(self.given) if self.number else self.given
+
+    def _turned(self, ahead: Sloped) -> Any:
+        there = self.further(ahead)
+        return self._moved(there, self._motion(there, 2), 0).turned.terms[0]
+
+    def _moved(self, there: FurtherOn, motion: list[Any], order: int) -> Moved:
+        """Where its follower rests."""
+        errors = errors_ahead(self.whole, self.number, self.problem, self.errors, there.turned)
+        return moved_of(self.problem, self.design, errors, self.waves, motion, order)
+
+    def _motion(self, there: FurtherOn, count: int) -> list[Any]:
+        """Its own motion at a place."""
+        found = [there.motion(order) * self.sign for order in range(count)]
+        return [found[0] + self.problem.programme.lift, *found[1:]] if self.sign < 0.0 else found
+
     def _by_place(self, of: Sloped) -> Interval:
-        """The slope of where the cam touches by the place."""
+        """The slope of where the cam touches by the place: the bore turns with it."""
         keys, found = [*self.errors], as_interval(of.slopes[0])
-        if BORE_WAY in keys:
-            found = found + of.slopes[1 + keys.index(BORE_WAY)] * self.whole.design.sense
+        if BORE in keys and not self.whole.setup.mechanism.body.developed:
+            x, y = (range_of(self.given.numbers[key]) for key in (BORE, BORE_WAY))
+            by_x, by_y = (of.slopes[1 + keys.index(key)] for key in (BORE, BORE_WAY))
+            found = found + (by_y * x - by_x * y) * self.whole.design.sense
         return found
 
 
@@ -101,7 +119,19 @@ class RestingContact(ContactAhead):
     """A contact that touches the arc of a dwell, wherever it is ahead."""
 
     def further(self, ahead: Sloped) -> FurtherOn:
-        return FurtherOn(ahead * 0.0, ahead * 0.0)
+        return StillOn(self.whole.programme, self.at, ahead)
+
+
+def errors_ahead(
+    whole: Problem, number: int, contact: Problem, errors: Mapping[str, Any], ahead: Any
+) -> dict[str, Any]:
+    """Errors as a contact has them that touches ahead, flat.
+
+    The axis of the bore is as it is then in the ground; of a cylinder it is as where nothing is ahead.
+    """
+    found = own_errors(whole, number, errors)
+    developed = contact.setup.mechanism.body.developed
+    return found if developed else turned_on(found, ahead * contact.design.sense)
 
 
 def _where(known: Any, value: Interval) -> Interval:

@@ -58,7 +58,7 @@ class FurtherOn:
     turned: Sloped
     _known: dict[int, Sloped] = field(default_factory=dict)
 
-    def by(self, order: int) -> Sloped:
+    def by(self, order: int) -> Any:
         """By how much a derivative differs there; of y'' but for its jumps."""
         if order not in self._known:
             self._known[order] = self._by(order)
@@ -98,27 +98,45 @@ class FurtherOn:
             near = _with(near, self.programme.unseen_jump)
         return _where(self._between.pieces, far, near)
 
-    @cached_property
+    @property
     def _there(self) -> Stretch:
-        return self._over(self.at.low, self.at.high, range_of(self.turned))
+        return self._stretches[0]
 
-    @cached_property
+    @property
     def _between(self) -> Stretch:
-        return self._over(self.at.low, self.at.high, from_0(range_of(self.turned)))
+        return self._stretches[1]
 
-    @cached_property
+    @property
     def _there_at(self) -> Stretch:
-        return self._over(self.at.middle, self.at.middle, at_point(self.turned))
+        return self._stretches[2]
+
+    @property
+    def _between_at(self) -> Stretch:
+        return self._stretches[3]
 
     @cached_property
-    def _between_at(self) -> Stretch:
-        return self._over(self.at.middle, self.at.middle, from_0(at_point(self.turned)))
+    def _stretches(self) -> list[Stretch]:
+        """Where the motion is further on, and all on the way there; over parts, and from their middles."""
+        place, table = self.at, self.programme.table
+        whole = place.low, place.high, range_of(self.turned)
+        middle = place.middle, place.middle, at_point(self.turned)
+        ways = [(low, high, way) for low, high, a in (whole, middle) for way in (a, from_0(a))]
+        every = zip(*((low, high, way.low, way.high) for low, high, way in ways), strict=True)
+        start, end, back, on = (np.concatenate(each) for each in every)
+        panel = np.tile(place.panel, len(ways))
+        room = GIVEN * table.half_width[panel]
+        start, end = start + back - room * (back < 0.0), end + on + room * (on > 0.0)
+        return over_stretch(table, panel, start, end).split(len(ways))
 
-    def _over(self, low: FloatArray, high: FloatArray, a: Interval) -> Stretch:
-        table = self.programme.table
-        room = GIVEN * table.half_width[self.at.panel]
-        start, end = low + a.low - room * (a.low < 0.0), high + a.high + room * (a.high > 0.0)
-        return over_stretch(table, self.at.panel, start, end)
+
+class StillOn(FurtherOn):
+    """The motion on the arc of a dwell, wherever it is further on."""
+
+    def by(self, order: int) -> Any:
+        return self.at.y * 0.0
+
+    def motion(self, order: int) -> Any:
+        return self.at.motion[order]
 
 
 def _with(x: Interval, room: float) -> Interval:

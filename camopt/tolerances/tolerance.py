@@ -36,7 +36,6 @@ from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.contributions import Contribution, variances
 from camopt.tolerances.held import Play, lost_within, plays
 from camopt.tolerances.margins import Box, Margin, made_so, margins_table
-from camopt.tolerances.pair_rates import rate_search
 from camopt.tolerances.touching import BORE, BORE_WAY, error_unit
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band, no_tolerances, worst
 from camopt.tolerances.worst_case import NOT_OFF, WorstCase
@@ -155,7 +154,7 @@ class MotionErrors(HasHtml, Drawn):
         turn = self._turn
         if not turn.sampled:
             return self.worst_case, NOT_OFF, NOT_OFF
-        return self.worst_case, rate_search(turn, 1).run(), rate_search(turn, 2).run()
+        return self.worst_case, worst_search(turn, 1).run(), worst_search(turn, 2).run()
 
     @cached_property
     def dwells(self) -> tuple[DwellError, ...]:

@@ -1,12 +1,9 @@
-"""The exact error of the motion of a cam that is off, at the angle at which it touches with a point of its profile.
+"""What is off of a cam: errors by key of ``[tolerances]``, and between which values each is.
 
-At φ a nominal follower touches a point, and stands at y(φ). The real one touches it at θ = φ + turned, where it
-should stand at y(θ), and stands at y(φ) + moved (``mechanisms.rest``): its error is
-
-    δ = moved − (y(θ) − y(φ)),    of the tool  f*(y(θ) + δ) − f(y(θ))
-
-with the train's f, and the f* of its own links. Both count from the start position, in which a train is set: what
-links that are off move there is taken out where it is mounted. Nothing is linear here, and nothing is iterated.
+An error that has a direction is told as a length and a way, the angle of it, under a key of its own; formulas take
+both coordinates, under the same keys: ``flat``. The axis of a bore has one in the ground, at the cam angle φ of the
+point that a nominal follower touches. Of a profile with at most n waves it is that of δn and δn'/n
+(``tolerances.exact``).
 
 A profile that is anywhere within its zone ±t moves the follower no more than one that stands out by t, or is short
 of it by t, everywhere: the body is between these two.
@@ -14,15 +11,12 @@ of it by t, everywhere: the body is between these two.
 
 from collections.abc import Mapping
 from math import pi
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from camopt.mechanisms import FIELDS
 from camopt.mechanisms.rest import Off
-from camopt.motion.driven import tool_position
-from camopt.numerics import FloatArray
-from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
 from camopt.problem.variables import variables_of
 from camopt.problem.zones import tool_zones
@@ -33,6 +27,8 @@ BORE, BORE_WAY = "bore_eccentricity", "bore_eccentricity_way"
 """The distance of the bore's axis, and in which direction of the ground it is when the point is touched, rad."""
 WAY = "profile_way"
 """Of a profile with waves: how far the point is from a crest, rad of the wave."""
+LEVEL = "profile_level"
+"""By how much a profile with waves stands out, where x is that of its second derivative."""
 Errors = Mapping[str, Any]
 """By key of ``[tolerances]``, mm or rad, with BORE_WAY; of a number of the train in the unit of its key."""
 
@@ -65,38 +61,35 @@ def way_of(key: str) -> str:
     return key.replace("profile", WAY) if key.startswith("profile") else f"{key}_way"
 
 
+def flat(errors: Errors) -> dict[str, Any]:
+    """Errors with both coordinates of those that have a way: x under their own key, y under that of the way."""
+    found = dict(errors)
+    for key in errors:
+        if (way := way_of(key)) in errors and not is_way(key):
+            found |= {key: errors[key] * np.cos(errors[way]), way: errors[key] * np.sin(errors[way])}
+    return found
+
+
+def polar(errors: Errors, ends: Errors) -> dict[str, Any]:
+    """Flat errors with the lengths and ways of those of ``ends`` that have one."""
+    found = {key: errors[key] for key in ends}
+    for key in ends:
+        if (way := way_of(key)) in ends and not is_way(key):
+            found |= {key: np.hypot(errors[key], errors[way]), way: np.arctan2(errors[way], errors[key])}
+    return found
+
+
+def turned_on(errors: Errors, angle: Any) -> dict[str, Any]:
+    """Flat errors where the cam is turned on: the axis of the bore turns with it, ccw by an angle, rad."""
+    if BORE_WAY not in errors:
+        return dict(errors)
+    x, y, cosine, sine = errors[BORE], errors[BORE_WAY], np.cos(angle), np.sin(angle)
+    return {**errors, BORE: x * cosine - y * sine, BORE_WAY: x * sine + y * cosine}
+
+
 def off_by(errors: Errors) -> Off:
-    """What is off of a cam and its follower by errors."""
+    """What is off of a cam and its follower by errors that are flat."""
     sizes = {FIELDS[k.partition(".")[2]]: each for k, each in errors.items() if k.startswith("follower.")}
-    out, distance = errors.get("profile", 0.0) + sizes.pop("roller_radius", 0.0), errors.get(BORE, 0.0)
-    bore: tuple[Any, Any] = (distance, 0.0)
-    if BORE_WAY in errors:
-        bore = np.cos(errors[BORE_WAY]) * distance, np.sin(errors[BORE_WAY]) * distance
+    out = errors.get("profile", 0.0) + sizes.pop("roller_radius", 0.0)
+    bore = errors.get(BORE, 0.0), errors.get(BORE_WAY, 0.0)
     return Off(sizes, out, bore, errors.get("face_tilt", 0.0))
-
-
-class Contact(NamedTuple):
-    """Where cams touch with points of their profiles, and the errors of their motion there."""
-
-    angle: FloatArray
-    """The cam angle θ, rad."""
-    error: FloatArray
-    """Of the tool, mm or rad."""
-
-
-def contact_of(problem: Problem, errors: Errors, angles: FloatArray) -> Contact:
-    """The contact of cams with the points that a nominal follower touches at cam angles (m,), rad.
-
-    Errors are numbers, or arrays (m,) of a cam for each angle.
-    """
-    programme, train = problem.programme, problem.setup.train
-    turn = programme.strokes[-1].end
-    y, y1, *_ = programme.at(np.mod(angles, turn))
-    rest = problem.setup.mechanism.rest(problem.design, programme.lift, y, y1, off_by(errors))
-    there = angles + rest.turned - errors.get("phase", 0.0)
-    asked = np.mod(there, turn)
-    if train is None:
-        return Contact(there, y + rest.moved - programme.at(asked)[0])
-    first, last = (train.follower_at(tool_position(programme, np.mod(each, turn))) for each in (angles, asked))
-    stood = np.asarray(problem.train_off(errors).tool(Taylor([first + rest.moved])).terms[0])
-    return Contact(there, stood - np.asarray(train.tool(Taylor([last])).terms[0]))

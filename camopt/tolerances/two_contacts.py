@@ -22,6 +22,7 @@ Source: Rothbart, Cam Design Handbook, ch. 3 (conjugate and yoke cams).
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,9 +46,10 @@ from camopt.problem.variables import is_of_train
 from camopt.problem.zones import number_zones, tool_zones
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
+from camopt.tolerances.exact import contact_of
 from camopt.tolerances.recontact import Off, RealCams, RealMotion
 from camopt.tolerances.response import Responses
-from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends
+from camopt.tolerances.touching import BORE, BORE_WAY, LEVEL, WAY, error_ends, way_of
 
 TOUCHES = 3
 """How often the place is found anew that is touched at a cam angle."""
@@ -304,6 +306,10 @@ def own_errors(problem: Problem, place: int, errors: Mapping[str, Any]) -> dict[
             found[key] = np.conj(value) if turned and BORE_WAY not in errors else value
         elif key == BORE_WAY:
             found[key] = -value if turned else value
+        elif key.startswith((WAY, LEVEL)):
+            second = SECOND if key.endswith(SECOND) else ""
+            own = errors_at(problem.setup.mechanism, "profile")[f"profile{second}"][place]
+            found |= {key.removesuffix(SECOND): own[1] * value} if own else {}
         elif (own := errors_at(problem.setup.mechanism, key.removesuffix(SECOND))[key][place]) is not None:
             found[own[0]] = found.get(own[0], 0.0) + own[1] * value
     return found
@@ -316,10 +322,17 @@ def errors_of(problem: Problem, key: str) -> tuple[str, ...]:
     return (key,) if alone else tuple(errors_at(problem.setup.mechanism, key))
 
 
-def ends_of(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
-    """Between which values each error of the cams within the tolerances is, with one contact or two."""
-    found = error_ends(scene, problem)
-    return {each: ends for key, ends in found.items() for each in errors_of(problem, key)}
+def ends_of(scene: Scene, problem: Problem, order: int = 0) -> dict[str, tuple[float, float]]:
+    """Between which values each error of the cams within the tolerances is, with one contact or two.
+
+    To velocity (1) and acceleration (2) the axis of a cylinder counts with its way, and a profile with that of its
+    waves; one whose waves are not limited counts as one that is off by a constant: it has no bound.
+    """
+    found = {each: ends for key, ends in error_ends(scene, problem).items() for each in errors_of(problem, key)}
+    for key, (_, high) in [*found.items()] if order else ():
+        if key == BORE or (scene.tolerances.waves and key.startswith("profile")):
+            found |= {key: (0.0, high), way_of(key): (-pi, pi)}
+    return found
 
 
 @dataclass(frozen=True)

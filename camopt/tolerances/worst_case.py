@@ -1,60 +1,70 @@
-"""The largest error of the displacement of the tool, of all cams within the tolerances: a bound and a witness.
+"""The largest errors of the motion of the tool, of all cams within the tolerances: bounds and witnesses.
 
-The exact error of a cam (``tolerances.touching``) is a formula of its errors and of the point that is touched. Run
-on ranges with slopes, it decides by bisection of errors and turn whether any cam at any point is beyond a bound
-(``verdicts.claim_boxes``). The bound is a little more than what the worst cam that was found has. Where a cam is
-worse than that one, it takes its place.
+The exact error of a cam in displacement, velocity or acceleration, the orders 0 to 2, is one formula of its errors
+and of the point that is touched (``tolerances.exact``). Run on ranges with slopes, it decides by bisection of
+errors and turn whether any cam at any point is beyond a bound (``verdicts.claim_boxes``, ``tolerances.vectors``):
+a little more than what the worst cam that was found has. Where a cam is worse than that one, it takes its place.
 
-Where y(θ) is off the motion at φ by the small angle a = θ − φ, that is y'·a + y''·a²/2 with y'' within the third
-derivative times |a| of that at φ, and J·(a − d)²/2 for each jump J of y'' which is passed after d.
+Where y'' jumps, a cam that is late has the whole jump for an error of its acceleration until it is there. Within
+reach of a jump, as far as any cam is late or early, the proof counts it with every cam: its bound is the jump and
+what else is off.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6 and 11.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import degrees, inf, pi
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.effects.case import Case
+from camopt.effects.curvature import CONVEX
 from camopt.effects.motion import scale
 from camopt.mechanisms import Designs
-from camopt.mechanisms.rest import Rest
 from camopt.mistakes import BadInput, Mistake
-from camopt.motion.driven import tool_position
-from camopt.motion.programme import Programme
+from camopt.motion.programme import JUMP_SIDE, Jump, Programme, jumps_of
 from camopt.motion.table import ALL_STROKES
-from camopt.numerics import GIVEN, LARGEST_MAGNITUDE, FloatArray
+from camopt.numerics import LARGEST_MAGNITUDE, FloatArray, IntArray
 from camopt.numerics.clock import now
 from camopt.numerics.curves import formula
-from camopt.numerics.interval import Interval, as_interval
-from camopt.numerics.sloped import Sloped, at_point, by_chain, range_of, widened
-from camopt.numerics.taylor import Taylor
+from camopt.numerics.interval import Interval
+from camopt.numerics.sloped import Sloped
+from camopt.numerics.stretches import over_part
 from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
-from camopt.problem.variables import is_of_train
 from camopt.scene.tolerances import ANGLES
-from camopt.tolerances.ranges import along_turn, from_0, none_of, plain, still
-from camopt.tolerances.touching import BORE, BORE_WAY, Contact, contact_of, error_ends, off_by
+from camopt.tolerances.bounded import Bounded, Gaps, Tried, Values, bounded
+from camopt.tolerances.exact import Contact, Moved, Touched, at_tool, errors_of, moved_of, touched
+from camopt.tolerances.further_on import LAST, FurtherOn, Place
+from camopt.tolerances.off_train import through
+from camopt.tolerances.touching import BORE, BORE_WAY, LEVEL, WAY, flat, is_way, way_of
 from camopt.tolerances.turn import TurnErrors, highest
-from camopt.trains.carried import Joint
-from camopt.verdicts.claim_boxes import Answer, Parts, Search
-from camopt.verdicts.words import BROKEN, HELD
+from camopt.tolerances.vectors import ROOM, VectorSearch, box_of
+from camopt.verdicts.claim_boxes import Ends, Parts, by_angle
+from camopt.verdicts.running import run_effects
 
-GAPS = (1e-5, 1e-4, 1e-3, 1e-2)
-"""Relative, of the largest error found: by no more than this a cam is worse, the first that is proved."""
-WORSE = 8
-"""How often a worse cam than the worst so far is taken for it."""
-SECONDS = 20.0
+GAPS, RATE_GAPS = Gaps((1e-5, 1e-4, 1e-3, 1e-2)), Gaps((1e-1, 0.3, 1.0, 3.0), (1e-2, 1e-3))
+"""Of the displacement, and of velocity and acceleration."""
+SECONDS, RATE_SECONDS = 20.0, 9.0
+"""For each bound."""
 PROFILE_PLACES = "tolerances.profile (part.profile_tolerance)"
 CORNERS = "the velocity of the motion jumps"
+SLOPES = "the slope of the profile's error has no bound without tolerances.waves"
+HOLLOWS = (
+    "a flat face lies on the crests of waves as high and short as those of the profile, and does not follow them"
+)
 HALVINGS = 12
 """Of a tolerance that is too large, for the largest one that is not."""
-SAME_PLACE = 1e-9
-"""Cam angles this near to each other are the same, rad."""
-SUMMED = 16.0 * GIVEN
-"""What rounding takes off a sum of a few products, relative to their magnitudes."""
+QUARTERS = (0.0, 0.5 * pi, pi, -0.5 * pi)
+TRIED = (pi, *(side * each for each in (1.0, 0.3, 0.1, 0.03, 0.01) for side in (-1.0, 1.0)))
+"""By how much a way is changed to find a worse cam, rad."""
+CLIMBS = 2
+"""How often each error is changed for it."""
+LATE = (0.1, 1.0, 10.0)
+"""How much it counts how late a cam is, to find the worst one at a jump."""
 
 
 class WorstCase(NamedTuple):
@@ -92,192 +102,98 @@ NOT_OFF = WorstCase(0.0, 0.0, 0.0, {})
 """That of cams with tolerances that move no tool."""
 
 
-class Jumped(NamedTuple):
-    """A jump of y'' as seen from parts of the turn."""
-
-    size: float
-    ahead: Interval
-    """How far it is ahead, rad."""
-    behind: Interval
-
-    def seen(self, a: Interval) -> tuple[Interval, Interval, Interval]:
-        """What it adds to y, to y' and to y'' at an angle a further on."""
-        over, back = _beyond(a, self.ahead), _beyond(-a, self.behind)
-        passed = _none_or_all(over) - _none_or_all(back)
-        return (over * over - back * back) * (0.5 * self.size), (over + back) * self.size, passed * self.size
-
-
-def _beyond(a: Interval, distance: Interval) -> Interval:
-    return Interval(np.maximum(a.low - distance.high, 0.0), np.maximum(a.high - distance.low, 0.0))
-
-
-def _none_or_all(beyond: Interval) -> Interval:
-    """1 beyond a jump, 0 before it."""
-    return Interval(np.where(beyond.low > 0.0, 1.0, 0.0), np.where(beyond.high > 0.0, 1.0, 0.0))
-
-
-class Place(NamedTuple):
-    """The state of the follower over parts of the turn, and at their middles, with the jumps of y''."""
-
-    y: Sloped
-    y1: Sloped
-    y2: Sloped
-    jumps: list[Jumped]
-    of_middle: list[Jumped]
-
-
 class ToolError(NamedTuple):
-    """The exact error of the tool where a cam with errors touches, mm (rad); on ranges with slopes alone."""
+    """The exact error of a derivative of the tool's motion where a cam with errors touches, mm (rad) by powers of
+    rad; on ranges with slopes alone."""
 
     problem: Problem
     design: Designs
     errors: Mapping[str, Any]
+    """Flat."""
+    order: int
+    waves: int
+
+    def moved(self, at: Place, order: int) -> Moved:
+        """Where the follower rests."""
+        return moved_of(self.problem, self.design, self.errors, self.waves, at.motion, order)
+
+    def turned(self, at: Place) -> list[Sloped]:
+        """How far from the cam angle of the place the motion counts."""
+        return [self.moved(at, 0).turned.terms[0]]
 
 
 @formula(ToolError)
 def tool_error(f, i, at):  # type: ignore[no-untyped-def]
-    setup = f.problem.setup
-    moved, turned = rest_over(f.problem, f.design, f.errors, at.y, at.y1)
-    change = ahead_of(f.problem.programme, at, turned).y
-    if setup.train is None:
-        return moved - change, 0.0
-    return through(f.problem, f.errors, moved - change, at.y + change), 0.0
-
-
-def rest_over(problem: Problem, design: Designs, errors: Mapping[str, Any], y: Sloped, y1: Sloped) -> Rest:
-    """Where a follower rests over boxes, of errors of its cam with that of the phase."""
-    found = problem.setup.mechanism.rest(design, problem.programme.lift, y, y1, off_by(errors))
-    moved, turned = (plain(each, y) for each in found)
-    return Rest(moved, turned - errors.get("phase", 0.0))
-
-
-class FurtherOn(NamedTuple):
-    """The motion at an angle further on: by how much y differs there, and y'."""
-
-    y: Sloped
-    y1: Sloped
-
-
-def ahead_of(programme: Programme, at: Place, turned: Sloped) -> FurtherOn:
-    """y(φ + a) − y(φ) and y'(φ + a), where a changes with the errors and with φ."""
-    table, place = programme.table, replace(at.y, slopes=along_turn(at.y))
-    jerk = float((table.most[:, 3] + table.error[:, 3]).max())
-
-    def ahead(a: Interval, y1: Interval, y2: Interval, jumps: list[Jumped]) -> tuple[Interval, Interval, Interval]:
-        """By how much y and y' differ at an angle a further on, and y'' there."""
-        stray, seen = a.largest_magnitude * jerk + programme.unseen_jump, [jump.seen(a) for jump in jumps]
-        there = Interval(y2.low - stray, y2.high + stray)
-        bent = a * there
-        rise, room = a * y1 + a * bent * 0.5, SUMMED * ((a * y1).largest_magnitude + (a * bent).largest_magnitude)
-        smooth = Interval(rise.low - room, rise.high + room), bent, there
-        rise, further, there = (sum(each, first) for first, *each in zip(smooth, *seen, strict=True))
-        return rise, further, there
-
-    a, y1, y2 = (range_of(each) for each in (turned, at.y1, at.y2))
-    value, further, there = ahead(a, y1, y2, at.jumps)
-    point, to_point, _ = ahead(at_point(turned), at_point(at.y1), at_point(at.y2), at.of_middle)
-    y = by_chain(value, point, [(turned, y1 + further), (place, further)])
-    return FurtherOn(y, by_chain(y1 + further, at_point(at.y1) + to_point, [(turned, there), (place, there)]))
-
-
-class Ahead(NamedTuple):
-    """How far a tool is ahead of where it should be, and its slopes by where its follower stands and is off."""
-
-    value: Interval
-    by_place: Interval
-    by_error: Interval
-
-
-Off = Mapping[str, Interval]
-"""By how much links are off, by key of the scene."""
+    moved = f.moved(at, f.order)
+    further = FurtherOn(f.problem.programme, at, moved.turned.terms[0])
+    found = errors_of(moved, at.motion, further.by, at.jumped, f.order)
+    return through(f.problem, f.errors, found, further.motion), 0.0
 
 
 @dataclass(frozen=True)
-class OffTrain:
-    """A train whose links may be off."""
+class Proof(VectorSearch):
+    """The search for a cam that exceeds a bound, which knows where derivatives of the motion jump."""
 
-    problem: Problem
-
-    def ahead(self, error: Interval, stands: Interval, off: Off) -> Ahead:
-        """f*(stands + error) − f(stands), by Taylor's theorem to the second order in all that is off."""
-        start, between = ({key: part(each) for key, each in off.items()} for part in (none_of, from_0))
-        return self._along(error, stands, start, between, off)
-
-    def between(self, error: Interval, stands: Interval, off: Off) -> Ahead:
-        """f*(stands + error) − f*(stands)."""
-        return self._along(error, stands, off, off, {key: none_of(each) for key, each in off.items()})
-
-    def _along(self, error: Interval, stands: Interval, start: Off, between: Off, ways: Off) -> Ahead:
-        first = self._tool(stands, error, start, ways, 2).moved.derivative(1)
-        tool = self._tool(stands + from_0(error), error, between, ways, 3)
-        value = widened(range_of(first) + range_of(tool.moved.derivative(2)) * 0.5, SUMMED)
-        return Ahead(value, range_of(tool.ratio.derivative(1)), range_of(tool.ratio.terms[0]))
-
-    def slope(self, key: str, places: Interval, off: Off) -> Interval:
-        """∂f*/∂p of a number of the train."""
-        ways = {each: none_of(by) + (1.0 if each == key else 0.0) for each, by in off.items()}
-        between = {each: from_0(by) for each, by in off.items()}
-        return range_of(self._tool(places, none_of(places), between, ways, 2).moved.derivative(1))
-
-    def _tool(self, place: Interval, way: Interval, off: Off, ways: Off, terms: int) -> Joint:
-        """The tool as a series along a way that follower and links go."""
-        nominal, start = self.problem.nominal, follower_start(self.problem)
-        made = {key: _series(nominal[key] + each, ways[key], terms) for key, each in off.items()}
-        train = self.problem.trains(made) if made else self.problem.setup.train
-        assert train is not None
-        return train.joints(_series(start + place, way, terms))[-1]
-
-
-def through(problem: Problem, errors: Mapping[str, Any], error: Sloped, stands: Sloped) -> Sloped:
-    """f*(y + δ) − f(y), of a follower that should stand at y."""
-    train = problem.setup.train
-    links = {key: plain(each, stands) for key, each in errors.items() if is_of_train(key)}
-    assert train is not None
-    if not links and (ratio := train.constant_ratio) is not None:
-        return by_chain(error.value * ratio, error.at * ratio, [(error, as_interval(ratio))])
-    of, off = OffTrain(problem), {key: each.value for key, each in links.items()}
-    whole = of.ahead(error.value, stands.value, off)
-    point = of.ahead(error.at, stands.at, {key: each.at for key, each in links.items()})
-    places = stands.value + from_0(error.value)
-    by_links = [(each, of.slope(key, places, off)) for key, each in links.items()]
-    return by_chain(whole.value, point.value, [(error, whole.by_error), (stands, whole.by_place), *by_links])
-
-
-def _series(place: Interval, slope: Interval, terms: int) -> Taylor:
-    """What is straight, in ranges without slopes, for the formulas of links."""
-    return Taylor([still(each) for each in (place, slope, none_of(slope))[:terms]])
-
-
-def follower_start(problem: Problem) -> float:
-    """The displacement of the follower from the start position of its train, where that of the turn is 0."""
-    programme, first, train = problem.programme, np.zeros(1), problem.setup.train
-    assert train is not None
-    return float((train.follower_at(tool_position(programme, first)) - programme.at(first)[0])[0])
-
-
-class Proof(Search):
-    """The search for a cam that exceeds a bound, which knows where y'' jumps."""
+    jumps: tuple[Jump, ...] = ()
+    """Of y'', and of y'''."""
+    reach: float = 0.0
+    """As far as any cam is late or early, rad."""
 
     def state(self, parts: Parts, u: FloatArray, angle: Sloped) -> Place:
-        y, y1, y2, *_ = super().state(parts, u, angle)
-        return Place(y, y1, y2, self._jumps(parts, parts.low[0], parts.high[0]), self._jumps(parts, u, u))
+        table = self.problem.programme.table
+        half, found = table.half_width[parts.panel], over_part(table, parts.panel, u, angle.span.high[0])
+        motion = [
+            replace(angle, value=whole, at=middle, slopes=by_angle(angle, slope))
+            for middle, whole, slope in zip(found.middle[: LAST + 1], found.whole, found.whole[1:], strict=False)
+        ]
+        low, high, middle = (each * half for each in (parts.low[0], parts.high[0], u))
+        return Place(motion, parts.panel, low, high, middle, *self._jumped(parts.panel, middle))
 
-    def _jumps(self, parts: Parts, low: FloatArray, high: FloatArray) -> list[Jumped]:
-        """The jumps of y'' as seen from shares of panels, from their lower to their upper ends."""
-        programme = self.problem.programme
-        half, middle = (each[parts.panel] for each in (programme.table.half_width, programme.table.centre))
-        turn, found = programme.strokes[-1].end, list[Jumped]()
-        for jump in programme.jumps:
-            after, before = (_away(side * (jump.at - middle) - half, turn) for side in (1.0, -1.0))
-            ahead = Interval(after + (1.0 - high) * half, after + (1.0 - low) * half)
-            behind = Interval(before + (1.0 + low) * half, before + (1.0 + high) * half)
-            found.append(Jumped(jump.size, ahead, behind))
-        return found
+    def _jumped(self, panel: IntArray, places: FloatArray) -> list[Interval]:
+        """By which jumps of y'' and of y''' a cam that touches with places on panels may be off.
+
+        A place at a jump is on the side of it on which its panel is.
+        """
+        found, centre = np.zeros((2, 2, panel.size)), self.problem.programme.table.centre[panel]
+        for jump in self.jumps:
+            near = (np.abs(self._ahead(jump, centre + places)) <= (1.0 + ROOM) * self.reach) & (self.reach > 0.0)
+            size = np.where(near, np.sign(self._ahead(jump, centre)) * jump.size, 0.0)
+            found[jump.order - 2] += np.minimum(size, 0.0), np.maximum(size, 0.0)
+        return [Interval(*each) for each in found]
+
+    def _ahead(self, jump: Jump, angles: FloatArray) -> FloatArray:
+        """How far ahead a jump is, within half a turn."""
+        turn = self.problem.programme.strokes[-1].end
+        return np.asarray(np.mod(jump.at - angles + 0.5 * turn, turn) - 0.5 * turn)
+
+    def parted(self, parts: Parts) -> Parts:
+        """Parts that are within reach of each jump or not."""
+        table = self.problem.programme.table
+        for jump in self.jumps:
+            for side in (-1.0, 1.0):
+                ahead = self._ahead(jump, table.centre[parts.panel])
+                parts = parts.parted((ahead + side * self.reach) / table.half_width[parts.panel])
+        return parts
 
 
-def _away(angle: FloatArray, turn: float) -> FloatArray:
-    """An angle from 0 to a turn, where rounding may take 0 below it."""
-    return np.maximum(np.mod(angle + SAME_PLACE, turn) - SAME_PLACE, 0.0)
+class Late(NamedTuple):
+    """How far from the cam angle of a place the motion counts, rad: where the cam touches, or another contact."""
+
+    of: Any
+    number: int
+
+
+@formula(Late)
+def late(f, i, at):  # type: ignore[no-untyped-def]
+    return f.of.turned(at)[f.number], 0.0
+
+
+class Found(NamedTuple):
+    """A cam that is off, mm and rad, with the cam angle of its profile where it is the most, and by how much."""
+
+    errors: Values
+    angle: float
+    error: float
 
 
 @dataclass(frozen=True)
@@ -285,13 +201,10 @@ class WorstSearch:
     """The search for the worst of the cams within tolerances."""
 
     turn: TurnErrors
-    ends: Mapping[str, tuple[float, float]]
-    """Between which values each error is (``touching.error_ends``)."""
-
-    @classmethod
-    def of(cls, turn: TurnErrors) -> "WorstSearch":
-        """That of the tolerances of a scene."""
-        return cls(turn, error_ends(turn.scene, turn.problem))
+    ends: Ends
+    """Between which values each error is (``two_contacts.ends_of``)."""
+    order: int = 0
+    """Of the derivative of the motion that is looked at: displacement, velocity, acceleration."""
 
     @property
     def problem(self) -> Problem:
@@ -303,107 +216,206 @@ class WorstSearch:
         BadInput for tolerances so large that a follower has no place on its cam.
         """
         try:
-            return self._run()
+            return self._told(self._bounded())
         except FloatingPointError:
             raise self.lost() from None
 
-    def _run(self) -> WorstCase:
-        unit = scale(self.problem.setup, 0)
-        errors = self.first()
-        angle, found = self.highest(errors)
-        bound, until, gaps = inf, now() + SECONDS, iter(GAPS)
-        gap = next(gaps)
-        for _ in range(WORSE if not self.problem.programme.corners else 0):
-            bound = abs(found) * (1.0 + gap)
-            answer = self.proof(bound, until)
-            if answer.verdict == HELD:
-                break
-            bound = inf
-            if answer.verdict == BROKEN and answer.witness is not None:
-                other = {key: float(answer.witness.numbers[key][0]) for key in self.ends}
-                there, error = self.highest(other)
-                if abs(error) > abs(found):
-                    errors, angle, found = other, there, error
-                    continue
-            if (larger := next(gaps, None)) is None:
-                break
-            gap = larger
-        at = float(self.within(self.contact(errors, np.array([angle])).angle)[0])
-        late = f"the time of {SECONDS:g} s was over" if now() > until else "the tolerances are too large for it"
-        why = "" if bound < inf else late if not self.problem.programme.corners else CORNERS
-        return WorstCase(unit * bound, unit * found, degrees(at), self.said(errors, angle), why)
+    def _bounded(self) -> Bounded[Found]:
+        worst = self._found(self.first())
+        if why := self.unbounded:
+            return Bounded(abs(worst.error), worst, unproved=why)
+        seconds, gaps = (RATE_SECONDS, RATE_GAPS) if self.order else (SECONDS, GAPS)
+        return bounded(abs(worst.error), worst, self.proof, self._worse, now() + seconds, gaps, seconds)
 
-    def proof(self, bound: float, until: float) -> Answer:
+    def _told(self, found: Bounded[Found]) -> WorstCase:
+        unit, (errors, angle, error) = scale(self.problem.setup, self.order), found.cam
+        there = float(self.contact(errors, np.array([angle])).angle[0])
+        at = degrees(float(self.within(np.array([there]))[0]))
+        return WorstCase(unit * found.bound, unit * error, at, self.said(errors, angle, there), found.unproved)
+
+    @property
+    def unbounded(self) -> str:
+        """Why there is no bound; "" where there may be one."""
+        given = self.turn.scene.tolerances
+        if self.problem.programme.corners:
+            return CORNERS
+        if not self.order or given.profile is None:
+            return ""
+        return SLOPES if given.waves is None else HOLLOWS if self._lies_on_crests(given.profile) else ""
+
+    def _lies_on_crests(self, zone: float) -> bool:
+        """Whether a flat face does not follow waves: with w the radius of the profile is ρ + w + w''."""
+        problem, convex = self.problem, frozenset({CONVEX})
+        if not problem.setup.mechanism.flat_faced:
+            return False
+        found = run_effects(Case(problem.setup, problem.programme, problem.design), convex).columns[CONVEX]
+        return bool(found[0] <= (self.waves**2 - 1) * zone)
+
+    def _found(self, errors: Values) -> Found:
+        return Found(errors, *self.highest(errors))
+
+    def _worse(self, errors: Values, bound: float) -> tuple[float, Found]:
+        """What a cam has that was found to exceed a bound."""
+        found = self._found(errors)
+        return abs(found.error), found
+
+    def proof(self, bound: float, until: float) -> Tried:
         """Whether no cam within the tolerances exceeds a bound."""
+        proof = replace(self._proof, claim=self._claim(bound), until=until, reach=self._reach)
+        return proof.tried(proof.parted(Parts.first(self.problem, proof.claim, self._box)))
 
+    @cached_property
+    def _proof(self) -> Proof:
+        names = tuple(self._box)
+        return Proof(self.problem, self._claim(inf), self.problem.design, names, inf, self.ends, self.jumps)
+
+    @cached_property
+    def _box(self) -> Ends:
+        """Between which values each number of an error is."""
+        found = box_of(self.ends)
+        level = [key for key in found if self.order == 2 and key.startswith(WAY)]
+        return found | {key.replace(WAY, LEVEL): found[key] for key in level}
+
+    def _claim(self, bound: float, late: int | None = None) -> Claim:
         def error(designs: Designs, programme: Programme) -> Any:
-            return self.curve(designs, {key: designs.numbers[key] for key in self.ends})
+            found = self.curve(designs, {key: designs.numbers[key] for key in self._box})
+            return found if late is None else Late(found, late)
 
-        claim = Claim(error, ALL_STROKES, LARGEST_MAGNITUDE, Plain(bound))
-        parts = Parts.first(self.problem, claim, self.ends)
-        return Proof(self.problem, claim, self.problem.design, tuple(self.ends), until).run(parts)
+        return Claim(error, ALL_STROKES, LARGEST_MAGNITUDE, Plain(bound))
+
+    @property
+    def last(self) -> int:
+        """The order of the last derivative of the motion that is taken elsewhere than at the place."""
+        return self.order
+
+    @cached_property
+    def jumps(self) -> tuple[Jump, ...]:
+        """The jumps that count: of y'' and of y''', up to that order."""
+        orders = range(2, self.last + 1)
+        return tuple(each for order in orders for each in jumps_of(self.problem.programme, (order,)))
+
+    @cached_property
+    def _reach(self) -> float:
+        """As far as any cam is late or early, rad; 0 where no jump counts."""
+        if not self.jumps:
+            return 0.0
+        parts = Parts.first(self.problem, self._proof.claim, self._box)
+        parts = parts.cut(np.eye(1, len(parts.low)).T + np.zeros(parts.size))
+        proofs = (replace(self._proof, claim=self._claim(inf, late)) for late in range(self.last - self.order + 1))
+        with np.errstate(all="ignore"):
+            found = [proof.curve_over(parts)[0].value.largest_magnitude.max() for proof in proofs]
+        return (1.0 + ROOM) * float(max(found))
 
     def curve(self, design: Designs, errors: Mapping[str, Any]) -> Any:
-        """The exact error of the tool over the turn."""
-        return ToolError(self.problem, design, errors)
+        """The exact error of the tool over the turn, of flat errors."""
+        return ToolError(self.problem, design, errors, self.order, self.waves)
 
-    def rest(self, design: Designs, errors: Mapping[str, Any], at: Place) -> Rest:
-        """Where a follower rests over boxes, in a dwell."""
-        return rest_over(self.problem, design, errors, at.y, at.y1)
+    def resting(self, design: Designs, errors: Mapping[str, Any], at: Place) -> Any:
+        """How far a follower has moved over boxes of flat errors, in a dwell."""
+        return moved_of(self.problem, design, errors, 0, at.motion, 0).moved.terms[0]
 
-    def contact(self, errors: Mapping[str, Any], angles: FloatArray) -> Contact:
-        """Where cams touch that have errors, and those of their motion there."""
-        return contact_of(self.problem, errors, angles)
+    @property
+    def waves(self) -> int:
+        """Of a profile that is off, in a turn; 0 where it counts as off by a constant."""
+        return (self.turn.scene.tolerances.waves or 0) if self.order else 0
+
+    def contact(self, errors: Mapping[str, Any], angles: FloatArray, *, jumps: bool = True) -> Contact:
+        """Where cams touch, and those of their motion there; or these but for what jumps of y'' make of them."""
+        return at_tool(self.problem, errors, angles, self.follower(flat(errors), angles, jumps))
+
+    def follower(self, errors: Mapping[str, Any], angles: FloatArray, jumps: bool) -> Touched:
+        """Where the follower touches the points of these cam angles, and its errors."""
+        return touched(self.problem, errors, angles, self.order, waves=self.waves, jumps=jumps)
 
     def within(self, angles: FloatArray) -> FloatArray:
         """Cam angles within the turn, rad."""
         return np.asarray(np.mod(angles, self.problem.programme.strokes[-1].end))
 
     def first(self) -> dict[str, float]:
-        """Errors at their ends that are the worst, or nearly so, at the worst cam angle."""
-        found = []
-        for side in (1.0, -1.0):
+        """Errors that are the worst, or nearly so, at the worst cam angle: most of them at their ends."""
+        found = [self._furthest(side) for side in (1.0, -1.0)]
+        if self.jumps:
+            ways = [side * each for side in (1.0, -1.0) for each in LATE]
+            found += [self._at_jump(side, way) for side in (1.0, -1.0) for way in ways]
+        return self._climbed(max(found, key=lambda each: each.error))
 
-            def outward(angles: FloatArray, side: float = side) -> FloatArray:
-                return side * self.error(self.corner(angles, side), angles)
+    def _furthest(self, side: float) -> Found:
+        """Those that are furthest off to a side, at the worst cam angle."""
 
-            angle = np.array([highest(self.turn.nodes, outward)])
-            here = {key: float(each[0]) for key, each in self.corner(angle, side).items()}
-            found.append((float(outward(angle)[0]), here))
-        return max(found, key=lambda each: each[0])[1]
+        def off(angles: FloatArray) -> FloatArray:
+            return side * self.error(self.corner(angles, side), angles)
 
-    def corner(self, angles: FloatArray, side: float) -> dict[str, FloatArray]:
-        """For each cam angle the ends of errors that move the tool furthest to a side."""
-        found = dict[str, FloatArray]()
+        return self._corner_at(highest(self.turn.nodes, off), side, 0.0)
+
+    def _at_jump(self, side: float, late: float) -> Found:
+        """Those at the worst side of a jump, the more of cams that are late or early the larger ``late`` is."""
+        places, turn = np.array([each.at for each in self.jumps]), self.problem.programme.strokes[-1].end
+        angles = np.mod(np.concatenate([places - JUMP_SIDE, places + JUMP_SIDE]), turn)
+        found = np.abs(self.error(self.corner(angles, side, late), angles))
+        return self._corner_at(float(angles[found.argmax()]), side, late)
+
+    def _corner_at(self, angle: float, side: float, late: float) -> Found:
+        at = np.array([angle])
+        errors = self.corner(at, side, late)
+        most = float(np.abs(self.error(errors, at))[0])
+        return Found({key: float(each[0]) for key, each in errors.items()}, angle, most)
+
+    def _climbed(self, found: Found) -> dict[str, float]:
+        """Errors that are worse at a cam angle, each changed by itself."""
+        errors, angle, most = found
+        for _ in range(CLIMBS):
+            for key, ends in self.ends.items():
+                values = errors[key] + np.array(TRIED) if is_way(key) else np.array(ends)
+                tried = {name: np.full(values.size, each) for name, each in errors.items()} | {key: values}
+                off = np.abs(self.error(tried, np.full(values.size, angle)))
+                if off.max() > most:
+                    most, errors = float(off.max()), {**errors, key: float(values[off.argmax()])}
+        return errors
+
+    def corner(self, angles: FloatArray, side: float, late: float = 0.0) -> dict[str, FloatArray]:
+        """For each cam angle the ends of errors that move the tool furthest to a side.
+
+        With as much of how late they make the cam, in units of what all errors of one end make of both.
+        """
+        rows, every = list[Values](), {key: high for key, (_, high) in self.ends.items()}
         for key, ends in self.ends.items():
-            if key == BORE_WAY:
-                continue
-            tried = [dict.fromkeys([key], np.full(angles.size, end)) for end in ends]
-            if BORE_WAY in self.ends and key == BORE:
-                tried = [{BORE: np.full(angles.size, ends[1]), BORE_WAY: each} for each in self.ways(angles)]
-            first, second = (side * self.error(each, angles) for each in tried)
-            found |= {name: np.where(first > second, tried[0][name], tried[1][name]) for name in tried[0]}
+            if (way := way_of(key)) in self.ends and not is_way(key):
+                rows += [{key: ends[1], way: each} for each in QUARTERS]
+            elif not is_way(key):
+                rows += [{key: end} for end in ends]
+        found, moved = dict[str, FloatArray](), iter(self._moved([*rows, every], angles, side, late))
+        for key, (low, high) in self.ends.items():
+            if (way := way_of(key)) in self.ends and not is_way(key):
+                right, up, left, down = (next(moved) for _ in QUARTERS)
+                found |= {key: np.full(angles.size, high), way: np.arctan2(up - down, right - left)}
+            elif not is_way(key):
+                found[key] = np.where(next(moved) > next(moved), low, high)
         return found
 
-    def ways(self, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The two directions along the normal of the cam."""
-        programme = self.problem.programme
-        y, y1, *_ = programme.at(angles)
-        at = self.problem.setup.mechanism.contact(self.problem.design, programme.lift, angles, y, y1)
-        return np.arctan2(at.up, at.across), np.arctan2(-at.up, -at.across)
+    def _moved(self, cams: list[Values], angles: FloatArray, side: float, late: float) -> FloatArray:
+        """How far cams move the tool to a side, with so much of how late they are; in units of the last of them."""
+        errors = {key: np.repeat([cam.get(key, 0.0) for cam in cams], angles.size) for key in self.ends}
+        every = np.tile(angles, len(cams))
+        found = self._touching(errors, every, jumps=False)
+        error, ahead = (each.reshape(len(cams), -1) for each in (found.error, found.angle - every))
+        weight = np.abs(error[-1]) / np.maximum(np.abs(ahead[-1]), JUMP_SIDE)
+        return np.asarray(side * error + late * weight * ahead)
 
     def error(self, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
+        """Those of the motion of cams where they touch."""
+        return self._touching(errors, angles).error
+
+    def _touching(self, errors: Mapping[str, Any], angles: FloatArray, *, jumps: bool = True) -> Contact:
         """FloatingPointError where a follower does not touch its cam."""
         with np.errstate(invalid="ignore"):
-            found = self.contact(errors, angles).error
-        if not np.isfinite(found).all():
+            found = self.contact(errors, angles, jumps=jumps)
+        if not np.isfinite(found.error).all():
             raise FloatingPointError
         return found
 
     def lost(self) -> BadInput:
         """The message on tolerances so large that a follower has no place on its cam: the first such, or all."""
-        keys = [[key] for key in self.ends if key not in (BORE, BORE_WAY)]
-        alone = [*keys, *([[BORE, BORE_WAY]] if BORE in self.ends else [])]
+        alone = [[key, way_of(key)] for key in self.ends if not is_way(key)]
         of = next((each for each in alone if not self._touched(each, 1.0)), [*self.ends])
         low, high = 0.0, 1.0
         for _ in range(HALVINGS):
@@ -424,7 +436,7 @@ class WorstSearch:
         ends = {key: self.ends[key] for key in keys if key in self.ends}
         shared = {key: (low * share, high * share) for key, (low, high) in ends.items()}
         try:
-            search = replace(self, ends=shared | {key: ends[key] for key in ends if key == BORE_WAY})
+            search = replace(self, ends=shared | {key: ends[key] for key in ends if is_way(key)})
             search.highest(search.first())
         except FloatingPointError:
             return False
@@ -435,15 +447,23 @@ class WorstSearch:
         angle = highest(self.turn.nodes, lambda angles: np.abs(self.error(errors, angles)))
         return angle, float(self.error(errors, np.array([angle]))[0])
 
-    def said(self, errors: Mapping[str, float], angle: float) -> dict[str, float]:
-        """Errors in mm and deg, with the direction of the bore as the cam has it."""
-        sense, found = self.problem.design.sense, dict(errors)
-        if BORE in errors and BORE_WAY not in errors:
-            there = self.contact(errors, np.array([angle])).angle[0] + errors.get("phase", 0.0)
-            found |= {BORE: abs(errors[BORE]), BORE_WAY: -sense * there + (pi if errors[BORE] < 0.0 else 0.0)}
-        elif BORE in errors:
-            found[BORE_WAY] = errors[BORE_WAY] - sense * angle
-        angles = {key: degrees(found[key]) for key in found if key in (*ANGLES, BORE_WAY)}
+    def said(self, errors: Mapping[str, float], place: float, angle: float) -> dict[str, float]:
+        """Errors in mm and deg, of a cam that is touched at a place at a cam angle.
+
+        With the direction of the bore as the cam has it, and where waves have a crest.
+        """
+        found, sense = dict(errors), self.problem.design.sense
         if BORE in errors:
-            angles[BORE_WAY] %= 360.0
-        return found | angles
+            developed, long = self.problem.setup.mechanism.body.developed, errors[BORE]
+            turned = angle + errors.get("phase", 0.0) if developed else place
+            way = errors.get(BORE_WAY, 0.0 if long >= 0.0 else pi)
+            found |= {BORE: abs(long), BORE_WAY: way - sense * turned}
+        for key in errors:
+            if key.startswith(WAY):
+                found[key] = self.waves * self.place_of(key, errors, place) - errors[key]
+        shown = {key: degrees(each) for key, each in found.items() if is_way(key) or key in ANGLES}
+        return found | {key: each % 360.0 if is_way(key) else each for key, each in shown.items()}
+
+    def place_of(self, key: str, errors: Mapping[str, float], angle: float) -> float:
+        """The cam angle of the place of the profile that an error is of, where the first contact touches at one."""
+        return angle

@@ -19,7 +19,7 @@ furthest there; the proof is asked a little further out.
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import reduce
-from math import degrees, inf, isinf, pi
+from math import degrees, inf, isinf
 from operator import add
 from typing import Any, NamedTuple
 
@@ -33,17 +33,19 @@ from camopt.numerics.curves import formula
 from camopt.numerics.sloped import as_sloped
 from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
-from camopt.tolerances.bounded import SECONDS, Bounded, Values, bounded
+from camopt.tolerances.bounded import SECONDS, Bounded, Gaps, Tried, Values, bounded
 from camopt.tolerances.contact_ahead import ContactAhead
+from camopt.tolerances.off_train import through
 from camopt.tolerances.passing import until as until_not
-from camopt.tolerances.touching import BORE, BORE_WAY
+from camopt.tolerances.touching import BORE_WAY
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import TOUCHES, contacts_of
-from camopt.tolerances.worst_case import CORNERS, Proof, WorstSearch, through
+from camopt.tolerances.vectors import box_of
+from camopt.tolerances.worst_case import CORNERS, Proof, WorstSearch
 from camopt.tolerances.worst_pairs import worst_search
-from camopt.verdicts.claim_boxes import Answer, Parts
+from camopt.verdicts.claim_boxes import Parts
 
-GAPS = (1e-2, 1e-3, 1e-4, 1e-5)
+GAPS = Gaps((1e-2,), (1e-3, 1e-4, 1e-5))
 """Relative, of the distance from the nominal passage: by no more than this a cam is further, the last proved."""
 NEVER = "some cam never passes it"
 BEYOND = 1e-10
@@ -100,7 +102,7 @@ def angle_error(f, i, at):  # type: ignore[no-untyped-def]
     contacts = [ContactAhead(f.problem, k, each, f.design, f.errors, at) for k, each in enumerate(f.contacts)]
     moved = (each.moved(each.ahead(as_sloped(0.0, at.y))) for each in contacts)
     error = reduce(add, moved) * (1.0 / len(contacts))
-    return (error if f.problem.setup.train is None else through(f.problem, f.errors, error, at.y)), 0.0
+    return through(f.problem, f.errors, [error], at.motion.__getitem__), 0.0
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,7 @@ class PassageSearch:
     side: float
     """1 where cams that stand out the most decide, −1 where those that stand back do."""
 
-    def run(self, until: float) -> Bounded:
+    def run(self, until: float) -> Bounded[Values]:
         """How far from the nominal one a cam passes, and none does, rad."""
         place = self._passes(self.angle, self._corner)
         if isinf(place):
@@ -125,7 +127,7 @@ class PassageSearch:
         found, errors = self._touching(place, self._corner)
         if self.of.problem.programme.corners:
             return Bounded(found, errors, unproved=CORNERS)
-        return bounded(found, errors, self.proof, self._worse, until, GAPS)
+        return bounded(found, errors, self.proof, self._worse, until, GAPS, SECONDS)
 
     def _corner(self, places: FloatArray) -> dict[str, FloatArray]:
         """The errors of the furthest cams, where they touch with places."""
@@ -166,29 +168,27 @@ class PassageSearch:
     def _tool(self, angles: FloatArray) -> FloatArray:
         return np.asarray(self.of.problem.programme.tool.at(self.of.within(angles))[0])
 
-    def proof(self, distance: float, until: float) -> Answer:
+    def proof(self, distance: float, until: float) -> Tried:
         """Whether at a distance from the nominal passage no cam is at the level yet, or all are beyond it."""
-        problem, ends = self.of.problem, self.of.ends
+        problem, box = self.of.problem, box_of(self.of.ends)
         contacts = contacts_of(problem) if problem.setup.mechanism.further else (problem,)
         angle = self.of.within(np.array([self.angle + self.way * (distance + BEYOND)]))
 
         def error(designs: Designs, programme: Any) -> Any:
-            return AngleError(problem, contacts, designs, {key: designs.numbers[key] for key in ends})
+            return AngleError(problem, contacts, designs, {key: designs.numbers[key] for key in box})
 
         bound = self.level - float(self._tool(angle)[0])
         claim = Claim(error, ALL_STROKES, LARGEST if self.side > 0.0 else LEAST, Plain(bound))
         table = problem.programme.table
         panel = np.minimum(np.searchsorted(table.centre + table.half_width, angle), table.centre.size - 1)
-        parts, u = Parts.of(panel, claim, ends), (angle - table.centre[panel]) / table.half_width[panel]
+        parts, u = Parts.of(panel, claim, box), (angle - table.centre[panel]) / table.half_width[panel]
         parts.low[0], parts.high[0] = u, u
-        return Proof(problem, claim, problem.design, tuple(ends), until).run(parts)
+        return Proof(problem, claim, problem.design, tuple(box), until, self.of.ends).tried(parts)
 
     def said(self, values: Values, distance: float) -> Values:
         """Errors in mm and deg, with the direction of the bore as the cam has it."""
-        if BORE in values and BORE_WAY not in values:
-            way = -self.of.problem.design.sense * values.get("phase", 0.0)
-            values = values | {BORE: abs(values[BORE]), BORE_WAY: way + (pi if values[BORE] < 0.0 else 0.0)}
-        return self.of.said(values, self.angle + self.way * distance)
+        angle = self.angle + self.way * distance
+        return self.of.said(values, angle, angle)
 
 
 class Asked(NamedTuple):
@@ -231,5 +231,5 @@ def _worst(of: WorstSearch, asked: Asked, end: str, until: float) -> WorstPassag
     search = PassageSearch(of, asked.level, asked.angle, way, SIDES[asked.passage, end])
     found = search.run(until)
     bound, passed = (degrees(asked.angle + way * each) for each in (found.bound + BEYOND, found.found))
-    errors = search.said(found.values, found.found) if found.values else {}
+    errors = search.said(found.cam, found.found) if found.cam else {}
     return WorstPassage(asked.lift, asked.passage, end, bound, passed, errors, found.unproved)

@@ -34,19 +34,17 @@ from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, FloatArray
 from camopt.numerics.clock import now, share
 from camopt.numerics.curves import formula
-from camopt.numerics.interval import as_interval
-from camopt.numerics.sloped import Sloped, by_chain
 from camopt.problem.claims import Claim, Plain
-from camopt.problem.problem import Problem
-from camopt.problem.variables import is_of_train
-from camopt.tolerances.bounded import SECONDS, Bounded, Values, bounded
-from camopt.tolerances.touching import BORE, BORE_WAY
+from camopt.tolerances.bounded import SECONDS, Bounded, Gaps, Tried, Values, bounded
+from camopt.tolerances.off_train import between
+from camopt.tolerances.touching import BORE, BORE_WAY, flat, polar, turned_on
 from camopt.tolerances.turn import TurnErrors
-from camopt.tolerances.worst_case import OffTrain, Place, WorstSearch
+from camopt.tolerances.vectors import box_of
+from camopt.tolerances.worst_case import Proof, WorstSearch
 from camopt.tolerances.worst_pairs import worst_search
-from camopt.verdicts.claim_boxes import Answer, Parts, Search
+from camopt.verdicts.claim_boxes import Ends, Parts
 
-GAPS = (1e-2, 1e-3, 1e-4)
+GAPS = Gaps((1e-2,), (1e-3, 1e-4))
 """By no more than this, relative, a cam is worse than the worst found: the last that is proved."""
 LAG = "lag"
 """The variable that is the cam angle from the highest place to the lowest one, rad."""
@@ -102,34 +100,8 @@ class Wobble(NamedTuple):
 @formula(Wobble)
 def wobble(f, i, at):  # type: ignore[no-untyped-def]
     of = f.search.of
-    first, second = (of.rest(f.design, each, at).moved for each in f.search.both(f.errors))
-    alone = of.problem.setup.train is None
-    return (first - second if alone else between(of.problem, f.errors, first, second, at.y)), 0.0
-
-
-def between(problem: Problem, errors: Mapping[str, Any], first: Sloped, second: Sloped, stands: Sloped) -> Sloped:
-    """f*(y + δ₁) − f*(y + δ₂), of a follower that should stand at y."""
-    train, further = problem.setup.train, first - second
-    links = {key: each + further * 0.0 for key, each in errors.items() if is_of_train(key)}
-    assert train is not None
-    if not links and (ratio := train.constant_ratio) is not None:
-        return by_chain(further.value * ratio, further.at * ratio, [(further, as_interval(ratio))])
-    of, start = OffTrain(problem), stands + second
-    off = {key: each.value for key, each in links.items()}
-    whole = of.between(further.value, start.value, off)
-    point = of.between(further.at, start.at, {key: each.at for key, each in links.items()})
-    places = start.value, (start + further).value
-    slopes = {key: [of.slope(key, each, off) for each in places] for key in links}
-    by_links = [(each, slopes[key][1] - slopes[key][0]) for key, each in links.items()]
-    return by_chain(whole.value, point.value, [(further, whole.by_error), (start, whole.by_place), *by_links])
-
-
-class Resting(Search):
-    """The search for a cam that wobbles more, on an arc that goes on to either side."""
-
-    def state(self, parts: Parts, u: FloatArray, angle: Sloped) -> Place:
-        y, y1, y2, *_ = super().state(parts, u, angle)
-        return Place(y, y1, y2, [], [])
+    first, second = (of.resting(f.design, each, at) for each in f.search.both(f.errors))
+    return between(of.problem, f.errors, first, second, at.y), 0.0
 
 
 @dataclass(frozen=True)
@@ -165,11 +137,9 @@ class WobbleSearch:
         return bool(self.profiles) or BORE_WAY in self.of.ends
 
     def both(self, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Errors at the highest place and at the lowest one."""
+        """Errors at the highest place and at the lowest one, flat."""
         first = {key: values[key] for key in self.of.ends}
-        second = dict(first)
-        if BORE_WAY in first:
-            second[BORE_WAY] = first[BORE_WAY] + values[LAG] * self.of.problem.design.sense
+        second = turned_on(first, values[LAG] * self.of.problem.design.sense) if BORE_WAY in first else dict(first)
         for key in self.profiles:
             lowest = values[key + LOWEST]
             second[key] = first[key] - self._swung(key, values) * 2.0 if self.slow else lowest
@@ -189,31 +159,37 @@ class WobbleSearch:
             start = degrees(self.stroke.start)
             return WorstWobble(0.0, 0.0, start, start, {}, {})
         values = self.highest()
-        found = bounded(self._change(values), values, self.proof, self._worse, until, GAPS)
-        return self._told(found)
+        return self._told(bounded(self._change(values), values, self.proof, self._worse, until, GAPS, SECONDS))
 
-    def _told(self, found: Bounded) -> WorstWobble:
-        middle, half = self.stroke.start + 0.5 * self.stroke.angle, 0.5 * found.values.get(LAG, self.stroke.angle)
-        both = [*zip(self.both(found.values), (middle - half, middle + half), strict=True)]
-        highest, lowest = (self.of.said(errors, place) for errors, place in both)
-        start, end = (self._angle(errors, place) for errors, place in both)
+    def _told(self, found: Bounded[Values]) -> WorstWobble:
+        middle, half = self.stroke.start + 0.5 * self.stroke.angle, 0.5 * found.cam.get(LAG, self.stroke.angle)
+        cams = [polar(each, self.of.ends) for each in self.both(flat(found.cam))]
+        (start, highest), (end, lowest) = (
+            self._at(errors, place) for errors, place in zip(cams, (middle - half, middle + half), strict=True)
+        )
         unit, otherwise = scale(self.of.problem.setup, 0), {key: lowest[key] for key in self.profiles}
         return WorstWobble(unit * found.bound, unit * found.found, start, end, highest, otherwise, found.unproved)
 
-    def _angle(self, errors: Mapping[str, Any], place: float) -> float:
-        """The cam angle at which a cam touches, deg."""
-        return degrees(float(self.of.within(self.of.contact(errors, np.array([place])).angle)[0]))
+    def _at(self, errors: Values, place: float) -> tuple[float, Values]:
+        """The cam angle at which a cam touches, deg, and its errors in mm and deg."""
+        angle = self.of.contact(errors, np.array([place])).angle
+        return degrees(float(self.of.within(angle)[0])), self.of.said(errors, place, float(angle[0]))
 
-    def proof(self, bound: float, until: float) -> Answer:
+    def proof(self, bound: float, until: float) -> Tried:
         """Whether no cam within the tolerances wobbles more."""
-        return self._search(bound, until).run(self._parts)
+        return self._proof(bound, until).tried(self._parts)
 
-    def _search(self, bound: float, until: float) -> Resting:
-        return Resting(self.of.problem, self._claim(bound), self.of.problem.design, tuple(self.ends), until)
+    def _proof(self, bound: float, until: float) -> Proof:
+        problem = self.of.problem
+        return Proof(problem, self._claim(bound), problem.design, tuple(self._box), until, self.ends)
+
+    @cached_property
+    def _box(self) -> Ends:
+        return box_of(self.ends)
 
     def _claim(self, bound: float) -> Claim:
         def curve(designs: Designs, programme: Any) -> Any:
-            return Wobble(self, designs, {key: designs.numbers[key] for key in self.ends})
+            return Wobble(self, designs, {key: designs.numbers[key] for key in self._box})
 
         return Claim(curve, ALL_STROKES, LARGEST, Plain(bound))
 
@@ -222,7 +198,7 @@ class WobbleSearch:
         """All cams, with a panel of the dwell."""
         table, middle = self.of.problem.programme.table, self.stroke.start + 0.5 * self.stroke.angle
         panel = np.searchsorted(table.centre + table.half_width, self.of.within(np.array([middle])))
-        return Parts.of(panel, self._claim(1.0), self.ends)
+        return Parts.of(panel, self._claim(1.0), self._box)
 
     def _change(self, values: Values) -> float:
         return float(self._changes([values])[0])
@@ -235,9 +211,9 @@ class WobbleSearch:
     def _changes(self, cams: Sequence[Values]) -> FloatArray:
         """How much higher the tools of cams are at the first place than at the second one."""
         parts = self._parts.take(np.zeros(len(cams), dtype=int))
-        place = np.array([[0.0, *(each[key] for key in self.ends)] for each in cams]).T
+        place = np.array([[0.0, *(each[key] for key in self._box)] for each in map(flat, cams)]).T
         with np.errstate(all="ignore"):
-            found, *_ = self._search(1.0, inf).curve_over(replace(parts, low=place, high=place))
+            found, *_ = self._proof(1.0, inf).curve_over(replace(parts, low=place, high=place))
         return np.asarray((found.at.low + found.at.high) / 2.0)
 
     def highest(self) -> Values:

@@ -16,11 +16,12 @@ from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tolerances.contributions import variances
 from camopt.tolerances.draw import drawn
+from camopt.tolerances.exact import contact_of
 from camopt.tolerances.margins import Box
+from camopt.tolerances.off_train import follower_start
 from camopt.tolerances.response import Responses
-from camopt.tolerances.touching import contact_of, error_ends, off_by
+from camopt.tolerances.touching import error_ends, flat, off_by
 from camopt.tolerances.turn import TurnErrors
-from camopt.tolerances.worst_case import follower_start
 from tests.support.cams import STEEL, cam_with
 from tests.support.depth import is_deep, times
 from tests.support.trains import exact
@@ -85,7 +86,7 @@ def test_tools_of_links_that_are_off_are_where_their_closed_loops_are():
         train = problem.setup.train
         at = [float(train.follower_at(tool_position(problem.programme, each))[0]) for each in (place, found.angle)]
         y, y1, *_ = problem.programme.at(place)
-        rest = problem.setup.mechanism.rest(problem.design, problem.programme.lift, y, y1, off_by(own))
+        rest = problem.setup.mechanism.rest(problem.design, problem.programme.lift, y, y1, off_by(flat(own)))
         with mp.workdps(40):
             stands = closed(scene, problem, at[0] + float(rest.moved[0]), errors)
             known = float(stands - closed(scene, problem, at[1]))

@@ -17,7 +17,7 @@ from camopt.scene.scene import Scene
 from camopt.tolerances.recontact import RealCams
 from camopt.tolerances.response import Responses
 from camopt.tolerances.turn import TurnErrors, band, worst
-from camopt.tolerances.worst_case import WorstSearch
+from camopt.tolerances.worst_pairs import worst_search
 from tests.support.cams import cam_with
 
 GIVEN = {
@@ -296,7 +296,7 @@ def test_tolerances_that_lose_the_cam_are_told_with_what_is_allowed(scene, given
     if key:
         size = float(allowed)
         assert most is None or size == pytest.approx(most, rel=0.01)
-        smaller = WorstSearch.of(turn_errors(scene.replace(tolerances={key: 0.99 * size})))
+        smaller = worst_search(turn_errors(scene.replace(tolerances={key: 0.99 * size})))
         assert np.isfinite(smaller.highest(smaller.first())).all()
     else:
         assert allowed.endswith("% of these")

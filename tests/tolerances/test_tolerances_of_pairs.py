@@ -12,17 +12,15 @@ from camopt.effects.motion import scale
 from camopt.mistakes import BadInput
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST_MAGNITUDE
-from camopt.numerics.curves import curve
-from camopt.numerics.interval import Interval
-from camopt.numerics.sloped import variables
 from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import resolve_design
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.two_contacts import apart
 from camopt.tolerances.draw import drawn
+from camopt.tolerances.exact import Touched, at_tool, contact_of
 from camopt.tolerances.held import plays
 from camopt.tolerances.interference import Interference
-from camopt.tolerances.touching import contact_of
+from camopt.tolerances.touching import flat
 from camopt.tolerances.turn import TurnErrors, worst
 from camopt.tolerances.two_contacts import PairCams, PairResponses, RealPairs, errors_of, off_apart, own_errors
 from camopt.tolerances.worst_case import Proof
@@ -175,18 +173,17 @@ def test_what_is_proved_of_both_contacts_is_their_exact_contact_at_each_place(ki
     problem, rng, names = search.problem, np.random.default_rng(8), tuple(search.ends)
     panels = np.arange(problem.programme.table.half_width.size)
     errors = {key: rng.uniform(*search.ends[key], panels.size) for key in names}
-    u = rng.uniform(-0.9, 0.9, panels.size)
-    rows = np.array([u, *errors.values()])
-    claim = Claim(None, ALL_STROKES, LARGEST_MAGNITUDE, Plain(1.0))
+    u, known = rng.uniform(-0.9, 0.9, panels.size), flat(errors)
+    rows = np.array([u, *known.values()])
+
+    def error(design, _):
+        return search.curve(design, {key: design.numbers[key] for key in known})
+
+    claim = Claim(error, ALL_STROKES, LARGEST_MAGNITUDE, Plain(1.0))
     parts = Parts(panels, np.ones(panels.size), rows, rows, np.ones((len(rows), 1)))
     half, middle = (getattr(problem.programme.table, each) for each in ("half_width", "centre"))
-    angle, *sizes = variables(
-        [Interval(u * half, u * half), *(Interval(e, e) for e in rows[1:])], [u * half, *rows[1:]]
-    )
-    design = problem.design.take(0 * panels).with_values(dict(zip(names, sizes, strict=True)))
-    at = Proof(problem, claim, problem.design, names, np.inf).state(parts, u, angle)
     with np.errstate(all="ignore"):
-        value = curve(search.curve(design, {key: design.numbers[key] for key in names}), ..., at)[0].value
+        value = Proof(problem, claim, problem.design, tuple(known), np.inf).curve_over(parts)[0].value
     places = middle + u * half
     own = dict(errors)
     if "bore_eccentricity_way" in own:  # in the ground where the first contact touches, to the frame of the cam
@@ -365,8 +362,10 @@ def test_a_batch_of_pairs_behind_a_train_has_the_motion_of_the_exact_contact_of_
     angles, bore = cams.motion(off, places, 0).angle.terms[0], off["bore_eccentricity"]
 
     def exact(theta):
-        way = np.angle(bore) + problem.design.sense * theta
-        return search.error({**off, "bore_eccentricity": np.abs(bore), "bore_eccentricity_way": way}, theta)
+        given = {**off, "bore_eccentricity": np.abs(bore), "bore_eccentricity_way": np.angle(bore)}
+        given.pop("train.1.coupler")
+        moved, _ = PairCams(problem).at(given, theta)
+        return at_tool(problem, off, theta, Touched(0.0, [moved])).error
 
     before, at, after = (exact(angles + side * step) for side in (-1, 0, 1))
     np.testing.assert_allclose(cams.errors(off, places, 0), at, rtol=1e-9)

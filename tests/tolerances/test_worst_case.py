@@ -13,8 +13,10 @@ from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tolerances import worst_case
+from camopt.tolerances.bounded import Gaps
+from camopt.tolerances.exact import contact_of
 from camopt.tolerances.recontact import RealCams, off_of
-from camopt.tolerances.touching import BORE, BORE_WAY, contact_of, error_ends, off_by
+from camopt.tolerances.touching import BORE, BORE_WAY, error_ends, flat, off_by
 from tests.support.cams import CONTACTS, cam_with
 from tests.support.depth import times
 from tests.support.recontact import displacement
@@ -62,7 +64,7 @@ def test_where_a_follower_rests_is_its_exact_contact_in_40_digits(contact, rotat
 def test_where_a_follower_rests_has_the_slopes_of_its_series(contact):
     """By differences of the numbers themselves, of a motion that is known as a series."""
     problem = resolve_design(Scene.from_dict(scene_of(contact, "ccw")))
-    errors = random_errors(np.random.default_rng(1), contact)
+    errors = flat(random_errors(np.random.default_rng(1), contact))
     step, places = 1e-4, 1.1 + 1e-4 * np.arange(-1, 2)
     y, y1, y2, y3 = problem.programme.at(places)
     mechanism, lift = problem.setup.mechanism, problem.programme.lift
@@ -168,7 +170,7 @@ def test_where_the_velocity_jumps_no_bound_is_proved_and_it_is_said():
 def test_why_no_bound_is_proved_and_a_bound_that_is_far_above_are_said(monkeypatch):
     given = {"follower": {"offset": 0.01}, "profile": 0.05}
     scene = camopt.find_scene("roller-1000rpm").replace(tolerances=given)
-    monkeypatch.setattr(worst_case, "GAPS", (1e-2,))
+    monkeypatch.setattr(worst_case, "GAPS", Gaps((1e-2,)))
     found = camopt.tolerance(scene)
     assert found.worst_case.bound == pytest.approx(1.01 * abs(found.worst_case.error), rel=1e-9)
     assert "The bound is 1 % above it." in found.table().note

@@ -12,11 +12,11 @@ from camopt.effects.motion import scale
 from camopt.numerics.stretches import over_stretch
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.tolerances.pair_rates import rate_search
 from camopt.tolerances.recontact import RealCams, off_of
 from camopt.tolerances.touching import BORE, BORE_WAY, is_way, way_of
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import cams_of
+from camopt.tolerances.worst_pairs import worst_search
 from tests.support.cams import CONTACTS
 from tests.support.recontact import displacement
 from tests.tolerances.test_recontact import slope
@@ -30,7 +30,7 @@ def with_waves(contact, law="poly345", **more):
 
 
 def search_of(scene, order):
-    return rate_search(TurnErrors(scene, resolve_design(scene)), order)
+    return worst_search(TurnErrors(scene, resolve_design(scene)), order)
 
 
 def real_off(search, errors, places, turned):

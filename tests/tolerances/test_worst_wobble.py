@@ -13,13 +13,12 @@ from camopt.motion.table import DWELL
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tolerances import worst_wobble
-from camopt.tolerances.bounded import bounded
+from camopt.tolerances.bounded import Tried, bounded
 from camopt.tolerances.touching import BORE, BORE_WAY
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import cams_of, ends_of
 from camopt.tolerances.worst_pairs import worst_search
 from camopt.tolerances.worst_wobble import GAPS, WobbleSearch
-from camopt.verdicts.claim_boxes import Answer
 from camopt.verdicts.words import HELD, UNDECIDED
 from tests.support.recontact import displacement
 from tests.tolerances.test_response import DIGITS
@@ -152,10 +151,11 @@ def test_bounds_are_narrowed_until_one_is_not_proved_and_time_alone_is_told_as_s
     found = bounded(
         2.0,
         {},
-        lambda bound, _: Answer(HELD if bound >= 2.0 * (1.0 + proved) else UNDECIDED),
+        lambda bound, _: Tried(HELD if bound >= 2.0 * (1.0 + proved) else UNDECIDED),
         lambda *_: (0.0, {}),
         until,
         GAPS,
+        10.0,
     )
     assert found.bound == pytest.approx(bound)
     assert found.unproved.endswith(why)
@@ -173,4 +173,4 @@ def test_the_command_tells_the_bound_of_a_dwell_and_its_worst_cam(command, tmp_p
     monkeypatch.setattr(worst_wobble, "SECONDS", -1.0)
     late = camopt.tolerance(Scene.from_toml(file))
     assert np.isinf(late.dwells[0].worst_case.bound)
-    assert "No bound is proved of the dwell from 150 to 210 deg: the time of 10 s was over." in late.table().note
+    assert "No bound is proved of the dwell from 150 to 210 deg: the time of -1 s was over." in late.table().note

@@ -8,7 +8,11 @@ derivative by φ, and d_k = y⁽ᵏ⁾(θ) − y⁽ᵏ⁾(φ), by what the motio
     δ'' = (m'' − τ''·(y'(θ) + δ') − τ'·(2 + τ')·y''(θ) − d₂)/(1 + τ')²
 
 by the cam angle θ: a formula of all errors and of φ, for numbers and for ranges with slopes, in which nothing large
-is subtracted. An axis of the bore that is off by (x, y) in the ground turns with the cam: it moves by (−y, x).
+is subtracted and nothing is iterated. As φ goes round the turn, θ does: the largest error over one is the largest
+over the other. The tool of a train is off by f*(y(θ) + δ) − f(y(θ)), with the f* of its own links: both count from
+the start position, in which a train is set (``tolerances.off_train``).
+
+An axis of the bore that is off by (x, y) in the ground turns with the cam: it moves by (−y, x).
 
 A profile with at most n waves in a turn, as the follower feels it, stands out by w = x there, with w' = −ny, of
 some (x, y) no longer than t: that is Szegő's inequality, w'² + n²w² ≤ n²t². It holds of w'/n too: where w'' counts,
@@ -18,7 +22,7 @@ Sources: the closed loop of cam and follower (Norton, Cam Design and Manufacturi
 R. Boas, Entire Functions, ch. 11.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,13 +31,10 @@ from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
-from camopt.tolerances.touching import BORE, BORE_WAY, WAY, off_by
+from camopt.tolerances.off_train import follower_start
+from camopt.tolerances.touching import BORE, BORE_WAY, LEVEL, WAY, Errors, flat, off_by
 
-LEVEL = "profile_level"
-"""By how much a profile with waves stands out, where x is that of its second derivative."""
-Errors = Mapping[str, Any]
-"""As those of a touched point, but of what has a way, both coordinates: x under its own key, y under that of the
-way."""
+FACTORIALS = 1.0, 1.0, 2.0
 
 
 class Moved(NamedTuple):
@@ -46,7 +47,7 @@ class Moved(NamedTuple):
 def moved_of(
     problem: Problem, design: Designs, errors: Errors, waves: int, motion: Sequence[Any], order: int
 ) -> Moved:
-    """Where a follower rests, from y, y', y'' and y''' where a nominal one touches."""
+    """Where a follower rests, from y, y', y'' and y''' where a nominal one touches; of flat errors."""
     mechanism, sense = problem.setup.mechanism, design.sense
     developed, y, slope = mechanism.body.developed, *(_series(motion[k:], order) for k in (0, 1))
     known = {key: each for key, each in errors.items() if key not in (WAY, LEVEL)}
@@ -81,6 +82,39 @@ def errors_of(
     bent = differs(2) + jumped
     curved = (there + found[1]) * t.terms[2] * 2.0 + t.terms[1] * (t.terms[1] + 2.0) * (motion[2] + bent)
     return [*found, (m.terms[2] * 2.0 - curved - bent) / np.square(speed)]
+
+
+class Contact(NamedTuple):
+    """Where cams touch with points of their profiles, and the errors of their motion there."""
+
+    angle: FloatArray
+    """The cam angle θ, rad."""
+    error: FloatArray
+    """Of the tool, or of a derivative of its motion, mm (rad) by powers of rad."""
+
+
+def contact_of(problem: Problem, errors: Errors, angles: FloatArray) -> Contact:
+    """The contact of cams with the points that a nominal follower touches at cam angles (m,), rad.
+
+    Errors are numbers, or arrays (m,) of a cam for each angle.
+    """
+    found = touched(problem, flat(errors), angles, 0)
+    return at_tool(problem, errors, angles, found)
+
+
+def at_tool(problem: Problem, errors: Errors, angles: FloatArray, found: "Touched") -> Contact:
+    """The error of the last order at the tool, from those of a follower up to it."""
+    train, there = problem.setup.train, angles + found.turned
+    if train is None:
+        return Contact(there, found.errors[-1])
+    y = problem.programme.at(np.mod(there, problem.programme.strokes[-1].end))
+    off, asked = (
+        Taylor([each / part for each, part in zip(every, FACTORIALS, strict=False)])
+        for every in (found.errors, y[: len(found.errors)])
+    )
+    asked = asked + follower_start(problem)
+    moved = problem.train_off(errors).tool(asked + off) - train.tool(asked)
+    return Contact(there, np.asarray(moved.derivative(len(found.errors) - 1) + np.zeros_like(there)))
 
 
 class Touched(NamedTuple):
@@ -130,13 +164,13 @@ def _wave(errors: Errors, waves: int, order: int) -> Taylor:
 
 def _axis(errors: Errors, sense: float, order: int) -> tuple[Taylor, Taylor]:
     """How far the axis of the profile of a disc is off, in the ground."""
-    x, y = errors[BORE], errors[BORE_WAY]
+    x, y = errors[BORE], errors.get(BORE_WAY, 0.0)
     return Taylor([x, y * -sense, x * -0.5][: order + 1]), Taylor([y, x * sense, y * -0.5][: order + 1])
 
 
 def _along_surface(turned: Taylor, errors: Errors, design: Designs) -> Taylor:
     """With a cylinder whose axis is off along its surface by x, which changes as θ grows."""
-    x, slope = errors[BORE] / design.size, errors[BORE_WAY] / design.size * -design.sense
+    x, slope = errors[BORE] / design.size, errors.get(BORE_WAY, 0.0) / design.size * -design.sense
     terms = [turned.terms[0] + x]
     if len(turned.terms) > 1:
         rate = (turned.terms[1] + 1.0) / (1.0 - slope)
