@@ -38,9 +38,7 @@ ROOMS = {
     "drawing": (
         "mistakes quantities storage numerics trains motion mechanisms effects scene problem tables verdicts"
     ),
-    "tolerances": (
-        "mistakes quantities numerics motion trains mechanisms effects scene problem tables verdicts drawing"
-    ),
+    "tolerances": "mistakes quantities numerics motion mechanisms effects scene problem tables verdicts drawing",
     "front": (
         "mistakes quantities storage engines numerics motion mechanisms effects scene problem tables verdicts "
         "smallest"
