@@ -18,7 +18,7 @@ LAW_TABLES = json.loads((DATA / "laws.json").read_text())
 
 Scene = dict[str, Any]
 
-# many minutes: in the ordinary run only where the oracle or its data are not those that last passed (``oracle``)
+# of naive.py and its data alone, minutes: in the ordinary run only if they are not what last passed (``oracle``)
 settled = pytest.mark.long if oracle.passed() else lambda test: test
 
 # the scenes at whose random points the closed forms are checked: no corners, or they have no curvature
@@ -52,6 +52,7 @@ def example_scene(example: Scene) -> Scene:
 # ---------------------------------------------------------------------------------------- worked examples
 
 
+@settled
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_worked_example(name: str) -> None:
     got = naive.evaluate(example_scene(EXAMPLES[name]))
@@ -88,6 +89,7 @@ def test_law_runs_from_0_to_1_and_joins(law: str) -> None:
         assert abs(pieces[-1][2](mp.one)[1]) < 1e-45
 
 
+@settled
 @pytest.mark.parametrize("law", naive.LAWS)
 def test_law_derivatives_are_derivatives(law: str) -> None:
     for x0, x1, jet in naive.law_pieces(law):
@@ -118,6 +120,7 @@ def test_half_laws_are_the_halves_of_a_law(law: str) -> None:
             assert all(abs(a - b) < 1e-45 for a, b in zip(found, expected, strict=True))
 
 
+@settled
 @pytest.mark.parametrize("law", naive.SCCA)
 def test_modified_law_is_its_definition(law: str) -> None:
     """The acceleration drawn by hand, integrated by quadrature, scaled to s(1) = 1."""
@@ -146,6 +149,7 @@ def test_modified_law_is_its_definition(law: str) -> None:
         assert abs(s - mp.quad(lambda t, x=x: (x - t) * shape(t), upto) / total) < 1e-40
 
 
+@settled
 def test_law_peaks_have_their_closed_forms() -> None:
     pi, r3 = mp.pi, mp.sqrt(3)
     A, B = 8 * pi / (2 + pi), 4 * pi**2 / (4 + pi)
@@ -171,6 +175,7 @@ def test_law_peaks_have_their_closed_forms() -> None:
             assert got == want or abs(got - want) < 1e-40, law
 
 
+@settled
 @pytest.mark.parametrize("law", naive.LAWS)
 def test_law_table_is_current(law: str) -> None:
     table = LAW_TABLES[law]
