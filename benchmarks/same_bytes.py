@@ -119,8 +119,7 @@ def engines(folder: Path) -> int:
         for keep in KEPT:
             one = swept(folder / keep, keep, workers=1)
             for name, options in ways.items():
-                if keep != "front-only" or "engine" not in options:  # which decides boxes on this machine alone
-                    other += told(f"{keep}, {name}", one, swept(folder / f"{keep} {name}", keep, **options))
+                other += told(f"{keep}, {name}", one, swept(folder / f"{keep} {name}", keep, **options))
     return other
 
 

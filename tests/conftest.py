@@ -65,6 +65,16 @@ def _few_levels(monkeypatch):
     monkeypatch.setattr(refine, "CURVE_LEVELS", 12)
 
 
+@pytest.fixture(scope="module")
+def _boxes():
+    """Boxes of designs find the front of a space of any size if "front-only" is kept; blocks do, if "pareto"."""
+    from camopt.front import plan
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plan, "boxes_are_sooner", lambda asked: asked.keep == plan.FRONT_ONLY)
+        yield
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_for_many():
     """Tests share what is compiled: it pays for fewer designs, and after plain runs, or one, of half a second.

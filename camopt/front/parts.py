@@ -191,9 +191,6 @@ def _part_of(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
         mistakes.append(Mistake("camopt", "part", part, f"one of at most {SWEEP_PARTS:,} parts"))
     elif not 1 <= number <= parts:
         mistakes.append(Mistake("camopt", "part", part, f"the number of a part, from 1 to {parts:,}"))
-    if plan.undivided:
-        why = "decides boxes of the whole space together, which have no parts; pareto gives the same front"
-        mistakes.append(Mistake("camopt", "keep", plan.keep, why, bare=True))
     if mistakes:
         raise BadInput(mistakes)
     return replace(plan, most=min(plan.block, max(len(plan.space) // (BLOCKS_OF_A_PART * parts), 1)))
@@ -315,11 +312,11 @@ def _questions(files: Iterable[Path]) -> tuple[dict[Path, SweepKey], list[Mistak
 def _oddity(question: SweepKey) -> str:
     """The fault of the key of a part; empty if there is none."""
     try:
-        plan = plan_of_key(question)
+        plan_of_key(question)
     except BadInput as refused:
         first = refused.mistakes[0]
         return f"its scene has mistakes, such as {first.key}: {first.allowed}"
-    return "it says that boxes of designs were decided together, which have no parts" if plan.undivided else ""
+    return ""
 
 
 def _other_than_named(path: Path, question: SweepKey) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.effects import EFFECTS
 from camopt.engines import Engine
 from camopt.front.blocks import BLOCK, SHARING_BLOCK, Batch, Blocks, merged
 from camopt.front.curve_numbers import CurveNumbers, curve_numbers
@@ -33,8 +34,9 @@ SWEEP_PARTS = 100_000
 SAMPLE = 3  # blocks all over the space, which call for all kernels
 TABLED = ("feasible", "all")
 KEPT = ("pareto", *TABLED, FRONT_ONLY)
-"""Which designs a sweep can write to its table of designs; with the last one boxes of them find the front alone."""
-WORTH_BOXES = 300_000  # pitch curves of a motion, from which on boxes of designs find the front sooner than blocks
+"""Which designs a sweep can write to its table of designs: with the last, an old name of the first, none."""
+BOXES_OF_ONE, BOXES_OF_MORE = 90_000, 220_000  # pitch curves of a motion, from which on boxes find the front sooner
+A_DESIGN = 1 / 12  # of a pitch curve: what a design takes beside it
 
 
 @dataclass(frozen=True)
@@ -138,16 +140,9 @@ class SweepPlan:
         """Whether boxes of designs find the front: no other design is wanted, and objectives allow it."""
         if self.keep in TABLED or self.problem.choices.samples or self.problem.offs:
             return False
-        if self.keep != FRONT_ONLY and self.blocks.curves < WORTH_BOXES * len(self.space.problems):
-            return False
         from camopt.front.box_bounds import all_bounded
 
-        return all(map(all_bounded, self.space.problems))
-
-    @property
-    def undivided(self) -> bool:
-        """Whether boxes have to find the front, which no part and no cluster can share."""
-        return self.keep == FRONT_ONLY and self.by_boxes
+        return boxes_are_sooner(self) and all(map(all_bounded, self.space.problems))
 
     @cached_property
     def blocks(self) -> Blocks:
@@ -180,6 +175,18 @@ class SweepPlan:
     def numbers(self, part: int = 1, parts: int = 1) -> range:
         """The blocks of one of several equal parts: consecutive ones."""
         return range(len(self.blocks) * (part - 1) // parts, len(self.blocks) * part // parts)
+
+
+def boxes_are_sooner(plan: SweepPlan) -> bool:
+    """Whether boxes of designs find the front sooner than blocks do, by what was measured of some hundred spaces.
+
+    Blocks take time for each pitch curve and design, boxes for each motion: more where several objectives tell its
+    designs apart, so that its part of the front is no single design.
+    """
+    setup, effects = plan.problem.setup, [EFFECTS.get(QUANTITIES[name].effect) for name in plan.problem.objectives]
+    apart = [each for each in effects if each is None or setup.free or not each.is_of_motion(setup)]
+    least = BOXES_OF_MORE if len(apart) > 1 else BOXES_OF_ONE
+    return plan.blocks.curves + A_DESIGN * len(plan.space) >= least * len(plan.space.problems)
 
 
 def key_of_result(folder: Path, command: str) -> SweepKey | None:

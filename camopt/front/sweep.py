@@ -28,7 +28,6 @@ from camopt.front.plan import FRONT_ONLY, TABLED, SweepPlan, sweep_plan
 from camopt.front.result import Sweep
 from camopt.front.streaming import Seen, gathered
 from camopt.front.summary import from_summary, summary_of
-from camopt.mistakes import BadInput, Mistake
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
 from camopt.scene.scene import Scene
@@ -76,10 +75,10 @@ def sweep(
         ``[search]`` says to refine, the front of the grid goes to ``pareto-grid.parquet``.
     keep : str, default "feasible"
         Which designs go to ``designs.parquet``: "feasible", "pareto", or "all" that can be assembled. With
-        "pareto", boxes of designs are decided together where that is sooner: where 300,000 pitch curves of each
-        motion or more had to be searched, and the objectives allow it. The front is the same, row for row; nobody
-        counts the feasible designs then, and the best of a law is that on the front. "front-only" does so in a
-        space of any size, and has no such table.
+        "pareto", boxes of designs are decided together where that is sooner: in large spaces, from some 100,000
+        pitch curves of each motion on, where the objectives allow it. The front is the same, row for row; nobody
+        counts the feasible designs then, and the best of a law is that on the front. "front-only" is its old name,
+        and writes the front alone, without such a table.
     workers : int, optional
         Threads; None takes one a core. Rows are the same for any number, and for any ``block``.
     progress : callable, optional
@@ -128,9 +127,6 @@ def sweep(
     counted = out is None and keep == "feasible"
     plan = sweep_plan(scene, "pareto" if counted else keep, block)
     own = Threads(workers or os.cpu_count() or 1)
-    if plan.undivided and engine:
-        why = "decides boxes of designs on this machine alone; pareto gives the same front"
-        raise BadInput([Mistake("camopt", "keep", keep, why, bare=True)])
     if out is not None and not again and (done := swept_already(plan, out, tell)):
         return done
     if plan.by_boxes and not counted and not engine:

@@ -179,6 +179,7 @@ def test_sweep_counts_writes_and_gives_the_best(run_json):
     assert front.attrs["units"]["base_radius_mm"] == "mm"
 
 
+@pytest.mark.usefixtures("_boxes")
 def test_a_sweep_of_the_front_alone_tells_what_boxes_decided(run, run_json, tmp_path):
     axes = ("--base-radius", "40:90:0.5", "--offset", "-10:20:10", "--roller-radius", "5:20:5", "--quiet")
     front_only = ("sweep", *axes, "--keep", "front-only", "--out", str(tmp_path / "alone"))

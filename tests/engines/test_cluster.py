@@ -182,11 +182,6 @@ def test_a_sweep_that_is_stopped_goes_on_without_the_cluster_and_with_it(engine,
     assert files(camopt.sweep(SCENE, tmp_path / "two", block=100, engine=engine)) == files(one)
 
 
-def test_boxes_of_designs_stay_on_this_machine(engine):
-    with pytest.raises(BadInput, match="keep = 'front-only': decides boxes of designs on this machine alone"):
-        camopt.sweep(SCENE, keep="front-only", engine=engine)
-
-
 def test_a_local_cluster_is_for_this_machine_alone_and_may_be_one_of_several(engine):
     with cluster("local", 1) as one:
         connections = [each for each in psutil.Process().net_connections() if each.status == psutil.CONN_LISTEN]

@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from threading import Barrier, BrokenBarrierError
 from time import sleep
@@ -321,6 +322,7 @@ def test_the_default_scene():
     assert found.decided > 0.9 * designs
 
 
+@pytest.mark.usefixtures("_boxes")
 def test_boxes_do_not_depend_on_threads(tmp_path):
     scene = find_scene("roller-1000rpm").replace(**{"search.offset": {"start": -30, "stop": 30, "step": 5}})
     results = [sweep(scene, tmp_path / str(workers), "front-only", workers) for workers in (1, 3)]
@@ -347,6 +349,7 @@ def test_ties_and_infinities(ties):
     assert np.isinf(full.front.column("jerk_max_m_s3")).all()
 
 
+@pytest.mark.usefixtures("_boxes")
 def test_what_a_sweep_of_the_front_alone_tells(ties, tmp_path):
     usual, alone = sweep(ties, tmp_path / "usual", "pareto"), sweep(ties, tmp_path / "alone", "front-only")
     assert (alone.feasible, alone.impossible) == (None, None)
@@ -366,17 +369,22 @@ def test_the_front_of_a_large_space_is_found_by_boxes(ties, tmp_path, monkeypatc
     """With the same tables: that of the designs which are kept has those on the front."""
     usual = sweep(ties, tmp_path / "usual", "pareto")
     tied = space_of(resolve(ties))
-    monkeypatch.setattr(plan, "WORTH_BOXES", Blocks(tied, (), curve_numbers(tied)).curves / len(tied.problems))
-    boxes = sweep(ties, tmp_path / "boxes", "pareto")
+    cost = (Blocks(tied, (), curve_numbers(tied)).curves + plan.A_DESIGN * len(tied)) / len(tied.problems)
+    monkeypatch.setattr(plan, "BOXES_OF_ONE", cost)  # the jerk is that of the motion
+    boxes, same = (sweep(ties, tmp_path / name, name) for name in ("pareto", "front-only"))
+    assert replace(same, files=boxes.files) == boxes
     assert (usual.decided_by_boxes, boxes.feasible, boxes.front) == (0, None, usual.front)
     assert boxes.decided_by_boxes + boxes.evaluated >= boxes.designs == usual.designs
     assert [file.name for file in boxes.files] == [file.name for file in usual.files]
     for file in ("pareto.parquet", "designs.parquet"):
-        assert load(tmp_path / "boxes" / file).equals(load(tmp_path / "usual" / file))
+        assert load(tmp_path / "pareto" / file).equals(load(tmp_path / "usual" / file))
     assert sweep(ties).feasible == usual.feasible  # who asks for no table has them counted
     assert sweep(ties, tmp_path / "more").feasible == usual.feasible
+    monkeypatch.setattr(plan, "BOXES_OF_ONE", cost + 1)
+    assert sweep(ties, keep="front-only").evaluated == usual.evaluated
 
 
+@pytest.mark.usefixtures("_boxes")
 @pytest.mark.parametrize("name", ["pressure_angle_max_deg", "pressure_angle_max_at_deg", "relative_half_width"])
 def test_an_objective_that_boxes_do_not_bound_is_swept_as_usual(ties, name):
     scene = ties.replace(**{"search.minimise": ["base_radius_mm"], "search.maximise": [name]})
@@ -386,6 +394,7 @@ def test_an_objective_that_boxes_do_not_bound_is_swept_as_usual(ties, name):
     assert (alone.feasible, alone.front) == (usual.feasible, usual.front)
 
 
+@pytest.mark.usefixtures("_boxes")
 def test_where_nothing_is_feasible():
     scene = find_scene("roller-1000rpm").replace(**{"limits.pressure_angle": 2, "limits.pressure_angle_return": 2})
     found = sweep(scene, keep="front-only")
@@ -395,6 +404,7 @@ def test_where_nothing_is_feasible():
     assert found.evaluated < 0.01 * found.designs
 
 
+@pytest.mark.usefixtures("_boxes")
 def test_an_interrupt_leaves_no_files(ties, tmp_path):
     def stop(done, total):
         raise KeyboardInterrupt("by hand")

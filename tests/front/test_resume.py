@@ -267,7 +267,7 @@ BOXED = SCENE.replace(
 
 
 @pytest.fixture(scope="module")
-def front_only(tmp_path_factory):
+def front_only(tmp_path_factory, _boxes):
     """What one search by boxes writes, and how many boxes it has after each step."""
     folder, boxes = tmp_path_factory.mktemp("boxes"), []
     result = sweep(BOXED, folder, "front-only", progress=lambda done, total: boxes.append(done))
@@ -296,7 +296,7 @@ def test_blocks_and_boxes_of_one_question_do_not_mix(first, tmp_path, front_only
     """A cluster evaluates blocks of what this machine decides by boxes: neither takes what the other kept."""
     monkeypatch.setattr(checkpoint, "STATE_SECONDS", 0.0)
     monkeypatch.setattr(journal, "RECORD_SECONDS", 0.0)
-    monkeypatch.setattr(plan, "WORTH_BOXES", 1)
+    monkeypatch.setattr(plan, "boxes_are_sooner", lambda asked: True)
     ways = {"boxes": {"block": BLOCK}, "blocks": {"engine": Threads(1), "block": BLOCK}}
     (second,), (_, boxes) = ways.keys() - {first}, front_only
     with pytest.raises(Stopped, match=KEPT):
@@ -456,11 +456,6 @@ def test_a_part_that_does_not_exist(part, message, tmp_path):
         camopt.sweep_part(SCENE, part, tmp_path)
 
 
-def test_boxes_that_are_decided_together_have_no_parts(tmp_path):
-    with pytest.raises(BadInput, match="keep = 'front-only': decides boxes of the whole space together"):
-        camopt.sweep_part(SCENE, (1, 2), tmp_path, "front-only")
-
-
 # ------------------------------------------------------------------------------------------------------- foreseen
 
 
@@ -584,7 +579,7 @@ def never(*_):
     raise AssertionError("it is evaluated again")
 
 
-@pytest.mark.usefixtures("_few_levels")
+@pytest.mark.usefixtures("_few_levels", "_boxes")
 @pytest.mark.parametrize("keep", ["feasible", "front-only"])
 @pytest.mark.parametrize("what", QUESTIONS)
 def test_a_sweep_that_is_done_is_given_back_as_it_was(what, keep, tmp_path, monkeypatch):

@@ -187,6 +187,7 @@ FAST = {
 
 
 @pytest.mark.one_in(4)
+@pytest.mark.usefixtures("_boxes")
 @pytest.mark.parametrize(
     ("minimise", "more"),
     [

@@ -147,6 +147,7 @@ def test_a_sweep_keeps_the_designs_that_hold_it(key):
     assert sign.all()
 
 
+@pytest.mark.usefixtures("_boxes")
 @pytest.mark.parametrize("key", KEYS)
 def test_boxes_of_designs_lead_to_the_front_of_the_full_sweep(key):
     """Where a size decides, ranges of it do; where an integral does, designs are evaluated one by one."""

@@ -52,6 +52,7 @@ def test_a_problem_keeps_no_scene_but_for_other_numbers():
     assert {field.name for field in fields(SceneValues)} == {"_scene"}
 
 
+@pytest.mark.usefixtures("_boxes")
 @pytest.mark.parametrize("keep", ["pareto", "front-only"])
 def test_default_objectives_are_those_of_a_scene_that_names_them(keep, request):
     plain = find_scene("roller-1000rpm").replace(search=SEARCHED)

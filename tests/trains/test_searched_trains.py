@@ -82,6 +82,7 @@ def test_the_scenes_own_train_gives_the_same_rows_bit_for_bit(tmp_path):
     assert one.equals(other)
 
 
+@pytest.mark.usefixtures("_boxes")
 @pytest.mark.parametrize("angle", [[], ["transmission_angle_min_deg"]], ids=["costs", "and a transmission angle"])
 def test_boxes_give_the_front_of_the_sweep(angle, tmp_path):
     """Row for row: each linkage of the grid has boxes of its own, which those of all others dominate."""

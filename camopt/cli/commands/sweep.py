@@ -61,7 +61,7 @@ from camopt.tables.writing_process import writing_process
 @click.option(
     "--keep", type=click.Choice(("pareto", "feasible", "all", "front-only")), default="feasible", show_default=True,
     help="Which designs to write to designs.parquet. For pareto, whole boxes of designs are decided together where "
-    "that is faster, in large spaces; for front-only always, and it writes none.",
+    "that is faster, in large spaces; front-only does the same, and writes none.",
 )  # fmt: skip
 @click.option("--refine", is_flag=True, help="Move each design of the Pareto front off the grid, to an optimum.")
 @click.option(
