@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mistakes import Unsolved
+from camopt.numerics import FloatArray
 from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.synthesis.cams import cam_for, programme_with, scene_with_laws, term_of, within
@@ -40,6 +41,7 @@ from camopt.verdicts.evaluation import evaluate
 
 STARTS = 2  # starts of convex steps: those that promise most
 LOOKING_ERROR = 1e-3  # relative: of a quantity's value, which says where to look; what a cam has of it is its own
+SAME_LAWS = 1e-4  # of their change: steps from several starts end at one optimum, but for a solver's error
 HELD_SHARE = 1e-9  # relative: of a value that a cam holds
 LARGER = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)  # by which a cam may be larger than the steps say, for a solver's error
 
@@ -92,6 +94,8 @@ class AxisMinimiser:
             return self._end()
         scene, demand, best = self.scene.with_values(self._limits(value)), self._demand(value), None
         for laws in self._candidates(demand, value, starts):
+            if best and self._promise(laws) >= best.row[self.first]:
+                continue
             row = self._row(scene, demand, laws, value)
             if row and (best is None or row[self.first] < best.row[self.first]):
                 best = FrontierCam(row, laws)
@@ -146,12 +150,20 @@ class AxisMinimiser:
         least_jerk = gentlest(self.free, self.optimum) or plain
         ceilings = ceilings_of(demand)
         if not self.lowered:
-            yield from (least_jerk, plain)
+            yield least_jerk
+            if not ceilings:  # which steps take both of them below
+                yield plain
         if ceilings or self.lowered:
             every = [least_jerk, *starts, *self._placed(least_jerk)]
             if value:  # not the end of an axis, where every start of ``synthesise`` is tried
                 every = self.steps.ranked([plain, *every], ceilings, self.lowered)[:STARTS]
-            yield from (self.steps.run(each, ceilings, self.lowered) for each in every)
+            ends: list[FloatArray] = []
+            for each in every:
+                laws = self.steps.run(each, ceilings, self.lowered)
+                end = np.concatenate([laws[:2], *laws.coefficients])
+                if not any(np.allclose(end, other, rtol=0.0, atol=SAME_LAWS) for other in ends):
+                    yield laws
+                ends.append(end)
 
     def _placed(self, plain: Iterate) -> list[Iterate]:
         """Known laws on their smallest cams, which do not depend on the values."""
@@ -183,17 +195,25 @@ class AxisMinimiser:
         terms = {axis: term_of(self.demand, programme, axis, size) for axis in self.axes if axis in AXIS_TERMS}
         return {**terms, **cam.design, "scene": cam.scene.to_toml()}
 
+    def _prime(self, laws: Iterate) -> float:
+        """The size that laws were found with, and the roller."""
+        demand = self.demand
+        lead, height = (demand.length * each for each in laws[:2])
+        return max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])
+
+    def _promise(self, laws: Iterate) -> float:
+        """What laws were found with of a size that is the axis, no more than their cam has but for margins."""
+        return self._prime(laws) - self.demand.roller if self.first == "size" else -inf
+
     def _as_solved(self, laws: Iterate) -> Synthesis | None:
         """The cam of the sizes that the laws were found with, or a little larger, if it holds every limit.
 
         The smallest cam for the laws is no smaller, but for the margins of the steps, and takes long to find where
         a load decides.
         """
-        demand = self.demand
+        demand, prime = self.demand, self._prime(laws)
         scene, name = scene_with_laws(self.scene, demand, laws), demand.problem.size_name
-        lead, height = (demand.length * each for each in laws[:2])
-        prime = max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])
-        offset = demand.problem.design.sense * lead
+        offset = demand.problem.design.sense * demand.length * laws.lead
         sizes = {"offset_mm": offset, "roller_radius_mm": demand.body}
         for larger in LARGER:
             cam = scene_with_row(scene, {**sizes, name: prime * (1.0 + larger) - demand.roller})

@@ -104,13 +104,13 @@ def frontier(
         pairs = len(axes) * (len(axes) - 1)
         terms = sum(axis in AXIS_TERMS for axis in axes)
         kinds = (terms, len(axes) - terms, pairs - len(axes) + 1, points ** (len(axes) - 1))
-        ends = _ends(scene, axes, used, Foresight(kinds, used.workers, tell))
+        ends, known = _ends(scene, axes, used, Foresight(kinds, used.workers, tell))
         rows = list(_rows(scene, axes, ends, points, used, progress))
-    known = [known_row(demand, cam) for cam in known_laws(scene).values()]
+    beside = [known_row(demand, cam) for cam in known]
     bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in AXIS_TERMS}
     least = {axis: (min(row[axis] for row in (ends[axis, axis].row, *rows)), bounds.get(axis)) for axis in axes}
     front = [Design(row, scene) for row in _front(rows, axes)]
-    return Frontier(scene, axes, front, known, least, _local(ends, rows, axes))
+    return Frontier(scene, axes, front, beside, least, _local(ends, rows, axes))
 
 
 def _rows(
@@ -171,19 +171,27 @@ FrontierEnds = dict[tuple[str, str], FrontierCam]
 """The cams at the ends, by (axis, other): of the least of an axis, and then of another with the axis held there."""
 
 
-def _ends(scene: Scene, axes: tuple[str, ...], engine: Engine, foresight: Foresight) -> FrontierEnds:
-    """The cams that have the least of each axis: of terms first, for how large a cam may be with a load."""
+def _ends(
+    scene: Scene, axes: tuple[str, ...], engine: Engine, foresight: Foresight
+) -> tuple[FrontierEnds, list[Design]]:
+    """The cams that have the least of each axis: of terms first, for how large a cam may be with a load.
+
+    And the cams of known laws, which a process has time for beside those of terms.
+    """
     found: FrontierEnds = {}
     room: dict[str, float] = {}
-    for some in (
-        [axis for axis in axes if axis in AXIS_TERMS],
-        [axis for axis in axes if axis not in AXIS_TERMS],
+    known: list[Design] = []
+    for some, beside in (
+        ([axis for axis in axes if axis in AXIS_TERMS], [KnownLaws()]),
+        ([axis for axis in axes if axis not in AXIS_TERMS], []),
     ):
         tasks = [Task(axis, {} if axis in AXIS_TERMS else room) for axis in some]
-        for axis, end in zip(some, _found(scene, axes, tasks, engine), strict=True):
+        results = _found(scene, axes, [*tasks, *beside], engine)
+        for axis, end in zip(some, results, strict=False):
             if end is None:
                 raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
             found[axis, axis] = end
+        known = next(results, known)
         foresight.kind_done()
         room = _room(scene, found)
     pairs = [(axis, other) for axis, other in permutations(axes, 2) if other != axes[0]]  # which has no grid
@@ -194,7 +202,7 @@ def _ends(scene: Scene, axes: tuple[str, ...], engine: Engine, foresight: Foresi
     for (axis, other), end in zip(pairs, _found(scene, axes, tasks, engine), strict=True):
         found[axis, other] = end or found[axis, axis]
     foresight.kind_done()
-    return found
+    return found, known
 
 
 def _room(scene: Scene, ends: FrontierEnds) -> dict[str, float]:
@@ -244,10 +252,20 @@ class Task(NamedTuple):
     starts: tuple[Iterate, ...] = ()
     bounded: bool = False
 
+    def done(self, toml: str, axes: tuple[str, ...]) -> FrontierCam | None:
+        """The best cam; None if none is found."""
+        return _programme(toml, axes, self).at(self.value, self.starts, self.bounded)
 
-def _found(
-    scene: Scene, axes: tuple[str, ...], tasks: Sequence[Task], engine: Engine
-) -> Iterator[FrontierCam | None]:
+
+class KnownLaws(NamedTuple):
+    """A task beside: the smallest cams of known laws."""
+
+    def done(self, toml: str, axes: tuple[str, ...]) -> list[Design]:
+        """The cams."""
+        return [*known_laws(Scene.from_dict(tomllib.loads(toml))).values()]
+
+
+def _found(scene: Scene, axes: tuple[str, ...], tasks: Sequence[Task | KnownLaws], engine: Engine) -> Iterator[Any]:
     """What is found for each task, in order."""
     return chain.from_iterable(engine.in_order(partial(_run, scene.to_toml(), axes), tasks))
 
@@ -256,9 +274,9 @@ _BUILT: dict[Any, AxisMinimiser] = {}
 """What a process keeps: the programme of its last task."""
 
 
-def _run(toml: str, axes: tuple[str, ...], tasks: Sequence[Task]) -> list[FrontierCam | None]:
+def _run(toml: str, axes: tuple[str, ...], tasks: Sequence[Task | KnownLaws]) -> list[Any]:
     """What is found for some tasks."""
-    return [_programme(toml, axes, task).at(task.value, task.starts, task.bounded) for task in tasks]
+    return [task.done(toml, axes) for task in tasks]
 
 
 def _programme(toml: str, axes: tuple[str, ...], task: Task) -> AxisMinimiser:
