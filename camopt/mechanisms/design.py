@@ -78,9 +78,10 @@ class Designs:
 
     def take(self, index: Any) -> "Designs":
         """The designs at an index, mask or slice."""
-        arrays = {id(values): values for values in self.values.values()}  # sizes that no mechanism has share one
-        arrays = {key: values[index] for key, values in arrays.items()}
-        taken = self.with_values({name: arrays[id(values)] for name, values in self.values.items()})
+        arrays = self.values
+        apart = {id(each): each for each in arrays.values()}  # sizes that a mechanism has not share an array
+        found = {key: each[index] for key, each in apart.items()}
+        taken = self.with_values({name: found[id(each)] for name, each in arrays.items()})
         if "height" in vars(self):  # known already
             vars(taken)["height"] = self.height[index]
         return taken

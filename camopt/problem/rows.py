@@ -43,10 +43,11 @@ class Rows:
         """The rows at an index or mask."""
         count = int(np.count_nonzero(index)) if index.dtype == bool else index.size
 
-        def taken(columns: Columns) -> Columns:
-            return {n: v[index] if np.ndim(v) else v for n, v in columns.items()}
+        def taken(values: Any) -> Any:
+            return values[index] if getattr(values, "ndim", 0) else values
 
-        return Rows(taken(self.columns), count, taken(self.outward), taken({"": self.half_width})[""])
+        columns, outward = ({n: taken(v) for n, v in each.items()} for each in (self.columns, self.outward))
+        return Rows(columns, count, outward, taken(self.half_width))
 
     def drawn(self, index: NDArray[Any]) -> "Rows":
         """As ``take``, of rows that are given up: each column goes as soon as what is taken of it is there."""

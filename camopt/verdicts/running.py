@@ -66,7 +66,8 @@ def with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Row
             columns[name], width, scale = found[name]
             outward[name] = np.where(np.isinf(columns[name]), 0.0, width)  # ∞ − ∞ is no width
             width = np.abs(outward[name])
-            if not 0.0 < np.min(scale, initial=np.inf) <= np.max(scale, initial=0.0) < np.inf:
+            least, most = (of.reduce(scale, axis=None, initial=1.0) for of in (np.minimum, np.maximum))
+            if not 0.0 < least <= most < np.inf:
                 scale = np.where((scale > 0.0) & ~(np.isinf(scale) & np.isinf(width)), scale, 1.0)
             half_width = np.maximum(half_width, width / scale)
     return Rows(columns, rows.count, outward, half_width)
