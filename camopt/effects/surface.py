@@ -2,7 +2,7 @@
 
 By the cam angle, in mm/rad: the contact moves over the cam at c, over the follower at c_f, and the follower slides
 over the cam at v = c − c_f. With q the turning of the follower relative to the cam (1, or 1 ± ψ' of an arm) and N_p
-the speed of the pitch point (``Mechanism.sliding``),
+the speed of the trace point (``Mechanism.sliding``),
 
     knife edge, spherical face:  v = N_p − q·R_s,          c = N_p·(1 − κ·R_s)
     roller that does not slip:   v = 0,                    c = N_p·(1 − κ·R_r),    spins at N_p/R_r − q

@@ -110,7 +110,7 @@ def _lash_quantities() -> list[Quantity]:
         Quantity(f"{stem}_speed_max_{unit.replace('/', '_')}", "v", unit, "lash", f"Largest speed {words}.")
         for stem, words in (
             ("opening", "where the follower takes up the lash"),
-            ("closing", "where it gives the lash back"),
+            ("closing", "where the follower gives the lash back"),
             ("lash", "at the lash, on the way out or back"),
         )
         for unit in ("m/s", "rad/s")
@@ -143,7 +143,13 @@ def _vibration_quantities() -> list[Quantity]:
         for unit in units
         for name in (f"{stem}_{unit.replace('²', '2').replace('/', '_')}",)
     ] + [
-        Quantity("dynamic_factor", "", "", "vibration", "Peak acceleration of the mass over that of the motion."),
+        Quantity(
+            "dynamic_factor",
+            "",
+            "",
+            "vibration",
+            "Peak acceleration of the mass on the elastic train over that of the motion.",
+        ),
         Quantity(
             "contact_force_elastic_min_N",
             "F_min",
@@ -211,13 +217,13 @@ _ALL = [
         "joints",
         "Largest force in the pins of couplers, rollers, teeth, levers and faces of a train.",
     ),
-    Quantity("joint_force_max_at_deg", "", "deg", "joints", "Cam angle of the largest of these forces."),
+    Quantity("joint_force_max_at_deg", "", "deg", "joints", "Cam angle of the largest force in a joint."),
     Quantity(
         "joint_force_max_direction_deg",
         "",
         "deg",
         "joints",
-        "Direction of the largest of these forces, from the slide's motion, or the line of a four-bar's pivots.",
+        "Direction of the largest force in a joint, from the slide's motion, or the line of a four-bar's pivots.",
     ),
     Quantity("pivot_force_max_N", "F_P", "N", "joints", "Largest force on a pivot of a train, wherever it stands."),
     Quantity("slide_thrust_max_N", "", "N", "joints", "Largest force of a train's slides across their guides."),
@@ -240,7 +246,7 @@ _ALL = [
         "κ",
         "1/mm",
         "curvature",
-        "Least curvature; below 0 where concave.",
+        "Least curvature of the pitch curve; below 0 where concave.",
     ),
     Quantity(
         "profile_radius_min_mm",
@@ -254,7 +260,7 @@ _ALL = [
         "R_c",
         "mm",
         "curvature",
-        "Largest cutter or grinding wheel that reaches every concave flank of a disc cam.",
+        "Radius of the largest cutter or grinding wheel that reaches every concave flank of a disc cam.",
     ),
     Quantity("undercut", "", "", "curvature", "Whether the follower cuts away a part of the profile.", bool),
     Quantity(
@@ -380,7 +386,13 @@ _ALL = [
         "thrust",
         "1 − μ·q·|tan β| where the follower moves outward, in a groove inward too; 0 jams.",
     ),
-    Quantity("jamming_angle_deg", "", "deg", "thrust", "Pressure angle at which the follower jams at its lowest."),
+    Quantity(
+        "jamming_angle_deg",
+        "",
+        "deg",
+        "thrust",
+        "Pressure angle at which the follower jams at its lowest position.",
+    ),
     Quantity(
         "contact_stress_max_MPa",
         "p_0",
@@ -400,7 +412,7 @@ _ALL = [
         "p_0",
         "MPa",
         "hertz",
-        "Largest contact pressure on its other flank, which pulls the follower back.",
+        "Largest contact pressure on the flank of a groove that pulls the follower back.",
     ),
     Quantity(
         "contact_stress_either_MPa",
@@ -415,10 +427,10 @@ _ALL = [
         "",
         "mm",
         "hertz",
-        "Half-length of a point contact across the cam, there.",
+        "Half-length of a point contact across the cam, where its stress is largest.",
     ),
     Quantity("contact_shear_max_MPa", "τ_max", "MPa", "hertz", "Largest shear stress below the contact."),
-    Quantity("contact_shear_depth_mm", "", "mm", "hertz", "Depth of the largest shear stress."),
+    Quantity("contact_shear_depth_mm", "", "mm", "hertz", "Depth of the largest shear stress below the contact."),
     *[
         Quantity(name, symbol, unit, "surface", sentence)
         for name, symbol, unit, sentence in (
@@ -429,16 +441,16 @@ _ALL = [
                 "entrainment_speed_min_m_s",
                 "u",
                 "m/s",
-                "Least mean speed of both surfaces; at 0, no oil is carried in.",
+                "Least mean speed of both surfaces over the contact; at 0, no oil is carried in.",
             ),
             ("wear_depth_max_um", "", "µm", "Largest depth worn off the profile in a million turns (Archard)."),
             (
                 "film_thickness_min_um",
                 "h_min",
                 "µm",
-                "Least film; 0 where entrainment reverses or contact is lost.",
+                "Least thickness of the oil film; 0 where entrainment reverses or contact is lost.",
             ),
-            ("film_ratio_min", "λ", "", "Least film over the composite roughness."),
+            ("film_ratio_min", "λ", "", "Least thickness of the oil film over the composite roughness."),
         )
     ],
     Quantity("lift_change_max_mm_per_deg", "", "mm/deg", "lift_change", "Largest change of the lift by cam angle."),
@@ -449,22 +461,32 @@ _ALL = [
         Quantity(name, symbol, unit, "clearance", sentence)
         for name, symbol, unit, sentence in (
             ("crossing_count", "", "", "How often in a turn the follower crosses to the other flank."),
-            ("crossing_at_deg", "", "deg", "Cam angle at which the fastest of these crossings begins."),
+            ("crossing_at_deg", "", "deg", "Cam angle at which the fastest crossing begins."),
             (
                 "crossing_speed_max_m_s",
                 "v",
                 "m/s",
                 "Largest speed along the motion at which a flank is met, after the free flight over the clearance.",
             ),
-            ("crossing_speed_leading_m_s", "v", "m/s", "The same by the formula for a small clearance."),
-            ("crossing_time_max_ms", "t", "ms", "Longest such flight."),
+            (
+                "crossing_speed_leading_m_s",
+                "v",
+                "m/s",
+                "Largest speed at which a flank is met, by the formula for a small clearance.",
+            ),
+            ("crossing_time_max_ms", "t", "ms", "Longest free flight over the clearance."),
             ("slip_speed_max_m_s", "", "m/s", "Largest speed at which a roller slips as it meets the other wall."),
-            ("roller_spin_change_max_rpm", "", "rpm", "Largest change of its spin that the other wall asks for."),
+            (
+                "roller_spin_change_max_rpm",
+                "",
+                "rpm",
+                "Largest change of the roller's spin that the other wall asks for.",
+            ),
             (
                 "skidding_time_max_ms",
                 "",
                 "ms",
-                "Longest time that it skids until friction turns it; infinite if the next crossing comes first.",
+                "Longest time a roller skids until friction turns it; infinite if the next crossing begins before.",
             ),
             (
                 "roller_angular_acceleration_max_rad_s2",
@@ -479,9 +501,19 @@ _ALL = [
     ),
     Quantity("area_mm2", "A", "mm²", "section", "Area inside the profile, bore included."),
     Quantity("profile_length_mm", "L", "mm", "section", "Length of the profile."),
-    Quantity("centroid_x_mm", "x_S", "mm", "section", "Centroid of that area, in the cam's own frame."),
-    Quantity("centroid_y_mm", "y_S", "mm", "section", "Centroid of that area, in the cam's own frame."),
-    Quantity("polar_moment_mm4", "I_p", "mm⁴", "section", "Second moment of that area about the cam's axis."),
+    Quantity(
+        "centroid_x_mm", "x_S", "mm", "section", "Centroid of the area inside the profile, in the cam's own frame."
+    ),
+    Quantity(
+        "centroid_y_mm", "y_S", "mm", "section", "Centroid of the area inside the profile, in the cam's own frame."
+    ),
+    Quantity(
+        "polar_moment_mm4",
+        "I_p",
+        "mm⁴",
+        "section",
+        "Second moment of the area inside the profile about the cam's axis.",
+    ),
     Quantity(
         "groove_length_mm",
         "L",
@@ -499,7 +531,9 @@ _ALL = [
     Quantity(
         "unbalance_g_mm", "U", "g·mm", "solid", "Mass of the cam times the distance of its centre of gravity."
     ),
-    Quantity("centre_of_gravity_mm", "e_S", "mm", "solid", "Distance of its centre of gravity from its axis."),
+    Quantity(
+        "centre_of_gravity_mm", "e_S", "mm", "solid", "Distance of the cam's centre of gravity from its axis."
+    ),
     Quantity("cam_inertia_kg_m2", "J", "kg·m²", "solid", "Moment of inertia of the cam about its axis."),
     Quantity("feasible", "", "", "limits", "Whether it is proved that the design meets every limit.", bool),
     Quantity("violated", "", "", "limits", "The limits that are broken, separated by commas.", str),

@@ -40,7 +40,13 @@ NUMBERS = (
     ("materials.face_width", "face_width_mm", "L", "mm", "Width of the contact along the cam's axis."),
     ("materials.wear_rate", "wear_rate_mm2_per_N", "", "mm²/N", "Volume worn off by load and sliding distance."),
     ("materials.viscosity", "viscosity_Pa_s", "η", "Pa·s", "Viscosity of the lubricant."),
-    ("materials.pressure_viscosity", "pressure_viscosity_per_GPa", "α", "1/GPa", "Its increase with pressure."),
+    (
+        "materials.pressure_viscosity",
+        "pressure_viscosity_per_GPa",
+        "α",
+        "1/GPa",
+        "Increase of the viscosity with pressure.",
+    ),
     ("materials.roughness", "roughness_um", "", "µm", "Composite roughness (root mean square)."),
 )
 """Numbers of the scene, by key. Two rows of one key: what is a force for a translating follower is a moment for an

@@ -62,7 +62,7 @@ class ShortLimits(SceneTable):
     sliding_speed: Positive | None = None
     """Largest sliding speed at the contact; m/s."""
     film_ratio: Positive | None = None
-    """Least film over the composite roughness; no unit."""
+    """Least thickness of the oil film over the composite roughness; no unit."""
     residual_vibration: Positive | None = None
     """Largest amplitude of vibration that remains in a dwell; mm, oscillating deg."""
     lash_speed: Positive | None = None
