@@ -136,7 +136,7 @@ def _shown(found: Frontier) -> list[dict[str, Any]]:
 def _known(axes: Any, found: Frontier) -> list[Label]:
     """The known laws as points, hollow if they exceed other limits; their names."""
     up, across = found.axes[:2]
-    words = {True: "known laws, each on its smallest cam", False: "known laws that break another limit, likewise"}
+    words = {True: "known laws, each on its smallest cam", False: "known laws that break another limit"}
     labels = []
     for within, label in words.items():
         rows = [row for row in _shown(found) if row["within"] == within]
