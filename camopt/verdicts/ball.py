@@ -76,6 +76,9 @@ BALL_RULES: dict[np.ufunc, Callable[..., Any]] = {
     np.sin: lambda a: a.sin(),
     np.cos: lambda a: a.cos(),
     np.arcsin: lambda a: a.asin(),
+    np.arctan: lambda a: a.atan(),
+    np.degrees: lambda a: a * 180 / arb.pi(),
+    np.cbrt: lambda a: a.root(3),
     np.arctan2: lambda y, x: arb.atan2(y, x),
     np.maximum: lambda a, b: a.max(b),
     np.minimum: lambda a, b: a.min(b),
@@ -89,20 +92,20 @@ class Ball(np.lib.mixins.NDArrayOperatorsMixin):
     size = 1
 
     def __init__(self, value: Any) -> None:
-        self.arb = _within(value)
+        self.arb = value if type(value) is arb else _within(value)
 
     # the operators that formulas are made of, without the way through numpy, which takes longer than the arithmetic
     def __add__(self, other: Any) -> "Ball":
-        return Ball(self.arb + _within(other))
+        return Ball(self.arb + (other.arb if type(other) is Ball else _within(other)))
 
     def __sub__(self, other: Any) -> "Ball":
-        return Ball(self.arb - _within(other))
+        return Ball(self.arb - (other.arb if type(other) is Ball else _within(other)))
 
     def __mul__(self, other: Any) -> "Ball":
-        return Ball(self.arb * _within(other))
+        return Ball(self.arb * (other.arb if type(other) is Ball else _within(other)))
 
     def __truediv__(self, other: Any) -> "Ball":
-        return Ball(_divided(self.arb, _within(other)))
+        return Ball(_divided(self.arb, other.arb if type(other) is Ball else _within(other)))
 
     def __radd__(self, other: Any) -> "Ball":
         return Ball(_within(other) + self.arb)

@@ -4,20 +4,17 @@ A limit is a claim that a curve stays below a bound, which ``deciding`` decides.
 mechanisms, run on balls; the laws are exact (``exact_laws``).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import product
 from math import inf, isinf
-from typing import cast
-
-from flint import arb
+from typing import Any, cast
 
 import camopt.verdicts.exact_point_contact  # noqa: F401  what formulas do to balls at a point contact
 from camopt.effects import Case
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import ALL_STROKES
 from camopt.numerics.clock import now
 from camopt.problem.claims import Claim
 from camopt.problem.limit import ASSEMBLY, SELF_CROSSING, UNDERCUT, Limit
@@ -27,8 +24,8 @@ from camopt.problem.settings import toleranced
 from camopt.scene.scene import Scene
 from camopt.verdicts.asked import conditions_verdict
 from camopt.verdicts.ball import as_arb, precisely
-from camopt.verdicts.deciding import Statement, decide, sign_of
-from camopt.verdicts.exact_curve import BALL_NUMBERS, in_balls, of_curve
+from camopt.verdicts.deciding import Largest, Side, sign_of
+from camopt.verdicts.exact_curve import BALL_NUMBERS, ExactCurve, in_balls
 from camopt.verdicts.exact_mean import mean_verdict
 from camopt.verdicts.exact_motion import ExactMotion, exact_motion
 from camopt.verdicts.exact_section import integrated_rows, is_integrated
@@ -37,49 +34,51 @@ from camopt.verdicts.running import run_effects
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED, worst
 
 CONDITIONS = "conditions"
-DOUBLE_ERRORS = (1e-14, 1e-12, 1e-9)  # shares of a lift that its double may be off
+HIGHEST_ERROR = 2.0**-100  # relative
 
 
 @precisely()
 def exact_turn(programme: Programme) -> ExactMotion:
     """The turn of a programme in balls, its highest included, which is proved where it may be inside a stroke."""
     motion = exact_motion(programme)
-    return motion if programme.monotone else replace(motion, highest=_highest(motion, programme.lift))
+    if programme.monotone:
+        return motion
+    highest = Largest(Side(ExactCurve(Derivative(0))).parts(motion)).within(HIGHEST_ERROR)
+    return replace(motion, highest=highest)
 
 
-def _highest(motion: ExactMotion, lift: float) -> arb:
-    """A ball of the highest displacement of a turn, about its double: never exceeded, and reached within."""
-    for share in DOUBLE_ERRORS:
-        low, high = (
-            decide(
-                Statement(lambda moved: (moved[0], moved[1]), ALL_STROKES, arb(1), arb(lift * (1 + side * share))),
-                motion,
-            )
-            for side in (-1, 1)
-        )
-        if (low, high) == (BROKEN, HELD):
-            return arb(lift, lift * share)
-    raise ArithmeticError("the highest of the turn is not where the table of the motion has it")
-
-
-def statements_of(claim: Claim, design: Designs, motion: ExactMotion) -> list[Statement]:
+def sides_of(claim: Claim, design: Designs, motion: ExactMotion) -> Iterator[Side]:
     """The sides of a claim for a design (in balls)."""
-    made = claim.curve(design, cast(Programme, motion))
-    factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALL_NUMBERS)
-    return [Statement(of_curve(made), claim.kinds, factor * side, allowed) for side in claim.sides]
+    curve = ExactCurve(claim.curve(design, cast(Programme, motion)))
+    return (Side(curve, claim.kinds, sign) for sign in claim.sides)
 
 
-def claim_verdicts(
-    problem: Problem, claim: Claim, design: Designs, motion: ExactMotion, until: float = inf
-) -> Iterator[str]:
-    """The verdicts on the sides of a claim for a design (in balls)."""
+def largest_of(claims: Iterable[Claim], design: Designs, motion: ExactMotion) -> Largest:
+    """What the curves of claims are at most, on all their sides, for a design (in balls)."""
+    parts = []
+    for claim in claims:
+        turn = claim.curve.of(motion) if isinstance(claim.curve, Derivative) else motion
+        for side in sides_of(claim, design, motion):
+            parts += side.parts(turn)
+    return Largest(parts)
+
+
+def claim_verdict(problem: Problem, claim: Claim, design: Designs, motion: ExactMotion, until: float = inf) -> str:
+    """The verdict on a claim for a design (in balls)."""
+    if on_arcs(problem, claim.curve):
+        return worst(_on_arcs(problem, claim, design))
+    return bounded(largest_of((claim,), design, motion), claim, design, until)
+
+
+def bounded(largest: Largest, claim: Claim, design: Designs, until: float = inf) -> str:
+    """The verdict on a claim for a design (in balls), from what its curves are at most."""
+    return largest.verdict(claim.allowed(BALL_NUMBERS), as_arb(claim.factor(design)), until)
+
+
+def on_arcs(problem: Problem, curve: Any) -> bool:
+    """Whether a curve is the curvature of a cam that is given by its profile."""
     mechanism = problem.setup.mechanism
-    if problem.profile and claim.curve in (mechanism.curvature, mechanism.profile_radius):
-        yield from _on_arcs(problem, claim, design)
-        return
-    turn = claim.curve.of(motion) if isinstance(claim.curve, Derivative) else motion
-    for each in statements_of(claim, design, motion):
-        yield decide(each, turn, until)
+    return bool(problem.profile) and curve in (mechanism.curvature, mechanism.profile_radius)
 
 
 def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
@@ -130,7 +129,7 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
     exact = in_balls(design)
     verdicts: dict[str, str] = {}
     for limit in problem.limits:
-        found = [each for claim in limit.claims for each in claim_verdicts(problem, claim, exact, motion, until)]
+        found = [claim_verdict(problem, claim, exact, motion, until) for claim in limit.claims]
         if (presumed := verdicts.get(limit.presumes, HELD)) != HELD:
             found = [presumed]
         elif limit.mean is not None:

@@ -1,11 +1,17 @@
 """Whether a curve over the turn stays below a bound, decided in ball arithmetic.
 
-Over a stretch of the turn the curve is below it if its ball is, or the ball of its mean-value form, or, where the
-slope keeps its sign, both its ends; above it if one point is. What is neither is halved.
+Over a part of the turn the largest value is at most that of its ball, or of its ball about the middle
+(``exact_curve``), or, where the slope keeps its sign, that of one end. The part with the largest bound is looked at
+more closely, then halved, until a bound on all is below the one asked, or a point above it. What is known of parts
+serves further questions.
+
+Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 6 and 11 (Moore and Skelboe's algorithm).
 """
 
-from collections.abc import Callable
-from itertools import pairwise
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from heapq import heappop, heappush
+from itertools import count
 from math import inf
 from typing import Any, NamedTuple
 
@@ -13,27 +19,26 @@ from flint import arb
 
 from camopt.motion.table import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, ways_of
 from camopt.numerics.clock import now
-from camopt.verdicts.ball import Ball, as_arb, ball_between, precisely
-from camopt.verdicts.exact_laws import Stretch
-from camopt.verdicts.exact_load import LoadPart
-from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, motion_at
+from camopt.verdicts.ball import ball_between
+from camopt.verdicts.exact_curve import ExactCurve
+from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, TurnPart
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
-FIRST_PARTS = 8  # of each piece of a law, and line of a load
 DECIDING_PARTS = 20_000
-NARROWEST_PART = arb(2) ** -90
+ONE, INFINITE = arb(1), arb(inf)
+Look = Callable[[arb], None]
+"""At a part of the turn, from what it is known not to exceed."""
 
 
-class Statement(NamedTuple):
-    """One side of a claim for one design in balls: factor · value ≤ bound, with ``values`` as of ``of_curve``."""
+class Side(NamedTuple):
+    """A curve of one design in balls, times 1 or −1, on pieces of some kinds."""
 
-    values: Callable[[list[Ball]], tuple[Any, Any]]
-    kinds: int
-    factor: arb
-    bound: arb
+    curve: ExactCurve
+    kinds: int = ALL_STROKES
+    sign: float = 1.0
 
-    def on(self, stroke: ExactStroke) -> "Statement | None":
-        """The statement for one stroke, if it applies; for a move, by the follower's direction of motion."""
+    def on(self, stroke: ExactStroke) -> "Side | None":
+        """The same for one stroke, if it applies; for a move, by the follower's direction of motion."""
         if not self.kinds & (stroke.kind | WAYS):
             return None
         if stroke.kind != ALL_STROKES or self.kinds & ALL_STROKES == ALL_STROKES:
@@ -51,66 +56,105 @@ class Statement(NamedTuple):
             return sure, sure
         return bool(self.kinds & (OUTWARD * (not speed <= 0) | INWARD * (not speed >= 0))), False
 
-
-@precisely()
-def decide(statement: Statement, motion: ExactMotion, until: float = inf) -> str:
-    """Whether a statement holds; undecided if no proof is found before ``until`` (``clock.now``)."""
-    verdict = HELD
-    for stroke in motion.strokes:
-        if (about := statement.on(stroke)) is not None:
-            for part in stroke.smooth():
-                found = decide_part(about, until, stroke, *part)
-                if found == BROKEN:
-                    return BROKEN
-                verdict = found if found == UNDECIDED else verdict
-    return verdict
+    def parts(self, motion: ExactMotion) -> "Iterator[tuple[Side, TurnPart]]":
+        """The smooth parts of a turn to which it applies."""
+        for part in motion.parts:
+            if (about := self.on(part.stroke)) is not None:
+                yield about, part
 
 
-def decide_part(
-    statement: Statement,
-    until: float,
-    stroke: ExactStroke,
-    piece: Stretch | None,
-    line: LoadPart | None,
-    start: arb,
-    end: arb,
-) -> str:
-    """Whether a statement holds from one x of a stroke to another, where motion and load are smooth."""
+class Largest:
+    """The largest value of sides of curves over parts of the turn, known more closely with each question."""
 
-    def over(x: arb) -> tuple[arb, arb, tuple[bool, bool]]:
-        """By how much the curve is above the bound, its slope by x, and whether the statement applies."""
-        motion = motion_at(stroke, piece, x, line)
-        value, slope = statement.values(motion)
-        above = as_arb(value) * statement.factor - statement.bound
-        return above, as_arb(slope) * statement.factor * stroke.angle, statement.applies(motion[1].arb)
+    def __init__(self, parts: Iterable[tuple[Side, TurnPart]]) -> None:
+        self.least = -INFINITE
+        """What is reached."""
+        self._looks: list[tuple[arb, int, Look | None]] = []
+        """Of each part minus what it does not exceed, a number for order, and how to know it better, if at all."""
+        self._number = count()
+        for side, part in parts:
+            for each in part.first:
+                self._over(side, each)
 
-    if piece is None and line is None:
-        above, _, (about, _) = over(arb(0))
-        return sign_of(above) if about else HELD
-    cuts = [start + (end - start) * k / FIRST_PARTS for k in range(FIRST_PARTS + 1)]
-    stack, parts = list(pairwise(cuts)), 0
-    while stack:
-        parts += 1
-        low, high = stack.pop()
-        whole, slope, (about, everywhere) = over(ball_between(low, high))
-        if not about or whole <= 0:
-            continue
-        middle = (low + high) / 2
-        here, _, (_, surely) = over(middle)
-        if here > 0 and surely:
-            return BROKEN
-        if here + abs(slope) * (high - low) / 2 <= 0:
-            continue
-        if slope > 0 or slope < 0:
-            found = sign_of(over(high if slope > 0 else low)[0])
-            if found == HELD:
-                continue
-            if everywhere:
-                return found
-        if high - low < NARROWEST_PART or parts > DECIDING_PARTS or now() > until:
-            return UNDECIDED
-        stack += [(low, middle), (middle, high)]
-    return HELD
+    @property
+    def most(self) -> arb:
+        """What is not exceeded; −∞ where the sides apply to nothing."""
+        return -self._looks[0][0] if self._looks else -INFINITE
+
+    def verdict(self, bound: arb, factor: arb = ONE, until: float = inf) -> str:
+        """Whether factor·largest ≤ bound, factor ≥ 0; undecided if not proved before ``until`` (``clock.now``)."""
+        for _ in range(DECIDING_PARTS):
+            if self.least * factor > bound:
+                return BROKEN
+            if not self._looks or self.most * factor <= bound:
+                return HELD
+            if now() > until or not self._closer():
+                break
+        return UNDECIDED
+
+    def within(self, share: float) -> arb:
+        """A ball of it, as narrow relative to it as that, or as can be."""
+        for _ in range(DECIDING_PARTS):
+            known = self.least.is_finite() and self.most - self.least <= abs(self.least) * share
+            if known or not self._looks or not self._closer():
+                break
+        return ball_between(self.least, self.most)
+
+    def _closer(self) -> bool:
+        """Know the part with the largest bound better; false where that cannot be."""
+        bound, number, look = heappop(self._looks)
+        if look is None:
+            heappush(self._looks, (bound, number, look))
+            return False
+        look(-bound)
+        return True
+
+    def _put(self, value: arb, bound: arb, look: Look | None) -> None:
+        """What a part does not exceed, by its ball or an earlier bound."""
+        high = value.upper()
+        heappush(self._looks, (-(high if high < bound else bound), next(self._number), look))
+
+    def _reached(self, value: arb) -> None:
+        low = value.lower()
+        if low > self.least:
+            self.least = low
+
+    def _over(self, side: Side, part: TurnPart) -> None:
+        """Look at a part by its balls."""
+        if side.applies(part.over[1].arb)[0]:
+            value, _ = side.curve(part.over)
+            self._put(value * side.sign, INFINITE, partial(self._around, side, part))
+
+    def _around(self, side: Side, part: TurnPart, bound: arb) -> None:
+        """Look at a part by its balls about the middle, and at the middle."""
+        may, everywhere = side.applies(part.over[1].arb)
+        if not may:
+            return
+        here = side.curve.in_middle(part.in_middle)
+        if everywhere or side.applies(part.in_middle[1].arb)[1]:
+            self._reached(here * side.sign)
+        value, slope = side.curve.around(part.over, part.away)
+        rises, falls = (slope * sign * side.sign > 0 for sign in (1, -1))
+        if rises or falls:
+            look: Look | None = partial(self._at, side, part, part.high if rises else part.low)
+        else:
+            look = None if part.narrow else partial(self._halved, side, part)
+        self._put(value * side.sign, bound, look)
+
+    def _at(self, side: Side, part: TurnPart, x: arb, bound: arb) -> None:
+        """Look at the end where a part has its largest value, which is reached if the side applies there."""
+        motion = part.at(x)
+        value = side.curve(motion)[0] * side.sign
+        if side.applies(motion[1].arb)[1]:
+            self._reached(value)
+            self._put(value, bound, None)
+        elif part.piece is not None:
+            self._put(value, bound, None if part.narrow else partial(self._halved, side, part))
+
+    def _halved(self, side: Side, part: TurnPart, bound: arb) -> None:
+        """Look at the halves of a part."""
+        for each in part.halves:
+            self._around(side, each, bound)
 
 
 def sign_of(over: arb) -> str:

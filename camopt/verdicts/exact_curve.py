@@ -1,6 +1,14 @@
-"""Curves in balls: the formulas of mechanisms and loads, run on the motion of one design in balls."""
+"""Curves in balls: the formulas of mechanisms and loads, run on the motion of one design in balls.
 
-from collections.abc import Callable
+Over a part of the turn each curve that a formula is made of is where both its ball and its mean-value form have it:
+
+    f(X) ⊂ f(m) + f′(X)·(X − m)
+
+Next to a cusp 1 − κ·R grows with the square of the distance from it, a ball of κ only with the width of the part.
+
+Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 6.
+"""
+
 from typing import Any
 
 import numpy as np
@@ -8,15 +16,13 @@ from flint import arb
 
 from camopt.effects.peak import Derivative, NumberKind
 from camopt.mechanisms import Designs
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import COMPILED, curve, formula, further, further_formula
 from camopt.numerics.state import Load, State, TrainForces
-from camopt.verdicts.ball import Ball
+from camopt.verdicts.ball import Ball, as_arb
 
 BALL_NUMBERS = NumberKind(arb, arb.pi, arb.tan)
 LOADS: dict[int, Any] = {0: lambda: None, 2: Load, 4: TrainForces}
 """What a load is to curves, by how many balls it has."""
-ExactCurve = Callable[[list[Ball]], tuple[Any, Any]]
-"""From the motion, its derivatives and a load to value and slope."""
 
 
 def in_balls(design: Designs) -> Designs:
@@ -24,17 +30,71 @@ def in_balls(design: Designs) -> Designs:
     return design.with_values({name: Ball(value) for name, value in design.sizes.items()})
 
 
-def of_curve(made: Any) -> ExactCurve:
-    """Value and slope of a curve, from the motion and its derivatives, and a load that changes."""
-    made = _numbers_in_balls(made)
+class ExactCurve:
+    """Value and slope of a curve, from the motion, its derivatives, and a load that changes."""
 
-    def values(motion: list[Ball]) -> tuple[Any, Any]:
-        if isinstance(made, Derivative):
-            return motion[made.order], motion[made.order + 1]
-        y, y1, y2, y3, y4, *load = motion
-        return curve(made, ..., State(y, y1, y2, y3, LOADS[len(load)](*load), y4))
+    def __init__(self, made: Any) -> None:
+        self.made, self.by = _numbers_in_balls(made), list[arb]()
+        self.close = _closely(self.made, self.by)
 
-    return values
+    def __call__(self, motion: list[Ball]) -> tuple[arb, arb]:
+        """Over any range of cam angles."""
+        return _values(self.made, motion)
+
+    def in_middle(self, motion: list[Ball]) -> arb:
+        """The value in the middle of a part of the turn, which ``around`` is about."""
+        self.by.clear()
+        here, _ = _values(self.close, motion)
+        return here
+
+    def around(self, motion: list[Ball], by: arb) -> tuple[arb, arb]:
+        """Over that part, closely: cam angles from the middle are ``by``, in rad."""
+        self.by[:] = [by]
+        return _values(self.close, motion)
+
+
+def _values(made: Any, motion: list[Ball]) -> tuple[arb, arb]:
+    if isinstance(made, Derivative):
+        return motion[made.order].arb, motion[made.order + 1].arb
+    y, y1, y2, y3, y4, *load = motion
+    value, slope = curve(made, ..., State(y, y1, y2, y3, LOADS[len(load)](*load), y4))
+    return as_arb(value), as_arb(slope)
+
+
+class Close:
+    """A curve that remembers its value in the middle of a part of the turn.
+
+    ``by`` are the cam angles of the part from there, or nothing in the middle itself; all of a formula share it.
+    """
+
+    def __init__(self, curve: Any, by: list[arb]) -> None:
+        self.curve, self.by, self.here = curve, by, arb(0)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.curve, name)
+
+
+@formula(Close)
+def close(f: Any, i: Any, at: State) -> tuple[Ball, Ball]:
+    value, slope = map(as_arb, curve(f.curve, i, at))
+    if not f.by:
+        f.here = value
+    elif slope.is_finite():
+        value = value.intersection(f.here + slope * f.by[0])
+    return Ball(value), Ball(slope)
+
+
+@further_formula(Close)
+def further_close(f: Any, i: Any, at: State) -> tuple[Any, Any, Any, Any]:
+    return further(f.curve, i, at)
+
+
+def _closely(made: Any, by: list[arb]) -> Any:
+    """A curve that is close, as are all that it is made of."""
+    if not hasattr(made, "_fields"):
+        return made
+    inner = type(made)(*(_closely(each, by) for each in made))
+    return Close(inner, by) if type(made) in COMPILED else inner
 
 
 def _numbers_in_balls(made: Any) -> Any:

@@ -53,8 +53,10 @@ class DrivenPiece:
         return [first - self.begins, *rest]
 
 
-def narrowed(piece: Any, count: int, x: arb) -> list[arb]:
+def narrowed(piece: Any, count: int, x: arb, there: list[arb] | None = None) -> list[arb]:
     """s and its derivatives over a ball: each where both the ball and its next derivative have it.
+
+    ``there`` are those in the middle, if they are known.
 
     Beside a dwell s′ falls with the square of the distance, its ball only with the width of the ball of x.
     """
@@ -62,7 +64,7 @@ def narrowed(piece: Any, count: int, x: arb) -> list[arb]:
     if x.is_exact():
         return rows
     middle = x.mid()
-    there = piece.derivatives(count - 1, middle)
+    there = there or piece.derivatives(count - 1, middle)
     for k in reversed(range(count - 1)):
         rows[k] = rows[k].intersection(there[k] + rows[k + 1] * (x - middle))
     return rows

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from math import inf
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 from flint import arb, arb_series
 
@@ -25,12 +25,10 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics.clock import now
 from camopt.problem.claims import MeanClaim
-from camopt.verdicts.ball import Ball, NoSeries, as_arb, ball_between, precisely
-from camopt.verdicts.deciding import Statement
-from camopt.verdicts.exact_curve import BALL_NUMBERS, ExactCurve, of_curve
-from camopt.verdicts.exact_laws import Stretch
-from camopt.verdicts.exact_load import LoadPart
-from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, series_of
+from camopt.verdicts.ball import Ball, NoSeries, as_arb, precisely
+from camopt.verdicts.deciding import Side
+from camopt.verdicts.exact_curve import BALL_NUMBERS, ExactCurve
+from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, TurnPart, series_of
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 TAYLOR_ORDER = 26
@@ -41,27 +39,8 @@ SMALLER = 4  # than the widest: parts that are halved with it
 MEAN_ERROR = 2.0**-150  # of the mean: what balls may leave
 
 
-class TurnPart(NamedTuple):
-    """A part of a stroke where motion and load are smooth, from one x to another."""
-
-    stroke: ExactStroke
-    piece: Stretch | None
-    line: LoadPart | None
-    low: arb
-    high: arb
-
-    @property
-    def whole(self) -> arb:
-        return ball_between(self.low, self.high)
-
-    @property
-    def angle(self) -> arb:
-        """Its cam angle, rad."""
-        return (self.high - self.low) * self.stroke.angle
-
-    def halves(self) -> "tuple[TurnPart, TurnPart]":
-        middle = (self.low + self.high) / 2
-        return self._replace(high=middle), self._replace(low=middle)
+class MeanPart(TurnPart):
+    """A part of the turn with Taylor series about its middle."""
 
     def derivatives(self) -> tuple[list[arb], list[arb]]:
         """The displacement and its derivatives by the cam angle in its middle, and over all of it: mean values.
@@ -70,7 +49,7 @@ class TurnPart(NamedTuple):
         """
         if self.piece is None:
             return [self.stroke.low], [self.stroke.low]
-        middle, by = (self.low + self.high) / 2, self.whole - (self.low + self.high) / 2
+        middle, by = self.middle, self.whole - self.middle
         near, wide = (self.piece.derivatives(DISPLACEMENT_TERMS, x) for x in (middle, self.whole))
         terms = [arb(1)]
         for j in range(1, DISPLACEMENT_TERMS):
@@ -121,11 +100,11 @@ class MeanOfPowers:
         turn = cast(Programme, motion)
         if isinstance(derivative := mean.curves[0][0], Derivative):
             motion = derivative.of(motion)
-        return cls([(of_curve(make(design, turn)), kinds) for make, kinds in mean.curves], mean.power, motion)
+        return cls([(ExactCurve(make(design, turn)), kinds) for make, kinds in mean.curves], mean.power, motion)
 
     def enclosures(self, until: float = inf) -> Iterator[arb]:
         """Balls that enclose it, each narrower than the one before, as long as that helps."""
-        parts = [TurnPart(stroke, *smooth) for stroke in self.motion.strokes for smooth in stroke.smooth()]
+        parts = [MeanPart(stroke, *smooth) for stroke in self.motion.strokes for smooth in stroke.smooth()]
         known = [(part, self._over(part)) for part in parts]
         while True:
             found = sum((ball for _, ball in known), arb(0)) / (2 * arb.pi())
@@ -137,9 +116,9 @@ class MeanOfPowers:
                 return
             kept = [each for each, width in zip(known, widths, strict=True) if width * SMALLER < widest]
             cut = [each for (each, _), width in zip(known, widths, strict=True) if width * SMALLER >= widest]
-            known = [*kept, *((half, self._over(half)) for part in cut for half in part.halves())]
+            known = [*kept, *((half, self._over(half)) for part in cut for half in part.halves)]
 
-    def _over(self, part: TurnPart) -> arb:
+    def _over(self, part: MeanPart) -> arb:
         """The integral over a part; where the follower may move one way or the other, by the ranges of both."""
         near, whole = part.derivatives()
         moved = part.ranges(whole, part.whole)
@@ -150,7 +129,7 @@ class MeanOfPowers:
         try:
             about, rest = (
                 self._power(curves[0](part.series(rows, x))[0])
-                for rows, x in ((near, (part.low + part.high) / 2), (whole, part.whole))
+                for rows, x in ((near, part.middle), (whole, part.whole))
             )
         except NoSeries:
             return ranged
@@ -168,7 +147,7 @@ class MeanOfPowers:
 
 def _may_be(kinds: int, stroke: ExactStroke, speed: arb) -> bool:
     """Whether a follower that moves with this y' may be on a piece of some kinds."""
-    about = Statement(lambda moved: (moved[0], moved[1]), kinds, arb(1), arb(0)).on(stroke)
+    about = Side(ExactCurve(Derivative(0)), kinds).on(stroke)
     return about is not None and about.applies(speed)[0]
 
 

@@ -2,8 +2,10 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise, starmap
 from math import factorial
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from flint import arb, arb_series
 
@@ -13,10 +15,14 @@ from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import turned_kinds
 from camopt.motion.train_load import TrainLoad
-from camopt.verdicts.ball import Ball, precisely
+from camopt.verdicts.ball import Ball, ball_between, precisely
 from camopt.verdicts.exact_driven import DrivenPiece, follower_at, narrowed, train_in_balls
 from camopt.verdicts.exact_laws import Stretch, stretches_of
 from camopt.verdicts.exact_load import LoadPart, LoadsInBalls
+
+FIRST_PARTS = 8  # of each piece of a law, and line of a load
+DERIVATIVES = 5  # of the motion, as curves take them, the displacement included
+NARROWEST_PART = arb(2) ** -90
 
 
 class ExactStroke(NamedTuple):
@@ -54,6 +60,11 @@ class ExactMotion:
     asked: "ExactMotion | None" = None
     """The motion of the tool that the follower drives through a train, if there is one."""
     given_at_follower: bool = False
+
+    @cached_property
+    def parts(self) -> "tuple[TurnPart, ...]":
+        """Where it is smooth."""
+        return tuple(TurnPart(stroke, *smooth) for stroke in self.strokes for smooth in stroke.smooth())
 
     @property
     def tool(self) -> "ExactMotion":
@@ -154,14 +165,89 @@ def _given(stroke: Stroke) -> tuple[arb, arb, arb]:
 
 def motion_at(stroke: ExactStroke, piece: Stretch | None, x: arb, line: LoadPart | None = None) -> list[Ball]:
     """Balls of y and its first four derivatives by the cam angle over a ball of x; loads and their slopes too."""
-    rows = [arb(0)] * 5
-    if piece is not None:
-        rows = [stroke.size * row / stroke.angle**k for k, row in enumerate(narrowed(piece, 5, x))]
+    return _moved(stroke, None if piece is None else narrowed(piece, DERIVATIVES, x), x, line)
+
+
+def _moved(stroke: ExactStroke, law: list[arb] | None, x: arb, line: LoadPart | None) -> list[Ball]:
+    """The same from a law and its derivatives by x; of a dwell None."""
+    rows = [stroke.size * row / stroke.angle**k for k, row in enumerate(law)] if law else [arb(0)] * DERIVATIVES
     rows[0] = stroke.low + rows[0]
-    load = [] if line is None else line.series(x, stroke.angle, series_of(rows, len(rows)))
+    load = [] if line is None else line.series(x, stroke.angle, series_of(rows, DERIVATIVES))
     return [*map(Ball, rows), *(Ball(each[k]) for each in load for k in (0, 1))]
 
 
 def series_of(rows: list[arb], terms: int) -> arb_series:
     """The series with some derivatives."""
     return arb_series([row / factorial(k) for k, row in enumerate(rows)], terms)
+
+
+@dataclass(eq=False)
+class TurnPart:
+    """A part of a stroke where motion and load are smooth, from one x to another.
+
+    What is found of it is kept, for all that is asked of the same motion.
+    """
+
+    stroke: ExactStroke
+    piece: Stretch | None
+    line: LoadPart | None
+    low: arb
+    high: arb
+
+    @cached_property
+    def whole(self) -> arb:
+        return ball_between(self.low, self.high)
+
+    @cached_property
+    def middle(self) -> arb:
+        return self.whole.mid()
+
+    @property
+    def narrow(self) -> bool:
+        """Whether it is not to be cut."""
+        return bool(self.high - self.low < NARROWEST_PART)
+
+    @property
+    def angle(self) -> arb:
+        """Its cam angle, rad."""
+        return (self.high - self.low) * self.stroke.angle
+
+    @property
+    def away(self) -> arb:
+        """Cam angles from the middle, rad."""
+        return (self.whole - self.middle) * self.stroke.angle
+
+    @cached_property
+    def first(self) -> tuple[Self, ...]:
+        """It in some, equally long; nothing changes over a dwell without a load that does, which is one point."""
+        if self.piece is None and self.line is None:
+            return (self._between(self.low, self.low),)
+        ends = (self.low + (self.high - self.low) * k / FIRST_PARTS for k in range(FIRST_PARTS + 1))
+        return tuple(starmap(self._between, pairwise(ends)))
+
+    @cached_property
+    def halves(self) -> tuple[Self, Self]:
+        return self._between(self.low, self.middle), self._between(self.middle, self.high)
+
+    def _between(self, low: arb, high: arb) -> Self:
+        return type(self)(self.stroke, self.piece, self.line, low, high)
+
+    @cached_property
+    def over(self) -> list[Ball]:
+        """The motion over it all, as of ``motion_at``."""
+        law = None if self.piece is None else narrowed(self.piece, DERIVATIVES, self.whole, self._law)
+        return _moved(self.stroke, law, self.whole, self.line)
+
+    @cached_property
+    def in_middle(self) -> list[Ball]:
+        """The motion in its middle."""
+        return _moved(self.stroke, self._law, self.middle, self.line)
+
+    @cached_property
+    def _law(self) -> list[arb] | None:
+        """The law and its derivatives in the middle."""
+        return None if self.piece is None else self.piece.derivatives(DERIVATIVES, self.middle)
+
+    def at(self, x: arb) -> list[Ball]:
+        """The motion at an x of it."""
+        return motion_at(self.stroke, self.piece, x, self.line)

@@ -1,30 +1,31 @@
 """Numbers that are less exact in doubles than asked: ball arithmetic proves two close bounds.
 
 Next to an undercut a stress is N/R with an R that is nearly 0, and rounding alone is more than the error asked.
-That a peak is at most a bound is a claim, which balls decide; so is that it is not at most another one.
+That a peak is at most a bound is a claim, which balls decide; so is that it is not at most another one. Both bounds
+are next to the value that the extreme of its curves has in balls, and what is known of the extreme decides both.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import isfinite
-from typing import NamedTuple
 
 import numpy as np
 
 from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
+from camopt.numerics import LEAST
 from camopt.problem.claims import claims_of
-from camopt.problem.limits import peak_of
+from camopt.problem.limits import peaks_of
 from camopt.problem.problem import SINGLE_ERROR, Problem
 from camopt.problem.rows import Rows
-from camopt.verdicts.ball import precisely
-from camopt.verdicts.certify import claim_verdicts, exact_turn
+from camopt.verdicts.ball import Ball, as_arb, precisely
+from camopt.verdicts.certify import bounded, exact_turn, largest_of, on_arcs
 from camopt.verdicts.exact_curve import in_balls
-from camopt.verdicts.words import BROKEN, HELD, worst
+from camopt.verdicts.exact_motion import ExactMotion
+from camopt.verdicts.words import HELD, UNDECIDED, worst
 
 PROVED_AT_ONCE = 64  # designs at a time: a proof takes some hundredths of a second
-KERNEL_ERROR = 1e-3  # relative: what kernels are never off by
-WIDER = 16.0
+CLOSER = (2.0**-4, 2.0**-24, 2.0**-44, 2.0**-64)
+"""Shares of the error asked that an extreme is known to, until its quantity is: one beside 0 may take more."""
 
 
 def narrow(problem: Problem, designs: Designs, rows: Rows) -> Rows:
@@ -62,43 +63,27 @@ def _proved(problem: Problem, design: Designs, row: Rows, asked: float) -> dict[
     """Proved bounds of the quantities of one design that are less exact than asked."""
     found, exact, motion = {}, in_balls(design), exact_turn(problem.programme)
     for name in row.outward:
-        peak = peak_of(name, problem.setup)
-        if peak is None or _relative(row, name) <= asked:
+        peaks = peaks_of(name, problem.setup) if _relative(row, name) > asked else ()
+        if not peaks or on_arcs(problem, peaks[0].curves[0][0]):
             continue
-
-        def decided(bound: float, peak: Peak = peak) -> str:
-            claims = claims_of(peak, bound)
-            return worst([v for claim in claims for v in claim_verdicts(problem, claim, exact, motion)])
-
-        if (ends := _between(Decided(decided, peak.is_least), float(row.column(name)[0]), asked)) is not None:
-            found[name] = ends
+        ranges = [_range_of(peak, exact, motion, asked) for peak in peaks]  # at each contact: the worst one counts
+        if len(known := [each for each in ranges if each]) == len(peaks):
+            found[name] = (min if peaks[0].is_least else max)(known)
     return found
 
 
-class Decided(NamedTuple):
-    """Whether a quantity holds a bound, and whether that is one from below."""
+def _range_of(peak: Peak, design: Designs, motion: ExactMotion, asked: float) -> ProvedRange | None:
+    """Two bounds of a quantity of a design (in balls), as close as asked: found from the extreme, and proved."""
+    largest, sign = largest_of(claims_of(peak, 1.0), design, motion), -1.0 if peak.goal == LEAST else 1.0
+    for closer in CLOSER:
+        found = as_arb(peak.scale.quantity(Ball(largest.within(asked * closer) * sign), design))
+        if found.rad() < abs(found) * (asked / 8.0):
+            break
 
-    verdict: Callable[[float], str]
-    from_below: bool
-
-    def below(self, bound: float) -> bool | None:
+    def below(bound: float) -> bool | None:
         """Whether the quantity is at most this, None if that stays open."""
-        verdict = self.verdict(bound)
-        return None if verdict not in (HELD, BROKEN) else (verdict == HELD) != self.from_below
+        verdict = worst(bounded(largest, claim, design) for claim in claims_of(peak, bound))
+        return None if verdict == UNDECIDED else (verdict == HELD) != peak.is_least
 
-
-def _between(decided: Decided, value: float, asked: float) -> ProvedRange | None:
-    """Two proved bounds of a quantity, as close as asked."""
-    apart = 0.25 * asked * abs(value)
-    while decided.below(value - apart) is not False or decided.below(value + apart) is not True:
-        apart *= WIDER
-        if apart > KERNEL_ERROR * abs(value):
-            return None
-    low, high = value - apart, value + apart
-    while high - low > asked * abs(value):
-        middle = 0.5 * (low + high)
-        below = decided.below(middle)
-        if below is None:
-            return None
-        low, high = (low, middle) if below else (middle, high)
-    return low, high
+    low, high = sorted(float(found.mid()) * (1.0 + side * asked / 4.0) for side in (-1.0, 1.0))
+    return (low, high) if below(low) is False and below(high) is True else None

@@ -24,7 +24,6 @@ from support.depth import covering, times
 from support.smallest_cams import BASE, CASES
 
 import camopt
-import camopt.verdicts.deciding as deciding
 from camopt import Scene, certify, evaluate, find_scene, optimise, shipped_scenes, sweep
 from camopt.cli.main import main
 from camopt.front.certified import certify_table
@@ -35,11 +34,11 @@ from camopt.problem.problem import resolve
 from camopt.problem.space import space_of
 from camopt.quantities import QUANTITIES
 from camopt.verdicts.ball import MOST_TERMS, Ball, ball_between, precisely
-from camopt.verdicts.certify import certify_design, certify_limits, statements_of, summary
-from camopt.verdicts.deciding import FIRST_PARTS, decide
+from camopt.verdicts.certify import certify_design, certify_limits, claim_verdict, sides_of, summary
+from camopt.verdicts.deciding import Largest
 from camopt.verdicts.exact_curve import in_balls
 from camopt.verdicts.exact_laws import EXACT_BY_NAME, pieces_of
-from camopt.verdicts.exact_motion import exact_motion, motion_at
+from camopt.verdicts.exact_motion import TurnPart, exact_motion
 from camopt.verdicts.judging import evaluate_rows, evaluate_with_effort
 
 DATA = json.loads((Path(__file__).parents[1] / "data" / "reference.json").read_text())
@@ -363,20 +362,20 @@ def test_operators_of_balls_are_those_that_numpy_asks_for(operator, low, wide, n
     assert str((-ball).arb) == str(np.negative(ball).arb)
 
 
+@precisely()
 def test_a_part_that_its_ball_decides_is_looked_at_once(monkeypatch):
     """A large cam under a wide limit: no ball reaches it, so that none is looked at in its middle as well."""
     scene = find_scene("roller-1000rpm").replace(**{"cam.base_radius": 1000, "limits": {"pressure_angle": 80}})
-    problem, looked = resolve(scene), []
-    monkeypatch.setattr(deciding, "motion_at", lambda *where: looked.append(where) or motion_at(*where))
+    problem, looked, over = resolve(scene), [], Largest._over
+    monkeypatch.setattr(Largest, "_over", lambda *where: looked.append(where) or over(*where))
+    monkeypatch.delattr(TurnPart, "in_middle")
     limit = next(limit for limit in problem.limits if limit.name == "pressure_angle")
-    with precisely():
-        motion = exact_motion(problem.programme)
-        design = in_balls(problem.design)
-        for each in [s for claim in limit.claims for s in statements_of(claim, design, motion)]:
-            looked.clear()
-            assert decide(each, motion) == "held"
-            parts = [part for s in motion.strokes if each.on(s) for part in s.smooth()]
-            assert 0 < len(looked) == sum(1 if piece is None else FIRST_PARTS for piece, *_ in parts)
+    motion, design = exact_motion(problem.programme), in_balls(problem.design)
+    for claim in limit.claims:
+        looked.clear()
+        assert claim_verdict(problem, claim, design, motion) == "held"
+        parts = [part for side in sides_of(claim, design, motion) for _, part in side.parts(motion)]
+        assert 0 < len(looked) == sum(len(part.first) for part in parts)
 
 
 @precisely()

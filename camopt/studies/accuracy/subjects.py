@@ -48,12 +48,11 @@ class PeakSubject:
         return -1.0 if self.peak.is_least else 1.0
 
     @cached_property
-    def _exact(self) -> tuple[FloatArray, FloatArray]:
-        """Each extreme, as exact as doubles have it, and its cam angle."""
+    def _exact(self) -> FloatArray:
+        """Each extreme, as exact as doubles have it."""
         curve, questions = self._asked(self.designs)
         table = self.problem.programme.table
-        found = extremes(curve, len(self.designs), table, questions, Precision(SINGLE_ERROR, 1e-9))
-        return found.value[0], found.where[0]
+        return extremes(curve, len(self.designs), table, questions, Precision(SINGLE_ERROR, 1e-9)).value[0]
 
     def _asked(self, designs: Designs) -> tuple[Any, Any]:
         """The curve of designs, and the question about it."""
@@ -63,7 +62,7 @@ class PeakSubject:
     @property
     def truth(self) -> FloatArray:
         """The quantity of each design, as exact as doubles have it."""
-        return np.asarray(self.peak.scale.quantity(self._exact[0], self.designs))
+        return np.asarray(self.peak.scale.quantity(self._exact, self.designs))
 
     def answer(self, method: Method, side: float = 0.0, designs: Designs | None = None) -> FloatArray:
         """What a method gives for each design; with ``side`` ±1 the far or the near end of what it proves."""
@@ -72,14 +71,14 @@ class PeakSubject:
         value, width = method.run(curve, len(designs), self.problem.programme, questions)
         return np.asarray(self.peak.scale.quantity(value[0] + side * self.sign * width[0], designs))
 
-    def by_balls(self, design: Designs, number: int) -> arb:
+    def by_balls(self, design: Designs) -> arb:
         """The extreme of a design in balls that is like one of them, to 25 digits."""
-        return reference(self.peak, self.problem, design, float(self._exact[1][number]))
+        return reference(self.peak, self.problem, design)
 
     def reference(self, number: int) -> float:
         """The quantity of one design by balls."""
         design = self.designs.take([number])
-        extreme = np.array([float(self.by_balls(in_balls(design), number))])
+        extreme = np.array([float(self.by_balls(in_balls(design)))])
         return float(self.peak.scale.quantity(extreme, design)[0])
 
 
@@ -154,7 +153,7 @@ class RadiusSubject:
         bound = self.of.peak.scale.extreme_at(float(self.of.truth[place]), BALL_NUMBERS)
 
         def beyond(size: arb) -> Any:
-            return (self.of.by_balls(replace(exact, size=Ball(size)), place) - bound).mid()
+            return (self.of.by_balls(replace(exact, size=Ball(size))) - bound).mid()
 
         one = as_arb(exact.size)
         other = one * (1 + FIRST_STEP)

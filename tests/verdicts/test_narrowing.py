@@ -1,0 +1,61 @@
+"""Numbers next to a cusp, which doubles do not have: balls against 60 digits."""
+
+import mpmath
+import pytest
+from mpmath import fp, mp
+from support import naive
+from support.cams import FREE, cam_with
+
+from camopt import Scene, evaluate
+
+CUSPED = {"flat": 33.17488339964133, "offset-roller": 1.6679948460734322}
+"""Base radii, mm, whose profiles have a radius of 1e-12 and 1e-9 mm somewhere."""
+LARGE = 100.0
+DIGITS, PLACES = 60, 50
+NAMES = ["profile_radius_min_mm", "contact_stress_max_MPa"]
+
+
+def load_over_radius(scene, ctx):
+    """N/R at a cam angle, N/mm, where 1/R is the sum of both bodies' curvatures, and the radius of the profile."""
+    speed, state = scene["cam"]["rpm"] * ctx.pi / 30, naive.geometry(scene, ctx)
+    radius = scene["follower"].get("roller_radius")
+
+    def at(angle, jet):
+        y, y1, y2, _ = jet
+        force = (
+            FREE["mass"] * (speed**2 * y2 / 1000 + ctx.mpf(FREE["gravity"])) + ctx.mpf(FREE["damping"]) * speed * y1
+        )
+        force += FREE["spring_rate"] * y + FREE["preload"] + FREE["load"]
+        seen = state(angle, jet)
+        if radius is None:
+            return force / seen["rho"], seen["rho"]
+        bulge = seen["kappa"] * radius
+        return force / ctx.cos(seen["beta"]) / (radius * (1 - bulge)), (1 - bulge) / seen["kappa"]
+
+    return at
+
+
+def worst(scene):
+    """The largest N/R and the radius there: by golden sections about the best of a scan."""
+    rough, pieces = load_over_radius(scene, fp), naive.programme(scene["motion"], fp)
+    places = [
+        (k, low + (high - low) * n / PLACES) for k, (low, high, *_) in enumerate(pieces) for n in range(PLACES + 1)
+    ]
+    k, near = max(places, key=lambda place: rough(place[1], pieces[place[0]][-1](place[1]))[0])
+    with mp.workdps(DIGITS):
+        low, high, *_, jet = naive.programme(scene["motion"], mp)[k]
+        step, exact = (high - low) / PLACES, load_over_radius(scene, mp)
+        _, there = naive.golden(lambda x: exact(x, jet(x))[0], max(low, near - step), min(high, near + step))
+        return exact(there, jet(there))
+
+
+@pytest.mark.parametrize("contact", CUSPED)
+def test_stress_and_radius_next_to_a_cusp_are_those_of_60_digits(contact):
+    """The stress grows with √(N/R): from that of a large cam, of which doubles have all digits."""
+    scene = cam_with(contact, outputs=NAMES)
+    near, large = ({**scene, "cam": {**scene["cam"], "base_radius": size}} for size in (CUSPED[contact], LARGE))
+    (load, radius), (known, _) = map(worst, (near, large))
+    found, other = (evaluate(Scene.from_dict(each)) for each in (near, large))
+    stress = other["contact_stress_max_MPa"] * float(mpmath.sqrt(load / known))
+    assert found["profile_radius_min_mm"] == pytest.approx(float(radius), rel=1e-9)
+    assert found["contact_stress_max_MPa"] == pytest.approx(stress, rel=1e-9)
