@@ -53,18 +53,18 @@ class WritingProcess:
     """The process that writes tables, as this one sees it; at the end of its block it has been ended."""
 
     def __init__(self) -> None:
-        asked, ask = os.pipe()
-        told, tell = os.pipe()
-        heeded = signal.pthread_sigmask(signal.SIG_BLOCK, INTERRUPTS)  # what interrupts this process is its matter
-        self.number = os.fork()
-        if not self.number:
-            os.close(ask)
-            _work(os.fdopen(asked, "rb"), os.fdopen(tell, "wb"))
-        signal.pthread_sigmask(signal.SIG_SETMASK, heeded)
-        os.close(asked)
-        os.close(tell)
-        self._ask, self._told = os.fdopen(ask, "wb"), os.fdopen(told, "rb")
+        (asked, self._ask), (self._told, tell) = _pipe(), _pipe()
         self._one_at_a_time = Lock()
+        heeded = signal.pthread_sigmask(signal.SIG_BLOCK, INTERRUPTS)  # what interrupts this process is its matter
+        try:
+            self.number = os.fork()
+            if not self.number:
+                self._ask.close()  # or the process would wait for itself
+                _work(asked, tell)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, heeded)
+        asked.close()
+        tell.close()
 
     def __enter__(self) -> "WritingProcess":
         return self
@@ -91,11 +91,17 @@ class WritingProcess:
                 pickle.dump((method, arguments), self._ask, pickle.HIGHEST_PROTOCOL)
                 self._ask.flush()
                 found, trouble = pickle.load(self._told)
-            except (EOFError, BrokenPipeError):
+            except (EOFError, BrokenPipeError, pickle.UnpicklingError):
                 raise OSError(EIO, "the process that writes it has ended") from None
         if trouble:
             raise trouble
         return found
+
+
+def _pipe() -> tuple[IO[bytes], IO[bytes]]:
+    """The ends of a pipe: where it is read, and where it is written to."""
+    read, written = os.pipe()
+    return os.fdopen(read, "rb"), os.fdopen(written, "wb")
 
 
 class _Table(NamedTuple):

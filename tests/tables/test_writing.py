@@ -75,6 +75,12 @@ with writing_process():
     write("odd.parquet", offset_mm=1.0)
     write("lost.parquet", lambda: os.kill(process.number, signal.SIGKILL), base_radius_mm=1.0)
 print(sorted(os.listdir()), len(PROCESSES), "pyarrow" in sys.modules)
+
+def fork():
+    raise BlockingIOError
+os.fork = fork
+with writing_process():
+    print(len(PROCESSES), signal.pthread_sigmask(signal.SIG_BLOCK, ()))
 """
 
 
@@ -91,6 +97,7 @@ def test_a_process_writes_the_same_bytes_and_its_trouble_is_told_here(tmp_path):
             "KeyError('base_radius_mm')",
             "OSError(5, 'Input/output error')",
             "['whole.parquet'] 0 False",
+            "0 set()",
         ],
     )
     assert (folder / "whole.parquet").read_bytes() == made.read_bytes()
