@@ -117,13 +117,23 @@ EFFECTS: dict[str, Effect] = {e.name: _for_all_drives(e) for e in (*_OWN.values(
 
 def offered(setup: Setup) -> tuple[str, ...]:
     """All quantities of a setup for which the scene gives enough values, in the order of the columns."""
-    names = {name for effect in EFFECTS.values() for name in effect.offers(setup)} - lacking(setup).keys()
-    return tuple(in_order(names))
+    return _offered(Same(setup))
 
 
-def lacking(setup: Setup) -> dict[str, tuple[str, ...]]:
+@lru_cache(maxsize=16)
+def _offered(same: Same[Setup]) -> tuple[str, ...]:
+    names = {name for effect in EFFECTS.values() for name in effect.offers(same.value)}
+    return tuple(in_order(names - lacking(same.value).keys()))
+
+
+def lacking(setup: Setup) -> Mapping[str, tuple[str, ...]]:
     """The keys that the scene lacks, for each quantity that a setup would have with them."""
-    return {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(setup).items()}
+    return _lacking(Same(setup))
+
+
+@lru_cache(maxsize=16)
+def _lacking(same: Same[Setup]) -> Mapping[str, tuple[str, ...]]:
+    return {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(same.value).items()}
 
 
 def effects_needed(wanted: Iterable[str], setup: Setup) -> Mapping[str, frozenset[str]]:

@@ -179,12 +179,12 @@ def is_of_train(key: str) -> bool:
 
 def _stage_quantities(scene: Scene) -> dict[str, str]:
     """The quantity that each number of a stage of the train is in tables, by key."""
-    return {
-        f"train.{number}.{key}": stage_quantity(number, key, turns=scene.turns_after(number))
-        for number, row in enumerate(scene.train, start=1)
-        for key in OF_STAGE
-        if key in keys_of_stage(row.stage)
-    }
+    found: dict[str, str] = {}
+    for number, row in enumerate(scene.train, start=1):
+        own, turns = keys_of_stage(row.stage), scene.turns_after(number)
+        keys = [key for key in OF_STAGE if key in own]
+        found |= {f"train.{number}.{key}": stage_quantity(number, key, turns=turns) for key in keys}
+    return found
 
 
 def angles_of(search: Search, segments: Sequence[GivenSegment]) -> tuple[Variable, ...]:

@@ -1,5 +1,8 @@
 """The numbers of a scene that are no sizes as quantities, by key."""
 
+from collections.abc import Mapping
+from functools import cache
+
 NUMBERS = (
     ("cam.rpm", "rpm", "n", "rpm", "Speed of the cam."),
     ("cam.shaft_diameter", "shaft_diameter_mm", "", "mm", "Diameter of the shaft."),
@@ -67,7 +70,8 @@ OF_SPRING = ("follower.dynamics.spring_rate", "follower.dynamics.preload")
 """Numbers of the spring, whose moment is a force on its lever if it is a straight one."""
 
 
-def number_quantities(*, angular: bool, tool_turns: bool, straight: bool = False) -> dict[str, str]:
+@cache
+def number_quantities(*, angular: bool, tool_turns: bool, straight: bool = False) -> Mapping[str, str]:
     """The quantity that each number of the scene is in tables, by key.
 
     Of a follower, and of a tool, whose motion is an angle or not; of a spring that is a straight one, or one about

@@ -217,7 +217,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         )
 
     @property
-    def number_quantities(self) -> dict[str, str]:
+    def number_quantities(self) -> Mapping[str, str]:
         """The quantity that each of its numbers is in tables, by key."""
         turns = {"angular": self.mechanism.motion.angular, "tool_turns": self.tool_turns}
         return number_quantities(**turns, straight=self.straight_spring)

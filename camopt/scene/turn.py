@@ -4,6 +4,7 @@ The checks work on the plain mapping of a scene, as those of ``scene.checks`` do
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from math import hypot, isfinite
 from typing import Any
 
@@ -13,6 +14,7 @@ from camopt.motion.conditions import DERIVATIVE_NAMES
 from camopt.motion.programme import Programme
 from camopt.motion.run import Contradiction
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment, lifts_of, positions_of
+from camopt.numerics.same import Same
 from camopt.quantities import DERIVATIVES
 from camopt.scene.law_forms import NEAR_END, Fault
 from camopt.scene.mapping import at, number_of, segments, tables_in
@@ -61,6 +63,13 @@ def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
 
 def turn_in(data: Mapping[str, Any]) -> tuple[list[GivenSegment], Programme] | None:
     """The turn of the plain mapping of a scene as it is given; None where it is not known."""
+    return _turn_in(Same(data))
+
+
+@lru_cache(maxsize=1)
+def _turn_in(same: Same[Mapping[str, Any]]) -> tuple[list[GivenSegment], Programme] | None:
+    """Once for all checks of a mapping, which do not change it; so is ``_given``."""
+    data = same.value
     given = _given(data)
     if not given or not has_laws(data, given):
         return None
@@ -87,6 +96,12 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
 
 def _given(data: Mapping[str, Any]) -> list[GivenSegment] | None:
     """The segments as the motion takes them; None where a number or a kind is missing or wrong."""
+    return _segments_given(Same(data))
+
+
+@lru_cache(maxsize=1)
+def _segments_given(same: Same[Mapping[str, Any]]) -> list[GivenSegment] | None:
+    data = same.value
     rows, laws = segments(data), own_law_tables(data)
     for row, after in zip(rows, after_each(rows), strict=True):
         kind = str(row.get("segment"))
