@@ -49,6 +49,8 @@ def _square(a: "Interval") -> "Interval":
 def _divide(a: "Interval", b: "Interval") -> "Interval":
     """By a range from 0 up, which is 0 at most where a formula has no value, the quotient keeps its bound."""
     through_zero = (b.low <= 0.0) & (b.high >= 0.0)
+    if not np.logical_or.reduce(through_zero, axis=None):
+        return _multiply(a, Interval(1.0 / b.high, 1.0 / b.low))
     least = np.where(through_zero & ((b.low < 0.0) | (b.high == 0.0)), -np.inf, 1.0 / b.high)
     inverse = Interval(least, np.where(through_zero, np.inf, 1.0 / b.low))
     return _multiply(a, inverse)

@@ -187,7 +187,7 @@ PARTIALS: dict[np.ufunc, Callable[..., tuple[Any, ...]]] = {
     np.add: lambda v, a, b: (1.0, 1.0),
     np.subtract: lambda v, a, b: (1.0, -1.0),
     np.multiply: lambda v, a, b: (b, a),
-    np.true_divide: lambda v, a, b: (1.0 / b, -v / b),
+    np.true_divide: lambda v, a, b: (inverse := 1.0 / b, -v * inverse),
     np.negative: lambda v, a: (-1.0,),
     np.square: lambda v, a: (2.0 * a,),
     np.power: _power,
