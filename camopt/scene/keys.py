@@ -50,7 +50,7 @@ def found_keys(name: str | None = None) -> list[Key]:
     keys = [key for place in TABLES for key in keys_of(place)]
     found = [key for key in keys if name is None or f".{key.key}".endswith(f".{name}")]
     if not found:
-        known = [*filter(None, TABLES), *dict.fromkeys(key.key.rpartition(".")[2] for key in keys)]
+        known = [*dict.fromkeys([*filter(None, TABLES), *(key.key.rpartition(".")[2] for key in keys)])]
         raise BadInput([Mistake("camopt", "table", name, f"a table or a key; {nearest(str(name), known)}")])
     return found
 

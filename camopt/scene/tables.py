@@ -338,7 +338,7 @@ class Segment(SceneTable):
     degree 5 that joins what is beside it with continuous velocity and acceleration, or with a ``law`` of
     positions (``[laws]``), as ``synthesise`` writes it; what it asks at its end that law has to meet.
     ``velocity``, ``acceleration`` and ``jerk`` may be given at its end. Between two moves each of these, and
-    ``to``, may be a range [low, high], or be left out: it is then as for the least mean-square jerk. Where a
+    ``to``, may be a range [low, high], or be left out: it is then chosen for the least mean-square jerk. Where a
     jerk is asked for at a cam angle, the jerk of moves that follow each other is continuous too (degree 7), and
     the mean square of its derivative is the least. ``through`` are conditions on the way, which that
     motion meets, and all that ``synthesise`` finds.
