@@ -69,8 +69,9 @@ def _stressed_when_slow(problem: Problem) -> Iterator[str]:
     limits = [limit for limit in problem.limits if STRESS in limit.needs]
     if limits and setup.rpm is not None:  # of a knife edge it is known without
         slow = replace(problem, setup=setup.with_numbers({"cam.rpm": setup.rpm * SLOW}))
-        (stress,), (slowly,), limit = _quantities(problem, STRESS), _quantities(slow, STRESS), limits[0]
-        if stress <= limit.bound * (1.0 + NOTICED) < slowly:
+        (slowly,), limit = _quantities(slow, STRESS), limits[0]
+        allowed = limit.bound * (1.0 + NOTICED)
+        if slowly > allowed and (stress := _quantities(problem, STRESS)[0]) <= allowed:
             at_speed = f"{_stress(stress)} at {setup.rpm:g} rpm, where inertia relieves it"
             beyond = f"is {_stress(slowly)} at low speed, above {limit.key} ({_stress(limit.bound)})"
             yield f"the contact stress {beyond}, and {at_speed}"

@@ -8,7 +8,7 @@ import pytest
 import shapely
 from support.cams import cam_with, turn_of
 
-from camopt import BadInput, Scene, cam_points, certify, evaluate, export, find_scene, optimise
+from camopt import BadInput, Scene, cam_points, certify, evaluate, evaluate_designs, export, find_scene, optimise
 from camopt.effects.crossing import find_wall_crossings
 from camopt.effects.crossing_boxes import deepest, followed, overlaps
 from camopt.mechanisms import DRIVEN, mechanism_for
@@ -191,8 +191,8 @@ def test_the_smallest_groove_is_that_of_a_dense_scan_and_proved_on_both_sides_of
         **{"search.arm_length": None, "limits.edge_wall_min_mm": 12.0}
     )
     best = optimise(scene).best
-    scanned = [scene.replace(**{"cam.base_radius": float(size)}) for size in np.linspace(18.0, 58.0, 201)]
-    held = next(each.cam.base_radius for each in scanned if evaluate(each)["feasible"])
+    scanned = evaluate_designs(scene, {"base_radius_mm": np.linspace(18.0, 58.0, 201)})
+    held = scanned["base_radius_mm"][scanned["feasible"]].min()
     assert best["proved"]
     assert held - 0.2 <= best["base_radius_mm"] <= held
     least = best["base_radius_mm"]
