@@ -14,6 +14,9 @@ import camopt.verdicts.exact_profile  # noqa: F401  what roots and angles of ser
 from camopt.trains.train import Train
 from camopt.verdicts.ball import precisely
 
+POINT = 1e-40
+"""The radius of a ball that is a point but for rounding."""
+
 
 @dataclass(frozen=True)
 class DrivenPiece:
@@ -61,7 +64,7 @@ def narrowed(piece: Any, count: int, x: arb, there: list[arb] | None = None) -> 
     Beside a dwell s′ falls with the square of the distance, its ball only with the width of the ball of x.
     """
     rows: list[arb] = piece.derivatives(count, x)
-    if x.is_exact():
+    if x.rad() <= POINT:
         return rows
     middle = x.mid()
     there = there or piece.derivatives(count - 1, middle)
