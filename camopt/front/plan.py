@@ -140,9 +140,11 @@ class SweepPlan:
         """Whether boxes of designs find the front: no other design is wanted, and objectives allow it."""
         if self.keep in TABLED or self.problem.choices.samples or self.problem.offs:
             return False
+        if not boxes_are_sooner(self):
+            return False
         from camopt.front.box_bounds import all_bounded
 
-        return boxes_are_sooner(self) and all(map(all_bounded, self.space.problems))
+        return all(map(all_bounded, self.space.problems))
 
     @cached_property
     def blocks(self) -> Blocks:
