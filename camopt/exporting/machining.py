@@ -73,7 +73,7 @@ class Milling:
     def left_out(self) -> Iterator[str]:
         """What a machine needs, and the program does not say."""
         if self.spindle is None:
-            yield "no speed of the spindle is given, with the number of the tool: the program does not start it"
+            yield "no speed of the spindle is given (spindle, with a tool): the program does not start it"
 
     def _missing(self) -> Iterator[Mistake]:
         for name in ("cutter_radius", "feed"):
