@@ -12,7 +12,7 @@ from camopt.front.forged_rows import table_oddities
 from camopt.front.plan import SweepPlan
 from camopt.problem.rows import Rows
 from camopt.storage.damage import ARROW_ERRORS, raise_if_of_the_disk
-from camopt.tables.row_groups import arrow_schema, parquet_options, to_table
+from camopt.tables.table import arrow_schema, parquet_options, to_table
 from camopt.verdicts.judging import Effort
 
 BATCH_TABLES = ("kept", "front", "best")

@@ -17,8 +17,7 @@ from camopt.problem.settings import problems_of
 from camopt.problem.space import Space
 from camopt.storage.publishing import revised
 from camopt.storage.sealed import no_table, read_table, write_table
-from camopt.tables.row_groups import arrow_schema
-from camopt.tables.table import scene_in
+from camopt.tables.table import arrow_schema, scene_in
 from camopt.verdicts.certify import certify_cams, summary
 
 

@@ -12,7 +12,7 @@ from camopt.problem.settings import problems_of
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.scene.tables import LARGEST_VALUE, SMALLEST_VALUE
-from camopt.tables.row_groups import arrow_schema
+from camopt.tables.table import arrow_schema
 
 
 def table_oddities(table: pa.Table, names: tuple[str, ...], scene: Scene, problem: Problem) -> Iterator[str]:

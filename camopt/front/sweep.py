@@ -37,7 +37,6 @@ from camopt.storage.unit import Unit
 from camopt.tables.cells import to_json
 from camopt.tables.designs import Design
 from camopt.tables.writing import TableWriter, table_file
-from camopt.tables.writing_process import end_writing_process
 
 if TYPE_CHECKING:
     from camopt.front.checkpoint import Checkpoint
@@ -183,7 +182,6 @@ def result_of(
     with what_is_kept(lambda: kept.kept if kept else ""), ExitStack() as stack:
         unit = None if out is None else stack.enter_context(_published(out, plan))
         kept = stack.enter_context(keep(unit.journal)) if unit and keep else None
-        stack.callback(end_writing_process)
         tables = _tables(stack, unit, plan) if unit else {}
         rows_of_search = tables["designs"] if tables and plan.keep in TABLED else None
         seen = search(kept, rows_of_search.append if rows_of_search else _nowhere)

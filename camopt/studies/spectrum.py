@@ -188,7 +188,7 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
         If a file cannot be written.
     """
     from camopt.storage.sealed import write_table
-    from camopt.tables.row_groups import schema_of, to_table
+    from camopt.tables.table import schema_of, to_table
 
     table, picture = (Path(folder) / name for name in SPECTRUM)
     table.parent.mkdir(parents=True, exist_ok=True)

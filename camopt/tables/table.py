@@ -1,21 +1,39 @@
 """Tables on disk: Parquet with units, symbols, scene and version in its metadata, sealed; pandas at the door."""
 
 import os
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
 from camopt.mistakes import BadInput
+from camopt.problem.rows import Rows
+from camopt.quantities import QUANTITIES, Quantity
 from camopt.scene.scene import Scene
-from camopt.storage.sealed import SCENE_KEY, no_table, read_table, table_facts, write_table
+from camopt.storage.seal import ROWS_IN_GROUP, Tell, sealed
+from camopt.storage.sealed import SCENE_KEY, TYPES, no_table, read_table, table_facts, write_table
 from camopt.storage.version import VERSION
-from camopt.tables.row_groups import array_of
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+def arrow_schema(names: tuple[str, ...], scene: str) -> pa.Schema:
+    """The schema of some quantities, with the scene (TOML text) and the version that made the table."""
+    return schema_of((QUANTITIES[name] for name in names), camopt_scene=scene)
+
+
+def schema_of(quantities: Iterable[Quantity], **about: str) -> pa.Schema:
+    """The schema of quantities, with the version that made the table, and what else there is to say of it."""
+    fields = []
+    for each in quantities:
+        facts = {"unit": each.unit, "symbol": each.symbol, "description": each.sentence}
+        fields.append(pa.field(each.name, TYPES[each.kind], nullable=False, metadata=facts))
+    return pa.schema(fields, metadata={"camopt_version": VERSION, **about})
 
 
 class Column(Protocol):
@@ -38,7 +56,7 @@ def write_columns(columns: Mapping[str, Column], scene: Scene, path: str | os.Pa
     fields = [pa.field(name, pa.float64(), nullable=False, metadata=facts) for name, facts in names]
     layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
     rows = len(next(iter(columns.values())).values)
-    arrays = [array_of(each.values, rows, pa.float64()) for each in columns.values()]
+    arrays = [_array(each.values, rows, pa.float64()) for each in columns.values()]
     write_table(pa.table(arrays, schema=layout), path)
 
 
@@ -52,6 +70,93 @@ def scene_in(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:
     except BadInput as bad:
         first = bad.mistakes[0]
         raise no_table(path, f"the scene in this has mistakes, such as {first.key}: {first.allowed}") from None
+
+
+def to_table(rows: Rows, layout: pa.Schema) -> pa.Table:
+    """Rows as an arrow table."""
+    return pa.table([_array(rows.columns[c.name], rows.count, c.type) for c in layout], schema=layout)
+
+
+def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
+    """A column as an arrow array, from its bytes: ``pa.array`` and ``pa.scalar`` would import pandas, at 0.3 s."""
+    if kind == pa.string():
+        starts = first_of_equals(value, rows)
+        value = np.broadcast_to(value, (rows,))
+        texts, repeats = [text.encode() for text in value[starts].tolist()], np.diff(starts, append=rows)
+        lengths = np.repeat(np.array([0, *map(len, texts)]), [1, *repeats])
+        ends = np.cumsum(lengths, dtype=np.int32)
+        data = b"".join(text * count for text, count in zip(texts, repeats.tolist(), strict=True))
+        return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(ends), pa.py_buffer(data)])
+    value = np.broadcast_to(value, (rows,))
+    if kind == pa.bool_():
+        bits = np.packbits(value, bitorder="little")
+        return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(bits)])
+    values = np.ascontiguousarray(value, dtype=float)
+    return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(values)])
+
+
+def first_of_equals(value: Any, rows: int) -> NDArray[np.intp]:
+    """The rows of a column whose value is not that of the row before."""
+    changes = value[1:] != value[:-1] if np.ndim(value) else np.zeros(max(rows - 1, 0), dtype=bool)
+    return np.flatnonzero(np.concatenate([[rows > 0], changes]))
+
+
+def parquet_options(layout: pa.Schema) -> dict[str, Any]:
+    """Options of Parquet by which rows of designs take little room, and little time.
+
+    Values that repeat go by a dictionary. Others are split by bytes (BYTE_STREAM_SPLIT): the leading bytes of
+    doubles are much the same from row to row, and compress well.
+    """
+    known = (QUANTITIES[name] for name in layout.names if name in QUANTITIES)
+    repeats = {q.name for q in known if q.effect in ("sizes", "motion") or q.kind is not float}
+    floats = [field.name for field in layout if pa.types.is_floating(field.type)]
+    return {
+        "use_dictionary": [name for name in layout.names if name in repeats],
+        "use_byte_stream_split": [name for name in floats if name not in repeats],
+        "compression_level": 1,
+    }
+
+
+@contextmanager
+def row_groups(path: Path, names: tuple[str, ...], about: Mapping[str, str], tell: Tell) -> Iterator["RowGroups"]:
+    """What writes rows of some quantities to a file, which is sealed when the block ends well."""
+    layout = schema_of((QUANTITIES[name] for name in names), **about)
+    with sealed(path, layout, tell, **parquet_options(layout)) as add:
+        yield RowGroups(add, layout)
+
+
+class RowGroups:
+    """Collects rows and writes them in groups of a fixed size, so that files do not depend on the batches."""
+
+    def __init__(self, add: Callable[[pa.Table], None], layout: pa.Schema) -> None:
+        self._add, self._layout = add, layout
+        self._pending: list[pa.Table] = []
+        self._waiting = self._groups = 0
+
+    def append(self, rows: Rows) -> None:
+        """Add rows."""
+        for first in range(0, rows.count, ROWS_IN_GROUP):
+            self._append(rows.part(slice(first, first + ROWS_IN_GROUP)))
+
+    def _append(self, rows: Rows) -> None:
+        """Add no more rows than a group has."""
+        self._pending.append(to_table(rows, self._layout))
+        self._waiting += rows.count
+        if self._waiting >= ROWS_IN_GROUP:
+            merged = pa.concat_tables(self._pending)
+            whole = merged.num_rows - merged.num_rows % ROWS_IN_GROUP
+            self._write(merged.slice(0, whole))
+            self._pending = [merged.slice(whole)]
+            self._waiting = merged.num_rows - whole
+
+    def finish(self) -> None:
+        """Write the rows that fill no group."""
+        if self._pending or not self._groups:
+            self._write(pa.concat_tables(self._pending or [self._layout.empty_table()]))
+
+    def _write(self, table: pa.Table) -> None:
+        self._groups += 1
+        self._add(table)
 
 
 def load(path: str | os.PathLike[str]) -> "pd.DataFrame":

@@ -1,16 +1,18 @@
-"""A table that is written beside the search that finds its rows: by a thread, or by a process that it asks."""
+"""A table that a thread of its own writes, beside the search that finds its rows."""
 
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from camopt.problem.rows import Rows
 from camopt.storage.files import naming, whole_file
 from camopt.storage.manifest import Fact
-from camopt.tables.writing_process import PROCESSES
+
+if TYPE_CHECKING:
+    from camopt.tables.table import RowGroups
 
 WAITING = 2  # batches of rows that wait in memory while another is written
 
@@ -31,7 +33,7 @@ def table_file(
 
 
 class TableWriter:
-    """Has rows written beside other work: few wait in memory, errors come with the next."""
+    """Has rows written by a thread, which imports pyarrow: few wait in memory, errors come with the next."""
 
     def __init__(
         self,
@@ -46,7 +48,7 @@ class TableWriter:
         self._names, self._about, self._tell = names, about, tell
         self.thread = ThreadPoolExecutor(1)
         self._writing: deque[Future[None]] = deque()
-        self._add: Callable[[Rows], None] | None = None
+        self._groups: RowGroups | None = None
         self._ended = False
 
     def describe(self, key: str, text: str) -> None:
@@ -56,7 +58,7 @@ class TableWriter:
     def append(self, rows: Rows) -> None:
         """Add rows."""
         if rows.count:
-            self._have_done(lambda: self._opened()(rows))
+            self._have_done(lambda: self._opened().append(rows))
 
     def end(self) -> None:
         """Take no more rows: those that fill no group and the seal are written while other work goes on."""
@@ -78,21 +80,15 @@ class TableWriter:
             while len(self._writing) > left:
                 self._writing.popleft().result()
 
-    def _opened(self) -> Callable[[Rows], None]:
-        if self._add is None:
-            groups = _row_groups()(self._partial, self._names, self._about, self._tell)
-            self._add = self._open_file.enter_context(groups)
-        return self._add
+    def _opened(self) -> "RowGroups":
+        if self._groups is None:
+            from camopt.tables.table import row_groups
+
+            self._groups = self._open_file.enter_context(
+                row_groups(self._partial, self._names, self._about, self._tell)
+            )
+        return self._groups
 
     def _close(self) -> None:
-        self._opened()
+        self._opened().finish()
         self._open_file.close()
-
-
-def _row_groups() -> Callable[..., AbstractContextManager[Callable[[Rows], None]]]:
-    """What writes rows: a process of its own, if there is one, or the thread that asks."""
-    if PROCESSES:
-        return PROCESSES[-1].row_groups
-    from camopt.tables.row_groups import row_groups
-
-    return row_groups

@@ -25,12 +25,10 @@ from camopt.cli.options import (
     scheduler_option,
 )
 from camopt.cli.resumed import place_of, resumed
-from camopt.tables.writing_process import writing_process
 
 
 @click.command(cls=OnceCommand, place=lambda out, part, **_: place_of(out, part))
 @click.argument("scene", default=DEFAULT_SCENE)
-@writing_process()
 @scene_options
 @outputs_option
 @output_options
