@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.drawing.canvas import Target, canvas
-from camopt.drawing.style import ALARM, MUTED, ON_WHITE, PAGE_TITLE, SERIES, dress
+from camopt.drawing.style import ALARM, MUTED, PAGE_TITLE, SERIES, dress
 from camopt.effects.answers import ORDERS
 from camopt.effects.motion import scale
 from camopt.problem.problem import resolve_design
@@ -59,9 +59,11 @@ def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") ->
             axes.fill_between(angles, unit * ends.lower, unit * ends.upper, color=colour, lw=0, label=label)
         if error.at_deg is not None:
             axes.axvline(error.at_deg, color=MUTED, lw=0.8, ls=":", label="where the worst case is largest")
-    if np.isinf(error.worst):
-        where = f"between jumps; infinite at {turn.impulses_said(order)}" if bounded else "no bound"
-        axes.text(0.5, 0.5, where, transform=axes.transAxes, ha="center", va="center", color=MUTED, **ON_WHITE)
+    if np.isinf(error.worst) and bounded:
+        where = f"between jumps; infinite at {turn.impulses_said(order)}"
+        axes.set_title(where, loc="right", color=MUTED, fontsize="small", fontweight="normal")
+    elif np.isinf(error.worst):
+        axes.text(0.5, 0.5, "no bound", transform=axes.transAxes, ha="center", va="center", color=MUTED)
     if not bounded:
         axes.set_yticks([])
     dress(axes)

@@ -179,14 +179,15 @@ class MotionErrors(HasHtml, Drawn):
             self._row("at cam angle, deg", "three_sigma_at_deg"),
         ]
         named = dict(zip(NAMES, self.worst_cases, strict=True))
-        rows.append({"": "no cam within exceeds, proved", **{name: each.bound for name, each in named.items()}})
+        rows.append(
+            {"": "no cam within exceeds, proved", **_known({name: each.bound for name, each in named.items()})}
+        )
         rows.append({"": "worst cam, by exact contact", **{name: abs(each.error) for name, each in named.items()}})
         if self.dwells:
             rows.append({"": "change in a dwell", NAMES[0]: max(each.change for each in self.dwells)})
             of_dwells = [each.worst_case for each in self.dwells]
-            rows.append(
-                {"": "no cam within moves more in it, proved", NAMES[0]: max(each.bound for each in of_dwells)}
-            )
+            bound = {NAMES[0]: max(each.bound for each in of_dwells)}
+            rows.append({"": "no cam within moves more in it, proved", **_known(bound)})
             rows.append(
                 {"": "worst cam in a dwell, by exact contact", NAMES[0]: max(each.change for each in of_dwells)}
             )
@@ -362,6 +363,11 @@ def tolerance(scene: Scene) -> MotionErrors:
 
 def _angle(deg: float) -> str:
     return f"{number(round(deg, 9))} deg"
+
+
+def _known(bounds: dict[str, float]) -> dict[str, float]:
+    """Those that are proved: the others have no cell."""
+    return {name: each for name, each in bounds.items() if each < inf}
 
 
 def _above(gap: float, found: float) -> str:
