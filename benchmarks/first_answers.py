@@ -35,6 +35,8 @@ EVERY = COMMANDS | {
     "evaluate --plot": ("evaluate", "exhaust-valve", "--plot", "out.png"),
     "frontier": ("frontier", "exhaust-valve", "--points", "5"),
     "accuracy": ("accuracy", "exhaust-valve"),
+    "report": ("report", "exhaust-valve", "--out", "out.html"),
+    "export": ("export", "exhaust-valve", "out.dxf"),
 }
 LOADED = ("evaluate", "certify", "optimise")
 """Commands that are asked of cams with all their loads."""
