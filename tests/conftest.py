@@ -13,6 +13,8 @@ from support.depth import is_deep
 
 from camopt.kernels import compile
 
+gc.set_threshold(1_000_000)  # until tests are collected: what is made by then stays
+
 settings.register_profile("ci", deadline=None, derandomize=True, max_examples=25)
 settings.register_profile("deep", deadline=None, max_examples=1000, print_blob=True)
 settings.load_profile("ci")  # before --hypothesis-profile is read
@@ -37,7 +39,7 @@ def pytest_collection_modifyitems(config, items):
 
 
 def pytest_collection_finish():
-    """What is imported stays: garbage is looked for among what tests make alone, and not as often."""
+    """From here on garbage is looked for among what tests make alone, and not as often as by default."""
     gc.collect()
     gc.freeze()
     gc.set_threshold(10_000, 20, 20)
