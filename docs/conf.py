@@ -1,11 +1,13 @@
 """How Sphinx builds the site. `.ci/site` builds and checks it."""
 
+import gc
 import os
 import shutil
 import sys
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as for commands
+gc.set_threshold(10_000, 20, 20)  # as for tests: pages are large trees, which stay
 
 DOCS = Path(__file__).parent
 for notebook in (DOCS.parent / "notebooks").glob("*.ipynb"):
