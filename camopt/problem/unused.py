@@ -1,5 +1,7 @@
 """Values of dynamics and materials that nothing reads, wanted effects that lack data, constant objectives."""
 
+from collections.abc import Mapping
+
 from camopt.effects import EFFECTS, effects_needed, lacking, offered
 from camopt.effects.contacts import OF_EACH, PLACES
 from camopt.problem.problem import resolve
@@ -101,7 +103,7 @@ def _given(scene: Scene) -> list[str]:
     return list(dict.fromkeys([*given, *(key for key in varied if key in READERS)]))
 
 
-def _for_want(keys: list[str], lacks: dict[str, tuple[str, ...]]) -> str:
+def _for_want(keys: list[str], lacks: Mapping[str, tuple[str, ...]]) -> str:
     """The fewest keys that would make one of the quantities that read some keys computable."""
     effects = {effect for key in keys for effect in READERS[key]}
     wanting = [tuple(needs) for name, needs in lacks.items() if QUANTITIES[name].effect in effects]

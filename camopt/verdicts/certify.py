@@ -27,7 +27,7 @@ from camopt.verdicts.ball import as_arb, precisely
 from camopt.verdicts.deciding import Largest, Side, sign_of
 from camopt.verdicts.exact_curve import BALL_NUMBERS, ExactCurve, in_balls
 from camopt.verdicts.exact_mean import mean_verdict
-from camopt.verdicts.exact_motion import ExactMotion, exact_motion
+from camopt.verdicts.exact_motion import ExactMotion, TurnPart, exact_motion
 from camopt.verdicts.exact_section import integrated_rows, is_integrated
 from camopt.verdicts.limit_boxes import ends_within, limit_over_box
 from camopt.verdicts.running import run_effects
@@ -55,7 +55,7 @@ def sides_of(claim: Claim, design: Designs, motion: ExactMotion) -> Iterator[Sid
 
 def largest_of(claims: Iterable[Claim], design: Designs, motion: ExactMotion) -> Largest:
     """What the curves of claims are at most, on all their sides, for a design (in balls)."""
-    parts = []
+    parts: list[tuple[Side, TurnPart]] = []
     for claim in claims:
         turn = claim.curve.of(motion) if isinstance(claim.curve, Derivative) else motion
         for side in sides_of(claim, design, motion):

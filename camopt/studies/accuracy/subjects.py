@@ -52,7 +52,8 @@ class PeakSubject:
         """Each extreme, as exact as doubles have it."""
         curve, questions = self._asked(self.designs)
         table = self.problem.programme.table
-        return extremes(curve, len(self.designs), table, questions, Precision(SINGLE_ERROR, 1e-9)).value[0]
+        found = extremes(curve, len(self.designs), table, questions, Precision(SINGLE_ERROR, 1e-9))
+        return np.asarray(found.value[0])
 
     def _asked(self, designs: Designs) -> tuple[Any, Any]:
         """The curve of designs, and the question about it."""
