@@ -232,6 +232,7 @@ def _met_at(price: Price, limits: Sequence[Limit], cam: Freedom) -> float | None
     design, problem = cam.problem.design, cam.problem
     columns = columns_for(problem, limits, design)
     slopes = np.array([limit.by_bound(columns, design)[0] for limit in limits])
-    met = price.bound - excesses(limits, columns, design)[:, 0] / slopes
-    farthest = float(met[np.argmax(np.abs(met - price.bound))])
-    return _finite(farthest if abs(farthest) > BOUND_ROUNDING * abs(price.bound) else 0.0)
+    excess = excesses(limits, columns, design)[:, 0]
+    asked = np.argmax(excess / np.abs(slopes))
+    met = float(price.bound - excess[asked] / slopes[asked])
+    return _finite(met if abs(met) > BOUND_ROUNDING * abs(price.bound) else 0.0)

@@ -62,6 +62,7 @@ SIZED = {
     },
 }
 UNASKED = {"undercut binds", "cylindrical, undercut"}
+RISE_BINDS = find_scene("valve-with-rocker").replace(**{"search.law": ["poly4567"]})
 
 
 @pytest.mark.one_in(3)
@@ -290,10 +291,16 @@ def test_a_closed_form(angle):
 
 
 @pytest.mark.parametrize(
-    "name", ["pressure binds, offset free", "shaft binds", "curvature binds", "arm of a groove"]
+    "case",
+    [
+        *(
+            pytest.param(SIZED[name], id=name)
+            for name in ("pressure binds, offset free", "shaft binds", "curvature binds", "arm of a groove")
+        ),
+        pytest.param(RISE_BINDS, id="pressure of the rise binds, of the return it is far"),
+    ],
 )
-def test_without_a_limit_the_cam_is_that_of_another_search_and_a_bound_there_saves_no_more(name):
-    case = SIZED[name]
+def test_without_a_limit_the_cam_is_that_of_another_search_and_a_bound_there_saves_no_more(case):
     for key, price in of(case, 30.0).items():
         if key.startswith("search."):
             assert (price.size_without, price.holds_to, price.next) == (None, None, None)
