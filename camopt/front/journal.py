@@ -55,6 +55,7 @@ class Journal:
         self.done = self.numbers.start
         self.trouble: OSError | None = None
         self._whole = 0  # bytes
+        self._is_replayed = False
         self._pending: list[Batch] = []
         self._since = now()
         self._thread = ThreadPoolExecutor(1)
@@ -67,6 +68,7 @@ class Journal:
             for batch, end in batches_of(file, self.question, self.plan):
                 self.done, self._whole = batch.last, end
                 yield batch
+        self._is_replayed = True
         self._since = now()
 
     def add(self, batch: Batch) -> None:
@@ -110,7 +112,8 @@ class Journal:
     def kept(self) -> str:
         """The finished work, in words; empty if there is none."""
         kept = self.done > self.numbers.start and self.path.exists()
-        return f"{self.progress} are done and kept" if kept else ""
+        least = "" if self._is_replayed else "at least "  # an interrupt may come before it is read to its end
+        return f"{least}{self.progress} are done and kept" if kept else ""
 
     @property
     def progress(self) -> str:

@@ -78,6 +78,13 @@ def test_an_interrupted_sweep_goes_on_where_it_ended(keep, tmp_path, whole, at_o
     assert not (tmp_path / ".camopt").exists()
 
 
+def test_who_stops_while_what_is_kept_is_read_is_told_that_there_may_be_more(tmp_path, at_once):
+    with pytest.raises(Stopped, match=KEPT):
+        run(tmp_path, progress=stopped(1200))
+    with pytest.raises(Stopped, match=r"at least [0-9]00 of 2,400 designs are done and kept"):
+        run(tmp_path, progress=stopped(BLOCK))
+
+
 def test_what_is_kept_is_not_evaluated_again(tmp_path, at_once):
     with pytest.raises(Stopped, match=KEPT):
         run(tmp_path, progress=stopped(1200))
