@@ -35,7 +35,7 @@ SAMPLE = 3  # blocks all over the space, which call for all kernels
 TABLED = ("feasible", "all")
 KEPT = ("pareto", *TABLED, FRONT_ONLY)
 """Which designs a sweep can write to its table of designs: with the last, an old name of the first, none."""
-BOXES_OF_ONE, BOXES_OF_MORE = 90_000, 220_000  # pitch curves of a motion, from which on boxes find the front sooner
+BOXES_OF_ONE, BOXES_OF_MORE = 90_000, 350_000  # pitch curves of a motion, from which on boxes find the front sooner
 A_DESIGN = 1 / 12  # of a pitch curve: what a design takes beside it
 
 
