@@ -67,14 +67,12 @@ def _few_levels(monkeypatch):
     monkeypatch.setattr(refine, "CURVE_LEVELS", 12)
 
 
-@pytest.fixture(scope="module")
-def _boxes():
+@pytest.fixture
+def _boxes(monkeypatch):
     """Boxes of designs find the front of a space of any size if "front-only" is kept; blocks do, if "pareto"."""
     from camopt.front import plan
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plan, "boxes_are_sooner", lambda asked: asked.keep == plan.FRONT_ONLY)
-        yield
+    monkeypatch.setattr(plan, "boxes_are_sooner", lambda asked: asked.keep == plan.FRONT_ONLY)
 
 
 @pytest.fixture(scope="session", autouse=True)

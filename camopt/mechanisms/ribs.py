@@ -63,7 +63,7 @@ class Ahead(NamedTuple):
 
 @formula(Ahead)
 def ahead_curve(f, i, at):
-    value, slope = curve(f.curve, i, State(at.y + f.by[i], at.y1, at.y2, at.y3, None))
+    value, slope = curve(f.curve, i, State(at.y + f.by[i], at.y1, at.y2, at.y3, None, at.y4))
     return f.factor[i] * value, f.factor[i] * slope
 
 
