@@ -10,6 +10,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is imported: 
 import pytest
 from hypothesis import settings
 from support.depth import is_deep
+from support.ways import boxes_for_front_only
 
 from camopt.kernels import compile
 
@@ -68,11 +69,9 @@ def _few_levels(monkeypatch):
 
 
 @pytest.fixture
-def _boxes(monkeypatch):
-    """Boxes of designs find the front of a space of any size if "front-only" is kept; blocks do, if "pareto"."""
-    from camopt.front import plan
-
-    monkeypatch.setattr(plan, "boxes_are_sooner", lambda asked: asked.keep == plan.FRONT_ONLY)
+def _boxes():
+    with boxes_for_front_only():
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

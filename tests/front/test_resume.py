@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.ways import boxes_for_front_only
 
 import camopt
 from camopt.engines.threads import Threads
@@ -274,15 +275,17 @@ BOXED = SCENE.replace(
 
 
 @pytest.fixture(scope="module")
-def front_only(tmp_path_factory, _boxes):
+def front_only(tmp_path_factory):
     """What one search by boxes writes, and how many boxes it has after each step."""
     folder, boxes = tmp_path_factory.mktemp("boxes"), []
-    result = sweep(BOXED, folder, "front-only", progress=lambda done, total: boxes.append(done))
+    with boxes_for_front_only():
+        result = sweep(BOXED, folder, "front-only", progress=lambda done, total: boxes.append(done))
     assert len(boxes) > 3
     assert result.decided_by_boxes
     return files_in(folder), boxes
 
 
+@pytest.mark.usefixtures("_boxes")
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_an_interrupted_search_by_boxes_goes_on(share, tmp_path, front_only, monkeypatch):
     monkeypatch.setattr(checkpoint, "STATE_SECONDS", 0.0)
@@ -320,7 +323,7 @@ def test_blocks_and_boxes_of_one_question_do_not_mix(first, tmp_path, front_only
 def kept_state(tmp_path_factory, front_only):
     """The checkpoint of a search by boxes that was stopped."""
     folder, (_, boxes) = tmp_path_factory.mktemp("state"), front_only
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, boxes_for_front_only():
         patch.setattr(checkpoint, "STATE_SECONDS", 0.0)
         with pytest.raises(Stopped, match=KEPT):
             sweep(BOXED, folder, "front-only", progress=stopped(boxes[2]))
