@@ -20,7 +20,7 @@ from camopt.cli.options import (
     scene_options,
 )
 
-NO_SECONDS = 1e-3  # seconds: where none are left, bounds have prices, and nothing is sought without them
+NO_SECONDS = 1e-9  # over at once: where none are left, bounds have prices, and nothing is sought without them
 
 
 @click.command(cls=OnceCommand, place=lambda out, **_: out and (out, "optimise"))
