@@ -137,7 +137,7 @@ def sizes_in_words(picture: Picture) -> str:
     """The mechanism, its speed, its sizes and laws, as a line under a title."""
     scene, values = picture.scene, picture.values
     words = [f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower", scene.cam.rotation]
-    words += [] if scene.cam.rpm is None else [f"{scene.cam.rpm:g} rpm"]
+    words += [] if scene.cam.rpm is None else [f"{scene.cam.rpm:g} rev/min"]
     round_body = "face radius" if scene.follower.contact == "spherical" else "roller radius"
     names = {
         "base_radius_mm": "base radius",

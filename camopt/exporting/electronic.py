@@ -34,7 +34,7 @@ def write(work: Workpiece, path: Path, points: int = 361) -> Export:
     lines = [
         f"# {work.scene.name}",
         f"# camopt {VERSION}; {points} points"
-        + ("" if rpm is None else f"; designed for {rpm:g} rpm of the master"),
+        + ("" if rpm is None else f"; designed for {rpm:g} rev/min of the master"),
         "# the slave is the follower" + (", which drives the tool through the train" if work.scene.train else ""),
         f"# master_deg position_{unit} velocity_{unit}_per_deg acceleration_{unit}_per_deg2",
         *(" ".join(f"{value + 0.0:.10g}" for value in row) for row in zip(*columns, strict=True)),

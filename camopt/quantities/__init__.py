@@ -340,7 +340,7 @@ _ALL = [
             (
                 "jump_speed_rpm",
                 "",
-                "rpm",
+                "rev/min",
                 "Speed of the cam above which contact is lost, in a groove with one flank; 0 where nothing presses "
                 "the follower.",
             ),
@@ -435,7 +435,12 @@ _ALL = [
         Quantity(name, symbol, unit, "surface", sentence)
         for name, symbol, unit, sentence in (
             ("sliding_speed_max_m_s", "v", "m/s", "Largest sliding speed at the contact."),
-            ("roller_speed_max_rpm", "", "rpm", "Largest speed of the roller about its pin, if it does not slip."),
+            (
+                "roller_speed_max_rpm",
+                "",
+                "rev/min",
+                "Largest speed of the roller about its pin, if it does not slip.",
+            ),
             ("entrainment_speed_max_m_s", "u", "m/s", "Largest mean speed of both surfaces over the contact."),
             (
                 "entrainment_speed_min_m_s",
@@ -479,7 +484,7 @@ _ALL = [
             (
                 "roller_spin_change_max_rpm",
                 "",
-                "rpm",
+                "rev/min",
                 "Largest change of the roller's spin that the other wall asks for.",
             ),
             (

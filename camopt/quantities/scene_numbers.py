@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from functools import cache
 
 NUMBERS = (
-    ("cam.rpm", "rpm", "n", "rpm", "Speed of the cam."),
+    ("cam.rpm", "rpm", "n", "rev/min", "Speed of the cam."),
     ("cam.shaft_diameter", "shaft_diameter_mm", "", "mm", "Diameter of the shaft."),
     ("follower.dynamics.mass", "mass_kg", "m", "kg", "Mass that moves with the follower."),
     ("follower.dynamics.inertia", "inertia_kg_m2", "J", "kg·m²", "Inertia of the follower about its pivot."),

@@ -36,4 +36,4 @@ def _of_train(scene: Scene) -> Iterator[Read]:
 def _speed_of_crank(scene: Scene) -> Iterator[Read]:
     """The speed as it was given, if not as that of the cam."""
     if scene.by_crank and scene.cam.rpm is not None:
-        yield Read(OF_CRANK, TURNS_OF_CRANK * scene.cam.rpm, "rpm")
+        yield Read(OF_CRANK, TURNS_OF_CRANK * scene.cam.rpm, "rev/min")

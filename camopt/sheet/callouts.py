@@ -170,7 +170,7 @@ def _plane_end(foot: complex, seen: complex) -> Marks:
 def _rotation(view: FrontView, turn: float) -> Marks:
     rpm = view.cam.scene.cam.rpm
     radius = view.ring + OUTSIDE + 4.0
-    words = view.cam.say("rotation" if rpm is None else "{} rpm").format(decimal(rpm or 0.0))
+    words = view.cam.say("rotation" if rpm is None else "{} rev/min").format(decimal(rpm or 0.0))
     at = (radius + 2.0) * np.exp(1j * turn) - (1j * LARGE if sin(turn) < 0.0 else 0.0)
     place = 1.0 if cos(turn) < 0.0 else 0.0
     return [*symbols.rotation(radius, turn, view.cam.sense), Words(at, words, LARGE, place)]

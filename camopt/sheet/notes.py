@@ -128,7 +128,7 @@ def _follower(cam: TrueCam, design: Designs) -> str:
 
 def _turning(cam: TrueCam) -> Iterator[str]:
     scene = cam.scene
-    speed = "" if scene.cam.rpm is None else cam.say(" at {} rpm").format(decimal(scene.cam.rpm))
+    speed = "" if scene.cam.rpm is None else cam.say(" at {} rev/min").format(decimal(scene.cam.rpm))
     if cam.problem.setup.mechanism.body.developed:
         # cam angles grow to the right, and so against the turn of a cam that turns ccw, which only its inside shows
         side = {"cw": "outside", "ccw": "inside"}[scene.cam.rotation]

@@ -30,7 +30,7 @@ GERMAN = {
     # views
     "timing mark": "Einstellmarke",
     "rotation": "Drehsinn",
-    "{} rpm": "{} min⁻¹",
+    "{} rev/min": "{} min⁻¹",
     "the surface moves": "die Oberfläche bewegt sich",
     # table
     "profile": "Kontur",
@@ -62,7 +62,7 @@ GERMAN = {
     "distance of the face from the pivot {}": "Abstand der Fläche vom Drehpunkt {}",
     "its axis offset by {} to the right": "Achse um {} nach rechts versetzt",
     "its axis offset by {} to the left": "Achse um {} nach links versetzt",
-    " at {} rpm": " mit {} min⁻¹",
+    " at {} rev/min": " mit {} min⁻¹",
     "The groove is developed at the mean radius, as seen from outside: the cam turns clockwise, as seen from "
     "above; the surface moves as the arrow shows{}.": (
         "Nut am mittleren Radius abgewickelt, von außen gesehen: Die Kurve dreht im Uhrzeigersinn, von oben "

@@ -60,7 +60,7 @@ def _lets_go(problem: Problem) -> Iterator[str]:
     (ratio,) = _quantities(problem, RATIO)
     if ratio < 1.0:
         least = f"the preload is {ratio:.4g} times the least with which neither contact lets go"
-        yield f"{least} at {problem.setup.rpm:g} rpm; limits.{RATIO} = 1 asks for that"
+        yield f"{least} at {problem.setup.rpm:g} rev/min; limits.{RATIO} = 1 asks for that"
 
 
 def _stressed_when_slow(problem: Problem) -> Iterator[str]:
@@ -72,7 +72,7 @@ def _stressed_when_slow(problem: Problem) -> Iterator[str]:
         (slowly,), limit = _quantities(slow, STRESS), limits[0]
         allowed = limit.bound * (1.0 + NOTICED)
         if slowly > allowed and (stress := _quantities(problem, STRESS)[0]) <= allowed:
-            at_speed = f"{_stress(stress)} at {setup.rpm:g} rpm, where inertia relieves it"
+            at_speed = f"{_stress(stress)} at {setup.rpm:g} rev/min, where inertia relieves it"
             beyond = f"is {_stress(slowly)} at low speed, above {limit.key} ({_stress(limit.bound)})"
             yield f"the contact stress {beyond}, and {at_speed}"
 

@@ -122,7 +122,8 @@ def test_picture_says_the_exact_values(picture):
     _, written = picture("roller-1000rpm")
     for label in ("pitch point 41.63°", "−29.8°", "6.667", "888.9", "ρ 35.66 mm", "exceeds: pressure angle"):
         assert label in written
-    for label in ("prime circle, R 55", "pitch circle, R 78.81", "offset circle, R 20", "offset 20", "1000 rpm"):
+    circles = ("prime circle, R 55", "pitch circle, R 78.81", "offset circle, R 20")
+    for label in (*circles, "offset 20", "1000 rev/min"):
         assert label in written
 
 

@@ -207,7 +207,7 @@ def test_a_follower_flies_as_it_does_between_drawn_walls(form, seed):
 
 @pytest.mark.parametrize(("law", "printed"), [("cycloidal", 41.4), ("parabolic", 56.6)])
 def test_the_speed_of_landing_of_a_small_clearance_is_that_of_the_formula(law, printed):
-    """300 rpm, a rise of 20 mm in 90 deg, 0.05 mm; and in the limit of no clearance the flight itself."""
+    """300 rev/min, a rise of 20 mm in 90 deg, 0.05 mm; and in the limit of no clearance the flight itself."""
     data = cam_with("groove", law, {"mass": 1.0}, rpm=300, drive={"clearance": 0.05}, outputs=["clearance"])
     data["cam"]["mean_radius"] = 1e6  # no pressure angle
     data["motion"] = turn_of(law, 20, (90, 90, 90, 90))

@@ -227,7 +227,7 @@ def test_new_laws_stand_beside_the_best_known_law(tmp_path, without_files):
 def test_the_command_writes_a_page_or_nothing(tmp_path, capsys):
     page = tmp_path / "cam.html"
     assert main(["report", "two-pauses", "--rpm", "60", "--outputs", "section", "--out", str(page)]) == 0
-    assert "60 rpm" in page.read_text(encoding="utf-8")
+    assert "60 rev/min" in page.read_text(encoding="utf-8")
     assert "area_mm2" in page.read_text(encoding="utf-8")
     assert main(["report", "no-such", "--out", str(tmp_path / "none.html")]) == 2
     assert main(["report", str(tmp_path), "--rpm", "60", "--out", str(tmp_path / "none.html")]) == 2

@@ -66,9 +66,9 @@ def test_the_speed_of_a_crankshaft_is_said_beside_that_of_the_cam(tmp_path, caps
     file.write_text(find_scene("bucket-valve").to_toml().replace("\nrpm = 3000.0", "\nrpm_of_crank = 6000"))
     assert main(["evaluate", str(file), *given]) == 0
     printed = " ".join(capsys.readouterr().out.split())
-    assert "cam.rpm_of_crank 6000 rpm cam.rpm 3000 rpm" in printed
+    assert "cam.rpm_of_crank 6000 rev/min cam.rpm 3000 rev/min" in printed
     jump = camopt.evaluate(scene)["jump_speed_rpm"]
-    assert f"half those of the crankshaft: a jump speed of {2 * jump:.6g} rpm there" in printed
+    assert f"half those of the crankshaft: a jump speed of {2 * jump:.6g} rev/min there" in printed
 
 
 @pytest.mark.parametrize("name", ["bucket-valve", "slide-by-bell-crank", "rocker-valve"])

@@ -221,7 +221,7 @@ def eccentric(rpm):
 
 
 def torque_in_print():
-    """T = e(ke + P)·sin ωt + ½e²(mω² − k)·sin 2ωt at 300 rpm: its extremes, mean and root mean square."""
+    """T = e(ke + P)·sin ωt + ½e²(mω² − k)·sin 2ωt at 300 rev/min: its extremes, mean and root mean square."""
     first = 1e-3 * ECCENTRICITY * (RATE * ECCENTRICITY + PRELOAD)
     second = 1e-3 * ECCENTRICITY**2 * (1e-3 * MASS * (10 * pi) ** 2 - RATE) / 2
     level = (sqrt(first**2 + 32 * second**2) - first) / (8 * second)  # cos ωt where dT/dt = 0
@@ -315,7 +315,7 @@ CASES = (
         "Motion laws",
         "Torque characteristic, the largest $v a$",
         "tables of laws (Makino; Koumura)",
-        "a mass of 0.4 kg, 30 mm in 110° at 600 rpm",
+        "a mass of 0.4 kg, 30 mm in 110° at 600 rev/min",
         [Answer("modified-trapezoid", "8.09"), Answer("modified-sine", "5.46")],
         torque_characteristics,
     ),
@@ -335,7 +335,7 @@ CASES = (
         "Textbook cams",
         "Knife edge in simple harmonic motion",
         "Khurmi and Gupta, *Theory of Machines*, ch. 20 (scene `harmonic-240rpm-radial`)",
-        "40 mm in 90° and 60° at 240 rpm",
+        "40 mm in 90° and 60° at 240 rev/min",
         khurmi(("1.00", "1.51"), ("50.6", "113.8")),
         partial(strokes_of, "harmonic-240rpm-radial"),
         "The book takes ω = 25.14 rad/s and angles of four digits: its accelerations are 0.1 % high.",
@@ -345,7 +345,7 @@ CASES = (
         "Textbook cams",
         "Knife edge with uniform acceleration and retardation",
         "Khurmi and Gupta, *Theory of Machines*, ch. 20 (scene `knife-300rpm-radial`)",
-        "at 300 rpm",
+        "at 300 rev/min",
         khurmi(("1.88", "1.26"), ("177.7", "79")),
         partial(strokes_of, "knife-300rpm-radial"),
         "Its π and ω have four digits at most.",
@@ -355,7 +355,7 @@ CASES = (
         "Textbook cams",
         "Tangent cam with a roller follower",
         "Khurmi and Gupta, *Theory of Machines*, art. 20.17 (scene `tangent-cam`)",
-        "base circle 90 mm, nose radius 10 mm, roller 40 mm, flanks at 90°, 120 rpm",
+        "base circle 90 mm, nose radius 10 mm, roller 40 mm, flanks at 90°, 120 rev/min",
         [
             Answer("cam angle on the flank", "28.3", "deg", 0.005),
             Answer("acceleration where the flank ends", "18.4", "m/s²"),
@@ -367,7 +367,7 @@ CASES = (
         "Forces and torque",
         "Load on the cam of a spring-loaded follower",
         "Rothbart, *Cam Design Handbook* (2004), Fig. 8.7",
-        "a parabolic rise of 1¼ in over 160° at 1200 rpm, accelerated over 40° of it; 2 lb and a load of 10 lb",
+        "a parabolic rise of 1¼ in over 160° at 1200 rev/min, accelerated over 40° of it; 2 lb and a load of 10 lb",
         [
             Answer("acceleration", "20200", "in/s²", 60.0),
             Answer("largest load with the spring", "146", "lb", 1.0),
@@ -385,7 +385,7 @@ CASES = (
         "Shigley and Uicker, *Theory of Machines and Mechanisms*: $\\omega = \\sqrt{(2ke + P)/(me)}$",
         f"m = {MASS:g} kg, k = {RATE:g} N/mm, P = {PRELOAD:g} N, e = {ECCENTRICITY:g} mm; flat face",
         [
-            Answer("jump speed", JUMP, "rpm", 1e-12 * JUMP),
+            Answer("jump speed", JUMP, "rev/min", 1e-12 * JUMP),
             Answer("least contact force at that speed", 0.0, "N", 1e-9),
         ],
         lambda: (eccentric(300.0)["jump_speed_rpm"], eccentric(JUMP)["contact_force_min_N"]),
@@ -395,7 +395,7 @@ CASES = (
         "Torque of an eccentric",
         "Shigley and Uicker, *Theory of Machines and Mechanisms*: "
         "$T = e(ke + P)\\sin\\omega t + \\frac{1}{2}e^2(m\\omega^2 - k)\\sin 2\\omega t$",
-        "the same at 300 rpm",
+        "the same at 300 rev/min",
         [
             *(
                 Answer(name, value, "N·m", 1e-10)
@@ -409,11 +409,11 @@ CASES = (
         "Forces and torque",
         "Flywheel of an engine",
         "Khurmi and Gupta, *Theory of Machines*, example 16.1",
-        "6.5 t at 1.8 m take up 56 kN·m at 120 rpm",
+        "6.5 t at 1.8 m take up 56 kN·m at 120 rev/min",
         [
             Answer("energy", "56", "kN·m", 56e-9),
-            Answer("highest speed", "121", "rpm"),
-            Answer("lowest speed", "119", "rpm"),
+            Answer("highest speed", "121", "rev/min"),
+            Answer("lowest speed", "119", "rev/min"),
         ],
         flywheel,
     ),

@@ -164,7 +164,7 @@ def test_a_miss_shows_each_value_beside_its_limit(capsys):
     line = next(line for line in text.splitlines() if line.startswith("contact_stress_max_MPa"))
     assert line.split()[2:] == ["MPa", "≤", "10", "broken"]
     held = next(line for line in text.splitlines() if line.startswith("jump_speed_rpm"))
-    assert held.split()[2:] == ["rpm", "≥", "400"]
+    assert held.split()[2:] == ["rev/min", "≥", "400"]
     assert "It breaks contact_stress." in text
 
 

@@ -51,8 +51,17 @@ UNITS = sorted(
     | {unit for unit, _ in (*COLUMN_NOTES.values(), *FORM.values())}
     | {"mm/min", "mm³", "kg/m³"}
 )
-INTO_PINT = {"·": "*", "²": "**2", "³": "**3", "⁴": "**4", "µ": "micro", "Mpsi": "megapsi", "lbf": "force_pound"}
-AS_IN_MM = {"", "1", "deg", "rad", "s", "ms", "min", "Hz", "rpm", "rev", "%"}
+INTO_PINT = {
+    "rev": "turn",
+    "·": "*",
+    "²": "**2",
+    "³": "**3",
+    "⁴": "**4",
+    "µ": "micro",
+    "Mpsi": "megapsi",
+    "lbf": "force_pound",
+}
+AS_IN_MM = {"", "1", "deg", "rad", "s", "ms", "min", "Hz", "rev", "%"}
 """Units that are the same in both systems."""
 LOADED = {
     "cam.rpm": 600,

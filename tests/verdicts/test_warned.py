@@ -55,7 +55,7 @@ def test_resonance_is_told():
 
 
 def test_stress_that_inertia_relieves_is_told_where_it_is_beyond_its_limit_at_low_speed():
-    """At the nose of a valve cam; the stress at low speed is that of the scene at 1 rpm."""
+    """At the nose of a valve cam; the stress at low speed is that of the scene at 1 rev/min."""
     data = find_scene("bucket-valve").to_dict() | {
         "materials": {"cam": "steel", "follower": "steel", "face_width": 14}
     }

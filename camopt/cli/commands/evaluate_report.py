@@ -66,7 +66,7 @@ def _of_crank(result: "Evaluation") -> str:
     """What speeds are in the results of a scene that gives that of a crankshaft."""
     what = "Results are at the speed of the cam, and speeds among them are the cam's, half those of the crankshaft"
     jump = result.get("jump_speed_rpm")
-    return what + ("." if jump is None else f": a jump speed of {number(TURNS_OF_CRANK * jump)} rpm there.")
+    return what + ("." if jump is None else f": a jump speed of {number(TURNS_OF_CRANK * jump)} rev/min there.")
 
 
 def as_read(read: "Read") -> str:

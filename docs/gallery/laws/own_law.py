@@ -23,7 +23,7 @@ scene = camopt.find_scene("roller-1000rpm").replace(
 )
 
 # %%
-# Each law as the rise of the cam: the acceleration at 1000 rpm.
+# Each law as the rise of the cam: the acceleration at 1000 rev/min.
 
 figure, axes = plt.subplots(2, 2, figsize=(9, 5.5), sharex=True, sharey=True)
 for k, (ax, law) in enumerate(zip(axes.flat, scene.laws, strict=True)):
