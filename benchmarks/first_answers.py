@@ -33,7 +33,7 @@ EVERY = COMMANDS | {
     "laws": ("laws",),
     "effects": ("effects", "exhaust-valve"),
     "evaluate --plot": ("evaluate", "exhaust-valve", "--plot", "out.png"),
-    "frontier": ("frontier", "exhaust-valve", "--points", "5"),
+    "frontier": ("frontier", "exhaust-valve", "--values", "5"),
     "accuracy": ("accuracy", "exhaust-valve"),
     "report": ("report", "exhaust-valve", "--out", "out.html"),
     "export": ("export", "exhaust-valve", "out.dxf"),

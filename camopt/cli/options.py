@@ -1,7 +1,7 @@
 """Options of the command line: those that commands share, and what they change in a scene."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from camopt.quantities.unit_systems import SYSTEMS, shown_in
 
 DEFAULT_SCENE = "roller-1000rpm"
 PICTURES = (".png", ".svg", ".pdf")
+WITH_ROW = "a TOML file, a shipped scene, or a table of designs (.parquet) with --row"
 ANIMATIONS = (".gif", ".mp4", ".svg")
 
 
@@ -186,10 +187,30 @@ def given_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
     return changes
 
 
+class Renamed(click.Option):
+    """An option that had another name in a former release, which is read still and shown nowhere."""
+
+    def __init__(self, names: Sequence[str], former: str, **about: Any) -> None:
+        super().__init__(names, **about)
+        self.former = former
+
+    def add_to_parser(self, parser: Any, ctx: click.Context) -> None:
+        names = self.opts
+        self.opts = [*names, self.former]
+        super().add_to_parser(parser, ctx)
+        self.opts = names
+
+
 def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options that override the scene."""
     for option in (
-        click.option("--relative-error", "--tolerance", type=float, help="Largest relative error of each value."),
+        click.option(
+            "--relative-error",
+            cls=Renamed,
+            former="--tolerance",
+            type=float,
+            help="Largest relative error of each value.",
+        ),
         click.option(
             "--min-curvature",
             type=Measure("mm"),
@@ -251,10 +272,13 @@ def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
     )(with_engine)
 
 
-def scene_at(target: str, row: int | None) -> Any:
-    """The scene of a file or of a shipped name; of a table, that of one of its rows."""
+def scene_at(target: str, row: int | None, what: str = "scene", allowed: str = WITH_ROW) -> Any:
+    """The scene of a file or of a shipped name; of a table, that of one of its rows.
+
+    Of a target that is none, a message says ``what`` it is and what is allowed there.
+    """
     from camopt.mistakes import BadInput, Mistake
-    from camopt.scene.scene import find_scene
+    from camopt.scene.scene import scene_named
     from camopt.tables.designs import scene_of
 
     table = target.endswith(".parquet")
@@ -264,7 +288,7 @@ def scene_at(target: str, row: int | None) -> Any:
         raise BadInput([Mistake("camopt", "SCENE", target, "is a table: say which row with --row", bare=True)])
     if row is not None:
         raise BadInput([Mistake("camopt", "--row", row, f"belongs to a table; {target} is a scene", bare=True)])
-    return find_scene(target)
+    return scene_named(target, what, allowed)
 
 
 def row_option(command: Callable[..., Any]) -> Callable[..., Any]:

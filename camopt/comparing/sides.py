@@ -11,11 +11,10 @@ import pyarrow as pa
 
 from camopt.comparing.design_table import DesignTable, is_of_designs, type_of
 from camopt.front.result import Sweep
-from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.scene.scene import Scene, find_scene
-from camopt.scene.sources import shipped_scenes
+from camopt.mistakes import BadInput, Mistake
+from camopt.scene.scene import RESULTS, Scene, scene_named
 from camopt.storage.files import checked_path
-from camopt.storage.manifest import of_one_run, settled_file, settled_path, settled_paths
+from camopt.storage.manifest import of_one_run, settled_file, settled_paths
 from camopt.storage.sealed import SCENE_KEY as SCENE_OF_TABLE
 from camopt.storage.sealed import TableFile, no_table
 from camopt.synthesis.files import KNOWN_FILE, SCENE_FILE, frontier_table
@@ -105,12 +104,7 @@ def _of_a_path(what: str | os.PathLike[str], stack: ExitStack) -> Side:
         return _of_a_folder(path, stack)
     if path.suffix == ".parquet":
         return _alone(_of_a_file(str(path), _opened(path, stack)), path)
-    if not settled_path(path).exists() and str(what) not in shipped_scenes():
-        allowed = "a folder that a command wrote, a table of designs, or a scene"
-        raise BadInput(
-            [Mistake("camopt", "result", str(what), f"{allowed}; {nearest(str(what), shipped_scenes())}")]
-        )
-    return Side(str(what), {ONE_SCENE: find_scene(what)}, {})
+    return Side(str(what), {ONE_SCENE: scene_named(str(what), "result", RESULTS)}, {})
 
 
 def _opened(path: Path, stack: ExitStack) -> TableFile:

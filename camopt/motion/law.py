@@ -4,7 +4,7 @@
 three derivatives by x. ``BREAKS`` are the points between which all four are smooth, 0 and 1 included; *at* a
 break a verb may return either one-sided value, so the motion tables evaluate strictly between breaks.
 
-Laws need not rest at their ends. ``pair_of`` tells what a law joins, in the letters of VDI 2143.
+Laws need not rest at their ends. ``joined_by`` tells what a law joins, in the letters of VDI 2143.
 
 A new law is a module of this folder or a member of a family, a name in the list of ``motion``, its exact form for
 proofs in ``verdicts.exact_laws``, and its formula in ``tests/support/naive.py`` for the 50-digit reference, which
@@ -93,7 +93,7 @@ UNIT_SAMPLES = np.linspace(0.0, 1.0, 257)
 LEAST_SHARE = 1e-9  # of the largest value: less is rounding
 
 
-def pair_of(law: Law) -> str:
+def joined_by(law: Law) -> str:
     """The motion task of VDI 2143 of a law, such as R-G, by its first two derivatives at both ends."""
     ends = [
         np.abs(verb([0.0, 1.0])) > LEAST_SHARE * np.abs(verb(UNIT_SAMPLES)).max()
@@ -106,7 +106,7 @@ def pair_of(law: Law) -> str:
 
 def is_still(law: Law) -> bool:
     """Whether a law has no velocity at its ends, so that it makes no corner beside a dwell."""
-    return not {"G", "B"} & set(pair_of(law))
+    return not {"G", "B"} & set(joined_by(law))
 
 
 def is_symmetric(law: Law) -> bool:

@@ -15,7 +15,7 @@ from camopt.problem.problem import resolve_design
 from camopt.quantities.unit_systems import system_shown
 from camopt.reporting.cams import ShownCam, cams_page
 from camopt.reporting.results import ResultRows, of_frame, results_page
-from camopt.scene.scene import Scene, find_scene
+from camopt.scene.scene import RESULTS, Scene, scene_named
 from camopt.smallest.optimise import Optimum
 from camopt.storage.files import (
     check_writable,
@@ -165,8 +165,8 @@ def _of_a_path(what: str | os.PathLike[str]) -> Iterable[ShownCam | ResultRows]:
     if path.suffix == ".parquet":
         return _of_a_table(path)
     if path.suffix not in ("", ".toml") and path.exists():
-        raise BadInput([Mistake("camopt", "what", str(what), "a scene (.toml), a table (.parquet) or a folder")])
-    return _of_a_scene(find_scene(what))
+        raise BadInput([Mistake("camopt", "what", str(what), RESULTS)])
+    return _of_a_scene(scene_named(str(what), "what", RESULTS))
 
 
 def _of_a_table(path: Path) -> Iterable[ShownCam | ResultRows]:

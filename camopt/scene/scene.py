@@ -58,6 +58,9 @@ from camopt.scene.train import MOST_STAGES, TrainStage, tool_turns
 from camopt.storage.files import read_bytes
 from camopt.storage.manifest import settled_path
 
+SCENES = "a TOML file or a shipped scene"
+RESULTS = "a TOML file, a shipped scene, a table of designs (.parquet) or a folder that a command wrote"
+
 
 class Scene(HasHtml, Drawn, SceneTable):
     """A whole scene, made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
@@ -169,7 +172,7 @@ class Scene(HasHtml, Drawn, SceneTable):
             f"{follower.motion} {follower.contact} follower",
             f"a profile of {len(self.profile)}" if self.profile else f"{len(self.motion)} segments",
         ]
-        words += [] if cam.rpm is None else [f"{cam.rpm:g} rpm"]
+        words += [] if cam.rpm is None else [f"{cam.rpm:g} rev/min"]
         return f"<Scene {self.name}: {', '.join(words)}>"
 
     __str__ = __repr__
@@ -419,19 +422,23 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
         raise BadInput(
             [Mistake("camopt", "scene", name, "the path of a TOML file, or the name of a shipped scene")]
         )
-    word = os.fsdecode(name)
+    return scene_named(os.fsdecode(name))
+
+
+def scene_named(word: str, what: str = "scene", allowed: str = SCENES) -> Scene:
+    """As ``find_scene``; of a word that is neither, a message says ``what`` it is and what is allowed there."""
     if word in shipped_scenes():
         return _shipped_scene(word)
     path = Path(word)
     if settled_path(path).is_file():
         return Scene.from_toml(word)
     if word and path.exists():
-        why = "a TOML file or a shipped scene; this is a folder, pipe or device"
+        why = "this is a folder, pipe or device"
     elif path.suffix or {"/", os.sep} & {*word}:
-        why = "a TOML file or a shipped scene; there is no such file"
+        why = "there is no such file"
     else:
-        why = f"a TOML file or a shipped scene; {nearest(word, shipped_scenes())}"
-    raise BadInput([Mistake("camopt", "scene", word, why)])
+        why = nearest(word, shipped_scenes())
+    raise BadInput([Mistake("camopt", what, word, f"{allowed}; {why}")])
 
 
 @cache

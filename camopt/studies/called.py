@@ -16,7 +16,7 @@ class Called:
     called_by: tuple[str, ...]
     """Limits, objectives, outputs and effects that ask for its quantities."""
     reads: tuple[str, ...]
-    """Quantities of other effects, or of its own pitch curves."""
+    """Quantities of other effects."""
     writes: tuple[str, ...]
 
 
@@ -27,7 +27,7 @@ def what_runs(problem: Problem) -> list[Called]:
         Called(
             name,
             tuple(_callers(problem, asked, names)),
-            EFFECTS[name].reads(problem.setup),
+            tuple(quantity for quantity in EFFECTS[name].reads(problem.setup) if quantity not in names),
             tuple(in_order(names)),
         )
         for name, names in asked.items()
@@ -43,5 +43,6 @@ def _callers(problem: Problem, asked: Mapping[str, frozenset[str]], names: froze
     found += [f"outputs {name}" for name in problem.outputs if name in (*names, effect, EVERYTHING)]
     if not problem.outputs and names & (problem.wanted - problem.needed):
         found.append("the default outputs (motion and geometry)")
-    found += [f"effect {name}" for name in asked if set(EFFECTS[name].reads(problem.setup)) & names]
+    others = (name for name in asked if name != effect)
+    found += [f"effect {name}" for name in others if set(EFFECTS[name].reads(problem.setup)) & names]
     return found

@@ -357,7 +357,7 @@ def test_laws_are_listed_with_their_peaks(run, run_json):
     assert peaks["cycloidal"]["peak_velocity"] == pytest.approx(2.0, rel=1e-12)
     assert peaks["uniform"]["peak_acceleration"] is None
     assert "peak_acceleration" in peaks["uniform"]["unbounded"]
-    assert (peaks["uniform"]["pair"], peaks["uniform"]["peak_acceleration_inside"]) == ("G-G", 0.0)
+    assert (peaks["uniform"]["joins"], peaks["uniform"]["peak_acceleration_inside"]) == ("G-G", 0.0)
     code, text, _ = run("laws")
     assert code == 0
     assert all(law in text for law in LAWS)
@@ -403,7 +403,9 @@ BAD_INPUT = [
     (["sweep", "--workers", "0"], "0 is not in the range x>=1"),
     (["sweep", "flat-reciprocating", "--roller-radius", "5"], "--roller-radius = [5.0]: a disc cam with a"),
     (["evaluate"], "Missing argument 'SCENE'"),
-    (["evaluate", "roler-1000rpm"], "SCENE = 'roler-1000rpm': must be a TOML file or a shipped scene; did you mean ro"),
+    (["report", "roler-1000rpm"], "WHAT = 'roler-1000rpm': must be a TOML file, a shipped scene, a table of designs"),
+    (["certify", "roler-1000rpm"], "(.parquet); did you mean roller-1000rpm?"),
+    (["evaluate", "roler-1000rpm"], "SCENE = 'roler-1000rpm': must be a TOML file, a shipped scene, or a table"),
     (["sweep", "two_pauses"], "did you mean two-pauses?"),
     (["optimise", "nowhere.toml"], "SCENE = 'nowhere.toml': must be a TOML file"),
     (["evaluate", "."], "SCENE = '.': must be a TOML file"),
@@ -681,7 +683,7 @@ def test_nothing_is_cut_off_in_a_pipe():
 
 @pytest.mark.parametrize("command", [["evaluate", "roller-1000rpm"], ["sweep", *SMALL]])
 def test_a_tolerance_out_of_reach_is_told(run, command):
-    code, out, err = run(*command, "--tolerance", "1e-14")
+    code, out, err = run(*command, "--relative-error", "1e-14")
     assert (code, bool(out)) == (4, True)
     assert "relative error of 1e-14 not reached; values are exact to" in err
     assert run(*command)[0] == 0
@@ -689,7 +691,7 @@ def test_a_tolerance_out_of_reach_is_told(run, command):
 
 def test_rows_say_how_exact_they_are(run):
     for tolerance in (1e-4, 1e-9, 1e-12):
-        run("sweep", *SMALL, "--keep", "all", "--tolerance", tolerance)
+        run("sweep", *SMALL, "--keep", "all", "--relative-error", tolerance)
         table = pd.read_parquet("camopt-out/designs.parquet")
         assert (table["status"] == "certified").all()
         assert (table["relative_half_width"] <= tolerance).all()

@@ -49,7 +49,7 @@ def test_a_command_that_is_done_prints_what_it_printed(name, command, tmp_path, 
 
 
 SWEEP = ["sweep", "two-pauses", "--out", "out"]
-FRONTIER = ["frontier", "--points", "2", "--out", "out"]
+FRONTIER = ["frontier", "--values", "2", "--out", "out"]
 
 
 @pytest.mark.one_in(4)
@@ -175,7 +175,7 @@ def test_an_answer_that_is_odd_is_not_repeated(part, tmp_path):
 
 
 def test_what_was_not_exact_enough_is_said_each_time(command):
-    asked = [*SWEEP, "--tolerance", "1e-14"]
+    asked = [*SWEEP, "--relative-error", "1e-14"]
     first = command(*asked)
     assert first[0] == 4
     assert "relative error of 1e-14 not reached" in first[2]

@@ -47,7 +47,10 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
     else:
         from camopt.verdicts.certify import certify as prove
 
-        scene = changed(scene_at(target, row), changes)
+        scene = changed(
+            scene_at(target, row, "target", "a TOML file, a shipped scene or a table of designs (.parquet)"),
+            changes,
+        )
         found = prove(scene)
         show_verdicts(found, as_json, scene.search.robust)
         verdicts = set(found.values())

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from camopt.cli.options import Command, Measure, OutputPlace, check_file, output_options, scene_options
+from camopt.cli.options import Command, Measure, OutputPlace, Renamed, check_file, output_options, scene_options
 from camopt.exporting.endings import ENDINGS
 
 
@@ -21,7 +21,14 @@ from camopt.exporting.endings import ENDINGS
     "--cutter-radius", type=Measure("mm"), help="Also the path of a cutter or grinding wheel of this radius, mm."
 )
 @click.option("--step", type=float, help="Points, or rows of a drawing's table, in even steps of the angle, deg.")
-@click.option("--points", type=int, help="Number of points of an electronic cam; 361 by default.")
+@click.option(
+    "--point-count",
+    "points",
+    cls=Renamed,
+    former="--points",
+    type=int,
+    help="Number of points of an electronic cam; 361 by default.",
+)
 @click.option("--feed", type=Measure("mm/min"), help="Feed of a cutter, mm/min.")
 @click.option(
     "--depth", type=Measure("mm"), help="Depth of the cut below the top face, mm; the thickness and 1 by default."

@@ -14,7 +14,6 @@ from camopt.cli.options import (
     check_file,
     output_options,
     refuse_without,
-    scene_at,
 )
 
 
@@ -112,6 +111,7 @@ def _measured_cam(
     from camopt.mechanisms.body import DISC
     from camopt.mechanisms.follower import FLAT, TRANSLATING
     from camopt.mistakes import BadInput, Mistake
+    from camopt.scene.scene import find_scene
 
     if profile and base_radius is not None:
         why = "belongs to lifts: the profile itself has a base radius"
@@ -129,5 +129,5 @@ def _measured_cam(
     if given:
         raise BadInput(given)
     changes = {"cam.rpm": ("--rpm", rpm), "cam.base_radius": ("--base-radius", base_radius)}
-    scene = scene_at(target, None)
+    scene = find_scene(target)
     return changed(scene, {key: change for key, change in changes.items() if change[1] is not None})

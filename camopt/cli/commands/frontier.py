@@ -13,6 +13,7 @@ from camopt.cli.once import Once, OnceCommand, Report, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
     OutputPlace,
+    Renamed,
     again_option,
     output_options,
     scene_options,
@@ -31,7 +32,10 @@ from camopt.cli.options import (
     help="What to trade off: two or three terms or loads.",
 )
 @click.option(
-    "--points",
+    "--values",
+    "points",
+    cls=Renamed,
+    former="--points",
     type=click.IntRange(2, 500),
     default=24,
     show_default=True,

@@ -6,7 +6,7 @@ from typing import Any
 from camopt.cli.terminal import print_json, show
 from camopt.motion import LAWS
 from camopt.motion.aliases import ALIASES
-from camopt.motion.law import pair_of
+from camopt.motion.law import joined_by
 from camopt.problem.rows import finite
 from camopt.tables.layout import table_of
 
@@ -21,7 +21,7 @@ def show_laws(as_json: bool) -> None:
         {
             "law": name,
             "title": law.TITLE,
-            "pair": pair_of(law),
+            "joins": joined_by(law),
             **law_peaks(law),
             **{f"{peak}_inside": value for peak, value in peaks_inside(law).items()},
             "source": law.SOURCE,
@@ -31,7 +31,7 @@ def show_laws(as_json: bool) -> None:
     ]
     if as_json:
         return print_json([finite(record) for record in records])
-    names = ["law", "title", "pair", *PEAKS, "jumps"]
+    names = ["law", "title", "joins", *PEAKS, "jumps"]
     title = "Motion laws between dwells (stroke 1, angle 1); they join rest R, constant velocity G, reversal U"
     show(replace(table_of(title, records, names), note=SCALED))
     jumping = [{**each, **{peak: each[f"{peak}_inside"] for peak in PEAKS}} for each in records if each["jumps"]]

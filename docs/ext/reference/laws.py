@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from camopt.drawing.style import FAINT, RC, SERIES
 from camopt.motion import LAWS
 from camopt.motion.aliases import ALIASES
-from camopt.motion.law import Law, pair_of
+from camopt.motion.law import Law, joined_by
 from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
 
 from .markdown import entry, prose, symbol, table
@@ -67,7 +67,7 @@ def peaks() -> Iterator[str]:
             number(outer) if outer == inner or np.isclose(outer, inner) else f"{number(outer)} ({number(inner)})"
             for outer, inner in ((float(between[peak]), inside[peak]) for peak in PEAKS)
         ]
-        rows.append((f"{{law}}`{name}`", pair_of(law), *factors, str(between["jumps"]) or "–"))
+        rows.append((f"{{law}}`{name}`", joined_by(law), *factors, str(between["jumps"]) or "–"))
     return table(("law", "joins", *map(symbol, ("C_v", "C_a", "C_j")), "jumps"), rows)
 
 
