@@ -96,5 +96,6 @@ def test_an_example_runs(name, tmp_path, monkeypatch):
     example = example_of(name)
     assert example.examples
     failures: list[str] = []
-    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=failures.append, clear_globs=False)
+    quiet = doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS)  # else with pytest -v it is not
+    quiet.run(example, out=failures.append, clear_globs=False)
     assert failures == []
