@@ -482,14 +482,14 @@ class InspectedDisc:
     def _used(self, place: int, moves: float, most_moved: float) -> Iterator[ToleranceUse]:
         given, unit = self.scene.tolerances, float(scale(self.problem.setup, 0))
         answer, bore = self.answers[0][place], self.bore
-        apart = given.bore_eccentricity is not None
+        apart = bool(given.bore_eccentricity)
         rest = self.off - bore / self.answers[0] if apart else self.off
         rate = float(self._rate[place]) * unit
         found = self._outliers[1] - self._outliers[2] * apart
         largest = float(np.abs([*rest, *found]).max())
         most = self.scene.whole_part.profile_tolerance
         yield ToleranceUse("profile", "mm", largest, most, rate * float(rest[place] * answer))
-        if given.profile is not None and (self.waves.waves or given.waves):
+        if given.profile and (self.waves.waves or given.waves):
             allowed = None if given.waves is None else float(given.waves)
             yield ToleranceUse("waves", "", self.waves.count_within(given.profile), allowed, None)
         if apart:
@@ -499,7 +499,7 @@ class InspectedDisc:
             zone = zone_of(given.phase, "phase", 0.0)
             end = zone.upper if self.phase >= 0.0 else -zone.lower
             yield ToleranceUse("phase", "deg", abs(self.phase), end, rate * float(self._of_phase[place]))
-        if given.profile is not None or apart:
+        if given.profile or apart:
             bound = worst_search(TurnErrors(self._drawing, self.problem)).run().bound
             allowed, of_tool = (bound if isfinite(bound) else None), unit_of(self.problem.setup, 0)
             yield ToleranceUse("motion", of_tool, most_moved, allowed, moves)

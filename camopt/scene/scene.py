@@ -234,7 +234,7 @@ class Scene(HasHtml, Drawn, SceneTable):
     def whole_part(self) -> Part:
         """The part, completed from other tables of the scene: bore, material, density, name."""
         paired = bool(self.mechanism.second_keys)
-        return resolved(self.part, self.name, self.cam, self.materials, self.tolerances.profile, paired)
+        return resolved(self.part, self.name, self.cam, self.materials, self.tolerances.profile or None, paired)
 
     @property
     def toleranced(self) -> "Scene":

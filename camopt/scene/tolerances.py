@@ -29,7 +29,6 @@ from camopt.scene.tables import (
     Cam,
     Drive,
     Follower,
-    Length,
     Materials,
     NotNegative,
     Positive,
@@ -171,12 +170,12 @@ class Tolerances(SceneTable):
         default_factory=dict
     )
     """Tolerances of numbers of ``[[train]]``, by the number of the stage."""
-    profile: Length | None = None
+    profile: NotNegative | None = None
     """Tolerance of the profile along its normal, ±; mm."""
     waves: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_WAVES)] | None = None
     """How many waves the error of the profile has in a turn at most, as the follower feels it (a roller at its
     centre, a flat face as it lies on the profile): without it, no slope of it is known."""
-    bore_eccentricity: Length | None = None
+    bore_eccentricity: NotNegative | None = None
     """How far the bore's axis may be from that of the profile, in any direction; mm."""
     phase: Given = None
     """Tolerance of the cam's angle on its shaft; deg."""

@@ -26,8 +26,8 @@ from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import with_unit
 from camopt.tables.layout import Table, table_of
+from camopt.tolerances.errors import error_unit
 from camopt.tolerances.passing import Passing
-from camopt.tolerances.touching import error_unit
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.worst_passing import Asked, WorstPassage, worst_passages
 

@@ -35,8 +35,8 @@ from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
 from camopt.tolerances.contributions import Contribution, contributions
+from camopt.tolerances.errors import error_ends
 from camopt.tolerances.grades import Prices, class_of, costs_for, graded_keys, with_grades
-from camopt.tolerances.touching import error_ends
 from camopt.tolerances.turn import TurnErrors, worst_ends
 from camopt.tolerances.two_contacts import apart_by, errors_of
 from camopt.tolerances.worst_case import WorstCase, WorstSearch

@@ -40,11 +40,11 @@ from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.draw import Drawn as Off
 from camopt.tolerances.draw import beyond, drawn, parts_of
+from camopt.tolerances.errors import error_ends, error_unit
 from camopt.tolerances.interference import INTERFERENCE, moving_apart
 from camopt.tolerances.largest import THREADS, LargestErrors, count_of
 from camopt.tolerances.limited import limited, worst_of
 from camopt.tolerances.margins import OWN_SIZES, Box
-from camopt.tolerances.touching import error_ends, error_unit
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
 from camopt.tolerances.two_contacts import cams_of, errors_of
 

@@ -21,9 +21,9 @@ from camopt.mechanisms import Designs
 from camopt.numerics.interval import Interval, as_interval
 from camopt.numerics.sloped import Sloped, as_sloped, by_chain, range_of
 from camopt.problem.problem import Problem
+from camopt.tolerances.errors import BORE, BORE_WAY, turned_on
 from camopt.tolerances.exact import Moved, errors_of, moved_of
 from camopt.tolerances.further_on import FurtherOn, Place, StillOn
-from camopt.tolerances.touching import BORE, BORE_WAY, turned_on
 from camopt.tolerances.two_contacts import back, own_errors
 
 FINER = 2

@@ -58,9 +58,9 @@ def contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterato
     given, answers = scene.tolerances, Responses(problem, angles)
     for key, zone in tool_zones(scene, problem.nominal).items():
         yield _in_batch(_of_number(key, answers.to_number(key), zone), key, given.spread[key], zone)
-    if given.profile is not None:
+    if given.profile:
         yield _of_profile(answers.to_profile, given.profile, given.waves, float(np.ptp(angles)))
-    if given.bore_eccentricity is not None:
+    if given.bore_eccentricity:
         yield _of_bore(answers.to_bore, given.bore_eccentricity, float(np.ptp(angles)))
 
 
@@ -75,10 +75,10 @@ def _of_pair(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Con
         for key, at in errors_at(problem.setup.mechanism, tolerance).items():
             found = _of_number(key, answers.to(at), zone)
             yield _in_batch(found, tolerance, given.spread[tolerance], zone)
-    if given.profile is not None:
+    if given.profile:
         for key, at in errors_at(problem.setup.mechanism, "profile").items():
             yield _of_profile(answers.to(at), given.profile, given.waves, turned)._replace(key=key)
-    if given.bore_eccentricity is not None:
+    if given.bore_eccentricity:
         x, y = (answers.through_train((first - second) / 2.0) for first, second in answers.bores)
         yield _of_bore((x, y), given.bore_eccentricity, turned)
 

@@ -71,9 +71,9 @@ def _makers(scene: Scene, nominal: Off) -> Iterator[tuple[str, Maker]]:
     given = scene.tolerances
     for key, zone in error_zones(scene, nominal).items():
         yield key, (1, partial(_quantile, given.spread[key], zone, radians(1.0) if key in ANGLES else 1.0))
-    if given.profile is not None:
+    if given.profile:
         yield "profile", _of_parts(given.profile) if given.waves else (1, partial(_normal, _either(given.profile)))
-    if given.bore_eccentricity is not None:
+    if given.bore_eccentricity:
         yield "bore_eccentricity", _of_parts(given.bore_eccentricity)
 
 

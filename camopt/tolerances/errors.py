@@ -37,9 +37,9 @@ def error_ends(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]
     """Between which values each error of the cams within the tolerances is."""
     given, developed = scene.tolerances, problem.setup.mechanism.body.developed
     found = {key: (zone.lower, zone.upper) for key, zone in tool_zones(scene, problem.nominal).items()}
-    if given.profile is not None:
+    if given.profile:
         found["profile"] = -given.profile, given.profile
-    if given.bore_eccentricity is not None:  # what is across the surface of a cylinder moves nothing
+    if given.bore_eccentricity:  # what is across the surface of a cylinder moves nothing
         found[BORE] = -given.bore_eccentricity if developed else 0.0, given.bore_eccentricity
         found |= {} if developed else {BORE_WAY: (-pi, pi)}
     return found

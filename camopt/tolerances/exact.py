@@ -31,8 +31,8 @@ from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
+from camopt.tolerances.errors import BORE, BORE_WAY, LEVEL, WAY, Errors, flat, off_by
 from camopt.tolerances.off_train import follower_start
-from camopt.tolerances.touching import BORE, BORE_WAY, LEVEL, WAY, Errors, flat, off_by
 
 FACTORIALS = 1.0, 1.0, 2.0
 

@@ -39,7 +39,7 @@ def graded_keys(scene: Scene, problem: Problem) -> tuple[str, ...]:
     """The keys of tolerances that may have a grade: those of lengths, and the profile."""
     moving = {each.key for each in problem.variables if each.unit == "mm" and moves_tool(each.key)}
     lengths = (key for key in scene.tolerances.numbers if key in moving)
-    return (*lengths, *(("profile",) if scene.tolerances.profile is not None else ()))
+    return (*lengths, *(("profile",) if scene.tolerances.profile else ()))
 
 
 def with_grades(scene: Scene, problem: Problem, grades: Mapping[str, int]) -> Scene:

@@ -63,7 +63,10 @@ def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") ->
         where = f"between jumps; infinite at {turn.impulses_said(order)}"
         axes.set_title(where, loc="right", color=MUTED, fontsize="small", fontweight="normal")
     elif np.isinf(error.worst):
-        axes.text(0.5, 0.5, "no bound", transform=axes.transAxes, ha="center", va="center", color=MUTED)
+        keys = [key for key, at in turn.unbounded(order).items() if at is None]
+        waves = "the profile's error may have any slope:\ntolerances.waves is not given"
+        said = waves if "profile" in keys else f"no bound: {', '.join(keys)}"
+        axes.text(0.5, 0.5, said, transform=axes.transAxes, ha="center", va="center", color=MUTED)
     if not bounded:
         axes.set_yticks([])
     dress(axes)

@@ -26,7 +26,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor, direction
 from camopt.problem.problem import Problem
 from camopt.scene.tolerances import ANGLES
-from camopt.tolerances.touching import BORE, is_way, off_by, way_of
+from camopt.tolerances.errors import BORE, is_way, off_by, way_of
 
 Off = Mapping[str, FloatArray]
 """By how much cams are off, each (n,), by key of ``[tolerances]``, in mm or rad; complex of a profile with

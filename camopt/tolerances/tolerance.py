@@ -34,9 +34,9 @@ from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
 from camopt.tolerances.contributions import Contribution, variances
+from camopt.tolerances.errors import BORE, BORE_WAY, error_unit
 from camopt.tolerances.held import Play, lost_within, plays
 from camopt.tolerances.margins import Box, Margin, made_so, margins_table
-from camopt.tolerances.touching import BORE, BORE_WAY, error_unit
 from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band, no_tolerances, worst
 from camopt.tolerances.worst_case import NOT_OFF, WorstCase
 from camopt.tolerances.worst_pairs import worst_search
@@ -448,5 +448,5 @@ def _reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) 
             f"The {what} of the motion jumps at {turn.impulses_said(order)}: where an error moves the jump, "
             f"its own {what} is an impulse to first order; in truth it is a short, steep ramp."
         )
-    if turn.scene.tolerances.profile is not None and turn.scene.tolerances.waves is None:
+    if turn.scene.tolerances.profile and turn.scene.tolerances.waves is None:
         yield "The slope of the profile's error has no bound without tolerances.waves: give it, such as waves = 20."

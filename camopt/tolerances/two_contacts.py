@@ -46,10 +46,10 @@ from camopt.problem.variables import is_of_train
 from camopt.problem.zones import number_zones, tool_zones
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
+from camopt.tolerances.errors import BORE, BORE_WAY, LEVEL, WAY, error_ends, way_of
 from camopt.tolerances.exact import contact_of
 from camopt.tolerances.recontact import Off, RealCams, RealMotion
 from camopt.tolerances.response import Responses
-from camopt.tolerances.touching import BORE, BORE_WAY, LEVEL, WAY, error_ends, way_of
 
 TOUCHES = 3
 """How often the place is found anew that is touched at a cam angle."""
@@ -209,13 +209,13 @@ def answers_apart(scene: Scene, problem: Problem, angles: FloatArray) -> Iterato
     """The answers of s to all that tolerances are of; that of the bore is in the direction with the largest."""
     answers, given = PairResponses(problem, angles), scene.tolerances
     zones = {key: (zone.lower, zone.upper) for key, zone in tool_zones(scene, problem.nominal).items()}
-    if given.profile is not None:
+    if given.profile:
         zones["profile"] = -given.profile, given.profile
     for key, ends in zones.items():
         if not is_of_train(key):
             every = [answers.apart(at) for at in errors_at(problem.setup.mechanism, key).values()]
             yield AnswerApart(key, np.array(every), *ends)
-    if (bore := given.bore_eccentricity) is not None:
+    if bore := given.bore_eccentricity:
         most = np.hypot(*(first[0] + second[0] for first, second in answers.bores))
         yield AnswerApart(BORE, most[None], -bore, bore)
     for key, (lower, upper) in _base_zones(scene, problem).items():
@@ -232,10 +232,10 @@ def fastest_apart(scene: Scene, problem: Problem, angles: FloatArray) -> FloatAr
         if not is_of_train(key):
             for at in errors_at(problem.setup.mechanism, key).values():
                 found += max(-zone.lower, zone.upper) * np.abs(answers.moving_apart(at)[1])
-    if given.profile is not None:
+    if given.profile:
         for at in errors_at(problem.setup.mechanism, "profile").values():
             found += most_of_profile(answers.moving_apart(at), given.profile, given.waves)[1]
-    if given.bore_eccentricity is not None:
+    if given.bore_eccentricity:
         found += given.bore_eccentricity * np.hypot(*(first[1] + second[1] for first, second in answers.bores))
     return found
 

@@ -23,7 +23,7 @@ from camopt.numerics import GIVEN, FloatArray
 from camopt.numerics.interval import INTERVAL_RULES, Interval, as_interval
 from camopt.numerics.sloped import Sloped
 from camopt.tolerances.bounded import Tried
-from camopt.tolerances.touching import is_way, polar, way_of
+from camopt.tolerances.errors import is_way, polar, way_of
 from camopt.verdicts.claim_boxes import Ends, Parts, Search
 
 NARROW = 0.5

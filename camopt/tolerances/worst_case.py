@@ -37,10 +37,10 @@ from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
 from camopt.scene.tolerances import ANGLES
 from camopt.tolerances.bounded import Bounded, Gaps, Tried, Values, bounded
+from camopt.tolerances.errors import BORE, BORE_WAY, LEVEL, WAY, flat, is_way, way_of
 from camopt.tolerances.exact import Contact, Moved, Touched, at_tool, errors_of, moved_of, touched
 from camopt.tolerances.further_on import LAST, FurtherOn, Place
 from camopt.tolerances.off_train import through
-from camopt.tolerances.touching import BORE, BORE_WAY, LEVEL, WAY, flat, is_way, way_of
 from camopt.tolerances.turn import TurnErrors, highest
 from camopt.tolerances.vectors import ROOM, VectorSearch, box_of
 from camopt.verdicts.claim_boxes import Ends, Parts, by_angle
@@ -239,7 +239,7 @@ class WorstSearch:
         given = self.turn.scene.tolerances
         if self.problem.programme.corners:
             return CORNERS
-        if not self.order or given.profile is None:
+        if not self.order or not given.profile:
             return ""
         return SLOPES if given.waves is None else HOLLOWS if self._lies_on_crests(given.profile) else ""
 

@@ -25,10 +25,10 @@ from camopt.numerics.curves import formula
 from camopt.numerics.sloped import Sloped
 from camopt.problem.problem import Problem
 from camopt.tolerances.contact_ahead import ContactAhead, RestingContact, errors_ahead
+from camopt.tolerances.errors import flat
 from camopt.tolerances.exact import Moved, Touched, errors_of, moved_of, touched
 from camopt.tolerances.further_on import FurtherOn, Place
 from camopt.tolerances.off_train import through
-from camopt.tolerances.touching import flat
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import TOUCHES, back, contacts_of, ends_of, own_errors
 from camopt.tolerances.worst_case import WorstSearch

@@ -35,9 +35,9 @@ from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
 from camopt.tolerances.bounded import SECONDS, Bounded, Gaps, Tried, Values, bounded
 from camopt.tolerances.contact_ahead import ContactAhead
+from camopt.tolerances.errors import BORE_WAY
 from camopt.tolerances.off_train import through
 from camopt.tolerances.passing import until as until_not
-from camopt.tolerances.touching import BORE_WAY
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import TOUCHES, contacts_of
 from camopt.tolerances.vectors import box_of

@@ -36,8 +36,8 @@ from camopt.numerics.clock import now, share
 from camopt.numerics.curves import formula
 from camopt.problem.claims import Claim, Plain
 from camopt.tolerances.bounded import SECONDS, Bounded, Gaps, Tried, Values, bounded
+from camopt.tolerances.errors import BORE, BORE_WAY, flat, polar, turned_on
 from camopt.tolerances.off_train import between
-from camopt.tolerances.touching import BORE, BORE_WAY, flat, polar, turned_on
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.vectors import box_of
 from camopt.tolerances.worst_case import Proof, WorstSearch

@@ -10,9 +10,9 @@ import camopt
 from camopt.mistakes import BadInput
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
+from camopt.tolerances.errors import BORE as BORE_KEY
+from camopt.tolerances.errors import BORE_WAY
 from camopt.tolerances.exact import contact_of
-from camopt.tolerances.touching import BORE as BORE_KEY
-from camopt.tolerances.touching import BORE_WAY
 from tests.support.cams import cam_with
 
 SIZE, BORE, WAVE, ORDER, TURNED = 0.004, 0.012 - 0.005j, 0.003, 9, 40.0

@@ -12,7 +12,7 @@ from camopt.mistakes import BadInput
 from camopt.problem.problem import resolve_design
 from camopt.tolerances.batch import share_of
 from camopt.tolerances.draw import beyond, drawn, parts_of
-from camopt.tolerances.touching import error_ends
+from camopt.tolerances.errors import error_ends
 from tests.tolerances.test_margins import scene_of
 
 FACE = camopt.find_scene("bucket-valve")

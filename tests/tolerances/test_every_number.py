@@ -16,11 +16,11 @@ from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tolerances.contributions import variances
 from camopt.tolerances.draw import drawn
+from camopt.tolerances.errors import error_ends, flat, off_by
 from camopt.tolerances.exact import contact_of
 from camopt.tolerances.margins import Box
 from camopt.tolerances.off_train import follower_start
 from camopt.tolerances.response import Responses
-from camopt.tolerances.touching import error_ends, flat, off_by
 from camopt.tolerances.turn import TurnErrors
 from tests.support.cams import STEEL, cam_with
 from tests.support.depth import is_deep, times

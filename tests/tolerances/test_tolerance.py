@@ -248,7 +248,7 @@ def test_a_mirrored_cam_has_the_same_errors():
         ({"phase": "h6"}, "tolerances.phase = 'h6': must be an angle in deg"),
         ({"face_tilt": 0.1}, "tolerances.face_tilt: is for a translating follower with a flat face"),
         ({"waves": 3}, "tolerances.waves = 3: goes with tolerances.profile, which is missing"),
-        ({"profile": 0.0}, "tolerances.profile = 0.0: must be at least 1e-09"),
+        ({"profile": -0.1}, "tolerances.profile = -0.1: must be at least 0"),
         (
             {"roller_radius": 0.1},
             "tolerances.roller_radius = 0.1: not a known key; did you mean tolerances.follower.roller_radius?",
@@ -268,6 +268,14 @@ def test_what_is_no_tolerance_is_told(given, said):
     with pytest.raises(BadInput) as refused:
         scene_of(given=given)
     assert said in str(refused.value)
+
+
+def test_a_tolerance_of_0_is_none():
+    given = {"follower.offset": 0.02, "phase": 0.01}
+    none = {"profile": 0, "waves": 9, "bore_eccentricity": 0, "follower.roller_radius": 0}
+    plain, more = (camopt.tolerance(scene_of(given=each)) for each in (given, given | none))
+    assert [each.worst for each in more.errors] == [each.worst for each in plain.errors]
+    assert more.worst_case.bound == plain.worst_case.bound
 
 
 def test_a_tolerance_of_the_drawing_that_leaves_no_cam_is_told_too():

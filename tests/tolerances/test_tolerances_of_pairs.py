@@ -17,10 +17,10 @@ from camopt.problem.problem import resolve_design
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.two_contacts import apart
 from camopt.tolerances.draw import drawn
+from camopt.tolerances.errors import flat
 from camopt.tolerances.exact import Touched, at_tool, contact_of
 from camopt.tolerances.held import plays
 from camopt.tolerances.interference import Interference
-from camopt.tolerances.touching import flat
 from camopt.tolerances.turn import TurnErrors, worst
 from camopt.tolerances.two_contacts import PairCams, PairResponses, RealPairs, errors_of, off_apart, own_errors
 from camopt.tolerances.worst_case import Proof

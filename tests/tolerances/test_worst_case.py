@@ -14,9 +14,9 @@ from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tolerances import worst_case
 from camopt.tolerances.bounded import Gaps
+from camopt.tolerances.errors import BORE, BORE_WAY, error_ends, flat, off_by
 from camopt.tolerances.exact import contact_of
 from camopt.tolerances.recontact import RealCams, off_of
-from camopt.tolerances.touching import BORE, BORE_WAY, error_ends, flat, off_by
 from tests.support.cams import CONTACTS, cam_with
 from tests.support.depth import times
 from tests.support.recontact import displacement

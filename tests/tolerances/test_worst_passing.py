@@ -12,7 +12,7 @@ from camopt.effects.motion import scale
 from camopt.problem.problem import resolve_design
 from camopt.studies.timing import _asked
 from camopt.tolerances import worst_passing
-from camopt.tolerances.touching import BORE, BORE_WAY
+from camopt.tolerances.errors import BORE, BORE_WAY
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import cams_of, ends_of
 from camopt.tolerances.worst_pairs import worst_search

@@ -12,8 +12,8 @@ from camopt.effects.motion import scale
 from camopt.numerics.stretches import over_stretch
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
+from camopt.tolerances.errors import BORE, BORE_WAY, is_way, way_of
 from camopt.tolerances.recontact import RealCams, off_of
-from camopt.tolerances.touching import BORE, BORE_WAY, is_way, way_of
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import cams_of
 from camopt.tolerances.worst_pairs import worst_search

@@ -14,7 +14,7 @@ from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.tolerances import worst_wobble
 from camopt.tolerances.bounded import Tried, bounded
-from camopt.tolerances.touching import BORE, BORE_WAY
+from camopt.tolerances.errors import BORE, BORE_WAY
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import cams_of, ends_of
 from camopt.tolerances.worst_pairs import worst_search
