@@ -420,7 +420,7 @@ BAD_INPUT = [
     (["frontier", "two-pauses", "--axes", "size"], "--axes = 'size': must be two or three different axes"),
     (["frontier", "two-pauses", "--out", "new", "--scheduler", "x"], "--scheduler = 'x': must be the address of a Dask"),
     (["export", "two-pauses", "cam.xyz"], "FILE = 'cam.xyz': must be a file that ends in"),
-    (["compare", "two-pauses", "two-pause"], "a folder that a command wrote, a table of designs, or a scene; did you"),
+    (["compare", "two-pauses", "two-pause"], "(.parquet) or a folder that a command wrote; did you"),
     (["report", "two-pauses", "--out", "page.txt"], "--out = 'page.txt': must be a file that ends in .html"),
 ]  # fmt: skip
 
