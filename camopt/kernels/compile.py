@@ -21,7 +21,7 @@ from camopt.kernels.compiling import READY
 
 if TYPE_CHECKING:
     from camopt.kernels.kernel_cache import KernelFile
-    from camopt.kernels.machine_code import MachineCode
+    from camopt.kernels.machine_code import MachineCode, ObjectCode
 
 Value = TypeVar("Value")
 Kinds = tuple[Any, ...]
@@ -88,13 +88,18 @@ class Kernel(KernelPart):
         from camopt.kernels.machine_code import MachineCode
 
         file = self.file(kinds)
-        code = file.read()
-        if code is None:
-            from camopt.kernels.dispatchers import object_code
+        return MachineCode(kinds, file.read() or self._compiled(kinds, file))
 
-            code = object_code(self, kinds)
-            file.write(code)
-        return MachineCode(kinds, code)
+    def _compiled(self, kinds: Kinds, file: "KernelFile") -> "ObjectCode":
+        """By numba; or by another process, if one was at it."""
+        with file.one_process():
+            code = file.read()
+            if code is None:
+                from camopt.kernels.dispatchers import object_code
+
+                code = object_code(self, kinds)
+                file.write(code)
+        return code
 
     def file(self, kinds: Kinds) -> "KernelFile":
         """Where machine code is kept on disk."""

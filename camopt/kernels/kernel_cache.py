@@ -11,7 +11,8 @@ little by each of many processes is compiled once that pays.
 import inspect
 import os
 import shutil
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache, cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -20,13 +21,14 @@ from typing import Any
 
 from platformdirs import user_cache_path
 
+from camopt.kernels.locking import lock_in_time
 from camopt.kernels.machine_code import ObjectCode, processor
 from camopt.kernels.version import version_of_kernels
 
 DIGEST_SIZE = sha256().digest_size
 UNUSED = 30 * 24 * 3600.0  # seconds after which a folder of another version is removed
 TENTH = 0.1
-CLAIMED = 120.0  # seconds after which a process that was to compile a kernel is taken for dead
+CLAIMED = 60.0  # seconds after which a process that was to compile a kernel is taken for dead
 
 
 def checked(content: bytes) -> bytes:
@@ -70,6 +72,17 @@ class KernelFile:
             return None
         name, _, code = content[DIGEST_SIZE:].partition(b"\n")
         return ObjectCode(name.decode(), code)
+
+    @contextmanager
+    def one_process(self) -> Iterator[None]:
+        """A block that one process at a time is in: others wait, but go on if it takes that one too long."""
+        path = self._file.with_suffix(".lock")
+        with ExitStack() as stack:
+            with suppress(OSError):
+                file = stack.enter_context(path.open("ab"))
+                stack.callback(_remove, path)
+                lock_in_time(file.fileno(), CLAIMED)
+            yield
 
     def write(self, code: ObjectCode) -> None:
         """Keep a kernel that is whole, if there is room for it."""
@@ -140,6 +153,11 @@ def opened_folder(root: Path, version: str) -> Path:
             _remove_unused(root, len(version))
         os.utime(folder)  # in use
     return folder
+
+
+def _remove(path: Path) -> None:
+    with suppress(OSError):  # Windows removes no open files
+        path.unlink()
 
 
 def _remove_unused(root: Path, length: int) -> None:

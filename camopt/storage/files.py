@@ -13,12 +13,8 @@ from tempfile import TemporaryFile
 from time import time
 from warnings import warn
 
+from camopt.kernels.locking import lock
 from camopt.mistakes import BadInput, Mistake
-
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
 
 LARGEST_TEXT = 1 << 24
 BYTES_AT_ONCE = 1 << 22  # bytes of a file in memory at a time
@@ -244,19 +240,6 @@ def synced(path: Path) -> None:
             raise OSError(trouble.errno, trouble.strerror, os.fspath(path)) from None
     finally:
         os.close(descriptor)
-
-
-def lock(descriptor: int) -> bool | None:
-    """Lock an open file until it is closed or the process ends: False if another one has it, None without locks."""
-    if fcntl is None:
-        return None
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:
-        return None
-    return True
 
 
 def forgotten(path: Path) -> bool:

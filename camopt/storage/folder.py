@@ -9,7 +9,8 @@ from io import FileIO
 from pathlib import Path
 from stat import S_ISDIR
 
-from camopt.storage.files import WORK_FOLDER, lock, named, naming
+from camopt.kernels.locking import lock
+from camopt.storage.files import WORK_FOLDER, named, naming
 
 LOCK_FILE = "lock"
 LOCK_TRIES = 100

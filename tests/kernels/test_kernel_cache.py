@@ -4,7 +4,9 @@ import ast
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
+from subprocess import PIPE
 from time import time
 
 import numpy as np
@@ -48,6 +50,49 @@ def test_machine_code_is_kept(tmp_path):
     assert [loaded(tmp_path) for _ in range(3)] == [False, True, True]
     (file,) = tmp_path.iterdir()
     assert file.suffix == ".kernel"
+
+
+HOLD = """
+import sys
+from camopt.kernels.locking import lock
+file = open(sys.argv[1], "ab")
+print(lock(file.fileno()), flush=True)
+input()
+"""
+
+
+@pytest.fixture
+def other(tmp_path):
+    """Another process, which is compiling the kernel until it is killed."""
+    pytest.importorskip("fcntl")
+    path = KernelFile(total, KINDS, tmp_path)._file.with_suffix(".lock")
+    with subprocess.Popen([sys.executable, "-c", HOLD, path], stdin=PIPE, stdout=PIPE, text=True) as process:
+        assert process.stdout.readline() == "True\n"
+        yield process
+        process.kill()
+
+
+@compiles
+@pytest.mark.parametrize("end", ["done", "killed"])
+def test_a_kernel_that_another_process_is_compiling_is_waited_for(tmp_path, other, end):
+    (tmp_path / "other").mkdir()
+    if end == "done":
+        loaded(tmp_path / "other")
+    with ThreadPoolExecutor() as pool:
+        waiting = pool.submit(loaded, tmp_path)
+        assert wait([waiting], timeout=0.2).not_done
+        for file in (tmp_path / "other").glob("*"):
+            file.rename(tmp_path / file.name)
+        other.kill()
+        assert waiting.result() == (end == "done")
+    assert [file.suffix for file in tmp_path.iterdir() if file.is_file()] == [".kernel"]
+
+
+@compiles
+def test_nobody_waits_for_long_for_a_process_that_hangs(tmp_path, other, monkeypatch):
+    monkeypatch.setattr(kernel_cache, "CLAIMED", 0.1)
+    assert [loaded(tmp_path) for _ in range(2)] == [False, True]
+    assert other.poll() is None
 
 
 DAMAGE = {
