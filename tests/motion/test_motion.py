@@ -15,7 +15,7 @@ from support import own
 from camopt import Scene, evaluate
 from camopt.kernels.compile import compiled
 from camopt.motion import LAWS
-from camopt.motion.law import is_symmetric, pair_of
+from camopt.motion.law import is_symmetric, joined_by
 from camopt.motion.polynomial import PolynomialLaw
 from camopt.motion.programme import TURN_PANELS, Programme, law_peaks, peak, peaks_inside
 from camopt.motion.table import RETURN, RISE, stroke_coefficients
@@ -106,11 +106,11 @@ PAIRS = {  # Kloomok and Muffley, Product Engineering, Feb. 1955, of half curves
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_law_tells_what_it_joins(law):
-    assert pair_of(LAWS[law]) == PAIRS.get(law, "R-R")
+    assert joined_by(LAWS[law]) == PAIRS.get(law, "R-R")
 
 
 def test_a_motion_in_general_has_velocity_and_acceleration():
-    assert pair_of(PolynomialLaw("own", (0.0, 1.0, 2.0), (1.0, 0.0, 0.0))) == "B-R"
+    assert joined_by(PolynomialLaw("own", (0.0, 1.0, 2.0), (1.0, 0.0, 0.0))) == "B-R"
 
 
 @pytest.mark.parametrize(("half", "whole"), [("half-cycloidal", "cycloidal"), ("half-harmonic", "harmonic")])
@@ -138,7 +138,7 @@ def test_a_law_runs_from_0_to_1_and_its_verbs_are_derivatives(law):
 
 def test_laws_that_join_the_same_at_both_ends_are_symmetric():
     assert {law for law in LAWS if is_symmetric(LAWS[law])} == {
-        law for law in LAWS if len(set(pair_of(LAWS[law]).split("-"))) == 1
+        law for law in LAWS if len(set(joined_by(LAWS[law]).split("-"))) == 1
     }
 
 

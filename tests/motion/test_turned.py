@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from support import own
 from support.depth import times
 
-from camopt.motion.law import is_symmetric, pair_of
+from camopt.motion.law import is_symmetric, joined_by
 from camopt.motion.programme import Programme, Stroke, law_peaks, span
 from camopt.motion.scca import SCCALaw
 from camopt.motion.table import RISE
@@ -67,7 +67,7 @@ def test_a_skewed_law_is_as_fast_at_its_crossing_and_has_peaks_in_ratio(name, cr
     skewed = SkewedLaw("own", law, crossing)
     assert float(skewed.displacement(crossing)) == pytest.approx(crossing, rel=1e-14)
     assert float(skewed.velocity(crossing)) == pytest.approx(float(law.velocity(0.5)), rel=1e-13)
-    assert pair_of(skewed) == pair_of(law)
+    assert joined_by(skewed) == joined_by(law)
     rise = Programme((Stroke(RISE, skewed, 0.0, 1.0, 0.0, 1.0),))
     least, largest = span(rise, (0.0, 0.0, 1.0), RISE)
     assert rise.lift == 1.0
@@ -94,7 +94,7 @@ def test_a_mirrored_law_against_fifty_digits_and_exactly(name):
         return 1 - s, v, -a, j
 
     is_that_of_fifty_digits(MirroredLaw("own", law), expected)
-    assert pair_of(MirroredLaw("own", law)) == "-".join(reversed(pair_of(law).split("-")))
+    assert joined_by(MirroredLaw("own", law)) == "-".join(reversed(joined_by(law).split("-")))
 
 
 @pytest.mark.parametrize("name", LOPSIDED)
