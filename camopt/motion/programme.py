@@ -167,9 +167,13 @@ class Programme:
 
     def has(self, kinds: int) -> bool:
         """Whether any piece of the turn has one of some kinds, or moves in one of some ways."""
-        return bool(np.any(self.table.kind & kinds))
+        return bool(self._kinds & kinds)
 
-    @property
+    @cached_property
+    def _kinds(self) -> int:
+        return int(np.bitwise_or.reduce(self.table.kind))
+
+    @cached_property
     def table(self) -> MotionTable:
         """The programme as panel polynomials."""
         return _table(self)

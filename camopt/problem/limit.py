@@ -342,7 +342,9 @@ class QuantityLimit(Limit):
     def _outward(self, peak: Peak, columns: Mapping[str, Any], designs: Designs) -> FloatArray:
         """The extreme as a share of what it is allowed to be, but for its weight."""
         most, least = (np.asarray(columns[name] + np.zeros(len(designs))) for name in peak.extremes)
-        extreme = {LARGEST: most, LARGEST_MAGNITUDE: np.maximum(most, -least)}.get(peak.goal, least)
+        if peak.goal == LARGEST_MAGNITUDE:
+            most = np.maximum(most, -least)
+        extreme = most if peak.goal in (LARGEST, LARGEST_MAGNITUDE) else least
         return np.asarray(extreme * peak.scale.extreme_at(self.bound, DOUBLES))
 
     def by_bound(self, columns: Columns, designs: Designs) -> FloatArray:

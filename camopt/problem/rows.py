@@ -29,8 +29,11 @@ class Rows:
     outward: Columns = field(default_factory=dict)
     half_width: Any = 0.0
 
-    def shifted(self, share: float) -> Columns:
-        """The columns moved by a share of their widths: 1 for the far side, −1 for the same distance inwards."""
+    def shifted(self, share: Any) -> Columns:
+        """The columns moved by a share of their widths: 1 for the far side, −1 for the same distance inwards.
+
+        Shares (n, 1) give columns (n, rows).
+        """
         return self.columns | {name: self.columns[name] + share * width for name, width in self.outward.items()}
 
     def only(self, names: Iterable[str]) -> "Rows":

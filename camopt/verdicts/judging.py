@@ -25,6 +25,7 @@ from camopt.verdicts.running import columns_for, extended, planned
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 CERTIFIED, SAMPLED = "certified", "sampled"
+SIDES = np.array([[1.0], [-1.0]])  # shares of the widths of enclosures, a row each
 LAST_AT_ONCE = 16  # designs of which limits that are asked last are asked, where there is a time to stop
 
 
@@ -101,21 +102,20 @@ def bound_excesses(problem: Problem, designs: Designs, wanted: frozenset[str], u
         else:
             rows = extended(rows, case, effect, names)
     first = problem.without_last.limits
-    outer, inner = np.full((2, len(problem.limits), len(designs)), -np.inf)
-    outer[: len(first)] = excesses(first, rows.shifted(1.0), designs)
-    inner[: len(first)] = excesses(first, rows.shifted(-1.0), designs)
+    both = np.full((2, len(problem.limits), len(designs)), -np.inf)
+    both[:, : len(first)] = excess_of_sides(first, rows, designs)
+    outer, inner = both
     index = np.flatnonzero(np.all(outer <= 0.0, axis=0))
     last = problem.limits[len(first) :]
     outer[len(first) :, index] = inf
-    pieces = 1 + index.size // LAST_AT_ONCE if until < inf else 1
-    for some in np.array_split(index, pieces) if last and index.size else ():
+    pieces = np.array_split(index, 1 + index.size // LAST_AT_ONCE) if until < inf else [index]
+    for some in pieces if last and index.size else ():
         if now() > until:
             break
         found, part = rows.take(some), some_of(case, some)
         for effect, names in later:
             found = extended(found, part, effect, names)
-        outer[len(first) :, some] = excesses(last, found.shifted(1.0), part.designs)
-        inner[len(first) :, some] = excesses(last, found.shifted(-1.0), part.designs)
+        both[:, len(first) :, some] = excess_of_sides(last, found, part.designs)
     return ExcessBounds(rows, outer, inner)
 
 
@@ -149,6 +149,14 @@ def excesses(limits: Sequence[Limit], columns: Columns, designs: Designs) -> Flo
     found = np.empty((len(limits), len(designs)))
     for limit, over in zip(limits, found, strict=True):
         over[:] = limit.excess(columns, designs)
+    return found
+
+
+def excess_of_sides(limits: Sequence[Limit], rows: Rows, designs: Designs) -> FloatArray:
+    """The same of the far sides of enclosures, and of the near ones: (2, limits, designs)."""
+    found, columns = np.empty((2, len(limits), len(designs))), rows.shifted(SIDES)
+    for number, limit in enumerate(limits):
+        found[:, number] = limit.excess(columns, designs)
     return found
 
 

@@ -60,14 +60,22 @@ def beyond_pitch(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) 
 def with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Rows:
     """Rows with the wanted ones of an effect's quantities."""
     columns, outward, half_width = dict(rows.columns), dict(rows.outward), rows.half_width
+    widths = dict[int, tuple[Any, Any]]()  # the largest of those that refer to one scale
     for name in (n for n in found if n in wanted):
         columns[name] = found[name]
         if isinstance(found[name], Bounded):
             columns[name], width, scale = found[name]
             outward[name] = np.where(np.isinf(columns[name]), 0.0, width)  # ∞ − ∞ is no width
-            width = np.abs(outward[name])
-            least, most = (of.reduce(scale, axis=None, initial=1.0) for of in (np.minimum, np.maximum))
-            if not 0.0 < least <= most < np.inf:
-                scale = np.where((scale > 0.0) & ~(np.isinf(scale) & np.isinf(width)), scale, 1.0)
-            half_width = np.maximum(half_width, width / scale)
+            _, most = widths.get(id(scale), (scale, 0.0))
+            widths[id(scale)] = scale, np.maximum(most, np.abs(outward[name]))
+    for scale, width in widths.values():
+        half_width = np.maximum(half_width, _relative(width, scale))
     return Rows(columns, rows.count, outward, half_width)
+
+
+def _relative(width: Any, scale: Any) -> Any:
+    """Widths relative to their scale; to 1 where that is 0, or infinite as they are."""
+    least, most = (of.reduce(scale, axis=None, initial=1.0) for of in (np.minimum, np.maximum))
+    if not 0.0 < least <= most < np.inf:
+        scale = np.where((scale > 0.0) & ~(np.isinf(scale) & np.isinf(width)), scale, 1.0)
+    return width / scale
