@@ -6,12 +6,14 @@ for each setting only of what decides which limits there are.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from camopt.effects import lacking
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
+from camopt.numerics.same import Same
 from camopt.problem.choices import LawPair
 from camopt.problem.problem import Problem
 from camopt.problem.zones import of_train
@@ -22,9 +24,14 @@ Setting = Mapping[str, float]
 """Values of numbers of the scene that are no sizes, by key."""
 
 
-def laws_of(problem: Problem) -> dict[Programme, LawPair]:
+def laws_of(problem: Problem) -> Mapping[Programme, LawPair]:
     """The scene's programme under every choice of laws in ``[search]``, and the laws on its rises and returns."""
-    return {problem.with_laws(*pair): pair for pair in problem.choices.laws}
+    return _laws_of(Same(problem))
+
+
+@lru_cache(maxsize=4)  # of a scene they are asked for again and again
+def _laws_of(same: Same[Problem]) -> Mapping[Programme, LawPair]:
+    return {same.value.with_laws(*pair): pair for pair in same.value.choices.laws}
 
 
 def problems_of(problem: Problem, settings: Sequence[Setting] = ({},)) -> tuple[Problem, ...]:
