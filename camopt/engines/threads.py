@@ -27,16 +27,20 @@ class Threads:
         waiting = ((item,) for item in items)
         yield from map(work, islice(waiting, 0 if READY else 1))
         begin = Event()  # of all threads together: one at work would keep this one from beginning the next
-        with ThreadPoolExecutor(self.workers, initializer=begin.wait) as pool:
-            running: deque[Future[Result]] = deque()
-            try:
-                for some in islice(waiting, self.workers + 1):
+        pool, running, busy = (
+            ThreadPoolExecutor(self.workers, initializer=begin.wait),
+            deque[Future[Result]](),
+            True,
+        )
+        try:
+            for some in islice(waiting, self.workers + 1):
+                running.append(pool.submit(work, some))
+            begin.set()
+            while running:
+                yield running.popleft().result()
+                for some in islice(waiting, 1):
                     running.append(pool.submit(work, some))
-                begin.set()
-                while running:
-                    yield running.popleft().result()
-                    for some in islice(waiting, 1):
-                        running.append(pool.submit(work, some))
-            finally:
-                begin.set()
-                pool.shutdown(cancel_futures=True)
+            busy = False
+        finally:
+            begin.set()
+            pool.shutdown(wait=busy, cancel_futures=True)  # threads without work end by themselves

@@ -86,7 +86,8 @@ class Archive:
             costs = np.concatenate([row_costs(part, self._objectives) for part in self._parts])
             ends = np.cumsum([part.count for part in self._parts])[:-1]
             left = np.split(undominated(costs), ends)
-            self._parts = [joined_rows([part.drawn(some) for part, some in zip(self._parts, left, strict=True)])]
+            kept = [part.drawn(some) for part, some in zip(self._parts, left, strict=True) if some.any()]
+            self._parts = [joined_rows(kept)]
             self._kept, self._new = self._parts[0].count, 0
         return Rows({**self._parts[0].columns}, self._kept)
 

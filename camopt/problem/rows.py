@@ -47,7 +47,7 @@ class Rows:
         count = int(np.count_nonzero(index)) if index.dtype == bool else index.size
 
         def taken(values: Any) -> Any:
-            return values[index] if getattr(values, "ndim", 0) else values
+            return values[index] if differs(values) else values
 
         columns, outward = ({n: taken(v) for n, v in each.items()} for each in (self.columns, self.outward))
         return Rows(columns, count, outward, taken(self.half_width))
@@ -55,18 +55,18 @@ class Rows:
     def drawn(self, index: NDArray[Any]) -> "Rows":
         """As ``take``, of rows that are given up: each column goes as soon as what is taken of it is there."""
         count, columns = int(np.count_nonzero(index)) if index.dtype == bool else index.size, self.columns
-        return Rows({n: v[index] if np.ndim(v := columns.pop(n)) else v for n in [*columns]}, count)
+        return Rows({n: v[index] if differs(v := columns.pop(n)) else v for n in [*columns]}, count)
 
     def part(self, some: slice) -> "Rows":
         """Consecutive rows, which share their columns with these."""
-        columns = {name: values[some] if np.ndim(values) else values for name, values in self.columns.items()}
+        columns = {name: values[some] if differs(values) else values for name, values in self.columns.items()}
         return Rows(columns, len(range(*some.indices(self.count))))
 
     def with_rows(self, index: NDArray[np.intp], other: "Rows") -> "Rows":
         """These columns with the rows at an index taken from others."""
         columns = {}
         for name, value in self.columns.items():
-            if not np.ndim(value) and not np.ndim(other.columns[name]) and value == other.columns[name]:
+            if not (differs(value) or differs(other.columns[name])) and value == other.columns[name]:
                 columns[name] = value
                 continue
             here, there = self.column(name), other.column(name)
@@ -77,12 +77,18 @@ class Rows:
     def column(self, name: str) -> NDArray[Any]:
         """One column, repeated if it is a single value."""
         values = self.columns[name]
-        return values if np.ndim(values) else np.broadcast_to(values, (self.count,))
+        return values if differs(values) else np.broadcast_to(values, (self.count,))
 
     def records(self) -> list[dict[str, Any]]:
         """The rows as mappings of plain Python values."""
-        lists = {name: self.column(name).tolist() for name in self.columns}
+        plain = {name: np.asarray(values).tolist() for name, values in self.columns.items()}
+        lists = {n: v if differs(self.columns[n]) else [v] * self.count for n, v in plain.items()}
         return [{name: values[i] for name, values in lists.items()} for i in range(self.count)]
+
+
+def differs(values: Any) -> bool:
+    """Whether a column has a value for each row; or else one for all."""
+    return bool(getattr(values, "ndim", 0))
 
 
 def concatenate_rows(parts: Iterable[Rows]) -> Rows:
@@ -106,8 +112,9 @@ def joined_rows(parts: list[Rows]) -> Rows:
 def _one_after_the_other(name: str, parts: list[Rows]) -> Any:
     """A column of several parts; if all have the same single value, that value."""
     values = [part.columns[name] for part in parts]
-    if not any(map(np.ndim, values)) and all(value == values[0] for value in values):
-        return values[0]
+    if not any(map(differs, values)):
+        same = all(value == values[0] for value in values)
+        return values[0] if same else np.repeat(values, [part.count for part in parts])
     return np.concatenate([part.column(name) for part in parts])
 
 

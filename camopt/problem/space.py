@@ -103,6 +103,9 @@ class Space:
     def designs_apart(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.intp], Designs]]:
         """The same with a problem for each setting, which has the digits of a scene: designs bring no numbers."""
         for problem, index, designs in self.designs_of(rows):
+            if not designs.numbers:
+                yield problem, index, designs
+                continue
             for setting, which in _by_setting(designs.numbers, len(designs)):
                 yield problem.with_numbers(setting), index[which], replace(designs.take(which), numbers={})
 
