@@ -5,12 +5,24 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Self, get_args, get_origin
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError, model_validator
+from pydantic import Discriminator, Field, Tag, TypeAdapter, ValidationError, model_validator
 
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.sizes import SEARCHED
-from camopt.scene.tables import Anywhere, Cam, Follower, Length, Positive, SceneNumber, SceneTable, as_list
+from camopt.scene.tables import (
+    Anywhere,
+    Cam,
+    Follower,
+    Inner,
+    Length,
+    Listed,
+    Positive,
+    SceneNumber,
+    SceneTable,
+    as_list,
+    table_in,
+)
 
 
 class StepRange(SceneTable):
@@ -53,23 +65,15 @@ def _listed(value: Any) -> Any:
     return as_list(value)
 
 
-ListedValues = Annotated[
-    tuple[Anywhere, ...],
-    Field(min_length=1),
-    BeforeValidator(_listed, json_schema_input_type=Anywhere | list[Anywhere]),
-]
+ListedValues = Annotated[tuple[Anywhere, ...], Field(min_length=1), Listed(_listed)]
 Choice = (
     Annotated[
-        Annotated[StepRange, Tag("range/")] | Annotated[ListedValues, Tag("values/")],
+        Annotated[Inner[StepRange], Tag("range/")] | Annotated[ListedValues, Tag("values/")],
         Discriminator(_kind_of_choice),
     ]
     | None
 )
-ListedNumbers = Annotated[
-    tuple[SceneNumber, ...],
-    Field(min_length=1),
-    BeforeValidator(_listed, json_schema_input_type=SceneNumber | list[SceneNumber]),
-]
+ListedNumbers = Annotated[tuple[SceneNumber, ...], Field(min_length=1), Listed(_listed)]
 NumberChoice = Annotated[
     Annotated[NumberRange, Tag("range/")] | Annotated[ListedNumbers, Tag("values/")],
     Discriminator(_kind_of_choice),
@@ -190,8 +194,7 @@ def _sizes_of(table: type[SceneTable]) -> tuple[str, ...]:
 
 def _free_in(hint: Any) -> Any:
     """The table or the number that a type has among its members."""
-    tables = (each for each in get_args(hint) if isinstance(each, type) and issubclass(each, SceneTable))
-    return next(tables, None) or _number_in(hint)
+    return table_in(hint) or _number_in(hint)
 
 
 def _number_in(hint: Any) -> Any:

@@ -25,20 +25,19 @@ def mistakes_of(error: ValidationError, model: type[BaseModel], prefix: str, fil
                 name = ".".join([key, *mistake.key.split(".")[1:]])
                 found.setdefault(name, replace(mistake, file=file, key=name))
         elif each["type"] != "too_short" or not each["input"]:  # a list of mistakes is not empty
-            found.setdefault(key, _mistake(each, where, model, key, file))
+            found.setdefault(key, _mistake(each, str(last), model, key, file))
     return list(found.values())
 
 
-def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], key: str, file: str) -> Mistake:
+def _mistake(each: Any, last: str, model: type[BaseModel], key: str, file: str) -> Mistake:
     kind, value, context = each["type"], each["input"], each.get("ctx", {})
     if kind == "extra_forbidden":
-        table, last = _table_at(model, where[:-1]), str(where[-1])
         other = _only_key(last)
-        meant = f"did you mean {other}?" if other else nearest(last, table.model_fields)
+        meant = f"did you mean {other}?" if other else nearest(last, model.model_fields)
         why = f"not a known key; {meant}"
-        if "." in last and last.partition(".")[0] in table.model_fields:  # what ``unfolded`` could not put in place
+        if "." in last and last.partition(".")[0] in model.model_fields:  # what ``unfolded`` could not put in place
             why = "is given twice: leave out one of both"
-        return Mistake(file, key, value, getattr(table, "elsewhere", {}).get(last, why), bare=True)
+        return Mistake(file, key, value, getattr(model, "elsewhere", {}).get(last, why), bare=True)
     if kind == "missing":
         return Mistake(file, key, None, "missing", bare=True)
     if kind == "literal_error":
@@ -80,17 +79,3 @@ def _only_key(name: str) -> str | None:
     tables = [place for place in TABLES if place.split(".")[0] not in ("", "search", "synthesis", "train")]
     keys = [f"{place}.{name}" for place in tables if name in TABLES[place].model_fields]
     return keys[0] if len(keys) == 1 else None
-
-
-def _table_at(model: type[BaseModel], where: tuple[str | int, ...]) -> type[BaseModel]:
-    """The table that a path of keys leads to."""
-    parts = iter(where)
-    for part in parts:
-        if isinstance(part, int):
-            continue
-        annotation: Any = model.model_fields[part].annotation
-        candidates = [annotation, *getattr(annotation, "__args__", ())]
-        model = next(c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel))
-        if getattr(annotation, "__origin__", None) is dict:
-            next(parts, None)  # a name that the user chose
-    return model

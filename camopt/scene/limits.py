@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import Field, create_model
+from pydantic import create_model
 
 from camopt.quantities import BOUNDED, SIGNED
-from camopt.scene.tables import Acute, Anywhere, Length, Positive, SceneTable, Within
+from camopt.scene.tables import ANYWHERE, POSITIVE, Acute, Anywhere, Length, Positive, SceneTable, Within
 
 
 class ShortLimits(SceneTable):
@@ -102,11 +102,8 @@ else:
         __base__=ShortLimits,
         __doc__="What the cam must hold, by a short key or by the name of any quantity; each is optional.",
         **{
-            name: (
-                Anywhere | None if name in SIGNED else Positive | None,
-                Field(None, description=quantity.bounded),
-            )
-            for name, quantity in BOUNDED.items()
+            name: (Annotated[float | None, ANYWHERE if name in SIGNED else POSITIVE], None)
+            for name in BOUNDED
             if name not in ShortLimits.model_fields
         },
     )

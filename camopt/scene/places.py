@@ -6,7 +6,7 @@ from functools import cache
 from itertools import pairwise
 from textwrap import dedent
 
-from camopt.quantities import OF_SPRING, OF_TOOL
+from camopt.quantities import BOUNDED, OF_SPRING, OF_TOOL
 from camopt.scene.choices import StepRange
 from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, SceneTable, Segment, Through
 from camopt.scene.tolerances import Tolerance
@@ -42,10 +42,9 @@ def table_heading(place: str) -> str:
 
 
 def said_of(model: type[SceneTable], key: str) -> tuple[str, str]:
-    """The docstring of a key without its full stop, and the unit that it ends with, "" if none."""
-    text = model.model_fields[key].description or next(
-        said[key] for base in model.__mro__ if key in (said := _docstrings(base))
-    )
+    """What is said of a key, without its full stop, and the unit that it ends with, "" if none."""
+    own = (said[key] for base in model.__mro__ if key in (said := _docstrings(base)))
+    text = next(own, None) or BOUNDED[key].bounded
     sentence, mark, unit = text.removesuffix(".").rpartition("; ")
     return (sentence, unit) if mark else (text.removesuffix("."), "")
 

@@ -43,6 +43,7 @@ from camopt.scene.tables import (
     Drive,
     Dynamics,
     Follower,
+    Inner,
     Materials,
     Outputs,
     OwnLaw,
@@ -122,37 +123,37 @@ class Scene(HasHtml, Drawn, SceneTable):
     picture: ClassVar[str] = "drawing.figures"
     name: Annotated[str, BeforeValidator(one_line)] = "scene"
     """Title of results and pictures."""
-    cam: Cam
+    cam: Inner[Cam]
     """The cam."""
-    follower: Follower
+    follower: Inner[Follower]
     """The follower."""
-    drive: Drive = Drive()
+    drive: Inner[Drive] = Drive.model_construct()
     """What keeps the follower on the cam."""
-    motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
+    motion: Annotated[tuple[Inner[Segment], ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
     """The turn, segment by segment."""
     motion_at: Literal["tool", "follower"] = "tool"
     """Whose motion ``[[motion]]`` is, where there is a train: that of the tool, or that of the follower."""
-    train: Annotated[tuple[TrainStage, ...], Field(max_length=MOST_STAGES)] = ()
+    train: Annotated[tuple[Inner[TrainStage], ...], Field(max_length=MOST_STAGES)] = ()
     """The train between the follower and the tool, stage by stage."""
     profile: Annotated[
-        tuple[ProfileElement, ...], Field(min_length=1, max_length=MOST_SEGMENTS, json_schema_extra=or_text)
+        tuple[Inner[ProfileElement], ...], Field(min_length=1, max_length=MOST_SEGMENTS, json_schema_extra=or_text)
     ] = ()
     """The cam's profile, in place of the motion: arcs and lines, or the name of a DXF file of them."""
-    laws: dict[str, OwnLaw] = Field(default_factory=dict)
+    laws: dict[str, Inner[OwnLaw]] = Field(default_factory=dict)
     """Motion laws of the scene's own, by name."""
-    limits: Limits = Limits()
+    limits: Inner[Limits] = Limits.model_construct()
     """What the cam must hold."""
-    search: Search = Search()
+    search: Inner[Search] = Search.model_construct()
     """What may vary, and the objectives."""
-    synthesis: SynthesisSettings = SynthesisSettings()
+    synthesis: Inner[SynthesisSettings] = SynthesisSettings.model_construct()
     """What free motion laws minimise and hold."""
-    materials: Materials = Materials()
+    materials: Inner[Materials] = Materials.model_construct()
     """Bodies in contact and their lubricant."""
-    part: Part = Part()
+    part: Inner[Part] = Part.model_construct()
     """The cam as it is made."""
-    tolerances: Tolerances = Tolerances()
+    tolerances: Inner[Tolerances] = Tolerances.model_construct()
     """How far the real cam and its follower may be from all this."""
-    accuracy: Accuracy = Accuracy()
+    accuracy: Inner[Accuracy] = Accuracy.model_construct()
     """How exact results are."""
     outputs: Outputs = ()
     """Quantities or effects to report, or ``all``, beside sizes and what limits and objectives need, in place of

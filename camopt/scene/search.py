@@ -14,7 +14,9 @@ from camopt.scene.tables import (
     Cam,
     Drive,
     Follower,
+    Inner,
     LawName,
+    Listed,
     Materials,
     Quantities,
     SceneTable,
@@ -25,11 +27,7 @@ from camopt.scene.tables import (
 )
 from camopt.scene.train import TrainStage
 
-Laws = Annotated[
-    tuple[LawName, ...],
-    Field(min_length=1),
-    BeforeValidator(as_list, json_schema_input_type=LawName | list[LawName]),
-]
+Laws = Annotated[tuple[LawName, ...], Field(min_length=1), Listed(as_list)]
 MOST_SAMPLES, MOST_SEED = 2**22, 2**32 - 1  # 32 MB a size
 
 
@@ -75,11 +73,11 @@ class Search(SceneTable):
     """Motion laws to try on rises, with each of ``law_return``."""
     law_return: Laws = ()
     """Motion laws to try on returns."""
-    angle_rise: StepRange | None = None
+    angle_rise: Inner[StepRange] | None = None
     """Range for the angle of each rise; deg."""
-    angle_return: StepRange | None = None
+    angle_return: Inner[StepRange] | None = None
     """Range for the angle of each return; deg."""
-    angle_dwell: StepRange | None = None
+    angle_dwell: Inner[StepRange] | None = None
     """Range for the angle of each dwell; deg."""
     cam: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Cam))] = Field(default_factory=dict)
     """Other numbers of ``[cam]`` that vary, such as ``rpm``."""

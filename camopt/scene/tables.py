@@ -1,9 +1,9 @@
 """The tables of a scene: their keys, allowed values and meanings."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from numbers import Integral, Real
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -43,34 +43,64 @@ def _number_as_given(value: Any) -> Any:
 
 
 class Within:
-    """A finite number within bounds: told to pydantic at once, which takes it less time."""
+    """A finite number within bounds, or None if it may be: told to pydantic at once, which takes it less time."""
 
     def __init__(self, **bounds: float) -> None:
         self.bounds: Any = bounds
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         finite = core_schema.float_schema(allow_inf_nan=False, **self.bounds)
-        return core_schema.no_info_before_validator_function(_number_as_given, finite)
+        number = core_schema.no_info_before_validator_function(_number_as_given, finite)
+        return number if source is float else core_schema.nullable_schema(number)
 
 
 SMALLEST_VALUE, LARGEST_VALUE, SLOWEST_RPM = 1e-9, 1e9, 1e-9
 SceneNumber = Annotated[float, Within()]
 Length = Annotated[float, Within(ge=SMALLEST_VALUE, le=LARGEST_VALUE)]
-Anywhere = Annotated[float, Within(ge=-LARGEST_VALUE, le=LARGEST_VALUE)]
-Positive = Annotated[float, Within(ge=1e-15, le=1e15)]
+ANYWHERE, POSITIVE = Within(ge=-LARGEST_VALUE, le=LARGEST_VALUE), Within(ge=1e-15, le=1e15)
+Anywhere = Annotated[float, ANYWHERE]
+Positive = Annotated[float, POSITIVE]
 NotNegative = Annotated[float, Within(ge=0, le=1e15)]
 Acute = Annotated[float, Within(ge=1e-9, lt=90)]
 
 
-def known(names: Any, what: str, called: Mapping[str, str] = MappingProxyType({})) -> Any:
+class Name:
+    """A text of which something is asked; the names that may be given are told in the schema alone."""
+
+    def __init__(self, check: Callable[[Any], str], names: Iterable[str], others: bool = False) -> None:
+        self.check, self.names, self.others = check, names, others
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return core_schema.no_info_before_validator_function(self.check, core_schema.str_schema())
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        known = {"enum": [*self.names], "type": "string"}
+        return {"anyOf": [known, {"type": "string"}]} if self.others else known
+
+
+def known(names: Any, what: str, called: Mapping[str, str] = MappingProxyType({})) -> Name:
     """One of some names; ``called`` are words of others for them."""
 
-    def validate(value: Any) -> Any:
+    def check(value: Any) -> str:
         if not isinstance(value, str) or value not in names:
             raise ValueError(f"{what}; {nearest(called.get(str(value), str(value)), names)}")
         return value
 
-    return BeforeValidator(validate, json_schema_input_type=Literal[*names])
+    return Name(check, names)
+
+
+class Listed:
+    """A list in whose place an only item may stand."""
+
+    def __init__(self, listed: Callable[[Any], Any]) -> None:
+        self.listed = listed
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return core_schema.no_info_before_validator_function(self.listed, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        item = handler(schema)["items"]
+        return {"anyOf": [item, {"items": item, "type": "array"}]}
 
 
 def one_line(value: Any) -> Any:
@@ -85,7 +115,7 @@ def whole_number(value: Any) -> Any:
     return int(value)
 
 
-def _is_name(value: Any) -> Any:
+def _is_name(value: Any) -> str:
     if not isinstance(value, str):
         raise ValueError("the name of a motion law")
     return value
@@ -105,7 +135,7 @@ def or_text(schema: dict[str, Any]) -> None:
 
 
 Switch = Annotated[bool, BeforeValidator(_is_switch)]
-LawName = Annotated[str, BeforeValidator(_is_name, json_schema_input_type=Literal[*LAWS] | str)]
+LawName = Annotated[str, Name(_is_name, LAWS, others=True)]
 MaterialName = Annotated[str, known(MATERIALS, "a material")]
 QuantityName = Annotated[str, known(QUANTITIES, "a quantity", {"size": "base_radius_mm"})]
 
@@ -113,7 +143,7 @@ QuantityName = Annotated[str, known(QUANTITIES, "a quantity", {"size": "base_rad
 class SceneTable(BaseModel):
     """A table of a scene: unknown keys are mistakes, and nothing changes once made."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     elsewhere: ClassVar[Mapping[str, str]] = {}
     """Keys that do not belong here although they seem to, each with what the message says of it."""
     read_as: ClassVar[Mapping[str, str]] = {}
@@ -124,6 +154,39 @@ class SceneTable(BaseModel):
             super().__init__(**values)
         except ValidationError as error:
             raise BadInput(mistakes_of(error, type(self), type(self).__name__.lower())) from None
+
+    @classmethod
+    def checked(cls, value: Any) -> Self:
+        """The table of a mapping."""
+        if isinstance(value, cls):
+            return value
+        if not isinstance(value, dict):
+            raise ValueError("a table")
+        return cls(**value)
+
+
+class _Checked:
+    """A table within another one checks itself: pydantic makes ready those that a scene has, and no more."""
+
+    def __get_pydantic_core_schema__(self, source: type[SceneTable], handler: Any) -> Any:
+        return core_schema.no_info_plain_validator_function(source.checked)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        table: type[SceneTable] = schema["function"]["function"].__self__
+        table.model_rebuild()
+        return handler(core_schema.chain_schema([table.__pydantic_core_schema__]))  # so that it is referred to
+
+
+AnyTable = TypeVar("AnyTable", bound=SceneTable)
+Inner = Annotated[AnyTable, _Checked()]
+"""A table within another one."""
+
+
+def table_in(hint: Any) -> type[SceneTable] | None:
+    """The table that a type has among its members."""
+    if isinstance(hint, type) and issubclass(hint, SceneTable):
+        return hint
+    return next((found for each in get_args(hint) if (found := table_in(each))), None)
 
 
 def _turns(value: Any) -> Any:
@@ -248,7 +311,7 @@ class Follower(SceneTable):
     """Distance of the centres of two rollers, which have a rib between them; mm."""
     offset: Anywhere = 0.0
     """Offset of a translating follower's axis, positive to the right; mm."""
-    dynamics: Dynamics | None = None
+    dynamics: Inner[Dynamics] | None = None
     """What moves with the follower, and what presses it on the cam."""
 
 
@@ -368,7 +431,7 @@ class Segment(SceneTable):
     """Third derivative at the end of a move; mm (deg) ``per`` rad³, deg³ or s³."""
     per: Literal["rad", "deg", "s"] = "rad"
     """What derivatives of this segment are by: rad or deg of the cam's angle, or s."""
-    through: Annotated[tuple[Through, ...], Field(max_length=MOST_CONDITIONS)] = ()
+    through: Annotated[tuple[Inner[Through], ...], Field(max_length=MOST_CONDITIONS)] = ()
     """Conditions on the way of a move."""
 
 
@@ -476,12 +539,8 @@ def as_list(value: Any) -> Any:
 OutputName = Annotated[
     str, known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all")
 ]
-Outputs = Annotated[
-    tuple[OutputName, ...], BeforeValidator(as_list, json_schema_input_type=OutputName | list[OutputName])
-]
-Quantities = Annotated[
-    tuple[QuantityName, ...], BeforeValidator(as_list, json_schema_input_type=QuantityName | list[QuantityName])
-]
+Outputs = Annotated[tuple[OutputName, ...], Listed(as_list)]
+Quantities = Annotated[tuple[QuantityName, ...], Listed(as_list)]
 
 
 class Materials(SceneTable):

@@ -20,7 +20,8 @@ from camopt import Scene
 from camopt.cli.main import camopt as command
 from camopt.problem.problem import resolve
 from camopt.quantities import BOUNDED, QUANTITIES
-from camopt.scene.limits import Limits, ShortLimits
+from camopt.scene.limits import ShortLimits
+from camopt.scene.schema import scene_schema
 from camopt.scene.tables import SceneTable
 
 UNITS = {
@@ -67,9 +68,9 @@ def test_a_key_says_what_it_is_and_a_number_its_unit(model, key):
 
 
 def test_a_limit_by_the_name_of_a_quantity_says_so_in_the_schema():
-    described = Limits.model_json_schema()["properties"]
+    described = scene_schema()["definitions"]["Limits"]["properties"]
     for name in BOUNDED.keys() - ShortLimits.model_fields.keys():
-        assert f"``{name}``; {BOUNDED[name].unit or 'no unit'}." in described[name]["description"]
+        assert f"``{name}``. Unit: {BOUNDED[name].unit or 'no unit'}." in described[name]["description"]
 
 
 def test_every_table_of_a_scene_is_found():
