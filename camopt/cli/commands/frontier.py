@@ -1,9 +1,7 @@
 """``camopt frontier``."""
 
 from functools import partial
-from importlib import import_module
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import click
@@ -73,7 +71,6 @@ def frontier(
         from camopt.drawing.plot import plot
         from camopt.synthesis.frontier import frontier as run
 
-        Thread(target=import_module, args=["matplotlib.figure"]).start()  # while others work on the ends
         with terminal.progress(quiet, "points") as advance:
             tell = None if quiet else terminal.say_note
             found = run(scene, traded, points, workers, advance, engine, tell)
