@@ -6,7 +6,7 @@ wants small, the least of what one wants large. Peaks of a further contact are p
 curves and scales look at designs as that contact does (``seen_peak``).
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import wraps
 from operator import is_
@@ -71,6 +71,25 @@ def some_of(case: Case, index: IntArray) -> Case:
         columns = [{name: taken(value) for name, value in each.items()} for each in known]
         part.memory.update(of=(part.setup, part.programme, part.designs), known=columns)
     return part
+
+
+def with_designs(case: Case, designs: Designs, changed: Container[str]) -> Case:
+    """A case of designs for which some quantities change, with what was found at each contact of the others."""
+    other = replace(case, designs=designs, memory={})
+    if known := _known_of(case):
+        kept = [{name: value for name, value in each.items() if name not in changed} for each in known]
+        other.memory.update(of=(other.setup, other.programme, other.designs), known=kept)
+    return other
+
+
+def changing(case: Case) -> frozenset[str]:
+    """The quantities, of those found at each contact, in which designs of a case differ."""
+
+    def differs(value: Any) -> bool:
+        parts = value if isinstance(value, Bounded) else (value,)
+        return not all(np.array_equal(each, np.roll(each, 1), equal_nan=True) for each in parts)
+
+    return frozenset(name for each in _known_of(case) or () for name, value in each.items() if differs(value))
 
 
 def least_size_of(setup: Setup, designs: Designs) -> Any:

@@ -27,6 +27,7 @@ from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula, further_formula, quotient, turned_series
 from camopt.numerics.stable import sum_of
+from camopt.numerics.taylor import direction
 from camopt.numerics.trigonometry import turned
 
 
@@ -145,7 +146,11 @@ def trace_point(designs: Designs, angle: Any) -> tuple[Any, Any]:
 
 def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     """The trace point moves as the arm and the cam turn: the normal is p − σ·y'·(c − p) for a pivot c."""
-    x, height = trace_point(design, y + first_angle(design))
+    return _touching(design, *trace_point(design, y + first_angle(design)), y1)
+
+
+def _touching(design: Designs, x: Any, height: Any, y1: Any) -> ContactPoint:
+    """The contact of a trace point."""
     turn = y1 * design.sense
     return ContactPoint(x, height, x - turn * (design.centre_distance - x), height + turn * height)
 
@@ -163,10 +168,11 @@ def _shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
 
 def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
     """The law of cosines of the triangle with its sides off: cos ψ falls by g."""
-    at, angle = _contact(design, lift, 0.0, y, y1), y + first_angle(design)
+    angle = y + first_angle(design)
+    cosine, sine = direction(angle)
     c, l, dc, dl = design.centre_distance, design.arm_length, off.of("centre_distance"), off.of("arm_length")  # noqa: E741
+    at = _touching(design, c - l * cosine, l * sine, y1)
     across, up = off.shift(at)
-    cosine, sine = np.cos(angle), np.sin(angle)
     square = across * (at.x * 2.0 + across) + up * (at.y * 2.0 + up) - dc * (2.0 * c + dc) - dl * (2.0 * l + dl)
     fall = (square + (c * dl + l * dc + dc * dl) * 2.0 * cosine) / ((c + dc) * (l + dl) * 2.0)
     moved = -angle_by_sine(cosine, sine, -fall)

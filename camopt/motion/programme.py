@@ -211,15 +211,15 @@ class Programme:
         """Jumps of y': the acceleration there is an impulse, the pitch curve has a corner."""
         return tuple(j for j in self.jumps if j.order == 1)
 
-    def at(self, angles: FloatArray) -> FloatArray:
-        """(y, y', y'', y''') at the given cam angles (rad), one row each, from the laws themselves."""
+    def at(self, angles: FloatArray, order: int = 3) -> FloatArray:
+        """(y, y', y'', y''') up to an order at cam angles (rad), one row each, from the laws themselves."""
         angles = np.asarray(angles, dtype=float)
-        out = np.zeros((4, *angles.shape))
+        out = np.zeros((order + 1, *angles.shape))
         edges = np.array([s.start for s in self.strokes])
         index = np.searchsorted(edges, angles, side="right") - 1
         for k in distinct(index[index >= 0]):
             here = index == k
-            out[:, here] = self.strokes[k].motion(angles[here])
+            out[:, here] = self.strokes[k].motion(angles[here], order)
         return out
 
     def state(self, angles: FloatArray) -> State:

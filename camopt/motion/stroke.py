@@ -151,13 +151,13 @@ class Stroke:
         x = np.linspace(low + AT_END, high - AT_END, RANGE_SAMPLES) if low < high else np.array([low])
         return np.asarray(self.motion(self.start + self.angle * x)[condition.order])
 
-    def motion(self, angles: FloatArray) -> FloatArray:
-        """(y, y', y'', y''') at cam angles of the stroke, one row each."""
+    def motion(self, angles: FloatArray, order: int = 3) -> FloatArray:
+        """(y, y', y'', y''') up to an order at cam angles of the stroke, one row each."""
         if self.law is None:
-            return np.stack([np.full_like(angles, self.low), *np.zeros((3, *angles.shape))])
+            return np.stack([np.full_like(angles, self.low), *np.zeros((order, *angles.shape))])
         x = np.clip((angles - self.start) / self.angle, 0.0, 1.0)
-        found = enumerate(derivatives_of(self.law, x, 3))
-        rows = np.stack([self.size * each / self.angle**order for order, each in found])
+        found = enumerate(derivatives_of(self.law, x, order))
+        rows = np.stack([self.size * each / self.angle**k for k, each in found])
         rows[0] += self.low
         return rows
 

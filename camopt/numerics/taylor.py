@@ -137,6 +137,11 @@ def direction(angle: Series) -> Direction:
     return Direction(Taylor(cosine), Taylor(sine))
 
 
+@direction.register(np.ndarray)
+def _(angle: Any) -> Direction:
+    return Direction(np.cos(angle), np.sin(angle))
+
+
 @singledispatch
 def angle_of(x: Series, y: Series) -> Series:
     """The angle of a vector, from (x·y' − y·x')/(x² + y²): small where the vector turns little."""

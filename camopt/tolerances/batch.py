@@ -43,10 +43,10 @@ from camopt.tolerances.draw import beyond, drawn, parts_of
 from camopt.tolerances.errors import error_ends, error_unit
 from camopt.tolerances.interference import INTERFERENCE, moving_apart
 from camopt.tolerances.largest import THREADS, LargestErrors, count_of
-from camopt.tolerances.limited import limited, worst_of
+from camopt.tolerances.limited import Limited, LimitedBy, limited, worst_of
 from camopt.tolerances.margins import OWN_SIZES, Box
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
-from camopt.tolerances.two_contacts import cams_of, errors_of
+from camopt.tolerances.two_contacts import Between, cams_of, errors_of
 
 CAMS = 2**16
 """Unless told."""
@@ -438,8 +438,7 @@ class _Drawn:
         errors = {key: self.off[key] for key in numbers}
         if between is None:
             return _ByLimits(limits, *evaluated(box.problem, limits, every), numbers, errors)
-        least, most = (evaluated(box.problem, limits, every.with_values({INTERFERENCE: end})) for end in between)
-        (excess, low), (other, high) = least, most
+        (excess, low), (other, high) = at_ends(LimitedBy(box.problem, limits, INTERFERENCE), every, between)
         if not numbers and np.array_equal(low, high, equal_nan=True):  # no limit is on what holds two contacts
             return None
         side = np.array([QUANTITIES[limit.shown[0]].side for limit in limits]).reshape(-1, 1)
@@ -531,13 +530,27 @@ def _explained_by(values: FloatArray, errors: FloatArray) -> float:
     )
 
 
-def evaluated(problem: Problem, limits: list[Limit], designs: Designs) -> tuple[FloatArray, FloatArray]:
+def evaluated(problem: Problem, limits: list[Limit], designs: Designs) -> Limited:
     """As ``limited``, some designs at a time."""
-    parts = [designs.take(slice(first, first + AT_ONCE)) for first in range(0, len(designs), AT_ONCE)]
+    (found,) = _in_parts(len(designs), lambda some: [limited(problem, limits, designs.take(some))])
+    return found
+
+
+def at_ends(limits: LimitedBy, designs: Designs, between: Between) -> list[Limited]:
+    """What designs have of limits at both ends of what is between them, some designs at a time."""
+    return _in_parts(
+        len(designs), lambda some: [*limits.at(designs.take(some), (between.low[some], between.high[some]))]
+    )
+
+
+def _in_parts(count: int, work: Callable[[slice], list[Limited]]) -> list[Limited]:
+    parts = [slice(first, first + AT_ONCE) for first in range(0, count, AT_ONCE)]
     with ThreadPoolExecutor(THREADS) as pool:
-        found = [*pool.map(lambda some: limited(problem, limits, some), parts)]
-    excess, values = (np.concatenate(each, axis=1) for each in zip(*found, strict=True))
-    return excess, values
+        found = [*pool.map(work, parts)]
+    return [
+        Limited(*(np.concatenate(each, axis=1) for each in zip(*one, strict=True)))
+        for one in zip(*found, strict=True)
+    ]
 
 
 def share_of(count: int, cams: int) -> Share:

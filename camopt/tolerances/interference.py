@@ -15,15 +15,15 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import Zone, moves_tool
-from camopt.tolerances.largest import columns, count_of, taken
+from camopt.tolerances.largest import columns, each_of
 from camopt.tolerances.recontact import Off
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import BASES, AnswerApart, Between, PairResponses, answers_apart
 
 INTERFERENCE, NO_INTERFERENCE = "drive.interference", 1e-12
 """The second is in place of one below 0: what a clearance does no preload tells."""
-AT_ONCE = 2**12
-"""Cams."""
+AT_ONCE = 2**8
+"""Cams: what is computed of them at all cam angles stays in the cache of a processor."""
 NO_ZONE = Zone(0.0, 0.0, 0.0)
 
 
@@ -71,9 +71,11 @@ class Interference:
             return None
         answers = PairResponses(problem, angles)
         rows = np.array([row for key in moving for row in answers.rows_apart(key, waves)])
-        ends = []
-        for first in range(0, count_of(moving), AT_ONCE):
-            apart = columns(taken(moving, slice(first, first + AT_ONCE))) @ rows
-            ends.append([apart.min(axis=1), apart.max(axis=1)])
-        low, high = np.maximum(mounted + self.unit * np.hstack(ends), min(NO_INTERFERENCE, self.nominal))
+
+        def ends(some: Off) -> list[FloatArray]:
+            apart = columns(some) @ rows
+            return [apart.min(axis=1), apart.max(axis=1)]
+
+        found = np.hstack([*each_of(moving, ends, AT_ONCE)])
+        low, high = np.maximum(mounted + self.unit * found, min(NO_INTERFERENCE, self.nominal))
         return Between(low, high)

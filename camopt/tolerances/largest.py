@@ -29,8 +29,12 @@ OF_A_WAVE = 12
 NEAR = 2.0
 """How many steps between these a joint of the motion is away from the largest error that may be at it."""
 DWELL_NODES = 24
-AT_ONCE = 2**12
+AT_ONCE = 2**13
 """Cams: what is computed of them stays in the cache of a processor."""
+SCREENED = 2**8
+"""Cams, likewise, of which the first order is looked at, at all cam angles."""
+STILL = 1e-12
+"""Answers that are this near to each other, relative to the largest, are the same."""
 THREADS = 2
 SCANNED = 50
 """Cams whose largest errors are compared with those of a dense scan."""
@@ -39,6 +43,8 @@ DENSE = 4
 Work = TypeVar("Work")
 Errors = Callable[[Off, FloatArray], FloatArray]
 """The errors of some cams, each where it is touched at a cam angle of its own."""
+Outward = Callable[[FloatArray], FloatArray]
+"""What of errors is to be the largest: they, their magnitude, or what they are the other way."""
 
 
 class Largest(NamedTuple):
@@ -62,9 +68,19 @@ class Screen:
         """The largest step between places."""
         return float(np.diff(self.places).max())
 
-    def first_order(self, off: Off) -> FloatArray:
-        """The errors of cams to first order, (n, m)."""
-        return columns(off) @ self.answers
+    @property
+    def still(self) -> bool:
+        """Whether errors are the same at all places."""
+        return bool(np.ptp(self.answers, axis=1).max() <= STILL * np.abs(self.answers).max())
+
+    def tops(self, off: Off, outward: Outward) -> list[Largest]:
+        """Where errors are the largest to first order: the place below, it, and the one above."""
+        errors, beside, found = columns(off), np.array([[-1], [0], [1]]), []
+        for first in range(0, len(errors), SCREENED):
+            values = outward(errors[first : first + SCREENED] @ self.answers)
+            index = np.clip(values.argmax(axis=1) + beside, 0, self.places.size - 1)
+            found.append([np.take_along_axis(values, index.T, axis=1).T, self.places[index]])
+        return [Largest(*each) for each in zip(*np.concatenate(found, axis=2), strict=True)]
 
 
 def columns(off: Off) -> FloatArray:
@@ -85,11 +101,11 @@ class LargestErrors:
 
     def of_motion(self, off: Off, order: int) -> Largest:
         """The largest |error| of position, velocity or acceleration of each cam."""
-        return _joined(_each(off, lambda some: self._of_motion(some, order)))
+        return _joined(each_of(off, lambda some: self._of_motion(some, order)))
 
     def of_dwells(self, off: Off) -> FloatArray:
         """By how much the tool of each cam moves at most while its follower rests on the arc of one dwell, (n,)."""
-        return np.concatenate([*_each(off, self._of_dwells)])
+        return np.concatenate([*each_of(off, self._of_dwells)])
 
     @property
     def has_dwells(self) -> bool:
@@ -102,11 +118,14 @@ class LargestErrors:
         some = taken(off, np.unique(np.linspace(0, count - 1, SCANNED).astype(int)))
         found, places = self._of_motion(some, order).error, self.nodes(DENSE * NODES)
         errors = self._exact(order)
-        scanned = [
-            float(errors({key: np.repeat(v[k : k + 1], places.size) for key, v in some.items()}, places).max())
-            for k in range(found.size)
-        ]
-        return float(np.max(np.maximum(scanned - found, 0.0)))
+
+        def scanned(few: Off) -> FloatArray:
+            every = {key: np.repeat(each, places.size) for key, each in few.items()}
+            found = errors(every, np.tile(places, count_of(few))).reshape(-1, places.size)
+            return np.asarray(found.max(axis=1))
+
+        highest = np.concatenate([*each_of(some, scanned, ceil(AT_ONCE / places.size))])
+        return float(np.max(np.maximum(highest - found, 0.0)))
 
     def nodes(self, count: int) -> FloatArray:
         """Cam angles in the order of the turn, at least so many, with both sides of each joint, rad."""
@@ -121,7 +140,7 @@ class LargestErrors:
 
     def _of_motion(self, off: Off, order: int) -> Largest:
         screen, errors = self._screens[order], self._exact(order)
-        found = _climbed(errors, off, screen.places, np.abs(screen.first_order(off)))
+        found = _climbed(errors, off, screen, np.abs)
         for place in self._beside_jumps(order):
             found = _larger(found, _at(errors, off, np.full(found.place.size, place)))
         away = np.abs(found.place[:, None] - self._joints)
@@ -143,7 +162,7 @@ class LargestErrors:
 
     def at(self, off: Off, angle: float, order: int) -> FloatArray:
         """The errors of cams at one cam angle, rad."""
-        parts = _each(off, lambda some: self._at_angle(some, angle, order))
+        parts = each_of(off, lambda some: self._at_angle(some, angle, order))
         return np.concatenate([*parts])
 
     def _at_angle(self, off: Off, angle: float, order: int) -> FloatArray:
@@ -158,9 +177,10 @@ class LargestErrors:
 
         moved = np.zeros(count_of(off))
         for screen in self._dwells:
-            first = screen.first_order(off)
-            high = _climbed(position, off, screen.places, first)
-            low = _climbed(lambda *at: -position(*at), off, screen.places, -first)
+            if screen.still:  # errors that do not turn with the cam
+                continue
+            high = _climbed(position, off, screen, np.positive)
+            low = _climbed(lambda *at: -position(*at), off, screen, np.negative)
             moved = np.maximum(moved, high.error + low.error)
         return moved
 
@@ -204,11 +224,9 @@ def taken(off: Off, index: IntArray | slice) -> Off:
     return {key: each[index] for key, each in off.items()}
 
 
-def _climbed(errors: Errors, off: Off, places: FloatArray, first: FloatArray) -> Largest:
+def _climbed(errors: Errors, off: Off, screen: Screen, outward: Outward) -> Largest:
     """The largest error of each cam, from what it is to first order at some places."""
-    cams, top = np.arange(len(first)), first.argmax(axis=1)
-    beside = [np.clip(top + by, 0, places.size - 1) for by in (-1, 0, 1)]
-    below, best, above = (Largest(first[cams, each], places[each]) for each in beside)
+    below, best, above = screen.tops(off, outward)
     between = np.clip(_top(below, best, above), below.place, above.place)
     return _larger(_at(errors, off, best.place), _at(errors, off, between))
 
@@ -239,10 +257,10 @@ def _raised(found: Largest, some: IntArray, other: Largest) -> Largest:
     return Largest(error, place)
 
 
-def _each(off: Off, work: Callable[[Off], Work]) -> Iterator[Work]:
+def each_of(off: Off, work: Callable[[Off], Work], at_once: int = AT_ONCE) -> Iterator[Work]:
     """What work gives for some cams at a time, in their order."""
     count = count_of(off)
-    parts = [taken(off, slice(first, first + AT_ONCE)) for first in range(0, count, AT_ONCE)]
+    parts = [taken(off, slice(first, first + at_once)) for first in range(0, count, at_once)]
     with ThreadPoolExecutor(THREADS) as pool:
         yield from pool.map(work, parts)
 

@@ -84,7 +84,8 @@ class RealCams:
 
     def _asked(self, angles: FloatArray, order: int) -> FloatArray:
         """Where the tool is asked to be, from where the train starts, or a derivative of it."""
-        return np.asarray(self.problem.programme.tool.at(angles)[order] + (self._tool_zero if order == 0 else 0.0))
+        asked = self.problem.programme.tool.at(angles, order)[order]
+        return np.asarray(asked + (self._tool_zero if order == 0 else 0.0))
 
     def within(self, angles: FloatArray) -> FloatArray:
         """Cam angles within the turn, rad."""
@@ -112,8 +113,8 @@ class RealCams:
     def _rest(self, off: Off, places: FloatArray, order: int) -> RealMotion:
         """The cam angle, but for the phase, and the displacement of the follower."""
         problem = self.problem
-        y, y1, y2, y3 = problem.programme.at(self.within(places))
-        motion = Taylor([y, y1, y2 / 2][: order + 1]), Taylor([y1, y2, y3 / 2][: order + 1])
+        y = problem.programme.at(self.within(places), order + 1)
+        motion = _series(y[:-1]), _series(y[1:])
         mechanism, place = problem.setup.mechanism, _line(places, order)
         given, angle = off_by({**off, "profile": self._standing(off, places, order)}), place
         for _ in range(TURNS if mechanism.body.developed and BORE in off else 1):
@@ -152,6 +153,11 @@ class RealCams:
         assert train is not None
         start = np.zeros(1)
         return float((train.follower_at(tool_position(programme, start)) - programme.at(start)[0])[0])
+
+
+def _series(derivatives: FloatArray) -> Taylor:
+    """That of a value and its derivatives, one row each."""
+    return Taylor([each / (1.0, 1.0, 2.0)[k] for k, each in enumerate(derivatives)])
 
 
 def _line(values: FloatArray, order: int) -> Taylor:

@@ -345,8 +345,11 @@ class RealPairs(RealCams):
         return first, second
 
     def errors(self, off: Off, places: FloatArray, order: int) -> FloatArray:
-        own, train = self._own(0, off), self.problem.setup.train
-        first = self.contacts[0].motion(own, places, order)
+        return self._errors(self.contacts[0].motion(self._own(0, off), places, order), off, order)
+
+    def _errors(self, first: RealMotion, off: Off, order: int) -> FloatArray:
+        """The same from the motion of the first contact."""
+        train = self.problem.setup.train
         if train is None:
             return next(self._moved(first, off, [order]))
         orders, angles = range(order + 1), self.within(first.angle.terms[0])
@@ -364,7 +367,7 @@ class RealPairs(RealCams):
         if order > 0:
             return found
         asked = self._asked(self.within(found.angle.terms[0]), 0)
-        return RealMotion(found.angle, Taylor([asked + self.errors(off, places, 0)]))
+        return RealMotion(found.angle, Taylor([asked + self._errors(found, off, 0)]))
 
     def _moved(self, first: RealMotion, off: Off, orders: Iterable[int]) -> Iterator[FloatArray]:
         """The errors of the follower, in the middle of both contacts, and their derivatives by the cam angle."""

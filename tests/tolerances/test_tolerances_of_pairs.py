@@ -20,7 +20,9 @@ from camopt.tolerances.draw import drawn
 from camopt.tolerances.errors import flat
 from camopt.tolerances.exact import Touched, at_tool, contact_of
 from camopt.tolerances.held import plays
-from camopt.tolerances.interference import Interference
+from camopt.tolerances.interference import INTERFERENCE, Interference
+from camopt.tolerances.limited import LimitedBy, limited
+from camopt.tolerances.margins import Box
 from camopt.tolerances.turn import TurnErrors, worst
 from camopt.tolerances.two_contacts import PairCams, PairResponses, RealPairs, errors_of, off_apart, own_errors
 from camopt.tolerances.worst_case import Proof
@@ -347,6 +349,24 @@ def test_cams_of_a_batch_have_the_interference_of_their_own_errors():
     assert camopt.evaluate(made)["contact_stress_max_MPa"] == pytest.approx(spread.worst, rel=1e-9)
     assert spread.worst == stresses.max()
     assert {"profile", "bore_eccentricity", "disc_phase"} < spread.variances.keys()
+
+
+@pytest.mark.parametrize("key", ["profile", "drive.arm_length"])
+def test_limits_with_several_interferences_are_those_of_each_alone(key):
+    """What reads no interference is found once: of one cam, if all are of the same sizes."""
+    scene = pair_of(**{key: 0.01})
+    box = Box.of(scene, resolve_design(scene))
+    limits, cams = [each for each in box.problem.limits if each.shown], 5
+    off = {each.field: np.linspace(-0.01, 0.01, cams) for each in box.variables.values() if each.key == key}
+    designs = box.problem.design.take(np.zeros(cams, dtype=int))
+    designs = designs.with_values({field: designs.values[field] + by for field, by in off.items()})
+    interferences = np.linspace([0.005, 0.02], [0.03, 0.01], cams, axis=1)
+    by_number = LimitedBy(box.problem, limits, INTERFERENCE)
+    for found, own in zip(by_number.at(designs, interferences), interferences, strict=True):
+        alone = limited(box.problem, limits, designs.with_values({INTERFERENCE: own}))
+        np.testing.assert_array_equal(found.values, alone.values)
+        np.testing.assert_array_equal(found.excess, alone.excess)
+        assert np.unique(found.values[[each.name for each in limits].index("contact_stress")]).size == cams
 
 
 FOUR_BAR = {"stage": "four-bar", "crank": 60, "coupler": 130, "rocker": 75, "ground": 140, "angle": 70}
