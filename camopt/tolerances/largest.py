@@ -29,7 +29,7 @@ OF_A_WAVE = 12
 NEAR = 2.0
 """How many steps between these a joint of the motion is away from the largest error that may be at it."""
 DWELL_NODES = 24
-AT_ONCE = 2**13
+AT_ONCE = 2**14
 """Cams: what is computed of them stays in the cache of a processor."""
 SCREENED = 2**8
 """Cams, likewise, of which the first order is looked at, at all cam angles."""
