@@ -1,6 +1,6 @@
 """An effect, and the case that it works on: a setup, a programme and a block of designs."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import pi
@@ -10,6 +10,7 @@ import numpy as np
 
 from camopt.effects.given import Bodies, GivenDynamics, GivenErrors, GivenNumbers
 from camopt.effects.implied import Implied
+from camopt.effects.known import NOTHING_KNOWN, KnownExtremes
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak, PerDesign, Scale
 from camopt.effects.train_peak import TrainPeak
@@ -158,6 +159,8 @@ class Case:
     """How far the true value of each may lie from what was found, with its sign."""
     memory: dict[str, Any] = field(default_factory=dict, compare=False)
     """What effects of several contacts remember of these designs (``effects.contacts``)."""
+    known: KnownExtremes = field(default=NOTHING_KNOWN, compare=False)
+    """Extremes of their curves that were found before, to the setup's error."""
 
     @cached_property
     def each(self) -> Setup:
@@ -179,12 +182,16 @@ class Case:
         *,
         located: bool = False,
         floor: float = -np.inf,
+        ceiling: float = np.inf,
     ) -> Extremes:
         """Extremes of one of the mechanism's curves, for questions (kinds of stroke, goal).
 
-        Cam angles are as exact as values only if ``located``. ``floor`` is that of ``Precision``.
+        Cam angles are as exact as values only if ``located``. ``floor`` and ``ceiling`` are those of ``Precision``.
         """
-        precision = Precision(self.setup.relative_error, self.setup.relative_error if located else np.inf, floor)
+        if not located and floor == -np.inf and (known := self.known.answers(curve, questions)):
+            return known
+        error = self.setup.relative_error
+        precision = Precision(error, error if located else np.inf, floor, ceiling)
         made = curve(self.designs, self.programme)
         return extremes(made, len(self.designs), self.programme.table, questions, precision)
 
@@ -234,3 +241,8 @@ class Effect:
     """Whether its quantities have no enclosure, so that nothing else depends on whether they are asked for."""
     last: bool = False
     """Whether it costs so much that a limit on its quantities is checked only for designs that meet all others."""
+
+    def peaks_of(self, setup: Setup, names: Iterable[str]) -> list[Peak]:
+        """Those of some of its quantities that are extremes of curves."""
+        peaks = self.peaks(setup)
+        return [peaks[name] for name in names if name in peaks]

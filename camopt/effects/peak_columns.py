@@ -6,8 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Bounded, Case
+from camopt.effects.known import furthest
 from camopt.effects.peak import Peak
 from camopt.numerics import LEAST, FloatArray
+from camopt.numerics.extremes import Extremes
 
 
 class ExtremeOfEach(NamedTuple):
@@ -33,34 +35,28 @@ def extreme_of(
 
     Its cam angle is as exact as its value only if ``located``. ``floor`` is that of ``Precision``.
     """
-    count, outwards = len(case.designs), -1.0 if peak.goal == LEAST else 1.0
-    index = np.flatnonzero(np.broadcast_to(sound, count) & (not peak.jumps(case.programme)))
-    if not index.size:
-        return infinite(case, peak)
-    some = case if index.size == count else replace(case, designs=case.designs.take(index))
-    numbers = [k for k, (_, kinds) in enumerate(peak.curves) if np.any(case.programme.table.kind & kinds)]
-    each = [
-        some.extremes(peak.curves[k][0], [(peak.curves[k][1], peak.goal)], located=located, floor=floor)
-        for k in numbers
-    ]
-    far = outwards * each[0].value[0]
-    top, where, number = far + each[0].width[0], each[0].where[0], np.full(index.size, float(numbers[0]))
-    for k, one in zip(numbers[1:], each[1:], strict=True):
-        value = outwards * one.value[0]
-        further = value > far
-        far, top = np.where(further, value, far), np.maximum(top, value + one.width[0])
-        where, number = np.where(further, one.where[0], where), np.where(further, k, number)
-    with np.errstate(invalid="ignore"):  # ∞ − ∞ is no width
-        width = top - far
-    if not (finite := np.isfinite(far)).all():
-        width[~finite] = 0.0
-    found = ExtremeOfEach(outwards * far, width, where, number)
-    if some is case:
-        return found
+    count = len(case.designs)
+    if sound is True and count and not peak.jumps(case.programme):
+        return _of_sound(case, peak, located=located, floor=floor)
     whole = infinite(case, peak)
-    for column, values in zip(whole, found, strict=True):
-        column[index] = values
+    index = np.flatnonzero(np.broadcast_to(sound, count) & (not peak.jumps(case.programme)))
+    if index.size:
+        some = replace(case, designs=case.designs.take(index), known=case.known.take(index))
+        for column, values in zip(whole, _of_sound(some, peak, located=located, floor=floor), strict=True):
+            column[index] = values
     return whole
+
+
+def _of_sound(case: Case, peak: Peak, *, located: bool, floor: float) -> ExtremeOfEach:
+    """The same of designs that all are sound."""
+    numbers = [k for k, (_, kinds) in enumerate(peak.curves) if np.any(case.programme.table.kind & kinds)]
+    each = []
+    for k in numbers:
+        make, kinds = peak.curves[k]
+        found = case.extremes(make, [(kinds, peak.goal)], located=located, floor=floor)
+        each.append(Extremes(*(values[0] for values in found)))
+    (value, where, width), number = furthest(each, peak.goal)
+    return ExtremeOfEach(value, width, where, np.array(numbers, float)[number])
 
 
 def as_column(case: Case, peak: Peak, extreme: ExtremeOfEach) -> Bounded:

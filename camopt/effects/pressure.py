@@ -56,16 +56,16 @@ def _at_bottom(setup: Setup) -> Callable[[Designs, Programme], Any]:
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    kinds = {name: bit for name, bit in STROKE_KINDS.items() if case.programme.has(bit)}
-    questions = [(bit, LARGEST_MAGNITUDE) for bit in kinds.values()]
+    kinds = {f"pressure_angle_max_{kind}_deg": bit for kind, bit in STROKE_KINDS.items()}
+    bits = {name: bit for name, bit in kinds.items() if case.programme.has(bit)}
+    apart = bits if wanted & kinds.keys() else {"": sum(bits.values())}  # or all strokes together
+    questions = [(bit, LARGEST_MAGNITUDE) for bit in apart.values()]
     found = case.extremes(case.setup.mechanism.pressure, questions, located=PITCH_POINT in wanted)
     angles = ANGLE_SCALE.quantity(found.value, case.designs)
     largest = angles.max(axis=0)
     outer = ANGLE_SCALE.quantity(found.value + found.width, case.designs) + ANGLE_ERROR * largest
-    columns: dict[str, Any] = {f"pressure_angle_max_{kind}_deg": 0.0 for kind in STROKE_KINDS}
-    for name, angle, top in zip(kinds, angles, outer, strict=True):
-        if (of_kind := f"pressure_angle_max_{name}_deg") in wanted:
-            columns[of_kind] = Bounded(angle, top - angle, largest)
+    columns: dict[str, Any] = dict.fromkeys(kinds, 0.0)
+    columns |= {n: Bounded(angle, top - angle, largest) for n, angle, top in zip(apart, angles, outer, strict=True)}
     columns["pressure_angle_max_deg"] = Bounded(largest, outer.max(axis=0) - largest, largest)
     if PITCH_POINT in wanted:
         pitch_point = found.where[angles.argmax(axis=0), np.arange(len(case.designs))]

@@ -37,21 +37,25 @@ class Parts:
     designs: Designs
     """Designs that a point follows on the pitch curves, by number."""
     part: int
-    """How many curves are searched together."""
+    """How many curves no two threads search."""
 
     def __init__(self) -> None:
-        self._existing: dict[int, tuple[BoolArray, Designs]] = {}
+        self._designs: dict[tuple[int, int], Designs] = {}
+        self._existing: dict[tuple[int, int], tuple[BoolArray, Designs]] = {}
 
-    def existing(self, number: int, problem: Problem) -> tuple[BoolArray, Designs]:
-        """Which curves of a part can be assembled, and designs of these.
+    def existing(self, parts: tuple[int, int], problem: Problem) -> tuple[BoolArray, Designs]:
+        """Which curves of some parts, from one to another, can be assembled, and designs of these.
 
         Motions for which the same ones can be share the designs, and what these keep of themselves.
         """
-        designs = self.designs.take(slice(number * self.part, (number + 1) * self.part))
+        designs = self._designs.get(parts)
+        if designs is None:
+            first, end = parts
+            designs = self._designs[parts] = self.designs.take(slice(first * self.part, end * self.part))
         exists = problem.setup.mechanism.exists(designs, problem.programme)
-        found = self._existing.get(number)
+        found = self._existing.get(parts)
         if found is None or not np.array_equal(found[0], exists):
-            found = self._existing[number] = exists, designs.take(exists)
+            found = self._existing[parts] = exists, designs.take(exists)
         return found
 
 
@@ -82,8 +86,8 @@ class CurveNumbers(Parts):
         self.bodies = Bodies(bodies.min(), bodies.max())
         self._of_sums = numbers.ravel()[first]
         self._of_others = self._numbers(strides, self._others).ravel()
-        parts = -(-len(self) // AT_ONCE)
-        self.part = -(-len(self) // (parts + parts % 2 if parts > 1 else 1))  # as many for each of two threads
+        pairs = -(-len(self) // (2 * AT_ONCE))
+        self.part = -(-len(self) // (2 * pairs))  # as many for each of two threads
         self._blocks: dict[tuple[int, int], BlockCurves] = {}
 
     def __len__(self) -> int:
@@ -118,7 +122,8 @@ class CurveNumbers(Parts):
         bodies = there(self._bodies, self._merged)
         found = (np.broadcast_to(each, (end - begin, high - low)).ravel() for each in (curves, bodies))
         curves, bodies = (each[first - skipped - low : last - skipped - low] for each in found)
-        parts = np.flatnonzero(np.bincount(curves // self.part)) if len(self) > self.part else np.zeros(1, int)
+        low, high = int(curves.min()) // self.part, int(curves.max()) // self.part
+        parts = np.arange(low, high + 1) if high - low < 2 else np.flatnonzero(np.bincount(curves // self.part))
         return BlockCurves(curves, bodies, parts)
 
     def _numbers(self, strides: IntArray, axes: list[int]) -> IntArray:

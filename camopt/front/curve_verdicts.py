@@ -6,6 +6,7 @@ searched when a block of designs first needs them, some at a time, and kept whil
 """
 
 from dataclasses import replace
+from math import prod
 from threading import Lock
 from typing import Any, NamedTuple
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from camopt.effects import EFFECTS
 from camopt.effects.peak import Bodies
-from camopt.front.curve_numbers import CurveNumbers, OwnCurves
+from camopt.front.curve_numbers import AT_ONCE, CurveNumbers, OwnCurves
 from camopt.front.pareto import row_costs, undominated
 from camopt.mechanisms.design import BoolArray, itself
 from camopt.numerics import FloatArray, IntArray
@@ -98,7 +99,7 @@ class CurveVerdicts:
         Unless ``every`` one is wanted, those that hold all limits are left without some that others dominate.
         """
         curves, bodies, parts = self._numbers.of_block(first, last)
-        self._search(parts)
+        self._search(parts, self._share(last - first))
         cost, window = self._cost(), self._window(first, last)
         costs = np.zeros_like(self._costs) if cost is None else cost
         known = Curves(self._exists, self._places, self._surely, self._perhaps, costs)
@@ -180,20 +181,37 @@ class CurveVerdicts:
         rows = Rows(columns, candidates.rows.count, outward, half_width)
         return replace(candidates, rows=rows)
 
-    def _search(self, parts: IntArray) -> None:
+    def _share(self, designs: int) -> int:
+        """How many parts a block of designs searches together: its share of them, but not too many curves."""
+        most = max(AT_ONCE // self._numbers.part, 1)
+        return min(-(-len(self._locks) * designs // prod(self._numbers.shape)), most)
+
+    def _search(self, parts: IntArray, share: int) -> None:
         """Search what is not known yet: first what no other thread is at, then what one was."""
         for blocking in (False, True):
-            for part in parts[~self._known[parts]]:
-                if self._locks[part].acquire(blocking=blocking):
-                    try:
-                        if not self._known[part]:
-                            self._search_part(part)
-                    finally:
+            while taken := self._taken(parts[~self._known[parts]].tolist(), share, blocking):
+                try:
+                    self._search_parts(taken[0], taken[-1] + 1)
+                finally:
+                    for part in taken:
                         self._locks[part].release()
 
-    def _search_part(self, part: int) -> None:
-        first = part * self._numbers.part
-        exists, designs = self._numbers.existing(part, self._problem)
+    def _taken(self, unknown: list[int], most: int, blocking: bool) -> list[int]:
+        """Consecutive ones of parts that are unknown, for this thread alone."""
+        taken: list[int] = []
+        for part in unknown:
+            if taken and (len(taken) == most or part > taken[-1] + 1):
+                break
+            if self._locks[part].acquire(blocking=blocking and not taken):
+                if self._known[part]:
+                    self._locks[part].release()
+                else:
+                    taken.append(part)
+        return taken
+
+    def _search_parts(self, number: int, end: int) -> None:
+        first = number * self._numbers.part
+        exists, designs = self._numbers.existing((number, end), self._problem)
         found = screened_by_pitch(begun(self._problem, designs), self._of_pitch, self._later)
         kept_at = slice(first, first + found.which.size)
         self._exists[first : first + exists.size] = exists
@@ -212,7 +230,7 @@ class CurveVerdicts:
             self._exact = False
         for bodies, told in zip((self._surely, self._perhaps), bodies_of(found, self._numbers.bodies), strict=True):
             bodies.least[kept_at], bodies.most[kept_at] = told
-        self._known[part] = True
+        self._known[number:end] = True
 
 
 def told_by_curves(limits: tuple[Limit, ...], wanted: frozenset[str]) -> tuple[Limit, ...]:

@@ -167,10 +167,11 @@ class Programme:
 
     def has(self, kinds: int) -> bool:
         """Whether any piece of the turn has one of some kinds, or moves in one of some ways."""
-        return bool(self._kinds & kinds)
+        return bool(self.kinds & kinds)
 
     @cached_property
-    def _kinds(self) -> int:
+    def kinds(self) -> int:
+        """All kinds of its pieces, and ways in which it moves."""
         return int(np.bitwise_or.reduce(self.table.kind))
 
     @cached_property

@@ -4,7 +4,7 @@ Doubles (verdicts), intervals (boxes of designs), balls (proofs), samples (conve
 same claims, each in its own numbers. A solver asks a claim which curve it is about, never a limit for its name.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 from camopt.effects.mean import Mean
@@ -87,6 +87,15 @@ def claims_of(peak: Peak, bound: float) -> tuple[Claim, ...]:
     """The claims of a bound on the curves that decide its quantity."""
     at, weight = At(peak.scale, bound), peak.scale.weight(bound)
     return tuple(Claim(make, kinds, peak.goal, at, weight, peak.unit or unweighted) for make, kinds in peak.curves)
+
+
+def together(claims: Iterable[Claim]) -> list[Claim]:
+    """Claims with equal bounds on one curve, over several kinds of stroke, as one over all of these."""
+    found: dict[Any, Claim] = {}
+    for claim in claims:
+        same = (*claim._replace(kinds=0, bound=Plain(0.0)), claim.allowed())
+        found[same] = claim._replace(kinds=claim.kinds | found[same].kinds) if same in found else claim
+    return list(found.values())
 
 
 def train_claims_of(peak: TrainPeak, bound: float) -> tuple[Claim, ...]:

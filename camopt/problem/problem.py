@@ -281,11 +281,16 @@ class Problem:
         """The claims of all limits on curves."""
         return tuple(claim for limit in self.limits for claim in limit.claims)
 
-    @property
-    def claims_of_pitch(self) -> list[Claim]:
-        """What limits say of pitch curves alone, whatever body rolls along them."""
+    @cached_property
+    def limits_of_pitch(self) -> tuple[Limit, ...]:
+        """The limits that claims on pitch curves alone decide, whatever body rolls along them."""
         curves = self.setup.mechanism.of_pitch
-        return [claim for claim in self.claims if claim.curve in curves and claim.factor is unweighted]
+        return tuple(
+            limit
+            for limit in self.limits
+            if limit.claims and all(claim.curve in curves and claim.factor is unweighted for claim in limit.claims)
+            if not limit.infinite_at(self.programme)
+        )
 
     @property
     def needed(self) -> frozenset[str]:

@@ -3,7 +3,7 @@
 Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs.
 """
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import and_
@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.effects import Case, Effect
+from camopt.effects.known import NOTHING_KNOWN, KnownExtremes
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import BoolArray
-from camopt.problem.claims import Claim
+from camopt.problem.claims import Claim, together
 from camopt.problem.limit import Limit, needs_of
-from camopt.problem.problem import Problem, exactly
+from camopt.problem.problem import Problem, exactly, strictest
 from camopt.problem.rows import Rows
+from camopt.verdicts.held_by_extremes import held_by_extremes, with_extremes
 from camopt.verdicts.judging import Effort, evaluate_with_effort, proved_status, with_exact_numbers
 from camopt.verdicts.refuting import refuted
 from camopt.verdicts.running import beyond_pitch, extended, of_curves, planned, with_pitch_values
@@ -37,11 +39,13 @@ class Candidates:
     """Which of them hold those limits for certain."""
     pending: tuple[Limit, ...]
     """The limits that were not asked yet."""
+    known: KnownExtremes = NOTHING_KNOWN
+    """Extremes of their curves that were searched for limits."""
 
     @property
     def case(self) -> Case:
         """The block that they are."""
-        return Case(self.problem.setup, self.problem.programme, self.designs)
+        return Case(self.problem.setup, self.problem.programme, self.designs, known=self.known)
 
     def plan(self, wanted: frozenset[str]) -> list[tuple[Effect, frozenset[str]]]:
         """The effects that find what is wanted, and what the limits need that were not asked yet."""
@@ -49,18 +53,23 @@ class Candidates:
 
     def take(self, index: NDArray[np.intp]) -> "Candidates":
         """Some of them."""
-        designs, rows = self.designs.take(index), self.rows.take(index)
-        return replace(self, designs=designs, which=self.which[index], rows=rows, held=self.held[index])
+        return replace(
+            self,
+            designs=self.designs.take(index),
+            which=self.which[index],
+            rows=self.rows.take(index),
+            held=self.held[index],
+            known=self.known.take(index),
+        )
 
     @property
     def claims(self) -> list[Claim]:
         """What the limits that were not asked yet say of curves."""
         return [claim for limit in self.pending for claim in limit.claims]
 
-    def unrefuted(self, claims: Iterable[Claim]) -> "Candidates":
+    def unrefuted(self, claims: Sequence[Claim]) -> "Candidates":
         """Those of which no single cam angle shows that they break a claim."""
-        broken = refuted(self.case, claims)
-        return self.take(np.flatnonzero(~broken)) if broken.any() else self
+        return self.only(~refuted(self.case, claims)) if claims else self
 
     def asked(self, rows: Rows) -> "Candidates":
         """Adds quantities, and drops designs that now surely break a limit."""
@@ -71,9 +80,22 @@ class Candidates:
         left = replace(self, rows=rows, pending=pending)
         if not ready:
             return left
-        possible = left._holding(ready, -1.0)
-        left = left if possible.all() else left.take(np.flatnonzero(possible))
+        left = left.only(left._holding(ready, -1.0))
         return replace(left, held=left.held & left._holding(ready, 1.0))
+
+    def only(self, possible: BoolArray) -> "Candidates":
+        """Those that are possible still."""
+        return self if possible.all() else self.take(np.flatnonzero(possible))
+
+    def within(self, claims: list[Claim], wanted: frozenset[str]) -> "Candidates":
+        """Drops designs that surely break a claim, of some on one curve; the extremes of that are known then.
+
+        They are asked so that those of quantities which are ``wanted`` are known, too.
+        """
+        peaks = [peak for effect, names in self.plan(wanted) for peak in effect.peaks_of(self.problem.setup, names)]
+        known = with_extremes(self.case, claims, [variant for peak in peaks for variant in peak.curves])
+        possible, held = held_by_extremes(known, claims, self.case)
+        return replace(self, known=known, held=self.held & held).only(possible)
 
     def _holding(self, limits: tuple[Limit, ...], side: float) -> BoolArray:
         """Which of them hold some limits on a side of their enclosures: 1 for the far one."""
@@ -127,11 +149,16 @@ def screened(problem: Problem, designs: Designs, wanted: frozenset[str]) -> Scre
 def screened_by_pitch(candidates: Candidates, wanted: frozenset[str], later: tuple[Limit, ...] = ()) -> Candidates:
     """Those of some pitch curves, as designs of their own, that hold every limit which they decide, or may.
 
-    Limits that are asked ``later`` call for no quantities here.
+    Limits that are asked ``later`` call for no quantities here. Those that claims on their curves decide call for
+    none at all.
     """
     later = tuple(limit for limit in candidates.pending if limit in later or not limit.needs)
-    found = candidates.unrefuted(candidates.problem.claims_of_pitch)
-    found = replace(found, pending=tuple(limit for limit in candidates.pending if limit not in later))
+    decided = candidates.problem.limits_of_pitch
+    rest = (limit for limit in candidates.pending if limit not in later and limit not in decided)
+    found = replace(candidates, pending=tuple(rest))
+    claims = together(strictest(claim for limit in decided for claim in limit.claims))
+    for curve in dict.fromkeys(claim.curve for claim in claims):
+        found = found.within([claim for claim in claims if claim.curve is curve], wanted)
     for effect, names in found.plan(wanted):
         found = found.asked(of_curves(found.rows, found.case, effect, names))
     return replace(found, pending=(*later, *found.pending))

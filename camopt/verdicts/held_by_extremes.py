@@ -1,0 +1,61 @@
+"""Which designs hold claims on curves, from the extremes of these: what many are asked first."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import reduce
+from operator import or_
+
+import numpy as np
+
+from camopt.effects import Case
+from camopt.effects.known import KnownExtremes, Question
+from camopt.effects.peak import CLEAR, Variant
+from camopt.mechanisms.design import BoolArray
+from camopt.numerics import LEAST
+from camopt.problem.claims import Claim
+
+SHOWN = 1e-6  # relative, of what a single cam angle shows to be beyond a bound: more than rounding
+
+
+def with_extremes(case: Case, claims: Sequence[Claim], apart: Iterable[Variant]) -> KnownExtremes:
+    """What is known of designs, with the extremes of the curve of some claims that these are about.
+
+    Kinds of piece that curves ``apart`` tell apart are asked apart. Of designs that a cam angle shows to break a
+    claim nothing more is known than that.
+    """
+    curve, allowed = claims[0].curve, [claim.allowed() for claim in claims]
+    questions = _questions(case, claims, [kinds for make, kinds in apart if make is curve])
+    ceiling = max(bound + SHOWN * abs(bound) for bound in allowed) if all(allowed) else np.inf
+    answers = case.extremes(curve, questions, ceiling=ceiling)
+    return case.known.with_answers(curve, questions, answers)
+
+
+def _questions(case: Case, claims: Sequence[Claim], apart: Sequence[int]) -> list[Question]:
+    """As few questions as tell of each claim: one about all kinds of piece that none of them tells apart."""
+    found: dict[tuple[int, ...], int] = {}
+    for goal in dict.fromkeys(claim.goal for claim in claims):
+        about = [claim.kinds for claim in claims if claim.goal == goal]
+        for bit in _bits(reduce(or_, about) & case.programme.kinds):
+            same = (goal, *(bool(bit & kinds) for kinds in (*about, *apart)))
+            found[same] = found.get(same, 0) | bit
+    return [(kinds, goal) for (goal, *_), kinds in found.items()]
+
+
+def _bits(number: int) -> Iterator[int]:
+    """The powers of two of which a number is the sum."""
+    while number:
+        yield number & -number
+        number &= number - 1
+
+
+def held_by_extremes(known: KnownExtremes, claims: Iterable[Claim], case: Case) -> tuple[BoolArray, BoolArray]:
+    """Which designs may hold some claims by what is known of their curves, and which do for certain."""
+    possible, held = np.ones((2, len(case.designs)), dtype=bool)
+    for claim in claims:
+        if kinds := claim.kinds & case.programme.kinds:
+            found, allowed = known.answer(claim.curve, (kinds, claim.goal)), claim.allowed()
+            assert found is not None
+            near, room = -found.value if claim.goal == LEAST else found.value, CLEAR * abs(allowed)
+            room = room or CLEAR * claim.unit(case.designs)
+            possible &= near <= allowed + room
+            held &= near + found.width <= allowed - room
+    return possible, held
