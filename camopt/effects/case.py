@@ -182,16 +182,14 @@ class Case:
         *,
         located: bool = False,
         floor: float = -np.inf,
-        ceiling: float = np.inf,
     ) -> Extremes:
         """Extremes of one of the mechanism's curves, for questions (kinds of stroke, goal).
 
-        Cam angles are as exact as values only if ``located``. ``floor`` and ``ceiling`` are those of ``Precision``.
+        Cam angles are as exact as values only if ``located``. ``floor`` is that of ``Precision``.
         """
         if not located and floor == -np.inf and (known := self.known.answers(curve, questions)):
             return known
-        error = self.setup.relative_error
-        precision = Precision(error, error if located else np.inf, floor, ceiling)
+        precision = Precision(self.setup.relative_error, self.setup.relative_error if located else np.inf, floor)
         made = curve(self.designs, self.programme)
         return extremes(made, len(self.designs), self.programme.table, questions, precision)
 

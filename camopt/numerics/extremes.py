@@ -28,7 +28,7 @@ from camopt.kernels.compile import (
     compiled_for_many,
     inlined,
 )
-from camopt.numerics import LARGEST_MAGNITUDE, LEAST, UNIT, FloatArray
+from camopt.numerics import LEAST, UNIT, FloatArray
 from camopt.numerics.climbing import Ask, allowed_gain, first_and_last, orient
 from camopt.numerics.curves import WITH_LOAD
 from camopt.numerics.distinct import distinct
@@ -46,18 +46,15 @@ TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
 class Precision(NamedTuple):
     """The errors allowed: of extremes, relative; of their cam angles, rad, or inf.
 
-    An extreme counts as no less than the ``floor``: as no larger than −floor if it is the least value. Of a design
-    that one node shows to be above the ``ceiling`` (or below −ceiling) no more is asked: an extreme of it is given
-    that is, and others may be anything.
+    An extreme counts as no less than the ``floor``: as no larger than −floor if it is the least value.
     """
 
     value: float
     location: float
     floor: float = -np.inf
-    ceiling: float = np.inf
 
 
-PRECISION = Record(Precision, (NUMBER, NUMBER, NUMBER, NUMBER))
+PRECISION = Record(Precision, (NUMBER, NUMBER, NUMBER))
 
 
 class Extremes(NamedTuple):
@@ -186,22 +183,20 @@ def _is_open_in_python(curve, first, count, panels, panel, node, goal, work):
 
 
 @called_by_kernels
-def begin(panels, kinds, goal, precision, count, work):
-    """First extremes of a tile, from the nodes; those of designs above the ceiling count as infinite."""
+def begin(panels, kinds, goal, floor, count, work):
+    """First extremes of a tile, from the nodes."""
     found = work.found
     best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
     for i in range(count):
-        work.over[i] |= found.best[i] > precision.ceiling
-        found.best[i] = np.inf if work.over[i] else max(found.best[i], precision.floor)
+        found.best[i] = max(found.best[i], floor)
         found.top[i], found.rounding[i], found.at[i] = found.best[i], 0.0, node_angle(panels, found.node[i])
 
 
 @begin.uncompiled
-def _begin_in_python(panels, kinds, goal, precision, count, work):
+def _begin_in_python(panels, kinds, goal, floor, count, work):
     found = work.found
     best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
-    work.over[:count] |= found.best[:count] > precision.ceiling
-    found.best[:count] = np.where(work.over[:count], np.inf, larger(found.best[:count], precision.floor))
+    found.best[:count] = larger(found.best[:count], floor)
     found.top[:count], found.rounding[:count] = found.best[:count], 0.0
     found.at[:count] = node_angle(panels, found.node[:count])
 
@@ -225,7 +220,7 @@ def search_open(curve, first, count, panels, place, aim, work):
 def search(curve, first, count, panels, question, precision, work):
     """The extremes of a tile: a question is the kinds of stroke to look at, and the goal."""
     kinds, goal = question
-    begin(panels, kinds, goal, precision, count, work)
+    begin(panels, kinds, goal, precision.floor, count, work)
     for q in range(panels.kind.size):
         if panels.kind[q] & kinds:
             for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
@@ -236,7 +231,7 @@ def search(curve, first, count, panels, question, precision, work):
 @search.uncompiled
 def _search_in_python(curve, first, count, panels, question, precision, work):
     kinds, goal = question
-    begin(panels, kinds, goal, precision, count, work)
+    begin(panels, kinds, goal, precision.floor, count, work)
     PLAIN_RUN.go_on()
     look_at_rows(curve, first, count, panels, distinct(panels.group), work)
     panel, piece = perhaps_open(panels, kinds, goal, count, work)
@@ -282,80 +277,35 @@ def perhaps_open(panels, kinds, goal, count, work):
 
 
 @called_by_kernels
-def give(work, count, goal, value, where, width):
-    """Write the extremes of a tile into the answers; of designs above the ceiling what their best node has."""
-    found = work.found
+def give(found, count, goal, value, where, width):
+    """Write the extremes of a tile into the answers."""
     for i in range(count):
-        best, wide = found.best[i], max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
-        if work.over[i]:
-            best, wide = orient(work.values[found.node[i], i], goal), 0.0
-        value[i] = -best if goal == LEAST else best
+        value[i] = -found.best[i] if goal == LEAST else found.best[i]
         where[i] = found.at[i]
-        width[i] = wide
+        width[i] = max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
 
 
 @give.uncompiled
-def _give_in_python(work, count, goal, value, where, width):
-    found, best, over = work.found, work.found.best[:count], work.over[:count]
-    wide = larger(found.top[:count] - best, 0.0) + 2.0 * found.rounding[:count]
-    if over.any():
-        shown = orient(work.values[found.node[:count], np.arange(count)], goal)
-        best, wide = np.where(over, shown, best), np.where(over, 0.0, wide)
-    value[:count], where[:count], width[:count] = -best if goal == LEAST else best, found.at[:count], wide
-
-
-@called_by_kernels
-def all_above(curve, node, first, count, goal, ceiling, work):
-    """Whether one node shows all designs of a tile to be above the ceiling."""
-    for i in range(count):
-        work.chosen[i] = i
-    call(curve.node, (curve.made, node, 1.0, first, work.chosen, count, work.sides[0]))
-    above = 0
-    for i in range(count):
-        above += orient(work.sides[0, 0, i], goal) > ceiling
-    return above == count
-
-
-@all_above.uncompiled
-def _all_above_in_python(curve, node, first, count, goal, ceiling, work):
-    work.chosen[:count] = np.arange(count)
-    call(curve.node, (curve.made, node, 1.0, first, work.chosen, count, work.sides[0]))
-    return bool(np.all(orient(work.sides[0, 0, :count], goal) > ceiling))
-
-
-@called_by_kernels
-def give_node(panels, node, count, questions, work, answers):
-    """Write what designs of a tile have at the node that shows all to be above the ceiling, for all questions."""
-    for k in range(questions.shape[0]):
-        for i in range(count):
-            answers[0, k, i], answers[1, k, i] = work.sides[0, 0, i], node_angle(panels, node)
-            answers[2, k, i] = 0.0
-            if questions[k, 1] == LARGEST_MAGNITUDE:
-                answers[0, k, i] = abs(answers[0, k, i])
+def _give_in_python(found, count, goal, value, where, width):
+    best = found.best[:count]
+    value[:count], where[:count] = -best if goal == LEAST else best, found.at[:count]
+    width[:count] = larger(found.top[:count] - best, 0.0) + 2.0 * found.rounding[:count]
 
 
 @compiled
 def search_all(curve, panels, questions, precision, answers, work):
     """Answer questions about a curve, an ``Evaluator``: answers (3, K, designs)."""
     designs, tile = answers.shape[2], work.middle.size
-    telling, goal = -1, questions[0, 1]  # a node that may show the next tile, too, to be above the ceiling
     for first in range(0, designs, tile):
         count = min(tile, designs - first)
-        if telling >= 0 and all_above(curve, telling, first, count, goal, precision.ceiling, work):
-            give_node(panels, telling, count, questions, work, answers[:, :, first:])
-            continue
         call(curve.nodes, (curve.made, first, count, work.values))
         work.looked[:] = False
-        work.over[:] = False
         for k in range(questions.shape[0]):
             question = (questions[k, 0], questions[k, 1])
             search(curve, first, count, panels, question, precision, work)
             search_again(curve, first, count, panels, question, precision, work)
             value, where, width = answers[0, k, first:], answers[1, k, first:], answers[2, k, first:]
-            give(work, count, question[1], value, where, width)
-            best = work.found.node[count - 1]
-            if best >= 0 and orient(work.values[best, count - 1], question[1]) > precision.ceiling:
-                telling, goal = best, question[1]
+            give(work.found, count, question[1], value, where, width)
 
 
 @search_all.uncompiled

@@ -66,7 +66,6 @@ class Workspace(NamedTuple):
 
     values: of the curve at the table's nodes, (nodes, ROW)
     looked: whether the bounds of a row are known, (rows,)
-    over: which designs are above the ceiling, (TILE,)
     chosen: designs to be searched in a panel, (TILE + 1,)
     opened: those of them that the panel's ends do not settle, (TILE,)
     again: designs that are to be looked at again, (TILE + 1,)
@@ -76,7 +75,6 @@ class Workspace(NamedTuple):
 
     values: FloatArray
     looked: NDArray[np.bool_]
-    over: NDArray[np.bool_]
     bounds: PanelBounds
     found: Located
     chosen: NDArray[np.int64]
@@ -93,7 +91,6 @@ WORK = Record(
     Workspace,
     (
         ROWS,
-        Kind(BOOLEAN.name, 1),
         Kind(BOOLEAN.name, 1),
         BOUNDS,
         Record(Located, (NUMBERS, COUNTS, NUMBERS, NUMBERS, NUMBERS)),
@@ -152,7 +149,6 @@ def _workspace(nodes: int, rows: int, tile: int) -> Workspace:
     return Workspace(
         np.empty((nodes, row)),
         np.empty(rows, np.bool_),
-        np.empty(tile, np.bool_),
         PanelBounds(np.empty((rows, row)), np.empty((rows, row)), np.empty((rows, row))),
         Located(np.empty(tile), np.empty(tile, np.int64), np.empty(tile), np.empty(tile), np.empty(tile)),
         np.empty(tile + 1, np.int64),

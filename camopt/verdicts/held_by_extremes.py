@@ -13,20 +13,15 @@ from camopt.mechanisms.design import BoolArray
 from camopt.numerics import LEAST
 from camopt.problem.claims import Claim
 
-SHOWN = 1e-6  # relative, of what a single cam angle shows to be beyond a bound: more than rounding
-
 
 def with_extremes(case: Case, claims: Sequence[Claim], apart: Iterable[Variant]) -> KnownExtremes:
     """What is known of designs, with the extremes of the curve of some claims that these are about.
 
-    Kinds of piece that curves ``apart`` tell apart are asked apart. Of designs that a cam angle shows to break a
-    claim nothing more is known than that.
+    Kinds of piece that curves ``apart`` tell apart are asked apart.
     """
-    curve, allowed = claims[0].curve, [claim.allowed() for claim in claims]
+    curve = claims[0].curve
     questions = _questions(case, claims, [kinds for make, kinds in apart if make is curve])
-    ceiling = max(bound + SHOWN * abs(bound) for bound in allowed) if all(allowed) else np.inf
-    answers = case.extremes(curve, questions, ceiling=ceiling)
-    return case.known.with_answers(curve, questions, answers)
+    return case.known.with_answers(curve, questions, case.extremes(curve, questions))
 
 
 def _questions(case: Case, claims: Sequence[Claim], apart: Sequence[int]) -> list[Question]:

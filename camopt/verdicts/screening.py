@@ -155,8 +155,8 @@ def screened_by_pitch(candidates: Candidates, wanted: frozenset[str], later: tup
     later = tuple(limit for limit in candidates.pending if limit in later or not limit.needs)
     decided = candidates.problem.limits_of_pitch
     rest = (limit for limit in candidates.pending if limit not in later and limit not in decided)
-    found = replace(candidates, pending=tuple(rest))
     claims = together(strictest(claim for limit in decided for claim in limit.claims))
+    found = replace(candidates.unrefuted(claims), pending=tuple(rest))
     for curve in dict.fromkeys(claim.curve for claim in claims):
         found = found.within([claim for claim in claims if claim.curve is curve], wanted)
     for effect, names in found.plan(wanted):

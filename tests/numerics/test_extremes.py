@@ -271,31 +271,6 @@ def test_no_extreme_is_below_a_floor(goal, compiled_for, monkeypatch):
         assert np.all(width[0, :8] <= 2e-9 * expected)
 
 
-@pytest.mark.parametrize("compiled_for", [8, 700])
-@pytest.mark.parametrize("goal", [LEAST, LARGEST, LARGEST_MAGNITUDE])
-def test_an_extreme_above_a_ceiling_is_shown_by_a_value_of_its_curve(goal, compiled_for, monkeypatch):
-    """Random lines, in an order in which whole tiles are above the ceiling too: the others are as without one."""
-    monkeypatch.setattr(compile, "SMALL_ARRAY", 100)
-    turn, rng = programme("poly4567", angular=False), np.random.default_rng(8)
-    f = Linear(*rng.normal(size=(3, compiled_for)), np.zeros(compiled_for))
-    questions, sign = [(ALL_STROKES, goal)], -1.0 if goal == LEAST else 1.0
-    exact = sign * extremes(f, compiled_for, turn.table, questions, Precision(1e-9, np.inf)).value[0]
-    f = Linear(*(x[np.argsort(exact)[::-1]] for x in f))
-    free = [each[0] for each in extremes(f, compiled_for, turn.table, questions, Precision(1e-9, np.inf))]
-    for ceiling in (*np.quantile(exact, [0.0, 0.2, 0.5, 0.9, 1.0]), np.inf):
-        asked = Precision(1e-9, np.inf, ceiling=float(ceiling))
-        value, where, width = (each[0] for each in extremes(f, compiled_for, turn.table, questions, asked))
-        over = sign * value > ceiling
-        assert np.all(sign * free[0][~over] <= ceiling * (1 + 1e-9))
-        for found, expected in zip((value, where, width), free, strict=True):
-            np.testing.assert_array_equal(
-                found[~over & (sign * free[0] <= ceiling)], expected[~over & (sign * free[0] <= ceiling)]
-            )
-        assert np.all(sign * value[over] <= sign * free[0][over] * (1 + 1e-12))
-        assert np.all(width[over] <= 2e-9 * np.abs(value[over]))
-        assert np.count_nonzero(over) >= 0.9 * np.count_nonzero(sign * free[0] > ceiling * (1 + 1e-3))
-
-
 def test_a_curve_that_is_nothing_is_known_exactly():
     turn, zero = programme("cycloidal", angular=False), np.zeros(1)
     questions = [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST), (ALL_STROKES, LARGEST_MAGNITUDE)]
