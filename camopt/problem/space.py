@@ -77,10 +77,14 @@ class Space:
 
     def designs(self, index: NDArray[np.int64]) -> Designs:
         """The designs of a problem by number."""
-        varied, fixed = self.values(index), self.problem.design
+        return self.designs_with(self.values(index), index.size)
+
+    def designs_with(self, varied: Mapping[str, FloatArray], count: int) -> Designs:
+        """So many designs of a problem with some sizes and numbers, by field of ``Designs``."""
+        fixed = self.problem.design
         others = {name: value.tobytes() for name, value in fixed.sizes.items() if name not in varied}
-        alike = {value: np.full(index.shape, np.frombuffer(value)) for value in set(others.values())}
-        return fixed.with_values({name: alike[value] for name, value in others.items()} | varied)
+        alike = {value: np.full(count, np.frombuffer(value)) for value in set(others.values())}
+        return fixed.with_values({name: alike[value] for name, value in others.items()} | dict(varied))
 
     def designs_of(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.intp], Designs]]:
         """The designs of some rows of a sweep by problem: (problem, numbers of rows, their designs)."""
