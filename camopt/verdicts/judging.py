@@ -18,7 +18,7 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
-from camopt.problem.limit import ASSEMBLY, Limit
+from camopt.problem.limit import ASSEMBLY, Limit, needs_of
 from camopt.problem.problem import SINGLE_ERROR, Problem, exactly
 from camopt.problem.rows import Columns, Rows
 from camopt.verdicts.running import columns_for, extended, planned
@@ -101,7 +101,7 @@ def bound_excesses(problem: Problem, designs: Designs, wanted: frozenset[str], u
             later.append((effect, names))
         else:
             rows = extended(rows, case, effect, names)
-    first = problem.without_last.limits
+    first = [limit for limit in problem.limits if not limit.last]
     both = np.full((2, len(problem.limits), len(designs)), -np.inf)
     both[:, : len(first)] = excess_of_sides(first, rows, designs)
     outer, inner = both
@@ -154,7 +154,7 @@ def excesses(limits: Sequence[Limit], columns: Columns, designs: Designs) -> Flo
 
 def excess_of_sides(limits: Sequence[Limit], rows: Rows, designs: Designs) -> FloatArray:
     """The same of the far sides of enclosures, and of the near ones: (2, limits, designs)."""
-    found, columns = np.empty((2, len(limits), len(designs))), rows.shifted(SIDES)
+    found, columns = np.empty((2, len(limits), len(designs))), rows.only(needs_of(limits)).shifted(SIDES)
     for number, limit in enumerate(limits):
         found[:, number] = limit.excess(columns, designs)
     return found
