@@ -136,18 +136,24 @@ def line_contact():
         return shear(z), z
 
 
+def spans_of(scene, make):
+    """The extremes of states over the pieces of the motion; and these with their lines of load, fine and coarse."""
+    load, found = scene["follower"]["dynamics"].get("load", 0), []
+    rows = load if isinstance(load, list) else [[0, 0]]
+    swinging = scene["follower"]["motion"] == "oscillating"
+    pieces = [naive.under_load(naive.programme(scene["motion"], c, swinging), rows, c) for c in (mp, fp)]
+    for (fine, line), (coarse, rough) in zip(*pieces, strict=True):
+        both = make(scene, fine.kind, line, mp), make(scene, fine.kind, rough, fp)
+        found += naive.spans([fine], [coarse], *both)
+    return found, pieces
+
+
 def slow(scene):
     """Every load of a scene at 50 digits."""
     swinging = scene["follower"]["motion"] == "oscillating"
     groove = scene["cam"]["form"] == "cylindrical"
     with mp.workdps(naive.DPS):
-        spans = []
-        load = scene["follower"]["dynamics"].get("load", 0)
-        rows = load if isinstance(load, list) else [[0, 0]]
-        pieces = [naive.under_load(naive.programme(scene["motion"], c, swinging), rows, c) for c in (mp, fp)]
-        for (fine, line), (coarse, rough) in zip(*pieces, strict=True):
-            states = loads(scene, fine.kind, line, mp), loads(scene, fine.kind, rough, fp)
-            spans += naive.spans([fine], [coarse], *states)
+        spans, pieces = spans_of(scene, loads)
         turn, given = naive.TURN, constants(scene, mp)[-1]
         out = {}
         if not (swinging and scene["follower"]["contact"] == "flat"):
@@ -220,6 +226,59 @@ def test_all_loads_against_fifty_digits(contact, law, rotation, dynamics):
         assert ours[name] == pytest.approx(float(value), rel=2e-12, abs=1e-9), name
     extra = {n for n in ours if QUANTITIES[n].effect == "hertz"} if contact in ELSEWHERE else set()
     assert not {n for n in ours if QUANTITIES[n].effect in LOADED} - theirs.keys() - DERIVED - extra
+
+
+def surfaces(scene, kind, line, ctx):
+    """Film and wear, µm, as a state of ``naive``, from how fast both bodies move along the tangent, in mm/rad."""
+    pressed, geometry = loads(scene, kind, line, ctx), naive.geometry(scene, ctx)
+    follower, sigma, i = scene["follower"], naive.spin(scene), ctx.mpc(0, 1)
+    eta, alpha, wear, width = (
+        naive.number(str(scene["materials"][key]), ctx)
+        for key in ("viscosity", "pressure_viscosity", "wear_rate", "face_width")
+    )
+    twice, omega = 2 * modulus(scene["materials"], ctx), naive.number(scene["cam"]["rpm"], ctx) * ctx.pi / 30
+
+    @by_angle
+    def state(theta, jet):
+        normal = pressed(theta, jet)["normal"]
+        if follower["contact"] == "flat":
+            face, R = naive.flat_face(scene, ctx, theta, jet), geometry(theta, jet)["rho"]
+            swung = follower["motion"] == "oscillating"
+            along, y1 = i * face["u"], jet[1]
+            moved = -i * y1 * (face["P"] - naive.number(follower["centre_distance"], ctx)) if swung else i * y1
+            slid = ((-i * sigma * face["P"] - moved) * along.conjugate()).real
+            over = R * (sigma - (y1 if swung else 0))
+        else:
+            radius = naive.follower_radius(scene, ctx)
+            left = 1 - geometry(theta, jet)["kappa"] * radius
+            over, R = abs(naive.pitch_curve(scene, ctx, theta, jet)[1]) * left, radius * left
+            slid = 0 if follower["contact"] == "roller" else over  # a roller turns, an edge does not
+        out = {"worn": 10**9 * wear * normal / width * abs(slid / over)}
+        if follower["contact"] != "knife":
+            speed = eta * abs(over + slid / 2) * omega / 10**6  # N/mm from Pa·s and mm/s
+            load = normal / (twice * R * width)
+            lubricant = (alpha * twice / 1000) ** ctx.mpf("0.54")
+            out["film"] = 2650 * R * lubricant * (speed / twice / R) ** ctx.mpf("0.7") / load ** ctx.mpf("0.13")
+        return out
+
+    return state
+
+
+@pytest.mark.one_in(5)
+@pytest.mark.parametrize("rotation", ["ccw", "cw"])
+@pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "swinging-face", "knife"])
+def test_film_and_wear_against_fifty_digits(contact, rotation):
+    scene = cam_with(contact, "modified-sine", rotation=rotation, materials=WORN)
+    ours = found(scene)
+    with mp.workdps(naive.DPS):
+        spans, _ = spans_of(scene, surfaces)
+        assert ours.get("wear_depth_max_um", 0) == pytest.approx(
+            float(naive.turn_max(spans, "worn", naive.TURN)[0]), rel=2e-12
+        )
+        if contact != "knife":
+            film = float(naive.turn_min(spans, "film", naive.TURN)[0])
+            assert ours["film_thickness_min_um"] == pytest.approx(film, rel=2e-12)
+            assert ours["film_ratio_min"] == pytest.approx(film / WORN["roughness"], rel=2e-12)
 
 
 ELSEWHERE = ("knife", "spherical")  # no bound; test_point_contact.py
