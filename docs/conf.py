@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as for commands
-gc.set_threshold(10_000, 20, 20)  # as for tests: pages are large trees, which stay
+gc.set_threshold(50_000, 20, 20)  # as for tests: pages are large trees, which stay
 
 DOCS = Path(__file__).parent
 for notebook in (DOCS.parent / "notebooks").glob("*.ipynb"):
@@ -16,6 +16,9 @@ sys.path.insert(0, str(DOCS / "ext"))
 
 from camopt import __version__  # noqa: E402
 from camopt.drawing.style import RC  # noqa: E402
+from camopt.numerics.workspace import keep_freed_memory  # noqa: E402
+
+keep_freed_memory()
 
 project = "camopt"
 author = "The camopt developers"

@@ -13,6 +13,7 @@ from support.depth import is_deep
 from support.ways import boxes_for_front_only
 
 from camopt.kernels import compile
+from camopt.numerics.workspace import keep_freed_memory
 
 gc.set_threshold(1_000_000)  # until tests are collected: what is made by then stays
 
@@ -40,10 +41,11 @@ def pytest_collection_modifyitems(config, items):
 
 
 def pytest_collection_finish():
-    """From here on garbage is looked for among what tests make alone, and not as often as by default."""
+    """From here on garbage is looked for among what tests make alone, and seldom; freed memory is kept."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(10_000, 20, 20)
+    gc.set_threshold(50_000, 20, 20)
+    keep_freed_memory()
 
 
 @pytest.fixture
