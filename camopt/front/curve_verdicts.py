@@ -184,7 +184,7 @@ class CurveVerdicts:
     def _share(self, designs: int) -> int:
         """How many parts a block of designs searches together: its share of them, but not too many curves."""
         most = max(AT_ONCE // self._numbers.part, 1)
-        return min(-(-len(self._locks) * designs // prod(self._numbers.shape)), most)
+        return min(max(round(len(self._locks) * designs / prod(self._numbers.shape)), 1), most)
 
     def _search(self, parts: IntArray, share: int) -> None:
         """Search what is not known yet: first what no other thread is at, then what one was."""
