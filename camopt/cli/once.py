@@ -8,7 +8,6 @@ import json
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout, suppress
-from dataclasses import asdict, dataclass
 from functools import partial
 from hashlib import sha256
 from io import StringIO
@@ -31,8 +30,7 @@ NO_MATTER = {"as_json", "quiet", "again", "workers", "scheduler"}
 """Options that ask for no other result."""
 
 
-@dataclass(frozen=True)
-class KeptReport:
+class KeptReport(NamedTuple):
     """What a command said of its result, as its manifest keeps it."""
 
     text: str
@@ -88,7 +86,7 @@ class Report(NamedTuple):
         """The same as a manifest keeps it, with what was to know before the work."""
         text, document = (_printed(partial(self.show, as_json)) for as_json in (False, True))
         known = "" if self.code == NOT_REACHED else words  # how far it is exact is said each time
-        return asdict(KeptReport(text, document, self.code, [*before, *self.notes], known))
+        return KeptReport(text, document, self.code, [*before, *self.notes], known)._asdict()
 
 
 class Once(NamedTuple):

@@ -21,8 +21,7 @@ from camopt.numerics.extremes import Extremes, Precision, extremes
 from camopt.trains.train import Train
 
 
-@dataclass(frozen=True)
-class SolidGiven:
+class SolidGiven(NamedTuple):
     """The cam as a solid: mm, t/mm³, rad. None where a scene does not say; 0 where there is no such thing."""
 
     thickness: float | None = None
@@ -45,6 +44,9 @@ class SolidGiven:
         return self.groove_depth if self.rib_height is None else self.rib_height
 
 
+NO_SOLID = SolidGiven()
+
+
 @dataclass(frozen=True)
 class Setup:
     """The values that all designs of a problem share: mechanism, speed, loads and materials. Lengths in mm."""
@@ -55,7 +57,7 @@ class Setup:
     relative_error: float = 1e-9
     given: GivenNumbers = field(default_factory=GivenNumbers)
     """Speed, loads and materials, as the scene gives them."""
-    solid: SolidGiven = SolidGiven()
+    solid: SolidGiven = NO_SOLID
     train: Train | None = None
     """What is between the follower and the tool, whose motion is asked then."""
     errors: GivenErrors | None = None
@@ -204,8 +206,7 @@ def nothing(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {}
 
 
-@dataclass(frozen=True)
-class Effect:
+class Effect(NamedTuple):
     """A discipline that computes quantities: which ones it offers for a setup, and how."""
 
     name: str

@@ -27,7 +27,7 @@ Found = Callable[[Case, frozenset[str], dict[str, Any]], None]
 
 def contacts_of(setup: Setup) -> tuple[Contact, ...]:
     """All contacts of a follower, each as that of an ordinary cam."""
-    first = replace(setup.mechanism, further=())
+    first = setup.mechanism._replace(further=())
     return (Contact(first, _as_it_is), *setup.mechanism.further)
 
 
@@ -121,8 +121,7 @@ def on_each_contact(effect: Effect, found: Found) -> Effect:
     def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         return worst_of_all(case, wanted) if case.setup.mechanism.further else effect.run(case, wanted)
 
-    return replace(
-        effect,
+    return effect._replace(
         offers=offers,
         reads=reads,
         of_pitch=nothing if effect.of_pitch is nothing and effect.run is not nothing else of_pitch,
@@ -137,7 +136,7 @@ def on_one_disc(effect: Effect) -> Effect:
     def offers(setup: Setup) -> tuple[str, ...]:
         return () if setup.mechanism.second_keys else effect.offers(setup)
 
-    return replace(effect, offers=offers)
+    return effect._replace(offers=offers)
 
 
 def _has_worst(name: str) -> bool:
@@ -216,7 +215,7 @@ def seen_peak(peak: Peak, contact: Contact) -> Peak:
     """A peak of the designs that a contact sees, as one of all designs."""
     curves = tuple((SeenCurve(make, contact.seen), kinds) for make, kinds in peak.curves)
     unit = peak.unit and SeenWeight(peak.unit, contact.seen)
-    return replace(peak, curves=curves, scale=SeenScale(peak.scale, contact.seen), unit=unit, extremes=())
+    return peak._replace(curves=curves, scale=SeenScale(peak.scale, contact.seen), unit=unit, extremes=())
 
 
 def peaks_at(effect: Effect, setup: Setup, name: str) -> Iterator[Peak]:
@@ -228,7 +227,7 @@ def peaks_at(effect: Effect, setup: Setup, name: str) -> Iterator[Peak]:
     for contact in contacts_of(setup):
         if peak := effect.peaks(replace(setup, mechanism=contact.mechanism)).get(name):
             first = contact.seen is _as_it_is
-            yield replace(peak, extremes=()) if first else seen_peak(peak, contact)
+            yield peak._replace(extremes=()) if first else seen_peak(peak, contact)
 
 
 OF_EACH = ("pressure_angle_max_deg", "profile_radius_min_mm", "outer_radius_mm", "contact_stress_max_MPa")

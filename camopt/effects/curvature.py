@@ -8,7 +8,6 @@ that is in the place of R_r. A flat face touches the profile itself: ρ is linea
 A corner of the motion is a corner of the curve. Of a cam that is given by its profile the radii are known.
 """
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -40,7 +39,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         assert mechanism.profile_radius is not None
         curves = ((mechanism.profile_radius, ALL_STROKES),)
         radius = Peak(curves, LEAST, jumps=pointed, unit=size_of, open_at_zero=True)
-        return {CONVEX: replace(radius, rises_with_body=mechanism.alike is not itself)}
+        return {CONVEX: radius._replace(rises_with_body=mechanism.alike is not itself)}
     curves = ((mechanism.curvature, ALL_STROKES),)
     both = mechanism.two_sided  # either flank may be the sharper one
     most, least = (pointed, notched) if flank.bulge > 0.0 else (notched, pointed)

@@ -71,8 +71,7 @@ Number = Any
 """A number, an array (designs,), an Interval or a Sloped; None where a scene does not say."""
 
 
-@dataclass(frozen=True)
-class GivenDynamics:
+class GivenDynamics(NamedTuple):
     """The dynamics of the follower: mm, s, N, t; oscillating: t·mm², N·mm/rad, N·mm, N·mm·s/rad."""
 
     mass: Number = None
@@ -97,8 +96,7 @@ class GivenDynamics:
     """The increase of that by the interference."""
 
 
-@dataclass(frozen=True)
-class Bodies:
+class Bodies(NamedTuple):
     """The bodies in contact and their lubricant: MPa, mm, N, s."""
 
     modulus: Number = None
@@ -112,8 +110,7 @@ class Bodies:
     """Root mean square of both surfaces."""
 
 
-@dataclass(frozen=True)
-class GivenDrive:
+class GivenDrive(NamedTuple):
     """A positive drive: mm, t·mm²."""
 
     clearance: Number = None

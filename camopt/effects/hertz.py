@@ -17,7 +17,6 @@ pitch curve, with a clearance j, and the centre of the roller is j/2 beside it: 
 Source: Johnson, Contact Mechanics, ch. 4.
 """
 
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -111,7 +110,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     bodies = None if setup.spherical or has_guide_friction(setup) else bearing_bodies
     found = {STRESS: Peak(curves, LARGEST, stress, at_corners, bodies=bodies)}
     if not setup.spherical:
-        found[SHEARED] = replace(found[STRESS], scale=stress_scale(setup, SHEAR_SHARE))
+        found[SHEARED] = found[STRESS]._replace(scale=stress_scale(setup, SHEAR_SHARE))
     if setup.mechanism.pulls:
         found[EITHER] = Peak(curves, LARGEST_MAGNITUDE, stress, at_corners)
         found |= {name: Peak(tuple(_on_flank(setup, name)), LARGEST, stress, at_corners) for name in FLANKS}

@@ -7,8 +7,7 @@ An effect says once of which curve a quantity is the mean, and by which monotone
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,8 +20,7 @@ Smooth = Callable[[Designs, Programme], PanelParts]
 """The parts of panels on which the curves of one design are smooth."""
 
 
-@dataclass(frozen=True)
-class Mean:
+class Mean(NamedTuple):
     """A quantity that is the mean of a curve over the turn, or its root mean square."""
 
     curves: tuple[Variant, ...]

@@ -8,7 +8,7 @@ number, follow from that.
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -405,8 +405,7 @@ class Derivative:
         return programme if self.at_follower else programme.tool
 
 
-@dataclass(frozen=True)
-class Peak:
+class Peak(NamedTuple):
     """A quantity that is the extreme of some curves over the turn."""
 
     curves: tuple[Variant, ...]
@@ -434,8 +433,8 @@ class Peak:
 
     def over(self, kinds: int) -> "Peak":
         """The same peak over other kinds of pieces."""
-        return replace(self, curves=tuple((make, kinds) for make, _ in self.curves))
+        return self._replace(curves=tuple((make, kinds) for make, _ in self.curves))
 
     def either_way(self) -> "Peak":
         """The largest magnitude of the same curves."""
-        return replace(self, goal=LARGEST_MAGNITUDE)
+        return self._replace(goal=LARGEST_MAGNITUDE)

@@ -5,8 +5,7 @@ by ways of their own (``effects.transmission``, ``effects.joints``); boxes of tr
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from camopt.effects.peak import AS_IT_IS, Scale
 from camopt.mechanisms.design import Designs
@@ -30,8 +29,7 @@ TrainCurve = Callable[[Designs, TrainMotion], Any]
 """What trains of designs have at cam angles."""
 
 
-@dataclass(frozen=True)
-class TrainPeak:
+class TrainPeak(NamedTuple):
     """A quantity that is the extreme of some curves of a train over the turn."""
 
     curves: tuple[TrainCurve, ...]

@@ -1,14 +1,12 @@
 """The body of a cam and its flanks: the sides that touch the follower."""
 
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 CamForm = Literal["disc", "cylindrical"]
 """The forms of cams, as ``cam.form`` has them."""
 
 
-@dataclass(frozen=True)
-class Body:
+class Body(NamedTuple):
     """The body of a cam: the keys of its sizes, and the properties of its form."""
 
     form: CamForm

@@ -202,8 +202,7 @@ class Contact(NamedTuple):
     """From designs to their sizes at this contact."""
 
 
-@dataclass(frozen=True)
-class Mechanism:
+class Mechanism(NamedTuple):
     """A pairing of cam and follower: the curves of its quantities, and its points.
 
     Curves are NamedTuples with a registered formula (``numerics.curves``). A mechanism with a trace point has
@@ -374,7 +373,7 @@ class Mechanism:
 
     def apart(self, why: str) -> "Mechanism":
         """The same of which no design can be assembled, for a reason."""
-        return replace(self, assembly_margins=_none_assembled, assembly=why)
+        return self._replace(assembly_margins=_none_assembled, assembly=why)
 
     @property
     def is_apart(self) -> bool:

@@ -1,7 +1,6 @@
 """What keeps a follower on its cam: a spring, flanks of the cam that push it and pull it back, or two contacts."""
 
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from camopt.mechanisms.body import GROOVE, OUTER, Flank
 
@@ -9,8 +8,7 @@ DriveName = Literal["spring", "groove", "conjugate", "breadth", "diameter", "rib
 """What keeps a follower on its cam, as ``drive.kind`` has it."""
 
 
-@dataclass(frozen=True)
-class Drive:
+class Drive(NamedTuple):
     """A way to keep a follower on its cam. Mechanisms say on which cams, and with which followers, there is one."""
 
     name: DriveName

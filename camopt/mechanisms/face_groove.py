@@ -10,8 +10,6 @@ is farthest from the axis where the trace point C is:
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 1 (form-closed track cams).
 """
 
-from dataclasses import replace
-
 from camopt.mechanisms import oscillating, translating
 from camopt.mechanisms.body import FACE_GROOVE, FACE_WALLS
 from camopt.mechanisms.design import Mechanism
@@ -21,10 +19,9 @@ from camopt.mechanisms.follower import ROLLER
 
 def _with_groove(mechanism: Mechanism) -> Mechanism:
     """The mechanism of an open disc cam with its pitch curve as the middle of a groove."""
-    return replace(
-        mechanism,
+    return mechanism._replace(
         body=FACE_GROOVE,
-        drive=replace(GROOVED, flanks=FACE_WALLS),
+        drive=GROOVED._replace(flanks=FACE_WALLS),
         tips=(ROLLER,),
         name=f"grooved disc cam, {mechanism.motion.name} follower",
         path=mechanism.sliding,

@@ -1,7 +1,6 @@
 """The motion of a follower, and its tip, which touches the cam."""
 
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 MotionName = Literal["translating", "oscillating"]
 """How followers move, as ``follower.motion`` has it."""
@@ -9,8 +8,7 @@ TipName = Literal["knife", "roller", "flat", "spherical"]
 """What touches the cam, as ``follower.contact`` has it."""
 
 
-@dataclass(frozen=True)
-class FollowerMotion:
+class FollowerMotion(NamedTuple):
     """The way in which a follower moves: along a line, or about a pivot."""
 
     name: MotionName
@@ -37,8 +35,7 @@ OSCILLATING = FollowerMotion(
 MOTIONS: dict[str, FollowerMotion] = {motion.name: motion for motion in (TRANSLATING, OSCILLATING)}
 
 
-@dataclass(frozen=True)
-class Tip:
+class Tip(NamedTuple):
     """The tip of a follower, which touches the cam."""
 
     name: TipName

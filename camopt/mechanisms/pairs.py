@@ -88,7 +88,7 @@ def _opposed(mechanism: Mechanism) -> Mechanism:
     curves: dict[str, Any] = {
         name: made and _reversed(made) for name in OF_CONTACT if (made := getattr(mechanism, name))
     }
-    return replace(mechanism, **curves, way=-1.0, reverses=True)
+    return mechanism._replace(**curves, way=-1.0, reverses=True)
 
 
 class HalfTurns(NamedTuple):
@@ -118,8 +118,8 @@ def with_second(
         of_second = second.assembly_margins(seen(designs), programme)
         return *mechanism.assembly_margins(designs, programme), *of_second
 
-    contact = Contact(replace(second, pitch=itself), seen)
-    return replace(mechanism, assembly_margins=margins, further=(contact,), pitch=itself, **changes)
+    contact = Contact(second._replace(pitch=itself), seen)
+    return mechanism._replace(assembly_margins=margins, further=(contact,), pitch=itself, **changes)
 
 
 def _yoke(mechanism: Mechanism, **changes: Any) -> Mechanism:
@@ -130,12 +130,12 @@ def _yoke(mechanism: Mechanism, **changes: Any) -> Mechanism:
         room = SAME_HALVES * programme.lift - half_turns(programme).off
         return *paired.assembly_margins(designs, programme), designs.size * 0.0 + room
 
-    return replace(paired, assembly_margins=margins, assembly=f"{paired.assembly}, and {HALVES_HAVE_TO}")
+    return paired._replace(assembly_margins=margins, assembly=f"{paired.assembly}, and {HALVES_HAVE_TO}")
 
 
 def _pair(mechanism: Mechanism, *sizes: str) -> Mechanism:
     """Two discs, each with a roller of one follower; the second has sizes of its own."""
-    drive = replace(CONJUGATE, keys=(*CONJUGATE.keys, *sizes))
+    drive = CONJUGATE._replace(keys=(*CONJUGATE.keys, *sizes))
     name = f"conjugate pair, {mechanism.motion.name} follower with two rollers"
     opposed = _opposed(mechanism)
     return with_second(mechanism, opposed, second_of, drive=drive, tips=(ROLLER,), name=name)

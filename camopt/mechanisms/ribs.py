@@ -116,7 +116,7 @@ def _carried(mechanism: Mechanism, share: float, still: float = 0.0) -> Mechanis
         found = mechanism.rest(design, lift, y + ahead(design), y1, off)
         return found._replace(moved=found.moved - _wider(mechanism, design, off) * share)
 
-    return replace(mechanism, contact=contact, shifts=shifts, rest=rest)
+    return mechanism._replace(contact=contact, shifts=shifts, rest=rest)
 
 
 def as_it_is(designs: Designs) -> Designs:
@@ -169,10 +169,9 @@ def _beside(mechanism: Mechanism, body: Body, wall: Flank) -> Mechanism:
     """
     curvature = mechanism.curvature if wall.bulge > 0.0 else _moved(mechanism.curvature, _none, wall.bulge)
     flanks = (Flank("", wall.side, 1.0),)
-    return replace(
-        mechanism,
+    return mechanism._replace(
         body=body,
-        drive=replace(RIBBED, flanks=flanks),
+        drive=RIBBED._replace(flanks=flanks),
         tips=(ROLLER,),
         sizes=(*mechanism.sizes, "roller_spacing"),
         name=f"{body.words}, {mechanism.motion.name} follower with two rollers",
@@ -214,8 +213,7 @@ def _on_cylinder(mechanism: Mechanism) -> Mechanism:
         def moved(make: Any) -> Any:
             return _moved(make, ahead, 1.0) if mechanism.motion.angular else make  # the same wherever it translates
 
-        placed = replace(
-            _carried(mechanism, -0.5 * wall.side),
+        placed = _carried(mechanism, -0.5 * wall.side)._replace(
             pressure=moved(mechanism.pressure),
             curvature=moved(mechanism.curvature),
             path=moved(mechanism.path),
@@ -228,8 +226,7 @@ def _on_cylinder(mechanism: Mechanism) -> Mechanism:
 
     below, above = GROOVE
     return with_second(
-        replace(
-            at(below),
+        at(below)._replace(
             assembly_margins=margins,
             assembly=f"{mechanism.assembly}, and {HAVE_TO_BE_APART}",
             misfit=lambda sizes: _apart(mechanism, sizes),
@@ -262,8 +259,7 @@ def _on_disc(mechanism: Mechanism, closer: Callable[[Designs], Designs]) -> Mech
 
     inner, outer = FACE_WALLS
     return with_second(
-        replace(
-            _beside(_carried(mechanism, 0.0), RIBBED_DISC, inner),
+        _beside(_carried(mechanism, 0.0), RIBBED_DISC, inner)._replace(
             assembly_margins=margins,
             assembly=f"{mechanism.assembly}, {HAVE_TO_BE_APART}, and the inner one has to stay off the axis",
             misfit=misfit,

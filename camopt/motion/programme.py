@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import groupby
 from math import inf, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -52,8 +53,7 @@ JUMP_SIDE = 1e-12  # rad, to either side of a jump
 OVERSHOOT = 1e-12  # by how much rounding may take a law below 0 or above 1
 
 
-@dataclass(frozen=True)
-class Jump:
+class Jump(NamedTuple):
     """A discontinuity of y' (a corner) or y'' between two smooth pieces."""
 
     order: int  # of the derivative that jumps

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import perm
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -17,8 +18,7 @@ SINGLE_NUMBER = 1e-12  # of the run's largest number: ranges no wider are single
 CERTAIN = 1e-5  # of the numbers of a limit: states that must miss one by more do not exist
 
 
-@dataclass(frozen=True)
-class Rows:
+class Rows(NamedTuple):
     """Linear limits on the states, one after another: ``rows`` @ states ≥ ``least``, or equal to it."""
 
     rows: FloatArray

@@ -1,8 +1,8 @@
 """What ``[search]`` leaves open of a scene, as searches take it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 from camopt.mechanisms import FIELDS, SECOND_FIELDS
 from camopt.motion.segments import GivenSegment
@@ -13,8 +13,7 @@ LawPair = tuple[str | None, str | None]
 """The names of the laws of rises and of returns; None keeps those of the scene."""
 
 
-@dataclass(frozen=True)
-class Choices:
+class Choices(NamedTuple):
     """What a search may choose, and how many designs it is to draw."""
 
     variables: Mapping[str, Variable]

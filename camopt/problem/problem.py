@@ -240,7 +240,7 @@ class Problem:
     @property
     def contacts(self) -> "tuple[Problem, ...]":
         """That of each contact of the follower, as of an ordinary cam with the motion of its own."""
-        first = replace(self, setup=replace(self.setup, mechanism=replace(self.setup.mechanism, further=())))
+        first = replace(self, setup=replace(self.setup, mechanism=self.setup.mechanism._replace(further=())))
         found = [first]
         for each in self.setup.mechanism.further:
             own = replace(first, design=each.seen(self.design))

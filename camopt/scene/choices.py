@@ -1,9 +1,8 @@
 """The choice of ``[search]`` for a number of the scene: a range or a list of values."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, Self, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, Self, get_args, get_origin
 
 from pydantic import Discriminator, Field, Tag, TypeAdapter, ValidationError, model_validator
 
@@ -101,8 +100,7 @@ def _choice(number: Any, value: Any, where: str) -> Any:
     return choice
 
 
-@dataclass(frozen=True)
-class Reader:
+class Reader(NamedTuple):
     """What reads values that a table of the scene has for numbers of another one."""
 
     read: Read = _choice
@@ -110,7 +108,10 @@ class Reader:
     """Whether sizes are among the numbers; ``[search]`` has them in a place of their own."""
 
 
-def free_numbers(table: type[SceneTable], given: Any, where: str = "", reader: Reader = Reader()) -> dict[str, Any]:
+CHOICES = Reader()
+
+
+def free_numbers(table: type[SceneTable], given: Any, where: str = "", reader: Reader = CHOICES) -> dict[str, Any]:
     """The choices for numbers of a table of the scene, and of tables in it, by key; ``where`` leads to the table.
 
     Raises
@@ -133,7 +134,7 @@ def free_numbers(table: type[SceneTable], given: Any, where: str = "", reader: R
     return {key: choice for key, choice in chosen.items() if choice != {}}
 
 
-def free_rows(table: type[SceneTable], given: Any, reader: Reader = Reader()) -> dict[str, Any]:
+def free_rows(table: type[SceneTable], given: Any, reader: Reader = CHOICES) -> dict[str, Any]:
     """The choices for numbers of the rows of a list of tables, by the number of the row from 1.
 
     Raises

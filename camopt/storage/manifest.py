@@ -15,7 +15,7 @@ from functools import lru_cache
 from hashlib import file_digest, sha256
 from io import BufferedReader
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from camopt.mistakes import BadInput, Mistake
 from camopt.storage.files import WORK_FOLDER, read_bytes, regular_file
@@ -33,16 +33,14 @@ RUN_NAME, DIGEST_TEXT, FILE_NAME = (
 )
 
 
-@dataclass(frozen=True)
-class Fact:
+class Fact(NamedTuple):
     """A manifest's record of a file."""
 
     sha256: str
     bytes: int
 
 
-@dataclass(frozen=True)
-class RunResult:
+class RunResult(NamedTuple):
     """The result of one command."""
 
     run: str
@@ -98,7 +96,7 @@ class Manifest:
 
 def _plain(result: RunResult) -> dict[str, Any]:
     """A result for JSON, without unknown fields."""
-    plain = vars(result) | {"files": {name: vars(fact) for name, fact in result.files.items()}}
+    plain = result._asdict() | {"files": {name: fact._asdict() for name, fact in result.files.items()}}
     return {name: value for name, value in plain.items() if value is not None}
 
 

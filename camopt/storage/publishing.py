@@ -10,7 +10,6 @@ until then readers find them by ``settled_path``.
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path
@@ -253,4 +252,4 @@ def _manifest_with(old: Manifest, command: str, result: RunResult) -> str:
     text = old.with_result(command, result).to_json()
     if len(text) <= LARGEST_TEXT // 2:
         return text
-    return old.with_result(command, replace(result, question=None, answer=None)).to_json()
+    return old.with_result(command, result._replace(question=None, answer=None)).to_json()

@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from dataclasses import replace
 
 import pytest
 from support.faults import tree_of
@@ -169,7 +168,7 @@ def test_an_answer_that_is_odd_is_not_repeated(part, tmp_path):
     manifest = manifest_of(tmp_path / FOLDER)
     result = manifest.results["part"]
     for name, value in {"text": 1, "json": None, "code": "0", "notes": 3, "words": ""}.items():
-        odd = replace(result, answer={**result.answer, name: value})
+        odd = result._replace(answer={**result.answer, name: value})
         (tmp_path / FOLDER / "manifest.json").write_text(manifest.with_result("part", odd).to_json())
         assert not part(), name
 

@@ -1,6 +1,5 @@
 """Forces, thrust and contact stress against dense samples of the textbook formulas, and identities."""
 
-from dataclasses import replace
 from itertools import product
 from math import inf, pi, sqrt
 
@@ -264,7 +263,7 @@ def test_what_nobody_calls_for_does_not_run(monkeypatch):
         raise AssertionError("an effect that nobody called for ran")
 
     for name in ("force", "thrust", "hertz", "torque", "vibration"):
-        monkeypatch.setitem(EFFECTS, name, replace(EFFECTS[name], run=fail))
+        monkeypatch.setitem(EFFECTS, name, EFFECTS[name]._replace(run=fail))
     evaluate(VALVE.replace(outputs=[]))
     with pytest.raises(AssertionError, match="nobody called"):
         evaluate(VALVE)

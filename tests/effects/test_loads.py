@@ -1,6 +1,5 @@
 """Loads on the contact: force, thrust and contact stress, against 50 digits, equilibrium, identities and scans."""
 
-from dataclasses import replace
 from math import inf, isinf, isnan, pi, sqrt
 
 import numpy as np
@@ -680,7 +679,7 @@ def test_what_nobody_calls_for_does_not_run(idle, monkeypatch):
     scene = cam_with("roller", dynamics=GUIDED)
     of_scene = {QUANTITIES[name].effect for name in found(scene)} & EFFECTS.keys()
     others = [name for name in of_scene if name != idle and (name, idle) not in READS]
-    monkeypatch.setitem(EFFECTS, idle, replace(EFFECTS[idle], run=run))
+    monkeypatch.setitem(EFFECTS, idle, EFFECTS[idle]._replace(run=run))
     assert found({**scene, "outputs": others})
     with pytest.raises(AssertionError, match=idle):
         found({**scene, "outputs": [idle]})

@@ -670,7 +670,7 @@ def test_a_proof_in_a_table_stays_where_its_sweep_is_done_already(done):
 @pytest.mark.parametrize("answer", [{}, [], 1, "text", {"best": 1}, None])
 def test_a_manifest_that_says_odd_things_of_its_result_is_not_believed(done, answer):
     manifest = manifest_of(done.folder)
-    odd = replace(manifest.results["sweep"], answer=answer)
+    odd = manifest.results["sweep"]._replace(answer=answer)
     (done.folder / "manifest.json").write_text(manifest.with_result("sweep", odd).to_json())
     assert not done()
 
