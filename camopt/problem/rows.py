@@ -44,13 +44,13 @@ class Rows:
 
     def take(self, index: NDArray[Any]) -> "Rows":
         """The rows at an index or mask."""
-        count = int(np.count_nonzero(index)) if index.dtype == bool else index.size
+        index = np.flatnonzero(index) if index.dtype == bool else index
 
         def taken(values: Any) -> Any:
             return values[index] if differs(values) else values
 
         columns, outward = ({n: taken(v) for n, v in each.items()} for each in (self.columns, self.outward))
-        return Rows(columns, count, outward, taken(self.half_width))
+        return Rows(columns, index.size, outward, taken(self.half_width))
 
     def drawn(self, index: NDArray[Any]) -> "Rows":
         """As ``take``, of rows that are given up: each column goes as soon as what is taken of it is there."""

@@ -65,9 +65,11 @@ class Space:
 
     def values(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
         """The sizes and numbers that vary, of the designs of a problem by number; as ``Designs`` have them."""
-        shape = tuple(values.size for values in self.axes.values())
-        where = np.unravel_index(index, shape) if shape else ()
-        return {field: values[i] for (field, values), i in zip(self.axes.items(), where, strict=True)}
+        found, rest = dict[str, FloatArray](), index
+        for field, values in reversed(self.axes.items()):  # a third of the time of np.unravel_index
+            slower = rest // values.size
+            found[field], rest = values[rest - slower * values.size], slower
+        return {field: found[field] for field in self.axes}
 
     def next_smaller(self, size: float) -> float | None:
         """The next smaller size of the cam; None at the edge of the space."""
