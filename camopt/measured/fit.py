@@ -226,7 +226,7 @@ def _least(points: MeasuredPoints) -> float:
 def _check_band(band: float | None, least: float) -> None:
     """Whether a band that is given can be one."""
     if band is not None and not (isinstance(band, Real) and isfinite(band) and band >= least):
-        raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, a {LEAST_BAND:g} of the lift")])
+        raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, {LEAST_BAND:g} of the lift")])
 
 
 def _usual(points: MeasuredPoints, errors: ErrorSize) -> Room:

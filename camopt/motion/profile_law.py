@@ -121,7 +121,7 @@ def _stands(part: PlacedElement, contact: ProfileContact, number: int) -> Stand:
     if part.radius is None or part.radius < 0.0:
         what = "a line" if part.radius is None else "a hollow flank"
         if contact.is_flat:
-            raise Unfit(number, f"a flat face jumps over {what}")
+            raise Unfit(number, f"a flat face jumps over {what}: only arcs with a radius above 0 move it smoothly")
         if part.radius is not None and part.radius + contact.radius >= 0.0:
             why = f"the follower bridges this hollow flank: its radius ({contact.radius:g}) is too large for it"
             raise Unfit(number, why)

@@ -236,7 +236,7 @@ def _keyway(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[Fault]
         return
     for key in KEYWAY:
         if part.get(key) is None:
-            yield f"part.{key}", None, f"missing; part.{given[0]} is that of a keyway"
+            yield f"part.{key}", None, f"missing; the keyway of part.{given[0]} needs it"
     if part.get("bore") is None and at(data, "cam.shaft_diameter") is None:
         yield "part.bore", None, "missing; a keyway needs it, or cam.shaft_diameter"
     bore, width = _bore(data), length(data, "part.keyway_width")

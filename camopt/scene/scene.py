@@ -344,11 +344,13 @@ class Scene(HasHtml, Drawn, SceneTable):
             table: Any = data
             above: list[tuple[Any, str]] = []
             for place, name in enumerate(tables):
-                rows = isinstance(table, list)
+                rows = table if isinstance(table, list) else None
                 above.append((table, name))
-                table = _row(table, name) if rows else table.setdefault(name, {})
+                table = _row(rows, name) if rows is not None else table.setdefault(name, {})
                 if not isinstance(table, dict) and not (isinstance(table, list) and tables[place + 1 :]):
-                    why = f"{name} is no table" + ("" if rows else ": give it whole")
+                    named = f"[[{'.'.join(tables[:place])}]]"
+                    rest = "give it whole" if rows is None else f"{named} has {len(rows)}"
+                    why = f"{name} is no table: {rest}"
                     raise BadInput([Mistake(self.file, key, value, why, bare=True)])
             if value is None:
                 table.pop(last, None)

@@ -793,7 +793,7 @@ def test_the_scene_itself_is_not_written_over(run, tmp_path):
         (["cam.csv", "--base-radius", 20, "--band", -1], 2, "camopt: --band = -1.0: must be at least"),
         (["cam.csv", "--base-radius", 20, "--columns", "1,7"], 2, "cam.csv: columns = '7': must be a number from 1 to 2"),
         (["cam.csv", "--base-radius", 20, "--angle-unit", "gon"], 2, "camopt: --angle-unit = 'gon': must be one of deg, rad"),
-        (["cam.csv", "--base-radius", 20, "--follower", "roller"], 2, "scene: follower.roller_radius: missing"),
+        (["cam.csv", "--base-radius", 20, "--follower", "roller"], 2, "camopt: --roller-radius: missing; a roller has one"),
         (["cam.csv", "--scene", "exhaust-valve", "--follower", "flat"], 2, "camopt: --follower = 'flat': belongs to a fit without --scene"),
         (["cam.csv", "--scene", "no-such"], 2, "camopt: --scene = 'no-such': must be a TOML file or a shipped scene"),
         (["none.csv", "--base-radius", 20], 3, "camopt: none.csv: No such file or directory"),

@@ -109,7 +109,7 @@ def _measured_cam(
 ) -> Any:
     """The cam and follower of a measured motion: a scene, or its tables from options alone."""
     from camopt.mechanisms.body import DISC
-    from camopt.mechanisms.follower import FLAT, TRANSLATING
+    from camopt.mechanisms.follower import FLAT, ROLLER, TRANSLATING
     from camopt.mistakes import BadInput, Mistake
     from camopt.scene.scene import find_scene
 
@@ -119,6 +119,8 @@ def _measured_cam(
     if target is None:
         if base_radius is None and not profile:
             raise BadInput([Mistake("camopt", "--base-radius", None, "missing; or name a --scene", bare=True)])
+        if follower == ROLLER.name and roller_radius is None:
+            raise BadInput([Mistake("camopt", "--roller-radius", None, "missing; a roller has one", bare=True)])
         sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
         known = {"base_radius": base_radius, "rpm": rpm}
         cam = {"form": DISC.form, **{key: value for key, value in known.items() if value is not None}}
