@@ -159,7 +159,7 @@ def _is_in_words(words: str, result: RunResult) -> bool:
 def already_done(folder: str | os.PathLike[str]) -> str:
     """The message when a folder has the result already."""
     what = f"already done: {os.fspath(folder)} has the whole result of the same question and version"
-    return f"{what}; --again (again=True in Python) computes it anew"
+    return f"{what}; `again` computes it anew"
 
 
 @contextmanager

@@ -38,7 +38,7 @@ def test_a_command_that_is_done_prints_what_it_printed(name, command, tmp_path, 
     assert "wrote" not in said
     assert said.endswith(
         "camopt: already done: out has the whole result of the same question and version; "
-        "--again (again=True in Python) computes it anew\n"
+        "`again` computes it anew\n"
     )
     assert document[2] == ""
     assert {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out").iterdir()} == before

@@ -574,10 +574,7 @@ def test_a_killed_sweep_goes_on(tmp_path):
 # ------------------------------------------------------------------------------------------------ done already
 
 SMALL = SCENE.replace(search={"base_radius": [60, 80, 120], "offset": [0, 10], "law": LAWS, "roller_radius": [20]})
-DONE = (
-    "already done: {} has the whole result of the same question and version; "
-    "--again (again=True in Python) computes it anew"
-)
+DONE = "already done: {} has the whole result of the same question and version; `again` computes it anew"
 QUESTIONS = {
     "feasible": {},
     "infinite values": {"outputs": ["all"]},

@@ -3,8 +3,8 @@ Two discs that push both ways
 =============================
 
 The feed of a press at 400 rev/min: a rocker with two rollers between two discs on one shaft. One disc pushes it
-out, the other one back, and there is no spring. Both rollers are a hundredth of a millimetre too near to each
-other: the preload.
+out, the other one back, and there is no spring. The arms stand a hundredth of a degree closer than the discs leave
+room for: the preload.
 """
 
 import matplotlib.pyplot as plt
@@ -24,7 +24,7 @@ for interference, colour in ((0.001, "C3"), (0.005, "C1"), (0.01, "C0")):
     cam = camopt.cam_points(squeezed, step=0.5)
     for side, width in (("first", 2.2), ("second", 0.9)):
         ax.plot(cam["cam_angle_deg"], cam[f"{side}_contact_stress_MPa"], color=colour, lw=width)
-    ax.plot([], [], color=colour, label=f"{1000 * interference:g} µm")
+    ax.plot([], [], color=colour, label=f"{interference:g}°")
 ax.set(xlabel="cam angle, deg", ylabel="contact stress, MPa", xlim=(0, 360), ylim=(0, 540))
 ax.legend(title="interference", ncols=3, loc="upper center")
 
