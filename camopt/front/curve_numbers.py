@@ -1,10 +1,12 @@
 """Which designs of a space share a pitch curve: numbers of the curves, and those of each block of designs."""
 
-from functools import cached_property
+from functools import cached_property, reduce
 from math import frexp, ldexp, prod
+from operator import or_
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camopt.effects.peak import Bodies
 from camopt.mechanisms import Designs, Mechanism
@@ -165,29 +167,28 @@ def _merged(mechanism: Mechanism) -> tuple[str, ...]:
 
 def _alike(curves: Designs, parallel: str) -> tuple[IntArray, IntArray]:
     """The first one of each kind of pitch curves, and of which kind each is, by the order of their sizes."""
-    rests = getattr(curves, parallel)
-    order = _order(curves.size, rests)
-    size, rest = curves.size[order], rests[order]
-    new = np.concatenate([[True], (size[1:] != size[:-1]) | (rest[1:] != rest[:-1])])
+    keys = _keys(curves.size, getattr(curves, parallel))
+    order = np.lexsort(keys[::-1])
+    new = np.ones(order.size, dtype=bool)
+    new[1:] = reduce(or_, (np.diff(key[order]) != 0 for key in keys))
     which = np.empty(order.size, np.int64)
     which[order] = np.cumsum(new) - 1
     return order[new], which
 
 
-def _order(sizes: FloatArray, rests: FloatArray) -> IntArray:
-    """Sizes in order, equal ones by their rests: what rounding has taken off sums.
+def _keys(sizes: FloatArray, rests: FloatArray) -> tuple[NDArray[Any], ...]:
+    """What orders sizes, equal ones by their rests: what rounding has taken off sums.
 
-    Where all are whole numbers of one small unit, so are sums with what was taken off them: to sort these takes
-    half of the time.
+    Where all are whole numbers of one small unit, the sums before rounding are too: to sort these takes half of the
+    time.
     """
     if not rests.any():
-        return np.argsort(sizes, kind="stable")
+        return (sizes,)
     unit = ldexp(1.0, min(62 - frexp(float(np.abs(sizes).max()))[1], 1000))
     parts = [each * unit for each in (sizes, rests)]
     whole = [each.astype(np.int64) for each in parts]
-    if all(np.array_equal(each, number) for each, number in zip(parts, whole, strict=True)):
-        return np.argsort(whole[0] + whole[1], kind="stable")
-    return np.lexsort((rests, sizes))
+    exact = all(np.array_equal(each, number) for each, number in zip(parts, whole, strict=True))
+    return (whole[0] + whole[1],) if exact and np.array_equal(sizes + rests, sizes) else (sizes, rests)
 
 
 def curve_numbers(space: Space) -> CurveNumbers | None:

@@ -1,6 +1,7 @@
-"""Sums of a radius of the roller and one of the cam in order, beside fractions."""
+"""Pitch curves by sums of a radius of the roller and one of the cam, beside fractions."""
 
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,21 +13,20 @@ STEPS = np.arange(12.0)
 
 
 @pytest.mark.parametrize(
-    ("sizes", "rollers", "sorted_by_rests"),
+    ("sizes", "rollers", "keys"),
     [
-        (50.0 + STEPS / 15.0, 5.0 + STEPS / 60.0, False),
-        (50.0 + STEPS / 2.0, 5.0 + STEPS / 4.0, False),
-        (50.0 + STEPS / 15.0, 1e-9 + STEPS / 7e6, True),
-        (0.0 * STEPS, 0.1 * STEPS, False),
+        (50.0 + STEPS / 15.0, 5.0 + STEPS / 60.0, 1),
+        (50.0 + STEPS / 2.0, 5.0 + STEPS / 4.0, 1),
+        (50.0 + STEPS / 15.0, 1e-9 + STEPS / 7e6, 2),
+        (0.0 * STEPS, 0.1 * STEPS, 1),
     ],
     ids=["tenths", "halves", "fine", "zero"],
 )
-def test_sums_are_in_the_order_of_fractions(sizes, rollers, sorted_by_rests, monkeypatch):
+def test_curves_are_numbered_as_fractions_are(sizes, rollers, keys):
     sums, rests = (each.ravel() for each in exact_sum(sizes, rollers[:, None]))
-    asked = []
-    lexsort = np.lexsort
-    monkeypatch.setattr(np, "lexsort", lambda keys: asked.append(keys) or lexsort(keys))
-    order = curve_numbers._order(sums, rests)
+    assert len(curve_numbers._keys(sums, rests)) == keys
+    first, which = curve_numbers._alike(SimpleNamespace(size=sums, roller_radius=rests), "roller_radius")
     exact = [Fraction(size) + Fraction(roller) for roller in rollers.tolist() for size in sizes.tolist()]
-    assert order.tolist() == sorted(range(len(exact)), key=exact.__getitem__)
-    assert bool(asked) == sorted_by_rests
+    distinct = sorted(set(exact))
+    assert which.tolist() == [distinct.index(each) for each in exact]
+    assert first.tolist() == [exact.index(each) for each in distinct]
