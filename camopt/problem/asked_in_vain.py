@@ -61,6 +61,6 @@ def unlike_halves(scene: Scene, motion: Programme) -> list[Mistake]:
     """A mistake if a yoke cannot move as asked."""
     if not scene.mechanism.drive.one_disc or (found := half_turns(motion)).off <= SAME_HALVES * motion.lift:
         return []
-    how = "the second half of the turn is the first with rises and returns exchanged, with the same angles and laws"
+    how = "The second half of the turn is the first with rises and returns exchanged, with the same angles and laws"
     off = f"it is off by {found.off:.4g} mm at {np.degrees(found.at):.5g} deg"
     return [Mistake(scene.file, "motion", None, f"{HALVES_HAVE_TO}; {off}. {how}", bare=True)]

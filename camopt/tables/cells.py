@@ -68,8 +68,8 @@ def heading(name: str, unit: str | None = None) -> str:
 
 
 def suffix_of(unit: str) -> str:
-    """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm."""
-    plain = unit.translate(str.maketrans("²³⁴·µ", "234_u")).replace("/s", "_s")
+    """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm, rev/min is _rpm."""
+    plain = unit.replace("rev/min", "rpm").translate(str.maketrans("²³⁴·µ", "234_u")).replace("/s", "_s")
     return "_" + plain.replace("1/", "per_").replace("/", "_per_")
 
 
