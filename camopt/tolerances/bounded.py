@@ -38,9 +38,10 @@ class Gaps(NamedTuple):
     """By no more than how much, relative, a cam is to be proved no worse than the worst that is found."""
 
     first: Sequence[float]
-    """The first of these that is proved is enough, or the first of all is where there are closer ones."""
+    """The first of these that is proved is enough where there are no closer ones."""
     closer: Sequence[float] = ()
-    """What is asked then, as long as it is proved and time remains."""
+    """What is asked if the first of all is proved, as long as it is proved and time remains; and at last the middle
+    of what is proved and what is not."""
 
 
 def bounded(
@@ -56,29 +57,31 @@ def bounded(
 
     ``worse`` is what a cam has that was found to exceed a bound. ``seconds`` are those in which all is done.
     """
-    bound, left = inf, len(gaps.first)
+    bound = proved = inf
+    failed = 0.0
 
     def holds(gap: float, end: float) -> bool:
-        nonlocal found, cam, bound
+        nonlocal found, cam, bound, proved, failed
         for _ in range(WORSE):
             tried = proof(found * (1.0 + gap), end)
             if tried.verdict == HELD:
-                bound = found * (1.0 + gap)
+                bound, proved = found * (1.0 + gap), gap
                 return True
             if tried.verdict != BROKEN or tried.cam is None:
-                return False
+                break
             more, other = worse(tried.cam, found * (1.0 + gap))
             if more <= found:
-                return False
+                break
             found, cam = more, other
+        failed = gap
         return False
 
-    proved = next((gap for k, gap in enumerate(gaps.first) if holds(gap, share(until, left - k))), inf)
-    for gap in gaps.closer if proved == gaps.first[0] else ():
-        if not holds(gap, share(until, 2)):
-            holds(sqrt(gap * proved), until)
-            break
-        proved = gap
+    left = len(gaps.first)
+    if any(holds(gap, share(until, left - k)) for k, gap in enumerate(gaps.first)) and gaps.closer:
+        if not failed:
+            all(holds(gap, share(until, 2)) for gap in gaps.closer)
+        if failed:
+            holds(sqrt(failed * proved), until)
     late = f"the time of {seconds:g} s was over"
     why = "" if bound < inf else late if now() > until else "the tolerances are too large for it"
     return Bounded(found, cam, bound, why)
