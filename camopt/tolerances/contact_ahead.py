@@ -65,12 +65,12 @@ class ContactAhead:
         def differs(k: int) -> Any:
             return (further.by(k) - there.by(k)) * self.sign
 
-        jumped = (self.at.jumped - self.at.jumped) * self.sign
+        jumped = (self.at.jumped.by2 - self.at.ahead.by2) * self.sign
         return errors_of(self._moved(there, motion, order), motion, differs, jumped, order)
 
     def further(self, ahead: Sloped) -> FurtherOn:
         """The motion there."""
-        return FurtherOn(self.whole.programme, self.at, ahead)
+        return FurtherOn(self.whole.programme, self.at, ahead, self.at.ahead)
 
     def ahead(self, turned: Sloped) -> Sloped:
         """How far ahead it touches where the cam is turned on by so much."""
@@ -119,7 +119,7 @@ class RestingContact(ContactAhead):
     """A contact that touches the arc of a dwell, wherever it is ahead."""
 
     def further(self, ahead: Sloped) -> FurtherOn:
-        return StillOn(self.whole.programme, self.at, ahead)
+        return StillOn(self.whole.programme, self.at, ahead, self.at.ahead)
 
 
 def errors_ahead(

@@ -5,7 +5,7 @@ Where the cam touches at φ + a in place of φ, with a as small as the errors,
     y⁽ᵏ⁾(φ + a) − y⁽ᵏ⁾(φ) ∈ a·y⁽ᵏ⁺¹⁾([φ, φ + a]),    ∂/∂a = y⁽ᵏ⁺¹⁾(φ + a),    ∂/∂φ = y⁽ᵏ⁺¹⁾(φ + a) − y⁽ᵏ⁺¹⁾(φ)
 
 with the ranges of the derivatives over stretches of the turn (``numerics.stretches``). Where y'' jumps between both
-angles, that of y'' is without the jump, which ``Place.jumped`` has.
+angles, that of y'' is without the jump, which ``Jumped`` has.
 """
 
 from dataclasses import dataclass, field, replace
@@ -35,10 +35,10 @@ class Place(NamedTuple):
     """Where they begin, and end, from the centre of their panel, rad."""
     high: FloatArray
     middle: FloatArray
-    jumped: Interval
-    """By how much y'' may differ a little further on by jumps between both angles."""
-    jerked: Interval
-    """The same of y'''."""
+    jumped: "Jumped"
+    """What jumps make of the motion at the cam angle at which the place touches."""
+    ahead: "Jumped"
+    """And where a further contact touches then."""
 
     @property
     def y(self) -> Sloped:
@@ -49,6 +49,13 @@ class Place(NamedTuple):
         return self.motion[1]
 
 
+class Jumped(NamedTuple):
+    """By how much y'' and y''' may differ a little further on, by jumps between both angles."""
+
+    by2: Interval
+    by3: Interval
+
+
 @dataclass(frozen=True)
 class FurtherOn:
     """The motion at an angle further on, which changes with the errors and with φ."""
@@ -56,6 +63,7 @@ class FurtherOn:
     programme: Programme
     at: Place
     turned: Sloped
+    jumped: Jumped
     _known: dict[int, Sloped] = field(default_factory=dict)
 
     def by(self, order: int) -> Any:
@@ -81,12 +89,12 @@ class FurtherOn:
         """A derivative there."""
         if order < LAST:
             found = self.at.motion[order] + self.by(order)
-            return found + self.at.jumped if order == 2 else found
+            return found + self.jumped.by2 if order == 2 else found
         a, y3, slope = self.turned, self.at.motion[LAST], self._there.ranges[LAST + 1]
         value = range_of(y3) + range_of(a) * self._between.ranges[LAST + 1]
         point = at_point(y3) + at_point(a) * self._between_at.ranges[LAST + 1]
         place = replace(self.at.y, slopes=along_turn(self.at.y))
-        return by_chain(value, point, [(a, slope), (place, slope)]) + self.at.jerked
+        return by_chain(value, point, [(a, slope), (place, slope)]) + self.jumped.by3
 
     def _last(self, order: int) -> Interval:
         """By how much the next derivative differs: the slope by φ."""

@@ -12,13 +12,14 @@ what else is off.
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6 and 11.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import degrees, inf, pi
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camopt.effects.case import Case
 from camopt.effects.curvature import CONVEX
@@ -39,12 +40,13 @@ from camopt.scene.tolerances import ANGLES
 from camopt.tolerances.bounded import Bounded, Gaps, Tried, Values, bounded
 from camopt.tolerances.errors import BORE, BORE_WAY, LEVEL, WAY, flat, is_way, way_of
 from camopt.tolerances.exact import Contact, Moved, Touched, at_tool, errors_of, moved_of, touched
-from camopt.tolerances.further_on import LAST, FurtherOn, Place
+from camopt.tolerances.further_on import LAST, FurtherOn, Jumped, Place
 from camopt.tolerances.off_train import through
 from camopt.tolerances.turn import TurnErrors, highest
 from camopt.tolerances.vectors import ROOM, VectorSearch, box_of
 from camopt.verdicts.claim_boxes import Ends, Parts, by_angle
 from camopt.verdicts.running import run_effects
+from camopt.verdicts.words import HELD
 
 GAPS, RATE_GAPS = Gaps((1e-5, 1e-4, 1e-3, 1e-2)), Gaps((1e-1, 0.3, 1.0, 3.0), (1e-2, 1e-3))
 """Of the displacement, and of velocity and acceleration."""
@@ -65,6 +67,11 @@ CLIMBS = 2
 """How often each error is changed for it."""
 LATE = (0.1, 1.0, 10.0)
 """How much it counts how late a cam is, to find the worst one at a jump."""
+
+
+Passed = tuple[bool | None, bool | None]
+"""Whether a jump within reach of a place lies between it and the cam angle at which it touches, and between it and
+where a further contact touches then; None if that is not said."""
 
 
 class WorstCase(NamedTuple):
@@ -125,8 +132,8 @@ class ToolError(NamedTuple):
 @formula(ToolError)
 def tool_error(f, i, at):  # type: ignore[no-untyped-def]
     moved = f.moved(at, f.order)
-    further = FurtherOn(f.problem.programme, at, moved.turned.terms[0])
-    found = errors_of(moved, at.motion, further.by, at.jumped, f.order)
+    further = FurtherOn(f.problem.programme, at, moved.turned.terms[0], at.jumped)
+    found = errors_of(moved, at.motion, further.by, at.jumped.by2, f.order)
     return through(f.problem, f.errors, found, further.motion), 0.0
 
 
@@ -138,6 +145,7 @@ class Proof(VectorSearch):
     """Of y'', and of y'''."""
     reach: float = 0.0
     """As far as any cam is late or early, rad."""
+    passed: Passed = (None, None)
 
     def state(self, parts: Parts, u: FloatArray, angle: Sloped) -> Place:
         table = self.problem.programme.table
@@ -147,31 +155,50 @@ class Proof(VectorSearch):
             for middle, whole, slope in zip(found.middle[: LAST + 1], found.whole, found.whole[1:], strict=False)
         ]
         low, high, middle = (each * half for each in (parts.low[0], parts.high[0], u))
-        return Place(motion, parts.panel, low, high, middle, *self._jumped(parts.panel, middle))
+        angles = table.centre[parts.panel] + middle
+        jumped = (self._jumped(parts.panel, angles, each) for each in self.passed)
+        return Place(motion, parts.panel, low, high, middle, *jumped)
 
-    def _jumped(self, panel: IntArray, places: FloatArray) -> list[Interval]:
+    def _jumped(self, panel: IntArray, angles: FloatArray, passed: bool | None) -> Jumped:
         """By which jumps of y'' and of y''' a cam that touches with places on panels may be off.
 
         A place at a jump is on the side of it on which its panel is.
         """
         found, centre = np.zeros((2, 2, panel.size)), self.problem.programme.table.centre[panel]
+        near = dict(zip(self._places, self._near(angles), strict=True))
+        known = (sum(near.values(), np.zeros(panel.size)) == 1) & (passed is not None)
         for jump in self.jumps:
-            near = (np.abs(self._ahead(jump, centre + places)) <= (1.0 + ROOM) * self.reach) & (self.reach > 0.0)
-            size = np.where(near, np.sign(self._ahead(jump, centre)) * jump.size, 0.0)
-            found[jump.order - 2] += np.minimum(size, 0.0), np.maximum(size, 0.0)
-        return [Interval(*each) for each in found]
+            size = np.where(near[jump.at], np.sign(self._ahead(jump.at, centre)) * jump.size, 0.0)
+            hull = np.array([np.minimum(size, 0.0), np.maximum(size, 0.0)])
+            found[jump.order - 2] += np.where(known, size * bool(passed), hull)
+        return Jumped(*(Interval(*each) for each in found))
 
-    def _ahead(self, jump: Jump, angles: FloatArray) -> FloatArray:
+    def near(self, parts: Parts) -> NDArray[np.bool_]:
+        """Which parts are within reach of a jump."""
+        table, middle = self.problem.programme.table, 0.5 * (parts.low[0] + parts.high[0])
+        angles = table.centre[parts.panel] + middle * table.half_width[parts.panel]
+        return np.asarray(self._near(angles).any(axis=0))
+
+    def _near(self, angles: FloatArray) -> NDArray[np.bool_]:
+        """Of which places of jumps cam angles are within reach, (places, m)."""
+        ahead = [np.abs(self._ahead(at, angles)) for at in self._places]
+        return np.reshape(ahead, (-1, angles.size)) <= ((1.0 + ROOM) * self.reach if self.reach else -1.0)
+
+    @cached_property
+    def _places(self) -> list[float]:
+        return sorted({jump.at for jump in self.jumps})
+
+    def _ahead(self, at: float, angles: FloatArray) -> FloatArray:
         """How far ahead a jump is, within half a turn."""
         turn = self.problem.programme.strokes[-1].end
-        return np.asarray(np.mod(jump.at - angles + 0.5 * turn, turn) - 0.5 * turn)
+        return np.asarray(np.mod(at - angles + 0.5 * turn, turn) - 0.5 * turn)
 
     def parted(self, parts: Parts) -> Parts:
         """Parts that are within reach of each jump or not."""
         table = self.problem.programme.table
         for jump in self.jumps:
             for side in (-1.0, 1.0):
-                ahead = self._ahead(jump, table.centre[parts.panel])
+                ahead = self._ahead(jump.at, table.centre[parts.panel])
                 parts = parts.parted((ahead + side * self.reach) / table.half_width[parts.panel])
         return parts
 
@@ -262,7 +289,18 @@ class WorstSearch:
     def proof(self, bound: float, until: float) -> Tried:
         """Whether no cam within the tolerances exceeds a bound."""
         proof = replace(self._proof, claim=self._claim(bound), until=until, reach=self._reach)
-        return proof.tried(proof.parted(Parts.first(self.problem, proof.claim, self._box)))
+        parts = proof.parted(Parts.first(self.problem, proof.claim, self._box))
+        for passed in self.cases:
+            found = replace(proof, passed=passed).tried(parts)
+            parts = parts.take(np.flatnonzero(proof.near(parts)))
+            if found.verdict != HELD or not parts.size:
+                break
+        return found
+
+    @property
+    def cases(self) -> Iterable[Passed]:
+        """What is proved one after the other of parts within reach of jumps."""
+        return [(None, None)]
 
     @cached_property
     def _proof(self) -> Proof:

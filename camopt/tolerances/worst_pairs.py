@@ -9,11 +9,15 @@ and so are its velocity and acceleration, with both errors at one cam angle. The
 It is enclosed by the equation itself (``tolerances.contact_ahead``). At each place the errors of a contact are
 those of an ordinary cam with the motion of its own (``tolerances.exact``): a formula as that of one contact is, run
 on the same ranges with slopes (``tolerances.worst_case``).
+
+A jump of y'' or y''' next to φ may lie between φ and θ or not, and between φ and φ + a or not. Each of these cases
+is proved of all cams: the motion has no jump then, so that slopes of errors are those of one side of it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +35,7 @@ from camopt.tolerances.further_on import FurtherOn, Place
 from camopt.tolerances.off_train import through
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import TOUCHES, back, contacts_of, ends_of, own_errors
-from camopt.tolerances.worst_case import WorstSearch
+from camopt.tolerances.worst_case import Passed, WorstSearch
 
 
 class PairError(NamedTuple):
@@ -63,8 +67,8 @@ class PairError(NamedTuple):
 @formula(PairError)
 def pair_error(f, i, at):  # type: ignore[no-untyped-def]
     moved, second = f.first(at, f.order), f.second(at)
-    further = FurtherOn(f.problem.programme, at, moved.turned.terms[0])
-    own = errors_of(moved, at.motion, further.by, at.jumped, f.order)
+    further = FurtherOn(f.problem.programme, at, moved.turned.terms[0], at.jumped)
+    own = errors_of(moved, at.motion, further.by, at.jumped.by2, f.order)
     both = zip(own, second.errors_at(further, f.order), strict=True)
     middle = [(a + b * second.sign) * 0.5 for a, b in both]
     return through(f.problem, f.errors, middle, further.motion), 0.0
@@ -81,6 +85,12 @@ class PairSearch(WorstSearch):
     @property
     def last(self) -> int:
         return self.order + 1  # where the second contact touches
+
+    @property
+    def cases(self) -> Iterable[Passed]:
+        """Of the acceleration alone a jump of y'' counts at θ."""
+        jumps = any(each.order == self.order == 2 for each in self.jumps)
+        return product((False, True) if jumps else (None,), (False, True))
 
     def curve(self, design: Designs, errors: Mapping[str, Any]) -> PairError:
         return PairError(self.problem, self.contacts, design, errors, self.order, self.waves)

@@ -157,6 +157,35 @@ def test_two_contacts_have_bounds_of_rates(name, order):
     assert found.gap <= 0.12 * found.bound
 
 
+@pytest.mark.one_in(2)
+@pytest.mark.parametrize(
+    ("law", "order", "gap"), [("modified-sine", 2, 0.08), ("harmonic", 1, 0.02), ("harmonic", 2, 0.02)]
+)
+def test_a_bound_of_a_pair_counts_jumps_with_cams_whose_contacts_have_passed_them(law, order, gap):
+    """Of y'', or of y''' alone; random cams next to each jump are within, with errors at their ends or not."""
+    feed = camopt.find_scene("press-feed-by-pair")
+    motion = [each | {"law": law} if "law" in each else each for each in feed.to_dict()["motion"]]
+    tolerances = {
+        "drive.roller_radius": 0.02,
+        "profile": 0.004,
+        "waves": 10,
+        "bore_eccentricity": 0.01,
+        "disc_phase": 0.02,
+    }
+    search = search_of(feed.replace(part={}, tolerances=tolerances, motion=motion), order)
+    most = abs(search.highest(search.first())[1])
+    assert search.proof(most * (1.0 + gap), np.inf).verdict == "held"
+    rng, cams = np.random.default_rng(order), 20_000
+    ends = {
+        key: rng.uniform(-0.2, 1.2, cams).clip(0.0, 1.0) * (high - low) + low
+        for key, (low, high) in search.ends.items()
+    }
+    jumps = rng.choice([each.at for each in search.jumps], cams)
+    places = search.within(jumps + rng.normal(0.0, 2e-4, cams))
+    tried = np.abs(search.error(ends, places)).max()
+    assert 0.7 * most < tried < most * (1.0 + gap)
+
+
 def test_stretches_hold_the_motion_at_their_angles():
     """Stretches of random lengths from random panels, past their ends either way, and on to other pieces."""
     programme, rng = resolve_design(toleranced("flat", "parabolic")).programme, np.random.default_rng(7)
