@@ -288,7 +288,7 @@ either = st.floats(-1e3, 1e3)
     st.sampled_from(sorted(own.EVERY)),
     st.sampled_from(sorted(own.EVERY)),
     st.tuples(*[st.floats(1e-6, 1e3)] * 2),
-    st.builds(GivenDynamics, *[st.floats(0.0, 1e3)] * 4, either),
+    st.tuples(*[st.floats(0.0, 1e3)] * 4, either).map(lambda given: GivenDynamics(*given)),
     positive,
 )
 @settings(max_examples=times(150, deep=1500))
