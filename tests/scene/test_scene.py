@@ -3,6 +3,8 @@
 import copy
 import json
 import pickle
+import subprocess
+import sys
 import tomllib
 from math import inf, nan
 from pathlib import Path
@@ -545,3 +547,22 @@ def test_a_former_key_is_read_and_written_under_its_name_of_today():
     data["accuracy"]["relative_error"] = 1e-8
     with pytest.raises(BadInput, match=r"accuracy\.tolerance = 1e-07: is the old name of accuracy\.relative_error"):
         Scene.from_dict(data)
+
+
+AT_ONCE = """
+import sys, threading
+from camopt import find_scene
+sys.setswitchinterval(1e-6)
+begin, names, found = threading.Barrier(8), ["roller-1000rpm", "exhaust-valve"] * 4, []
+def find(name):
+    begin.wait()
+    found.append(find_scene(name))
+threads = [threading.Thread(target=find, args=(name,)) for name in names]
+[each.start() for each in threads], [each.join() for each in threads]
+assert len(found) == len(threads)
+"""
+
+
+def test_threads_may_read_the_first_scenes_at_once():
+    """What checks a table is made when it is there first."""
+    subprocess.run([sys.executable, "-P", "-c", AT_ONCE], check=True)
