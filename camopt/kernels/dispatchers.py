@@ -1,6 +1,9 @@
 """The compile options of the package, each with its reason, and what numba makes of marked functions."""
 
+import gc
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from llvmlite import binding
@@ -77,9 +80,22 @@ def _made(part: KernelPart) -> Any:
 def object_code(kernel: Kernel, kinds: Kinds) -> ObjectCode:
     """A kernel, compiled for arguments of some types."""
     signature = numba_type(NONE)(*map(numba_type, kinds))
-    compiled = kernel.dispatcher.get_compile_result(signature)
+    with _without_collector():
+        compiled = kernel.dispatcher.get_compile_result(signature)
     _, _, (content, bitcode) = compiled.library.serialize_using_object_code()
     functions = binding.parse_bitcode(bitcode).functions
     lent = any(each.is_declaration and each.name.startswith(OF_NUMBA) for each in functions)
     whole = not (lent or compiled.library.has_dynamic_globals)
     return ObjectCode(compiled.fndesc.llvm_func_name, content, whole)
+
+
+@contextmanager
+def _without_collector() -> Iterator[None]:
+    """A block in which no garbage is looked for: numba makes so many objects that it took a tenth of its time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()

@@ -31,6 +31,9 @@ from camopt.kernels.compile import CHOICES, VALUE_TYPES, KernelPart
 class PartLibrary(JITCodeLibrary):
     """The code of functions called only by kernels: it becomes machine code inside them, not on its own."""
 
+    def _optimize_final_module(self) -> None:
+        """Nothing: it is optimised in each kernel, with all that calls it."""
+
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         self._finalized = True
