@@ -24,18 +24,25 @@ import numpy as np
 
 from camopt.effects.answers import SECOND
 from camopt.mechanisms import Designs
+from camopt.motion.programme import Jump
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
 from camopt.numerics.sloped import Sloped
 from camopt.problem.problem import Problem
 from camopt.tolerances.contact_ahead import ContactAhead, RestingContact, errors_ahead
-from camopt.tolerances.errors import flat
+from camopt.tolerances.errors import flat, polar
 from camopt.tolerances.exact import Moved, Touched, errors_of, moved_of, touched
 from camopt.tolerances.further_on import FurtherOn, Place
 from camopt.tolerances.off_train import through
 from camopt.tolerances.turn import TurnErrors
 from camopt.tolerances.two_contacts import TOUCHES, back, contacts_of, ends_of, own_errors
-from camopt.tolerances.worst_case import Passed, WorstSearch
+from camopt.tolerances.worst_case import LATE, Found, Passed, WorstSearch
+
+BESIDE = 1e-9
+"""Of a jump, rad."""
+LATER = [*product((1.0, -1.0), (1.0, -1.0), LATE)]
+FINER, ZOOMS = 9, 6
+"""Cams between two that are looked at, and how often between the neighbours of the worst one."""
 
 
 class PairError(NamedTuple):
@@ -88,12 +95,70 @@ class PairSearch(WorstSearch):
 
     @property
     def cases(self) -> Iterable[Passed]:
-        """Of the acceleration alone a jump of y'' counts at θ."""
-        jumps = any(each.order == self.order == 2 for each in self.jumps)
-        return product((False, True) if jumps else (None,), (False, True))
+        return product((False, True) if self._whole else (None,), (False, True))
+
+    @cached_property
+    def _whole(self) -> list[Jump]:
+        """The jumps of y'' where these count for the acceleration."""
+        return [jump for jump in self.jumps if jump.order == self.order == 2]
 
     def curve(self, design: Designs, errors: Mapping[str, Any]) -> PairError:
         return PairError(self.problem, self.contacts, design, errors, self.order, self.waves)
+
+    def first(self) -> dict[str, float]:
+        """Where y'' jumps, both contacts have the whole jump for an error of cams that are hardly late: these are
+        between late ones and those that are the worst but for it."""
+        usual = super().first()
+        if not self._whole:
+            return usual
+        starts = {side: self._at_jump(side, 0.0) for side in (1.0, -1.0)}
+        every = (self._between(starts[side], self._at_jump(side, way * each)) for side, way, each in LATER)
+        found = max(every, key=lambda each: each.error)
+        return found.errors if found.error > abs(self.highest(usual)[1]) else usual
+
+    def _between(self, one: Found, other: Found) -> Found:
+        """The worst of the cams between two, next to a jump."""
+        ends, low, high = [flat(each.errors) for each in (one, other)], 0.0, 1.0
+        for _ in range(ZOOMS):
+            shares = np.linspace(low, high, FINER)
+            errors = polar(
+                {key: (1.0 - shares) * ends[0][key] + shares * ends[1][key] for key in ends[0]}, self.ends
+            )
+            places = self._beside_jumps(errors)
+            every = {key: np.tile(each, len(places)) for key, each in errors.items()}
+            found = np.abs(self.error(every, places.ravel())).reshape(places.shape)
+            row, k = (int(each) for each in np.unravel_index(found.argmax(), found.shape))
+            low, high = shares[max(k - 1, 0)], shares[min(k + 1, FINER - 1)]
+        return Found(
+            {key: float(each[k]) for key, each in errors.items()}, float(places[row, k]), float(found[row, k])
+        )
+
+    def _beside_jumps(self, errors: Mapping[str, FloatArray]) -> FloatArray:
+        """The places next to which jumps begin and end to count for cams (m,), on both sides: (places, m)."""
+        count, jumps = len(next(iter(errors.values()))), [jump.at for jump in self._whole]
+        every, at = {key: np.tile(each, len(jumps)) for key, each in errors.items()}, np.repeat(jumps, count)
+        found = np.reshape([at, *self._reaching(every, at)], (-1, count))
+        return self.within(np.concatenate([found - BESIDE, found + BESIDE]))
+
+    def _reaching(self, errors: Mapping[str, FloatArray], angles: FloatArray) -> list[FloatArray]:
+        """The places of the first contact when it touches at cam angles, and when the second one touches there."""
+        known, found = flat(errors), [angles, angles]
+        for _ in range(TOUCHES):
+            turned = [
+                touched(self.contacts[0], own_errors(self.problem, 0, known), each, 0, waves=self.waves).turned
+                for each in found
+            ]
+            found = [angles - turned[0], angles - self._ahead(known, found[1], turned[1])]
+        return found
+
+    def highest(self, errors: Mapping[str, float]) -> tuple[float, float]:
+        usual = super().highest(errors)
+        if not self._whole:
+            return usual
+        places = self._beside_jumps({key: np.array([each]) for key, each in errors.items()}).ravel()
+        found = self.error({key: np.full(places.size, each) for key, each in errors.items()}, places)
+        most = np.abs(found).argmax()
+        return (float(places[most]), float(found[most])) if abs(found[most]) > abs(usual[1]) else usual
 
     def resting(self, design: Designs, errors: Mapping[str, Any], at: Place) -> Any:
         error = self.curve(design, errors)
