@@ -81,7 +81,7 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "download_all_examples": False,
     "copyfile_regex": r"",
-    "ignore_repr_types": "matplotlib|Sheet|list|tuple",
+    "ignore_repr_types": "matplotlib|EmptyFigure|list|tuple",
     "thumbnail_size": (480, 336),
     "parallel": True,
     "show_memory": False,
