@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import tomli_w
-from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, ValidationError
 
 from camopt.mechanisms import Mechanism, mechanism_for
 from camopt.mechanisms.follower import TIPS, Tip
@@ -121,6 +121,7 @@ class Scene(HasHtml, Drawn, SceneTable):
     """
 
     picture: ClassVar[str] = "drawing.figures"
+    model_config = ConfigDict(defer_build=False)  # its keys are in its signature before there is one
     name: Annotated[str, BeforeValidator(one_line)] = "scene"
     """Title of results and pictures."""
     cam: Inner[Cam]

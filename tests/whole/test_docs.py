@@ -12,7 +12,6 @@ from numpydoc.validate import validate
 
 import camopt
 
-camopt.Scene.model_rebuild()  # or the first scene that is made gives its parameters
 CLASSES = [name for name in camopt.__all__ if inspect.isclass(getattr(camopt, name))]
 FUNCTIONS = [name for name in camopt.__all__ if inspect.isroutine(inspect.unwrap(getattr(camopt, name)))]
 DEMANDED = {
