@@ -58,14 +58,19 @@ class KnownExtremes(NamedTuple):
 
         return KnownExtremes({make: {q: taken(one) for q, one in own.items()} for make, own in self.found.items()})
 
-    def answer(self, curve: Callable[..., Any], question: Question) -> Extremes | None:
-        """The answer to a question, or to several that are about all of its pieces together; None if unknown."""
+    def parts(self, curve: Callable[..., Any], question: Question) -> list[Extremes]:
+        """What is known of all pieces of a question, of some together or apart; nothing if it is not of all."""
         kinds, goal = question
         own = self.found.get(curve, {})
         if question in own:
-            return own[question]
-        parts = {part: one for (part, aim), one in own.items() if aim == goal and not part & ~kinds}
-        return furthest([*parts.values()], goal).extreme if reduce(or_, parts, 0) == kinds else None
+            return [own[question]]
+        found = {part: one for (part, aim), one in own.items() if aim == goal and not part & ~kinds}
+        return [*found.values()] if reduce(or_, found, 0) == kinds else []
+
+    def answer(self, curve: Callable[..., Any], question: Question) -> Extremes | None:
+        """The answer to a question; None if it is not known."""
+        parts = self.parts(curve, question)
+        return furthest(parts, question[1]).extreme if len(parts) > 1 else next(iter(parts), None)
 
     def answers(self, curve: Callable[..., Any], questions: Sequence[Question]) -> Extremes | None:
         """The answers to some questions, (questions, designs); None if one is unknown."""

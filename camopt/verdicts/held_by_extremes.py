@@ -46,11 +46,12 @@ def held_by_extremes(known: KnownExtremes, claims: Iterable[Claim], case: Case) 
     """Which designs may hold some claims by what is known of their curves, and which do for certain."""
     possible, held = np.ones((2, len(case.designs)), dtype=bool)
     for claim in claims:
-        if kinds := claim.kinds & case.programme.kinds:
-            found, allowed = known.answer(claim.curve, (kinds, claim.goal)), claim.allowed()
-            assert found is not None
-            near, room = -found.value if claim.goal == LEAST else found.value, CLEAR * abs(allowed)
-            room = room or CLEAR * claim.unit(case.designs)
+        kinds, allowed = claim.kinds & case.programme.kinds, claim.allowed()
+        room = CLEAR * abs(allowed) or CLEAR * claim.unit(case.designs)
+        parts = known.parts(claim.curve, (kinds, claim.goal)) if kinds else []
+        assert bool(parts) == bool(kinds)
+        for found in parts:
+            near = -found.value if claim.goal == LEAST else found.value
             possible &= near <= allowed + room
             held &= near + found.width <= allowed - room
     return possible, held
