@@ -73,7 +73,7 @@ class _Reader:
             stands = "laws.NAME" if known == "laws" else without_choice(f"{known}.{key}".lstrip("."))
             if known == "" and key == "laws" and isinstance(value, Mapping):
                 found[key] = self.table(value, model, where, "laws")
-            elif stands in self.models:
+            elif stands in self.models and isinstance(value, (Mapping, list)):  # tolerances.profile is a number
                 found[key] = self.tables(value, self.models[stands], where, stands)
             else:
                 unit = said_of(model, key)[1] if key in model.model_fields else ""

@@ -29,6 +29,7 @@ GIVEN = [
     ("limits.torque_rms_N_m", "10 lbf·in", 10 * LBF * IN / 1000),
     ("materials.viscosity", "80 cP", 0.08),
     ("part.density", "7.85 g/cm³", 7850.0),
+    ("tolerances.profile", "0.001 in", IN / 1000),  # not the table of the same name
 ]
 
 
