@@ -1,22 +1,14 @@
-"""Threads of this process: for kernels, which let others run beside them. Those without work are kept for more."""
+"""Threads of this process: for kernels, which let others run beside them."""
 
-from collections import defaultdict, deque
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import islice
-from os import getpid
 from threading import Event
 
 from camopt.engines import Item, Result
 from camopt.kernels.compiling import READY
-
-IDLE: dict[tuple[int, int], list[ThreadPoolExecutor]] = defaultdict(list)
-"""Threads without work, by their process, for a fork has none of them, and number.
-
-To start them takes a hundredth of the default sweep, and their kernels make tables of their own at first.
-"""
 
 
 @dataclass(frozen=True)
@@ -35,32 +27,20 @@ class Threads:
         waiting = ((item,) for item in items)
         yield from map(work, islice(waiting, 0 if READY else 1))
         begin = Event()  # of all threads together: one at work would keep this one from beginning the next
-
-        def begun(some: Sequence[Item]) -> Result:
-            begin.wait()
-            return work(some)
-
-        with _pool(self.workers) as pool:
-            try:
-                running = deque(pool.submit(begun, some) for some in islice(waiting, self.workers + 1))
-            finally:
-                begin.set()
+        pool, running, busy = (
+            ThreadPoolExecutor(self.workers, initializer=begin.wait),
+            deque[Future[Result]](),
+            True,
+        )
+        try:
+            for some in islice(waiting, self.workers + 1):
+                running.append(pool.submit(work, some))
+            begin.set()
             while running:
                 yield running.popleft().result()
-                running.extend(pool.submit(work, some) for some in islice(waiting, 1))
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[ThreadPoolExecutor]:
-    """Threads, kept ones if there are; kept again, unless an exception leaves them at work, which ends then."""
-    idle = IDLE[getpid(), workers]
-    try:
-        pool = idle.pop()
-    except IndexError:
-        pool = ThreadPoolExecutor(workers)
-    try:
-        yield pool
-    except BaseException:
-        pool.shutdown(cancel_futures=True)
-        raise
-    idle.append(pool)
+                for some in islice(waiting, 1):
+                    running.append(pool.submit(work, some))
+            busy = False
+        finally:
+            begin.set()
+            pool.shutdown(wait=busy, cancel_futures=True)  # threads without work end by themselves

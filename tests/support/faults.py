@@ -118,8 +118,7 @@ def ended(folder: Path, work: Callable[[], Any], number: int, fault: str) -> End
 
 def _killed(folder: Path, work: Callable[[], Any], number: int) -> End:
     """Do some work in a process of its own, which is killed before a call."""
-    with catch_warnings(action="ignore", category=DeprecationWarning):  # of threads, which are idle here
-        child = os.fork()
+    child = os.fork()
     if not child:
         try:
             _work_with_fault(folder, work, number, "killed")
