@@ -100,6 +100,15 @@ def option_of(name: str) -> str:
 class Command(click.Command):
     """A command whose mistakes name its options and arguments, where those of the library name parameters."""
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """As click does, but an option is not told to be like the former name of another."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            now = {given.former: given.opts[0] for given in self.params if isinstance(given, Renamed)}
+            error.possibilities = [*dict.fromkeys(now.get(name, name) for name in error.possibilities or ())]
+            raise
+
     def invoke(self, ctx: click.Context) -> Any:
         from dataclasses import replace
 

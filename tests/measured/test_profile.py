@@ -706,7 +706,7 @@ PROFILE = str(DATA / "inlet-profile.csv")
         ([PROFILE, "--base-radius", 18, "--probe", 2], 2, "camopt: --probe = 2.0: belongs to --profile, which is not given"),
         ([PROFILE, "--profile", "xy"], 2, f"{PROFILE}: column 'angle_deg': is in deg, and mm is taken; only mm, inch can be read"),
         ([PROFILE, "--profile", "polar", "--lift-unit", "inch"], 2, f"{PROFILE}: column 'radius_mm': is in mm, and inch is taken"),
-        ([PROFILE, "--profile", "polar", "--follower", "roller"], 2, "scene: follower.roller_radius: missing"),
+        ([PROFILE, "--profile", "polar", "--follower", "roller"], 2, "camopt: --roller-radius: missing; a roller has one"),
         (["none.csv", "--profile", "xy"], 3, "camopt: none.csv: No such file or directory"),
         ([PROFILE, "--profile", "polar", "--columns", "1,radius"], 2, f"{PROFILE}: columns = 'radius': must be a number from 1 to 2"),
         ([PROFILE, "--profile", "polar", "--band", 1e-4], 1, f"camopt: {PROFILE}: no motion"),

@@ -158,7 +158,7 @@ def test_a_motion_that_no_yoke_can_make_is_refused_with_the_angle():
         {"segment": "return", "angle": 240, "lift": 10, "law": "cycloidal"},
     ]
     with pytest.raises(
-        BadInput, match=r"motion: y\(θ\) \+ y\(θ \+ 180°\) has to be the lift .* at .* deg\. the second"
+        BadInput, match=r"motion: y\(θ\) \+ y\(θ \+ 180°\) has to be the lift .* at .* deg\. The second"
     ):
         resolve_design(Scene.from_dict(scene))
     assert half_turns(resolve_design(Scene.from_dict(yoke(rng, "breadth"))).programme).off < 1e-12
