@@ -106,8 +106,8 @@ class Command(click.Command):
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
             now = {given.former: given.opts[0] for given in self.params if isinstance(given, Renamed)}
-            error.possibilities = [*dict.fromkeys(now.get(name, name) for name in error.possibilities or ())]
-            raise
+            like = dict.fromkeys(now.get(name, name) for name in error.possibilities or ())
+            raise click.NoSuchOption(error.option_name, possibilities=[*like], ctx=error.ctx) from None
 
     def invoke(self, ctx: click.Context) -> Any:
         from dataclasses import replace
