@@ -101,13 +101,13 @@ class Command(click.Command):
     """A command whose mistakes name its options and arguments, where those of the library name parameters."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """As click does, but an option is not told to be like the former name of another."""
+        """As click does, but no option is told to be like the former name of another."""
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            now = {given.former: given.opts[0] for given in self.params if isinstance(given, Renamed)}
-            like = dict.fromkeys(now.get(name, name) for name in error.possibilities or ())
-            raise click.NoSuchOption(error.option_name, possibilities=[*like], ctx=error.ctx) from None
+            former = {given.former for given in self.params if isinstance(given, Renamed)}
+            like = [name for name in error.possibilities or () if name not in former]
+            raise click.NoSuchOption(error.option_name, possibilities=like, ctx=error.ctx) from None
 
     def invoke(self, ctx: click.Context) -> Any:
         from dataclasses import replace
