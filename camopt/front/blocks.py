@@ -115,8 +115,8 @@ class Blocks:
         self._names, self._every, self._kept = frozenset(names), every, kept
         self._parts = list(space.parts())
         counts = [-(-(stop - start) // size) for _, start, stop in self._parts]
-        if numbers and len(counts) % 2:  # two threads, which begin together, share the first, and then as many
-            counts[0] = max(counts[0], min(2, self._parts[0][2] - self._parts[0][1]))
+        if numbers and len(counts) % 2 and self._parts[0][2] - self._parts[0][1] > BLOCK:
+            counts[0] = max(counts[0], 2)  # two threads, which begin together, share the first, and then as many
         self._ends = np.cumsum(counts).tolist()
         self._numbers, self._own = numbers, own
         self._curves: WeakValueDictionary[int, CurveVerdicts] = WeakValueDictionary()
