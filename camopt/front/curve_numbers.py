@@ -39,7 +39,7 @@ class Parts:
     designs: Designs
     """Designs that a point follows on the pitch curves, by number."""
     part: int
-    """How many curves no two threads search."""
+    """How many curves a part has: one thread searches it, or some of them together."""
 
     def __init__(self) -> None:
         self._designs: dict[tuple[int, int], Designs] = {}
