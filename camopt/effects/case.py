@@ -1,6 +1,6 @@
 """An effect, and the case that it works on: a setup, a programme and a block of designs."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import pi
@@ -240,8 +240,3 @@ class Effect(NamedTuple):
     """Whether its quantities have no enclosure, so that nothing else depends on whether they are asked for."""
     last: bool = False
     """Whether it costs so much that a limit on its quantities is checked only for designs that meet all others."""
-
-    def peaks_of(self, setup: Setup, names: Iterable[str]) -> list[Peak]:
-        """Those of some of its quantities that are extremes of curves."""
-        peaks = self.peaks(setup)
-        return [peaks[name] for name in names if name in peaks]

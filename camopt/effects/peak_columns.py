@@ -49,7 +49,7 @@ def extreme_of(
 
 def _of_sound(case: Case, peak: Peak, *, located: bool, floor: float) -> ExtremeOfEach:
     """The same of designs that all are sound."""
-    numbers = [k for k, (_, kinds) in enumerate(peak.curves) if np.any(case.programme.table.kind & kinds)]
+    numbers = [k for k, (_, kinds) in enumerate(peak.curves) if case.programme.has(kinds)]
     each = []
     for k in numbers:
         make, kinds = peak.curves[k]

@@ -27,11 +27,8 @@ class Threads:
         waiting = ((item,) for item in items)
         yield from map(work, islice(waiting, 0 if READY else 1))
         begin = Event()  # of all threads together: one at work would keep this one from beginning the next
-        pool, running, busy = (
-            ThreadPoolExecutor(self.workers, initializer=begin.wait),
-            deque[Future[Result]](),
-            True,
-        )
+        pool = ThreadPoolExecutor(self.workers, initializer=begin.wait)
+        running, busy = deque[Future[Result]](), True
         try:
             for some in islice(waiting, self.workers + 1):
                 running.append(pool.submit(work, some))

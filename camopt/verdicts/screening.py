@@ -18,6 +18,7 @@ from camopt.mechanisms import Designs
 from camopt.mechanisms.design import BoolArray
 from camopt.problem.claims import Claim, together
 from camopt.problem.limit import Limit, needs_of
+from camopt.problem.limits import peaks_of
 from camopt.problem.problem import Problem, exactly, strictest
 from camopt.problem.rows import Rows
 from camopt.verdicts.held_by_extremes import held_by_extremes, with_extremes
@@ -92,7 +93,8 @@ class Candidates:
 
         They are asked so that those of quantities which are ``wanted`` are known, too.
         """
-        peaks = [peak for effect, names in self.plan(wanted) for peak in effect.peaks_of(self.problem.setup, names)]
+        asked = (name for _, names in self.plan(wanted) for name in names)
+        peaks = (peak for name in asked for peak in peaks_of(name, self.problem.setup))
         known = with_extremes(self.case, claims, [variant for peak in peaks for variant in peak.curves])
         possible, held = held_by_extremes(known, claims, self.case)
         return replace(self, known=known, held=self.held & held).only(possible)
