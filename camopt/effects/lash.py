@@ -23,6 +23,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, WAYS
 from camopt.numerics import BISECTIONS, FloatArray
 from camopt.numerics.piecewise import sign_changes
+from camopt.numerics.stable import matrix_product
 
 LASH_OPEN = "lash_open_deg"
 
@@ -79,7 +80,7 @@ def angle_above(programme: Programme, level: FloatArray) -> FloatArray:
     y, half_width = _panels(programme, WAYS)
     (start, end), place = polynomial.polyval(np.array([-1.0, 1.0]), y).T, _places(y, level[:, None])
     moving = np.where(end > start, 1.0 - place, place + 1.0)
-    return np.asarray(np.where(start == end, 2.0 * (start > level[:, None]), moving) @ half_width)
+    return matrix_product(np.where(start == end, 2.0 * (start > level[:, None]), moving), half_width)
 
 
 def _panels(programme: Programme, ways: int) -> tuple[FloatArray, FloatArray]:

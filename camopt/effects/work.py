@@ -4,8 +4,7 @@ A series is an array (powers, panels), or (powers, settings, panels): on each pa
 u ∈ [−1, 1]. What is made of the motion by sums, products and integrals is one again: nothing here is sampled.
 """
 
-from functools import cache
-from math import comb, inf
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.polynomial import polynomial
 
 from camopt.numerics import FloatArray
 from camopt.numerics.piecewise import MotionTable, bernstein
+from camopt.numerics.stable import matrix_product
 
 WORK_ERROR = 2.0**-46  # of the largest magnitude: above the rounding of a halving of degree 30, so that it ends
 
@@ -49,7 +49,8 @@ def integral(half_width: FloatArray, series: FloatArray) -> FloatArray:
 def total(half_width: FloatArray, series: FloatArray) -> Any:
     """The integral over the whole turn, (settings,) if there are some; only even powers contribute."""
     even = series[::2]
-    return np.sum(np.tensordot(2.0 / np.arange(1, 2 * len(even), 2), even, 1) * half_width, axis=-1)
+    means = matrix_product(2.0 / np.arange(1, 2 * len(even), 2), even.reshape(len(even), -1))
+    return matrix_product(means.reshape(even.shape[1:]), half_width)[()]
 
 
 def largest_of_series(series: FloatArray) -> Any:
@@ -59,19 +60,22 @@ def largest_of_series(series: FloatArray) -> Any:
     panels that may hold more than the largest value seen are halved.
     """
     panels, degree = series.shape[-1], len(series) - 1
-    parts, halving = bernstein(degree) @ series.reshape(len(series), -1), _halving(degree)
+    parts = matrix_product(bernstein(degree), series.reshape(len(series), -1))
     owner = np.arange(parts.shape[1]) // panels
     best = np.full(owner.size // panels, -inf)
     room = WORK_ERROR * np.abs(parts).max(axis=0).reshape(-1, panels).max(axis=1)
     while owner.size:
         np.maximum.at(best, owner, parts[[0, -1]].max(axis=0))
         open_ = parts.max(axis=0) > (best + room)[owner]
-        parts, owner = parts[:, open_], np.tile(owner[open_], 2)
-        parts = np.concatenate([halving @ parts, (halving @ parts[::-1])[::-1]], axis=1)
+        owner = np.tile(owner[open_], 2)
+        parts = np.concatenate(_halves(parts[:, open_]), axis=1)
     return best.reshape(series.shape[1:-1])[()]
 
 
-@cache
-def _halving(degree: int) -> FloatArray:
-    """Matrix from Bernstein coefficients to those of the first half (de Casteljau)."""
-    return np.array([[comb(i, k) * 0.5**i for k in range(degree + 1)] for i in range(degree + 1)])
+def _halves(parts: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The Bernstein coefficients of both halves (de Casteljau)."""
+    low, high = parts.copy(), parts.copy()
+    for k in range(1, len(parts)):
+        high[: len(parts) - k] = 0.5 * (high[: len(parts) - k] + high[1 : len(parts) - k + 1])
+        low[k] = high[0]
+    return low, high

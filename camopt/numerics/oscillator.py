@@ -141,7 +141,7 @@ def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, rati
     drive, kicks = np.where(soft, phase * moved, drive), np.where(soft, 0.0, kicks)
     solution = _particular(shift, drive, phase, damping)
     # from the polynomial's start: one from rest would vibrate, only to have it taken away with the phase's rounding
-    smooth = _horner(solution[0][:, 0, 0], LEFT_END), _horner(solution[1][:, 0, 0], LEFT_END)
+    smooth = _horner(solution[0][:, :, 0], LEFT_END), _horner(solution[1][:, :, 0], LEFT_END)
     *_, end = _carried(solution, phase, kicks, damping, smooth)
     short = _closed((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping[:, 0])
     wave = _wave(solution, h, phase, kicks, damping, (smooth[0] + short[0], smooth[1] + short[1]))

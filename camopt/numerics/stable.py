@@ -1,4 +1,4 @@
-"""Elementary functions in forms that keep their digits."""
+"""Elementary functions in forms that keep their digits, and products with the same digits on every processor."""
 
 from typing import Any
 
@@ -41,6 +41,19 @@ def sum_of(*terms: Any) -> Any:
         total, more = exact_sum(total, term)
         lost = lost + more
     return total + lost
+
+
+def matrix_product(a: FloatArray, b: FloatArray) -> FloatArray:
+    """a @ b for b (n,) or (n, m), with the same bits in any shape and on any processor.
+
+    A library of linear algebra adds in an order of its own, which changes with both.
+    """
+    if b.ndim == 1:
+        return np.asarray(np.sum(np.ascontiguousarray(a * b), axis=-1))
+    total = np.zeros((*a.shape[:-1], b.shape[1]), np.result_type(a, b))
+    for k, row in enumerate(b):
+        total += a[..., k, None] * row
+    return total
 
 
 def exact_sum(a: Any, b: Any) -> tuple[Any, Any]:

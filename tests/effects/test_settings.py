@@ -46,7 +46,7 @@ def test_many_settings_together_are_each_what_it_is_alone(case, law):
     together = np.atleast_2d(np.array(find(turn(law), *numbers)))
     for k in range(0, MANY, 29):
         alone = np.atleast_1d(np.array(find(turn(law), *(float(each[k]) for each in numbers))))
-        assert together[:, k] == pytest.approx(alone, rel=1e-12, abs=1e-12)
+        assert together[:, k].tolist() == alone.tolist()
     none = find(turn(law), *(each[:0] for each in numbers))
     assert np.atleast_2d(np.array(none)).shape == (len(together), 0)
 
