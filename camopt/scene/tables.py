@@ -165,11 +165,17 @@ class SceneTable(BaseModel):
         return cls(**value)
 
 
+def _mapping_of(table: "SceneTable", info: core_schema.SerializationInfo) -> dict[str, Any]:
+    """The mapping of a table. pydantic up to 2.13 cannot write a table that it did not check before."""
+    return table.model_dump(mode=info.mode, exclude_none=info.exclude_none, exclude_defaults=info.exclude_defaults)
+
+
 class _Checked:
     """A table within another one checks itself: pydantic makes ready those that a scene has, and no more."""
 
     def __get_pydantic_core_schema__(self, source: type[SceneTable], handler: Any) -> Any:
-        return core_schema.no_info_plain_validator_function(source.checked)
+        written = core_schema.plain_serializer_function_ser_schema(_mapping_of, info_arg=True)
+        return core_schema.no_info_plain_validator_function(source.checked, serialization=written)
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
         table: type[SceneTable] = schema["function"]["function"].__self__

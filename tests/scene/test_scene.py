@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import Field
 from support import own
 from support.depth import times
 
@@ -19,7 +20,7 @@ from camopt import BadInput, Scene, find_scene, shipped_scenes
 from camopt.mistakes import Mistake
 from camopt.scene.choices import StepRange
 from camopt.scene.sources import shipped_toml
-from camopt.scene.tables import Cam, Segment
+from camopt.scene.tables import Cam, Inner, Length, SceneTable, Segment
 
 WORKED = json.loads((Path(__file__).parents[1] / "data" / "worked-examples.json").read_text())
 JARGON = ("Input should", "input should", "extra_forbidden", "tuple[", "Range.", "pydantic", "validation error")
@@ -566,3 +567,24 @@ assert len(found) == len(threads)
 def test_threads_may_read_the_first_scenes_at_once():
     """What checks a table is made when it is there first."""
     subprocess.run([sys.executable, "-P", "-c", AT_ONCE], check=True)
+
+
+def test_a_table_that_pydantic_never_checked_is_written():
+    """Tables at their defaults are not checked, so that pydantic has not made them ready when one is changed."""
+
+    class Plate(SceneTable):
+        thickness: Length | None = None
+
+    class Machine(SceneTable):
+        plate: Inner[Plate] = Plate.model_construct()
+        plates: tuple[Inner[Plate], ...] = ()
+        named: dict[str, Inner[Plate]] = Field(default_factory=dict)
+
+    thick = Plate.model_construct().model_copy(update={"thickness": 3.25})
+    written = {"thickness": 3.25}
+    machine = Machine.model_construct(plate=thick, plates=(thick,), named={"a": thick})
+    assert machine.model_dump(mode="json", exclude_none=True, exclude_defaults=True) == {
+        "plate": written,
+        "plates": [written],
+        "named": {"a": written},
+    }
