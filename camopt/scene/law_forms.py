@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
-from camopt.mistakes import nearest
 from camopt.motion import LAWS
+from camopt.motion.aliases import nearest_law
 from camopt.motion.law import Law
 from camopt.motion.polynomial import HIGHEST, PolynomialLaw
 from camopt.motion.scca import SCCALaw
@@ -231,7 +231,7 @@ def _known(name: str, law: LawValues, mirror: bool) -> Law:
 def _built_in(key: str, law: LawValues) -> Iterator[Fault]:
     name = law["law"]
     if name not in LAWS:
-        yield f"{key}.law", name, f"must be a built-in motion law; {nearest(name, LAWS)}"
+        yield f"{key}.law", name, f"must be a built-in motion law; {nearest_law(name, LAWS)}"
     elif law.get("crossing") is None and law.get("peaks") is None and law.get("mirror") is not True:
         yield f"{key}.law", name, "give crossing, peaks or mirror too; without them it is the built-in law"
 

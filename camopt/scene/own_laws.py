@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from camopt.motion import LAWS
-from camopt.motion.aliases import law_named
+from camopt.motion.aliases import law_named, segment_named
 from camopt.motion.law import Law, is_symmetric
 from camopt.motion.programme import unit_span
 from camopt.motion.spline import SplineLaw
@@ -38,15 +38,17 @@ NAMING = ("law", "law_rise", "law_return", "peak_velocity", "peak_acceleration",
 """Keys whose texts are names of laws, in whatever table."""
 
 
-def with_named_laws(tables: Any, own: Container[str]) -> Any:
-    """The tables of a scene with built-in laws by the names that camopt uses; names of its ``own`` ones stay."""
+def with_camopt_names(tables: Any, own: Container[str]) -> Any:
+    """The tables of a scene with laws and segments by the names of camopt; names of its ``own`` laws stay."""
     if isinstance(tables, list):
-        return [with_named_laws(each, own) for each in tables]
+        return [with_camopt_names(each, own) for each in tables]
     if not isinstance(tables, dict):
         return tables
-    return {
-        key: _named(value, own) if key in NAMING else with_named_laws(value, own) for key, value in tables.items()
-    }
+    found = {key: with_camopt_names(value, own) for key, value in tables.items()}
+    found |= {key: _named(value, own) for key, value in tables.items() if key in NAMING}
+    if isinstance(kind := found.get("segment"), str):
+        found["segment"] = segment_named(kind)
+    return found
 
 
 def _named(value: Any, own: Container[str]) -> Any:

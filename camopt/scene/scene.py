@@ -28,7 +28,7 @@ from camopt.scene.halves import read_half
 from camopt.scene.limits import Limits
 from camopt.scene.load import read_load
 from camopt.scene.mapping import given_at_follower, without
-from camopt.scene.own_laws import own_law_tables, read_files, with_named_laws
+from camopt.scene.own_laws import own_law_tables, read_files, with_camopt_names
 from camopt.scene.part import Part, resolved
 from camopt.scene.profile import read_profile
 from camopt.scene.search import Search, unfolded
@@ -268,7 +268,7 @@ class Scene(HasHtml, Drawn, SceneTable):
             from camopt.scene.units import with_units
 
             given, found = with_units(given, tables_of(Scene), file)
-        tables = with_named_laws(given, own_law_tables(given))
+        tables = with_camopt_names(given, own_law_tables(given))
         unread += read_keyway(tables)
         unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
         unread += read_measured(tables, folder)

@@ -1,6 +1,7 @@
 """The tables of a scene: their keys, allowed values and meanings."""
 
 from collections.abc import Callable, Iterable, Mapping
+from itertools import chain
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
@@ -21,6 +22,7 @@ from camopt.mechanisms.drive import DriveName
 from camopt.mechanisms.follower import MotionName, TipName
 from camopt.mistakes import BadInput, nearest
 from camopt.motion import LAWS
+from camopt.motion.aliases import ALIASES, SEGMENTS, segment_named
 from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.law_forms import DEGREES
@@ -127,6 +129,16 @@ def _is_switch(value: Any) -> Any:
     return value
 
 
+def _kind_of_segment(value: Any) -> Any:
+    return segment_named(value) if isinstance(value, str) else value
+
+
+def _or_aliases(schema: dict[str, Any]) -> None:
+    """In the schema of scenes, the other names of segments."""
+    own = {name: schema.pop(name) for name in ("enum", "type")}
+    schema["anyOf"] = [own, {**own, "enum": [*chain(*SEGMENTS.values())]}]
+
+
 def or_text(schema: dict[str, Any]) -> None:
     """In the schema of scenes, a key that takes a text too, which is read before keys are checked."""
     own = {name: schema.pop(name) for name in tuple(schema) if name not in ("default", "title", "description")}
@@ -135,7 +147,7 @@ def or_text(schema: dict[str, Any]) -> None:
 
 
 Switch = Annotated[bool, BeforeValidator(_is_switch)]
-LawName = Annotated[str, Name(_is_name, LAWS, others=True)]
+LawName = Annotated[str, Name(_is_name, (*LAWS, *chain(*ALIASES.values())), others=True)]
 MaterialName = Annotated[str, known(MATERIALS, "a material")]
 QuantityName = Annotated[str, known(QUANTITIES, "a quantity", {"size": "base_radius_mm"})]
 
@@ -419,7 +431,11 @@ class Segment(SceneTable):
     position of the turn, which is on the base circle.
     """
 
-    segment: Literal["rise", "dwell", "return", "move", "constant-velocity"]
+    segment: Annotated[
+        Literal["rise", "dwell", "return", "move", "constant-velocity"],
+        BeforeValidator(_kind_of_segment),
+        Field(json_schema_extra=_or_aliases),
+    ]
     """What the follower does."""
     angle: Annotated[float, Within(ge=0, le=360 * (1 + 1e-9))]
     """Cam angle that the segment takes; those of a turn add up to 360, of a yoke also to 180; deg."""

@@ -8,8 +8,8 @@ from functools import lru_cache
 from math import hypot, isfinite
 from typing import Any
 
-from camopt.mistakes import nearest
 from camopt.motion import LAWS
+from camopt.motion.aliases import nearest_law
 from camopt.motion.conditions import DERIVATIVE_NAMES
 from camopt.motion.programme import Programme
 from camopt.motion.run import Contradiction
@@ -58,7 +58,7 @@ def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
 def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
     """Check that a named law exists."""
     if isinstance(law, str) and law not in laws:
-        yield key, law, f"must be a motion law; {nearest(law, laws)}"
+        yield key, law, f"must be a motion law; {nearest_law(law, laws)}"
 
 
 def turn_in(data: Mapping[str, Any]) -> tuple[list[GivenSegment], Programme] | None:

@@ -430,7 +430,7 @@ ONE_MISTAKE = [
     ({"laws.m": {"scca": [0, 0, 0, 1]}}, "laws.m.scca = [0, 0, 0, 1]: needs a share with acceleration; constant velocity alone is the law uniform"),
     ({"laws.m": {"scca": 0.5}}, "laws.m.scca = 0.5: must be"),
     # built-in laws
-    ({"laws.m": {"law": "cycloid", "crossing": 0.4}}, "laws.m.law = 'cycloid': must be a built-in motion law; did you mean cycloidal?"),
+    ({"laws.m": {"law": "cyclod", "crossing": 0.4}}, "laws.m.law = 'cyclod': must be a built-in motion law; did you mean cycloidal?"),
     ({"laws.m": {"law": "own-spline", "crossing": 0.4}}, "laws.m.law = 'own-spline': must be a built-in motion law"),
     ({"laws.m": {"law": 5, "crossing": 0.4}}, "laws.m.law = 5: must be the name of a motion law"),
     ({"laws.m": {"law": "cycloidal"}}, "laws.m.law = 'cycloidal': give crossing, peaks or mirror too; without them it is the built-in law"),
