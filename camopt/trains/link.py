@@ -142,17 +142,18 @@ def either(margin: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any
     """Numbers or series, one of two forms of them: the first where ``margin`` is above 0."""
     margin = margin.terms[0] if isinstance(margin, Taylor) else margin
     if isinstance(margin, Placed):
-        return _either_of_ranges(margin, one(), other())
+        sides = margin.value.low > 0.0, margin.value.high <= 0.0
+        return _picked(one(), other(), lambda a, b: hull_of(as_sloped(a, margin), as_sloped(b, margin), *sides))
     if isinstance(margin, np.ndarray):
-        return Taylor([np.where(margin > 0.0, a, b) for a, b in zip(one().terms, other().terms, strict=True)])
+        return _picked(one(), other(), lambda a, b: np.where(margin > 0.0, a, b))
     return one() if margin > 0.0 else other()
 
 
-def _either_of_ranges(margin: Placed, one: Series, other: Series) -> Series:
-    """Where boxes have linkages of both sides, what encloses both."""
-    sides = margin.value.low > 0.0, margin.value.high <= 0.0
-    pairs = zip(one.terms, other.terms, strict=True)
-    return Taylor([hull_of(as_sloped(a, margin), as_sloped(b, margin), *sides) for a, b in pairs])
+def _picked(one: Any, other: Any, pick: Callable[[Any, Any], Any]) -> Any:
+    """Two series put together, term by term; terms may be series themselves."""
+    if not isinstance(one, Taylor):
+        return pick(one, other)
+    return Taylor([_picked(a, b, pick) for a, b in zip(one.terms, other.terms, strict=True)])
 
 
 def position_at(formula: Callable[[Series], Series], place: Any) -> Any:

@@ -14,6 +14,9 @@ from camopt.mistakes import BadInput
 from camopt.motion.driven import tool_position
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
+from camopt.scene.train import CARRIED
+from camopt.tolerances import worst_case, worst_passing
+from camopt.tolerances.bounded import Gaps
 from camopt.tolerances.contributions import variances
 from camopt.tolerances.draw import drawn
 from camopt.tolerances.errors import error_ends, flat, off_by
@@ -22,6 +25,7 @@ from camopt.tolerances.margins import Box
 from camopt.tolerances.off_train import follower_start
 from camopt.tolerances.response import Responses
 from camopt.tolerances.turn import TurnErrors
+from camopt.trains import TRAIN_STAGES
 from tests.support.cams import STEEL, cam_with
 from tests.support.depth import is_deep, times
 from tests.support.trains import exact
@@ -122,6 +126,68 @@ def test_answers_to_links_are_the_slopes_of_their_closed_loops(stage):
         size = np.abs(found).max()
         assert found[1, 0] == pytest.approx((found[0, 2] - found[0, 1]) / (2 * step), abs=1e-5 * size)
         assert found[2, 0] == pytest.approx((found[1, 2] - found[1, 1]) / (2 * step), abs=1e-5 * size)
+
+
+CARRIED_BY = {
+    "slide": {
+        "mass": 1.3,
+        "spring_rate": 7.1,
+        "preload": 90.7,
+        "load": 4.3,
+        "gravity": 9.81,
+        "friction_force": 3.1,
+    },
+    "shaft": {"inertia": 0.0031, "spring_rate": 11.3, "preload": 5.3},
+}
+ALL_KEYS = [
+    (*STAGES["rocker"], "slide", {"arm_inertia": 0.0013}),
+    (*STAGES["bell-crank"], "slide", {"offset": 4.7, "arm_inertia": 0.0013}),
+    (*STAGES["four-bar"], "shaft", {}),
+    (
+        "arm",
+        {"stage": "four-bar", "crank": 150, "coupler": 130, "rocker": 140, "ground": 75, "angle": 70},
+        "shaft",
+        {},
+    ),
+    (*STAGES["slider-crank"], "slide", {}),
+    ("roller", {"stage": "slider-crank", "crank": 101, "coupler": 203, "offset": 5, "angle": -99}, "shaft", {}),
+    (*STAGES["ratio"], "slide", {}),
+    ("roller", {"stage": "ratio", "radius": 47}, "shaft", {}),
+    (*STAGES["incline"], "slide", {}),
+]
+"""Stages with all of their keys: a contact of a follower, the stage, what it moves and carries, and more keys."""
+
+
+def test_every_key_of_every_stage_is_among_them():
+    for name, stage in TRAIN_STAGES.items():
+        rows = [{**row, **CARRIED_BY[moves], **more} for _, row, moves, more in ALL_KEYS if row["stage"] == name]
+        assert set().union(*rows) >= {*stage.needs, *stage.others} - {"crossed"}
+    assert set().union(*({**CARRIED_BY[moves], **more} for *_, moves, more in ALL_KEYS)) >= {*CARRIED}
+
+
+@pytest.mark.one_in(3)
+@pytest.mark.parametrize(("contact", "row", "moves", "more"), ALL_KEYS)
+def test_every_key_of_every_stage_may_have_a_tolerance(contact, row, moves, more, command, tmp_path, monkeypatch):
+    """Of sizes that are not round, by each command that reads tolerances."""
+    for room, name in ((worst_case, "GAPS"), (worst_case, "RATE_GAPS"), (worst_passing, "GAPS")):
+        monkeypatch.setattr(room, name, Gaps((0.1, 10.0)))
+    rng, file = np.random.default_rng(57), tmp_path / "cam.toml"
+    numbers = {
+        key: each for key, each in {**row, **more, **CARRIED_BY[moves]}.items() if key not in ("stage", "crossed")
+    }
+    numbers = {key: each * rng.uniform(0.98, 1.02) for key, each in numbers.items()}
+    found = cam_with(contact, "poly345", dynamics={})
+    follower = {**found["follower"], "dynamics": {"inertia": 0.0011} if contact == "arm" else {"mass": 0.7}}
+    given = {f"train.1.{key}": 1e-4 * abs(each) for key, each in numbers.items()}
+    tables = {"cam": found["cam"], "follower": follower, "motion": found["motion"], "train": [{**row, **numbers}]}
+    scene = Scene.from_dict({**tables, "limits": {"contact_force_min": -1e9}, "tolerances": given})
+    file.write_text(scene.to_toml())
+    status, out, _ = command("tolerance", file, "--cams", 64, "--json")
+    told = json.loads(out)
+    assert status == 0
+    assert told["worst_case"]["bound"] > abs(told["worst_case"]["error"]) > 0.0
+    assert set(told["worst_case"]["errors"]) == {key for key in given if key[8:] not in CARRIED}
+    assert command("timing", file)[0] == 0
 
 
 NUMBERS = {

@@ -6,7 +6,7 @@ from support.depth import times
 from support.trains import random_train
 
 from camopt.numerics.interval import Interval
-from camopt.numerics.sloped import Placed, at_point, range_of, variables
+from camopt.numerics.sloped import Placed, Sloped, at_point, range_of, variables
 from camopt.numerics.taylor import Taylor
 from camopt.trains.train import StageFault, Train, train_of, trains_of
 
@@ -102,6 +102,36 @@ def test_enclosures_are_close_over_narrow_boxes(seed):
         width = float(np.max(range_of(over).high - range_of(over).low))
         assert width <= 1.5 * np.ptp(seen) + 1e-10 * max(1.0, abs(seen[2]))
         assert at_point(over).low <= seen[2] <= at_point(over).high or width < 1e-12
+
+
+@pytest.mark.parametrize("seed", range(times(40, deep=1000)))
+def test_slopes_by_a_number_of_a_link_are_enclosed(seed):
+    """The tool and its velocity by each number of random trains, by differences between trains of a box."""
+    rng = np.random.default_rng(7000 + seed)
+    stages, train, angular = random_train(rng)
+    ends = np.clip([train.follower_at(float(np.clip(end.at, -20.0, 20.0)) * 0.9) for end in train.reach], -9, 9)
+    start = ends[0] + (ends[1] - ends[0]) * rng.uniform(0.2, 0.8)
+
+    def still(low, high):
+        none = Interval(np.zeros((1, 1)), np.zeros((1, 1)))
+        value = Interval(np.array([low]), np.array([high]))
+        return Placed.of(Sloped(value, value, none, none), [])
+
+    for number, key in numbers_of(stages):
+        own = stages[number][1][key]
+        half, step = 1e-4 * abs(own), 1e-6 * abs(own)
+        ranged = with_numbers(stages, [(number, key)], [Taylor([still(own - half, own + half), 1.0])])
+        place = Taylor([still(start, start), still(1.0, 1.0)])
+        slopes = trains_of(ranged, angular=angular).tool(Taylor([place, place * 0.0])).terms[1].terms
+        at = own + rng.uniform(-0.9, 0.9) * half
+        one, other = (
+            train_of(with_numbers(stages, [(number, key)], [at + by]), angular=angular).tool(Taylor([start, 1.0]))
+            for by in (step, -step)
+        )
+        for over, a, b in zip(slopes, one.terms, other.terms, strict=True):
+            known, within = (a - b) / (2.0 * step), range_of(over)
+            room = 1e-6 * max(1.0, abs(known))
+            assert within.low - room <= known <= within.high + room
 
 
 @pytest.mark.parametrize("seed", range(times(30, deep=300)))
