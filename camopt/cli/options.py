@@ -1,7 +1,8 @@
 """Options of the command line: those that commands share, and what they change in a scene."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -154,19 +155,34 @@ def _refuse(why: str, others: dict[str, Any]) -> None:
         raise BadInput([Mistake("camopt", name, value, why, bare=True) for name, value in shown.items()])
 
 
-def changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:
+Changes = Mapping[str, tuple[str, Any]]
+"""Changes by key, each from an option: the option and the value."""
+
+
+def changed(scene: Any, changes: Changes) -> Any:
     """The scene with changes by key, each from an option; a mistake in one names the option.
 
     What an option says of a number holds for a search that varies it, too.
     """
+    searched = {f"search.{key}": change for key, change in changes.items() if key in scene.search.numbers}
+    with options_named(changes := {**changes, **searched}):
+        return scene.replace(**values_of(changes)) if changes else scene
+
+
+def values_of(changes: Changes) -> dict[str, Any]:
+    """The values by key."""
+    return {key: value for key, (_, value) in changes.items()}
+
+
+@contextmanager
+def options_named(changes: Changes) -> Iterator[None]:
+    """Let a mistake in one of some changes name the option that it is from."""
     from dataclasses import replace
 
     from camopt.mistakes import BadInput, Mistake
 
-    searched = {f"search.{key}": change for key, change in changes.items() if key in scene.search.numbers}
-    changes = changes | searched
     try:
-        return scene.replace(**{key: value for key, (_, value) in changes.items()}) if changes else scene
+        yield
     except BadInput as error:
         found: dict[str, Mistake] = {}
         for mistake in error.mistakes:
@@ -281,10 +297,11 @@ def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
     )(with_engine)
 
 
-def scene_at(target: str, row: int | None, what: str = "scene", allowed: str = WITH_ROW) -> Any:
-    """The scene of a file or of a shipped name; of a table, that of one of its rows.
+def scene_at(target: str, row: int | None, changes: Changes, what: str = "scene", allowed: str = WITH_ROW) -> Any:
+    """The scene of a file or of a shipped name; of a table, that of one of its rows. With changes, from options.
 
-    Of a target that is none, a message says ``what`` it is and what is allowed there.
+    The changes are made before a file is checked. Of a target that is none, a message says ``what`` it is and what
+    is allowed there.
     """
     from camopt.mistakes import BadInput, Mistake
     from camopt.scene.scene import scene_named
@@ -292,12 +309,14 @@ def scene_at(target: str, row: int | None, what: str = "scene", allowed: str = W
 
     table = target.endswith(".parquet")
     if table and row is not None:
-        return scene_of(target, row)
+        return changed(scene_of(target, row), changes)
     if table:
         raise BadInput([Mistake("camopt", "SCENE", target, "is a table: say which row with --row", bare=True)])
     if row is not None:
         raise BadInput([Mistake("camopt", "--row", row, f"belongs to a table; {target} is a scene", bare=True)])
-    return scene_named(target, what, allowed)
+    with options_named(changes):
+        scene = scene_named(target, what, allowed, values_of(changes))
+    return changed(scene, {key: change for key, change in changes.items() if key in scene.search.numbers})
 
 
 def row_option(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -311,7 +330,7 @@ def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(command)
     def with_scene(scene: str, row: int | None, **options: Any) -> Any:
         changes = given_overrides(options)
-        return command(scene=changed(scene_at(scene, row), changes), **options)
+        return command(scene=scene_at(scene, row, changes), **options)
 
     return override_options(row_option(with_scene))
 

@@ -44,7 +44,15 @@ def _is_date(value: Any) -> Any:
     return value.isoformat() if isinstance(value, date) else one_line(value)
 
 
+def _as_text(value: Any) -> Any:
+    if isinstance(value, float):  # the last zero of 1.4310, a number of a steel, is gone
+        raise ValueError("a text, in quotes")
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else one_line(value)
+
+
 OneLine = Annotated[str, BeforeValidator(one_line)]
+Numbered = Annotated[str, BeforeValidator(_as_text, json_schema_input_type=str | int)]
+"""A text that may be a whole number, without quotes."""
 Fit = Annotated[str, BeforeValidator(partial(_is_fit, pattern=FIT, example="H7"))]
 ShaftFit = Annotated[str, BeforeValidator(partial(_is_fit, pattern=SHAFT_FIT, example="h9"))]
 TOWARDS_FOLLOWER = 90.0
@@ -95,7 +103,7 @@ class Part(SceneTable):
     """Fit of the outer diameter of a cylindrical cam, such as h9."""
     density: Positive | None = None
     """Density; that of ``materials.cam`` if not given; kg/m³."""
-    material: OneLine | None = None
+    material: Numbered | None = None
     """Material in the title block, ``materials.cam`` if not given."""
     hardness: OneLine | None = None
     """Hardness in the title block, such as 58 + 4 HRC."""
@@ -113,7 +121,7 @@ class Part(SceneTable):
     """Edges by ISO 13715, outer and inner, below 0 where steel is taken off; mm."""
     name: OneLine | None = None
     """Name in the title block, that of the scene if not given."""
-    number: OneLine | None = None
+    number: Numbered | None = None
     """Number of the drawing."""
     designer: OneLine | None = None
     """Who drew it."""
@@ -121,7 +129,7 @@ class Part(SceneTable):
     """Who approved it."""
     legal_owner: OneLine | None = None
     """The firm that owns the drawing."""
-    revision: OneLine | None = None
+    revision: Numbered | None = None
     """Index of the revision, such as A."""
     date_of_issue: Annotated[str, BeforeValidator(_is_date)] | None = None
     """Date of issue, as a text or a date of TOML such as 2026-11-25."""

@@ -56,6 +56,7 @@ from camopt.scene.tables import (
 from camopt.scene.text import is_typed, parsed, plain
 from camopt.scene.tolerances import Tolerances, read_measured
 from camopt.scene.train import MOST_STAGES, TrainStage, tool_turns
+from camopt.scene.turn import read_searched_laws
 from camopt.storage.files import read_bytes
 from camopt.storage.manifest import settled_path
 
@@ -255,8 +256,10 @@ class Scene(HasHtml, Drawn, SceneTable):
     def __init__(self, /, **values: Any) -> None:
         self._fill(values, str(values.get("name", "scene")))
 
-    def _fill(self, values: dict[str, Any], file: str, folder: Path | None = Path()) -> None:
-        given, found = plain(values, file), list[Mistake]()
+    def _fill(
+        self, values: dict[str, Any], file: str, folder: Path | None = Path(), mistakes: Iterable[Mistake] = ()
+    ) -> None:
+        given, found = plain(values, file), [*mistakes]
         if "search" in given:
             given["search"] = unfolded(given["search"])
         if "tolerances" in given:
@@ -267,7 +270,8 @@ class Scene(HasHtml, Drawn, SceneTable):
             from camopt.scene.places import tables_of
             from camopt.scene.units import with_units
 
-            given, found = with_units(given, tables_of(Scene), file)
+            given, without_unit = with_units(given, tables_of(Scene), file)
+            found += without_unit
         tables = with_camopt_names(given, own_law_tables(given))
         unread += read_keyway(tables)
         unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
@@ -275,6 +279,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         by_crank = isinstance(cam := tables.get("cam"), dict) and "rpm_of_crank" in cam
         unread += read_speed(tables)
         read_profile(tables)
+        read_searched_laws(tables)
         read_half(tables)
         try:
             BaseModel.__init__(self, **tables)
@@ -301,8 +306,10 @@ class Scene(HasHtml, Drawn, SceneTable):
         return scene
 
     @classmethod
-    def from_toml(cls, path: str | os.PathLike[str]) -> "Scene":
-        """A scene from a TOML file.
+    def from_toml(cls, path: str | os.PathLike[str], changes: Mapping[str, Any] | None = None) -> "Scene":
+        """A scene from a TOML file, with changes as ``replace`` takes them, by key.
+
+        The changes are made before the file is checked: they may mend it, or give what it lacks.
 
         Raises
         ------
@@ -313,9 +320,17 @@ class Scene(HasHtml, Drawn, SceneTable):
         """
         name = os.fsdecode(path)
         data = parsed(read_bytes(settled_path(name)), name)
-        scene = cls.__new__(cls)
-        scene._fill({"name": printable(Path(name).stem), **data}, name, Path(name).parent)
-        return scene
+        data = plain({"name": printable(Path(name).stem), **data}, name)
+        scene, changes = cls.__new__(cls), changes or {}
+        try:
+            scene._fill(data, name, Path(name).parent)
+        except BadInput:
+            if not changes:
+                raise
+            data |= {table: unfolded(data[table]) for table in ("search", "tolerances") if table in data}
+            scene._fill(data, name, Path(name).parent, _make_changes(data, changes, name))
+            return scene
+        return scene.replace(**changes) if changes else scene
 
     @classmethod
     def embedded(cls, text: str, file: str) -> "Scene":
@@ -338,28 +353,8 @@ class Scene(HasHtml, Drawn, SceneTable):
         data = self.to_dict()
         if self.profile and changes.get("profile"):
             del data["cam"]["base_radius"]  # which follows from it
-        if changes.get(OF_CRANK) is not None:
-            data["cam"].pop("rpm", None)
-        for key, value in changes.items():
-            *tables, last = FORMER_KEYS.get(key, key).split(".")
-            table: Any = data
-            above: list[tuple[Any, str]] = []
-            for place, name in enumerate(tables):
-                rows = table if isinstance(table, list) else None
-                above.append((table, name))
-                table = _row(rows, name) if rows is not None else table.setdefault(name, {})
-                if not isinstance(table, dict) and not (isinstance(table, list) and tables[place + 1 :]):
-                    named = f"[[{'.'.join(tables[:place])}]]"
-                    rest = "give it whole" if rows is None else f"{named} has {len(rows)}"
-                    why = f"{name} is no table: {rest}"
-                    raise BadInput([Mistake(self.file, key, value, why, bare=True)])
-            if value is None:
-                table.pop(last, None)
-                for parent, name in above[:0:-1]:  # a table in a table goes with its last key
-                    if isinstance(parent, dict) and parent[name] == {}:
-                        del parent[name]
-            else:
-                table[last] = plain(value, self.file)
+        if misplaced := _make_changes(data, changes, self.file):
+            raise BadInput(misplaced)
         scene = Scene.from_dict(data, self.file)
         scene._by_crank |= self._by_crank and "cam.rpm" not in changes
         return scene
@@ -380,6 +375,36 @@ class Scene(HasHtml, Drawn, SceneTable):
         for key, value in values.items():
             scene = _changed(scene, key.split("."), value)
         return scene
+
+
+def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -> list[Mistake]:
+    """Make changes by dotted key in the tables of a scene; a mistake for each key that leads through no table."""
+    for key, other in (("rpm", OF_CRANK), ("rpm_of_crank", "cam.rpm")):
+        if changes.get(other) is not None and isinstance(cam := data.get("cam"), dict):
+            cam.pop(key, None)
+    found = []
+    for key, value in changes.items():
+        *tables, last = FORMER_KEYS.get(key, key).split(".")
+        table: Any = data
+        above: list[tuple[Any, str]] = []
+        for place, name in enumerate(tables):
+            rows = table if isinstance(table, list) else None
+            above.append((table, name))
+            table = _row(rows, name) if rows is not None else table.setdefault(name, {})
+            if not isinstance(table, dict) and not (isinstance(table, list) and tables[place + 1 :]):
+                named = f"[[{'.'.join(tables[:place])}]]"
+                rest = "give it whole" if rows is None else f"{named} has {len(rows)}"
+                found.append(Mistake(file, key, value, f"{name} is no table: {rest}", bare=True))
+                break
+        else:
+            if value is not None:
+                table[last] = plain(value, file)
+                continue
+            table.pop(last, None)
+            for parent, name in above[:0:-1]:  # a table in a table goes with its last key
+                if isinstance(parent, dict) and parent[name] == {}:
+                    del parent[name]
+    return found
 
 
 def _row(rows: Sequence[Any], number: str) -> Any:
@@ -429,13 +454,18 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
     return scene_named(os.fsdecode(name))
 
 
-def scene_named(word: str, what: str = "scene", allowed: str = SCENES) -> Scene:
-    """As ``find_scene``; of a word that is neither, a message says ``what`` it is and what is allowed there."""
+def scene_named(
+    word: str, what: str = "scene", allowed: str = SCENES, changes: Mapping[str, Any] | None = None
+) -> Scene:
+    """As ``find_scene``, with changes by key.
+
+    Of a word that is neither, a message says ``what`` it is and what is allowed there.
+    """
     if word in shipped_scenes():
-        return _shipped_scene(word)
+        return _shipped_scene(word).replace(**changes) if changes else _shipped_scene(word)
     path = Path(word)
     if settled_path(path).is_file():
-        return Scene.from_toml(word)
+        return Scene.from_toml(word, changes)
     if word and path.exists():
         why = "this is a folder, pipe or device"
     elif path.suffix or {"/", os.sep} & {*word}:

@@ -442,7 +442,7 @@ class Segment(SceneTable):
     lift: Annotated[float, Within(ge=0, le=LARGEST_VALUE)] = 0.0
     """Displacement of a rise or return, above 0; mm, oscillating deg."""
     law: LawName | None = None
-    """Motion law: a built-in one, or one of ``[laws]``."""
+    """Motion law: a built-in one, or one of ``[laws]``. If it is not given, the first that ``[search]`` tries."""
     to: NumberOrRange | None = None
     """Position at the end; between moves also a range [low, high]; mm, oscillating deg."""
     velocity: NumberOrRange | None = None

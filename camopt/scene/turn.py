@@ -148,7 +148,7 @@ def _segment(
         where = "a rise or return" if kind in ("rise", "return") else named
         yield f"{key}.angle", row.get("angle"), f"must be at least {LEAST_MOVE['angle']:g} in {where}"
     if kind in ("rise", "return"):
-        yield from _stroke(row, key)
+        yield from _stroke(data, row, key)
     elif kind == CONSTANT_VELOCITY:
         yield from _stretch(row, before, key)
     if row.get("law") is not None and "law" in KEYS_OF_SEGMENT[kind]:
@@ -211,10 +211,24 @@ def _instead(kind: str, name: str) -> str:
     return ""
 
 
-def _stroke(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
+def read_searched_laws(data: dict[str, Any]) -> None:
+    """Give each rise and return without a law the first one that ``[search]`` tries, in ``data`` itself."""
+    for row in data["motion"] if isinstance(data.get("motion"), list) else ():
+        if isinstance(row, dict) and row.get("segment") in ("rise", "return") and row.get("law") is None:
+            laws = searched_laws(data, row["segment"])
+            row |= {"law": laws[0]} if laws and laws[0] in law_names(data) else {}
+
+
+def searched_laws(data: Mapping[str, Any], kind: str) -> list[Any]:
+    """What ``[search]`` has as laws of rises or of returns."""
+    named = [at(data, f"search.{key}") for key in ("law", f"law_{kind}")]
+    return [law for each in named if each for law in (each if isinstance(each, list) else [each])]
+
+
+def _stroke(data: Mapping[str, Any], row: Mapping[str, Any], key: str) -> Iterator[Fault]:
     """A rise or return has a law, and a lift or the position at its end."""
-    if row.get("law") is None:
-        yield f"{key}.law", None, "missing; a rise or return needs a motion law, beside those that [search] tries"
+    if row.get("law") is None and not searched_laws(data, row["segment"]):
+        yield f"{key}.law", None, "missing; a rise or return needs a motion law, or those that [search] tries"
     lift = number_of(row.get("lift", 0.0))
     if row.get("to") is not None:
         if lift:

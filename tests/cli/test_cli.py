@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+import tomli_w
 
 import camopt
 from camopt import Scene, find_scene, shipped_scenes
@@ -448,6 +449,48 @@ def test_every_mistake_of_a_file_is_told_at_once(run, command):
     assert "follower.roller_radius = -5.0: must be at least 1e-09" in lines[1]
     assert "the angles add up to 350 deg" in lines[2]
     assert files_here() == ["broken.toml"]
+
+
+@pytest.mark.parametrize("command", ["evaluate", "certify", "report"])
+def test_set_mends_and_completes_a_file_before_it_is_checked(run, command):
+    text = find_scene("roller-1000rpm").to_toml().replace("rpm = 1000.0", "rpm = -1.0")
+    name = broken_file(text.replace('contact = "roller"\n', "").replace("angle = 120.0", "angle = 110.0"))
+    more = ("--out", "page.html") if command == "report" else ()
+    mends = ("cam.rpm=730", "follower.contact=roller", "motion.1.angle=120")
+    code, _, err = run(command, name, *more, *(word for each in mends for word in ("--set", each)))
+    assert (code in (0, 1), err.count("must be")) == (True, 0)
+    for left, line in (
+        (mends[1:], "broken.toml: cam.rpm = -1.0: must be at least 1e-09"),
+        (mends[::2], "broken.toml: follower.contact: missing"),
+        (mends[:2], "broken.toml: motion.angle: the angles add up to 350 deg, not to 360"),
+    ):
+        code, out, err = run(command, name, *more, *(word for each in left for word in ("--set", each)))
+        assert (code, out, len(err.splitlines())) == (2, "", 1)
+        assert err.startswith(line)
+    wrong = ("--set", "motion.9.lift=3", "--set", "part.thickness=-4")
+    code, _, err = run(command, name, *more, *wrong, "--set", mends[0], "--set", mends[2])
+    assert (code, sorted(line.partition(": ")[0] for line in err.splitlines())) == (
+        2,
+        ["broken.toml", "camopt", "camopt"],
+    )
+    assert "camopt: --set motion.9.lift = 3: 9 is no table: [[motion]] has" in err
+
+
+def test_set_says_what_a_search_varies_of_a_file_that_it_mends(run_json):
+    scene = find_scene("roller-1000rpm").to_dict()
+    scene["search"] = {"cam": {"rpm": [100, 200]}, "base_radius": [170.0]}
+    scene["cam"]["rpm"] = 100
+    del scene["follower"]["contact"]
+    name = broken_file(tomli_w.dumps(scene))
+    code, _ = run_json("sweep", name, "--set", "follower.contact=roller", "--rpm", "730", "--out", "out")
+    assert code == 0
+    assert Scene.from_toml("out/scene.toml").search.numbers == {"cam.rpm": (730.0,)}
+
+
+@pytest.mark.parametrize("value", ["4140", "'4140'"])
+def test_a_material_is_a_text_even_if_it_is_a_number(run, value):
+    code, _, err = run("evaluate", "two-pauses", "--set", f"part.material={value}")
+    assert (code, err) == (0, "")
 
 
 def test_a_front_can_be_refined_and_thinned(run_json):

@@ -32,7 +32,9 @@ ONE_MISTAKE = [
     ("disc", {"part.thickness": -1}, "part.thickness = -1: must be at least 1e-09"),
     ("disc", {"part.keyway_angle": 400}, "part.keyway_angle = 400: must be at most 360"),
     ("disc", {"part.density": 0}, "part.density = 0: must be at least 1e-15"),
-    ("disc", {"part.material": 5}, "part.material = 5: must be a text"),
+    ("disc", {"part.material": 1.4310}, "part.material = 1.431: must be a text, in quotes"),
+    ("disc", {"part.number": True}, "part.number = True: must be a text"),
+    ("disc", {"part.designer": 5}, "part.designer = 5: must be a text"),
     ("disc", {"part.name": "a\nb"}, r"part.name = 'a\nb': must be a text of one line"),
     ("disc", {"part.groove_depth": 5}, "part.groove_depth = 5: a disc cam has none"),
     ("cylinder", {"part.hub_length": 50}, "part.hub_length = 50: a cylindrical cam has none"),
@@ -200,6 +202,14 @@ def test_a_part_says_what_other_tables_say():
     assert {key: getattr(said, key) for key in own} == own
     knife = find_scene("knife-300rpm-radial").whole_part
     assert (knife.bore, knife.density, knife.keyway_angle, knife.bore_reach) == (None, None, None, 0.0)
+
+
+@pytest.mark.parametrize("key", ["material", "number", "revision"])
+def test_a_whole_number_is_a_text_where_people_number_things(key):
+    """A steel, a drawing and a revision have numbers. A number with a point is no text: 1.4310 loses its end."""
+    scene = BASES["disc"].replace(**{f"part.{key}": 4140})
+    assert getattr(scene.part, key) == "4140"
+    assert scene.to_dict()["part"][key] == "4140"
 
 
 def test_a_part_is_read_and_written():

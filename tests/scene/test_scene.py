@@ -272,7 +272,7 @@ ONE_MISTAKE = [
     ("roller", {"motion.1.lift": 60}, "motion.lift: the follower ends 10 above its start: rises and returns must"),
     ("roller", {"motion.2.lift": 5}, "motion.2.lift = 5: a dwell has none"),
     ("roller", {"motion.2.law": "harmonic"}, "motion.2.law = 'harmonic': a dwell has none"),
-    ("roller", {"motion.1.law": DELETED}, "motion.1.law: missing; a rise or return needs a motion law"),
+    ("roller", {"motion.1.law": DELETED, "search.law": DELETED}, "motion.1.law: missing; a rise or return needs a motion law"),
     ("roller", {"motion": [{"segment": "dwell", "angle": 360}]}, "motion: has no rise"),
     ("roller", {"motion.1.angle": 0, "motion.2.angle": 180}, "motion.1.angle = 0: must be at least 1e-06 in a rise"),
     ("roller", {"motion.1.angle": 1e-9, "motion.2.angle": 180}, "motion.1.angle = 1e-09: must be at least 1e-06 in"),
@@ -386,14 +386,42 @@ def test_mistakes_in_every_table_are_told_at_once():
 
 
 def test_a_segment_that_is_no_table_leaves_the_numbers_of_the_others():
-    data = changed(BASES["roller"], {"motion.3.law": DELETED})
+    data = changed(BASES["roller"], {"motion.3.law": DELETED, "search.law": DELETED})
     data["motion"][0] = 5
     lines = mistakes(data)
     assert lines[0] == "cam.toml: motion.1 = 5: must be a table"
     assert (
         lines[1]
-        == "cam.toml: motion.3.law: missing; a rise or return needs a motion law, beside those that [search] tries"
+        == "cam.toml: motion.3.law: missing; a rise or return needs a motion law, or those that [search] tries"
     )
+
+
+@pytest.mark.parametrize(
+    ("search", "laws"),
+    [
+        ({"law": ["poly345", "harmonic"]}, ("poly345", "poly345")),
+        ({"law": "SHM"}, ("harmonic", "harmonic")),
+        ({"law_rise": ["cubic"], "law_return": ["cycloidal", "cubic"]}, ("cubic", "cycloidal")),
+    ],
+)
+def test_a_law_may_be_left_to_those_that_a_search_tries(search, laws):
+    data = find_scene("roller-1000rpm").to_dict()
+    data["search"] = search
+    for row in data["motion"]:
+        row.pop("law", None)
+    given = [row.law for row in Scene.from_dict(data).motion if row.law]
+    kinds = [row["segment"] for row in data["motion"] if row["segment"] != "dwell"]
+    assert given == [laws[kind == "return"] for kind in kinds]
+
+
+def test_a_law_that_a_search_leaves_out_or_misspells_is_one_mistake():
+    data = find_scene("roller-1000rpm").to_dict()
+    for row in data["motion"]:
+        row.pop("law", None)
+    (line,) = mistakes({**data, "search": {"law": ["cubc"]}})
+    assert line.startswith("cam.toml: search.law.1 = 'cubc': must be a motion law; did you mean cubic?")
+    (line,) = mistakes({**data, "search": {"law_rise": "cubic"}})
+    assert ".law: missing; a rise or return needs a motion law" in line
 
 
 def test_a_mistaken_size_makes_no_mistakes_of_others():

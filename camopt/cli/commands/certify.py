@@ -7,7 +7,6 @@ import click
 from camopt.cli.exits import NOT_REACHED, NOTHING_FEASIBLE
 from camopt.cli.options import (
     Command,
-    changed,
     given_overrides,
     output_options,
     override_options,
@@ -47,10 +46,8 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
     else:
         from camopt.verdicts.certify import certify as prove
 
-        scene = changed(
-            scene_at(target, row, "target", "a TOML file, a shipped scene or a table of designs (.parquet)"),
-            changes,
-        )
+        allowed = "a TOML file, a shipped scene or a table of designs (.parquet)"
+        scene = scene_at(target, row, changes, "target", allowed)
         found = prove(scene)
         show_verdicts(found, as_json, scene.search.robust)
         verdicts = set(found.values())

@@ -6,9 +6,9 @@ from typing import Any
 import click
 
 from camopt.cli.options import (
+    Changes,
     Command,
     OutputPlace,
-    changed,
     check_file,
     given_overrides,
     output_options,
@@ -50,7 +50,7 @@ def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, o
     return 0
 
 
-def _target_at(target: str, row: int | None, changes: dict[str, tuple[str, Any]]) -> Any:
+def _target_at(target: str, row: int | None, changes: Changes) -> Any:
     """What a page shows: a scene, changed as asked; a folder or a whole table as it is."""
     from camopt.mistakes import BadInput, Mistake
     from camopt.scene.scene import RESULTS
@@ -61,7 +61,7 @@ def _target_at(target: str, row: int | None, changes: dict[str, tuple[str, Any]]
     if row is None and Path(target).exists() and Path(target).suffix not in ("", ".toml", ".parquet"):
         return target  # which says what it takes
     if row is not None or not (Path(target).is_dir() or target.endswith(".parquet")):
-        return changed(scene_at(target, row, "what", RESULTS), changes)
+        return scene_at(target, row, changes, "what", RESULTS)
     for option, value in changes.values():
         why = f"belongs to a scene; {target} is a result, whose numbers stay as they are"
         raise BadInput([Mistake("camopt", option, value, why, bare=True)])
