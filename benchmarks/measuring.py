@@ -1,10 +1,10 @@
 """A process that measures tasks with the package on ``PYTHONPATH``; the last line that it prints is JSON.
 
-    python measuring.py time|count|warm TASK …
+    python measuring.py time|own|count|warm TASK …
 
-``time`` tells the least wall and CPU seconds of camopt and of its rival. ``count`` runs under callgrind, which
-writes the instructions of each task to a file. ``warm`` runs each task so long that its kernels are compiled, which
-camopt does once that pays, and on disk.
+``time`` tells the least wall and CPU seconds of camopt and of its rival, ``own`` those of camopt alone. ``count``
+runs under callgrind, which writes the instructions of each task to a file. ``warm`` runs each task so long that its
+kernels are compiled, which camopt does once that pays, and on disk.
 """
 
 import json
@@ -47,14 +47,14 @@ def warmed(task: Task) -> None:
         task.own()
 
 
-def timed(task: Task) -> dict[str, float]:
-    """The least of a few runs, camopt and its rival in turns."""
+def timed(task: Task, beside: bool = True) -> dict[str, float]:
+    """The least of a few runs, camopt and its rival in turns, or camopt alone."""
+    calls = [task.own, task.rival][: 1 + beside]
     if task.runs > 1:
         warmed(task)
-        task.rival()
-    pairs = [(spent(task.own), spent(task.rival)) for _ in range(task.runs)]
-    own, rival = ([min(times) for times in zip(*side, strict=True)] for side in zip(*pairs, strict=True))
-    return {**dict(zip(TIMES, (*own, *rival), strict=True)), "designs": task.designs}
+        calls[-1]()
+    rounds = [[number for call in calls for number in spent(call)] for _ in range(task.runs)]
+    return {**dict(zip(TIMES, map(min, zip(*rounds, strict=True)), strict=False)), "designs": task.designs}
 
 
 def counted(task: Task, name: str) -> None:
@@ -72,8 +72,8 @@ def measured(verb: str, names: Iterable[str]) -> dict[str, Any]:
     for name in names:
         try:
             task = (COUNTED if verb == "count" else TASKS)[name]()
-            if verb == "time":
-                found[name] = timed(task)
+            if verb in ("time", "own"):
+                found[name] = timed(task, verb == "time")
             elif verb == "count":
                 counted(task, name)
             else:

@@ -39,8 +39,8 @@ def _of_each(rounds: Iterable[Measures], chosen: Callable[[list[float]], float])
 
 
 def ratio(numbers: Mapping[str, float]) -> float:
-    """How many times as long the rival takes: below 1 where camopt takes longer."""
-    return numbers["rival_cpu_seconds"] / numbers["cpu_seconds"]
+    """How many times as long the rival takes, or one second: below 1 where camopt takes longer."""
+    return numbers.get("rival_cpu_seconds", 1.0) / numbers["cpu_seconds"]
 
 
 class Change(NamedTuple):
@@ -87,14 +87,6 @@ def table(found: Iterable[Change]) -> str:
         cells = (each.task, each.what, f"{each.before:.4g}", f"{each.after:.4g}", f"{each.rise:+.1%}")
         lines.append(f"| {' | '.join(cells)} | {each.allowed:.0%} | {'**fails**' if each.failed else ''} |")
     return "\n".join(lines)
-
-
-def with_one_rival(before: Measures, after: Measures) -> tuple[Measures, Measures]:
-    """Two sides that were measured in turns, each with the least times of the rival on either side."""
-    both = least([before, after])
-    rival = {task: {name: both[task][name] for name in TIMES if name.startswith("rival")} for task in both}
-    found = [{task: numbers | rival[task] for task, numbers in side.items()} for side in (before, after)]
-    return found[0], found[1]
 
 
 def written(record: Record, folder: Path = HISTORY) -> Path:

@@ -5,44 +5,56 @@ import os
 import subprocess
 import sys
 import tarfile
+import tomllib
 from collections.abc import Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from shutil import rmtree
+from sysconfig import get_path
 from tempfile import TemporaryDirectory
 from typing import Any
+from venv import create
 
 import callgrind
 from record import Measures
 from tasks import COLD
 
 HERE = Path(__file__).resolve().parent
+ENVIRONMENTS = HERE.parent / ".venv-against"
 PATIENT = 10  # niceness of what compiles and counts
 
 
 @dataclass(frozen=True)
 class Side:
-    """A package to measure, and the folder of its kernels; None where they always are."""
+    """A package to measure, the folder of its kernels (None where they always are), and its interpreter."""
 
     name: str
     files: Path
     kernels: Path | None = None
+    python: str = sys.executable
+
+    def start(self, script: str, *arguments: str, under: Sequence[str] = (), **more: Any) -> subprocess.Popen[str]:
+        """Begin a script of this folder with this package; ``env`` is beside what the process has."""
+        kernels = {"NUMBA_CACHE_DIR": str(self.kernels)} if self.kernels else {}
+        environment = os.environ | {"PYTHONPATH": str(self.files)} | kernels | more.pop("env", {})
+        command = [*under, self.python, str(HERE / script), *arguments]
+        return subprocess.Popen(command, env=environment, text=True, **more)
 
     def run(self, *arguments: str, under: Sequence[str] = (), more: dict[str, str] | None = None) -> dict[str, Any]:
         """What ``measuring.py`` prints, run with this package."""
-        kernels = {"NUMBA_CACHE_DIR": str(self.kernels)} if self.kernels else {}
-        environment = os.environ | {"PYTHONPATH": str(self.files)} | kernels | (more or {})
-        command = [*under, sys.executable, str(HERE / "measuring.py"), *arguments]
-        done = subprocess.run(command, check=True, env=environment, text=True, stdout=subprocess.PIPE)
-        told: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+        process = self.start("measuring.py", *arguments, under=under, env=more or {}, stdout=subprocess.PIPE)
+        printed, _ = process.communicate()
+        if process.returncode:
+            raise subprocess.CalledProcessError(process.returncode, process.args)
+        told: dict[str, Any] = json.loads(printed.splitlines()[-1])
         if Path(told["package"]) != self.files / "camopt":
             raise RuntimeError(f"{told['package']} was measured in place of {self.files}")
         return told
 
-    def timed(self, tasks: Sequence[str]) -> Measures:
-        """One round of those that the package can do."""
-        times: Measures = self.run("time", *tasks)["tasks"]
+    def timed(self, tasks: Sequence[str], verb: str = "time") -> Measures:
+        """One round of those that the package can do, with the rival or without (``own``)."""
+        times: Measures = self.run(verb, *tasks)["tasks"]
         return times
 
     def warm(self, tasks: Sequence[str], more: dict[str, str] | None = None) -> None:
@@ -75,9 +87,34 @@ def git(*arguments: str) -> bytes:
     return subprocess.run(["git", *arguments], cwd=HERE.parent, check=True, stdout=subprocess.PIPE).stdout
 
 
-def side_of(commit: str, stack: ExitStack, kernels: Path | None) -> Side:
-    """The package of a commit in a folder that goes with the stack; its kernels, too, unless they are kept."""
-    folder = Path(stack.enter_context(TemporaryDirectory())).resolve()
-    with tarfile.open(fileobj=BytesIO(git("archive", commit, "camopt"))) as archive:
-        archive.extractall(folder, filter="data")
-    return Side(commit[:9], folder, (kernels or folder / "kernels") / commit)
+def side_of(commit: str) -> Side:
+    """The package of a commit, installed from the repository in an environment of its own, which is kept.
+
+    The environment has the packages of this one where both commits ask for the same.
+    """
+    folder = ENVIRONMENTS / commit
+    python, library = folder / "bin" / "python", Path(get_path("purelib", vars={"base": str(folder)}))
+    if not (folder / "kernels").is_dir():
+        say(f"{commit[:9]}: installing")
+        rmtree(folder, ignore_errors=True)
+        create(folder, symlinks=True)
+        with TemporaryDirectory() as source:
+            with tarfile.open(fileobj=BytesIO(git("archive", commit))) as archive:
+                archive.extractall(source, filter="data")
+            if alike := requirements(Path(source)) == requirements(HERE.parent):
+                (library / "packages.pth").write_text(get_path("purelib"), encoding="utf-8")
+            install = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet"]
+            what = ["--no-deps", source] if alike else [f"{source}[excel,cad,video]"]
+            subprocess.run([*install, *what], check=True)
+        (folder / "kernels").mkdir()
+    return Side(commit[:9], library, folder / "kernels", str(python))
+
+
+def requirements(source: Path) -> Any:
+    """The packages that a version of camopt needs."""
+    project = tomllib.loads((source / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    return project["dependencies"], project["optional-dependencies"]
+
+
+def commit_of(revision: str) -> str:
+    return git("rev-parse", "--verify", f"{revision}^{{commit}}").decode().strip()

@@ -29,9 +29,15 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "optimise": ("optimise", "exhaust-valve"),
     "sweep": ("sweep", "--rpm", "1000", "--max-pressure", "30"),
     "synthesise": ("synthesise", "roller-1000rpm", "--max-pressure", "30"),
+    "laws": ("laws",),
+    "effects": ("effects", "exhaust-valve"),
+    "harmonics": ("harmonics", "exhaust-valve"),
+    "tolerance": ("tolerance", "exhaust-valve", "--set", "tolerances.profile=0.02"),
+    "points": ("evaluate", "exhaust-valve", "--points", "points.csv"),
     "front of 1e9": ("sweep", "--rpm", "1000", "--max-pressure", "30", *BILLION),
 }
-COLD = {f"camopt {name}, first": name for name in ("evaluate", "optimise", "sweep")}
+FIRST = ("evaluate", "certify", "optimise", "sweep", "synthesise", "tolerance")
+COLD = {f"camopt {name}, first": name for name in FIRST}
 """Tasks that compile: the first answers after an installation. By task, the command."""
 
 
@@ -62,12 +68,11 @@ def _run(command: Sequence[str]) -> None:
 
 
 def _camopt(arguments: Sequence[str], first: bool) -> None:
-    """A command, with tables where it writes any; for a first answer, with no kernel on disk."""
+    """A command in an empty folder; for a first answer, this is the home as well."""
     with TemporaryDirectory() as folder:
-        out = ("--out", os.path.join(folder, "out")) if arguments[0] in ("sweep", "synthesise") else ()
-        kernels = {"NUMBA_CACHE_DIR": os.path.join(folder, "kernels")} if first else {}
-        command = [sys.executable, "-m", "camopt", *arguments, *out]
-        subprocess.run(command, check=True, env=os.environ | kernels, stdout=subprocess.DEVNULL)
+        home = dict.fromkeys(("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR"), folder) if first else {}
+        command = [sys.executable, "-m", "camopt", *arguments]
+        subprocess.run(command, check=True, cwd=folder, env=os.environ | home, stdout=subprocess.DEVNULL)
 
 
 def _command(name: str, first: bool) -> Task:

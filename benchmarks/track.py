@@ -1,11 +1,11 @@
 """The record of speed.
 
 Without an option: measure HEAD, add it to the record, and draw the record. ``--commit`` does so with another
-commit, ``--compare`` measures a base and HEAD in turns and fails if HEAD costs more, ``--check`` fails if the
-working tree costs 30 % more than the newest record, ``--draw`` draws. ``--quick`` takes the first part of the list
-alone: sweeps in process, and the smallest radius.
+commit, ``--check`` fails if the working tree costs 30 % more than the newest record, ``--draw`` draws. ``--quick``
+takes the first part of the list alone: sweeps in process, and the smallest radius. ``.ci/against`` compares two
+commits.
 
-Kernels are compiled before anything is measured, for each commit in a folder of its own; ``--kernels`` keeps them.
+Kernels are compiled before anything is measured, for each commit in a folder of its own, which is kept.
 Instructions are counted where valgrind is, unless ``--no-counts`` is given.
 """
 
@@ -14,7 +14,6 @@ import os
 import platform
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import ExitStack
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -33,11 +32,10 @@ from record import (
     middle,
     records,
     table,
-    with_one_rival,
     written,
 )
 from rival_c import rival
-from sides import HERE, Side, git, say, side_of
+from sides import HERE, Side, commit_of, git, say, side_of
 from tasks import CORES, COUNTED, QUICK, TASKS
 
 ROUNDS, CHECK_ROUNDS, MOST_ROUNDS = 5, 1, 15  # a check repeats what is too slow
@@ -45,10 +43,6 @@ SLOWER, MORE = 0.10, 0.03  # allowed of one commit against another: time, instru
 BESIDE_RECORD = 0.30  # allowed of instructions against the record, and of time on a machine like the record's
 MUCH_SLOWER = 2.0  # allowed of time where the machine is another one
 PACE = 1.3  # by which the rival may be faster or slower than in the record on a machine like the record's
-
-
-def commit_of(revision: str) -> str:
-    return git("rev-parse", "--verify", f"{revision}^{{commit}}").decode().strip()
 
 
 def countable() -> list[str]:
@@ -81,14 +75,13 @@ def with_counts(times: Measures, counts: Measures) -> Measures:
     return {task: numbers | counts.get(task, {}) for task, numbers in times.items()}
 
 
-def record_of(commit: str, tasks: list[str], to_count: list[str], kernels: Path | None) -> Record:
+def record_of(commit: str, tasks: list[str], to_count: list[str]) -> Record:
     """Measure a commit."""
-    with ExitStack() as stack:
-        side = side_of(commit, stack, kernels)
-        side.warm(tasks)
-        load = os.getloadavg()[0]
-        times = least(side.timed(tasks) for _ in range(ROUNDS))
-        counts = side.counted(to_count)
+    side = side_of(commit)
+    side.warm(tasks)
+    load = os.getloadavg()[0]
+    times = least(side.timed(tasks) for _ in range(ROUNDS))
+    counts = side.counted(to_count)
     second, subject = git("show", "-s", "--format=%ct%n%s", commit).decode().strip().split("\n", 1)
     made_with = {name: version(name) for name in ("numba", "llvmlite", "numpy")}
     return {
@@ -115,23 +108,20 @@ def processor() -> str:
     return names[0] if names else platform.processor()
 
 
-def compared(base: str, head: str, tasks: list[str], to_count: list[str], kernels: Path | None) -> list[Change]:
+def compared(sides: Sequence[Side], tasks: list[str], to_count: list[str]) -> list[Change]:
     """Measure two commits in turns."""
-    with ExitStack() as stack:
-        sides = [side_of(commit, stack, kernels) for commit in (base, head)]
-        for side in sides:
-            side.warm(tasks)
-        rounds: list[list[Measures]] = [[], []]
+    for side in sides:
+        side.warm(tasks)
+    rounds: list[list[Measures]] = [[], []]
 
-        def measure(turn: int, names: list[str]) -> None:
-            for k in (0, 1) if turn % 2 == 0 else (1, 0):
-                rounds[k].append(sides[k].timed(names))
+    def measure(turn: int, names: list[str]) -> None:
+        for k in (0, 1) if turn % 2 == 0 else (1, 0):
+            rounds[k].append(sides[k].timed(names, "own"))
 
-        repeated(tasks, ROUNDS, measure, lambda: named(each for each in seen(rounds) if each.doubtful))
-        counts = [side.counted(to_count) for side in sides]
+    repeated(tasks, ROUNDS, measure, lambda: named(each for each in seen(rounds) if each.doubtful))
     if lost := [task for task in least(rounds[0]) if task not in least(rounds[1])]:
         raise SystemExit(f"{sides[1].name} cannot do what {sides[0].name} can: {', '.join(lost)}")
-    return seen(rounds, counts)
+    return seen(rounds, [side.counted(to_count) for side in sides])
 
 
 def seen(rounds: list[list[Measures]], counts: Sequence[Measures] = ({}, {})) -> list[Change]:
@@ -141,8 +131,7 @@ def seen(rounds: list[list[Measures]], counts: Sequence[Measures] = ({}, {})) ->
     """
     both = []
     for chosen in (least, middle):
-        times = with_one_rival(*map(chosen, rounds))
-        both.append(changes(*map(with_counts, times, counts), SLOWER, MORE))
+        both.append(changes(*map(with_counts, map(chosen, rounds), counts), SLOWER, MORE))
     return cautious(*both)
 
 
@@ -200,12 +189,10 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     verbs = parser.add_mutually_exclusive_group()
     verbs.add_argument("--commit", metavar="REV", default="HEAD")
-    verbs.add_argument("--compare", metavar="BASE")
     verbs.add_argument("--check", action="store_true")
     verbs.add_argument("--draw", action="store_true")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--no-counts", action="store_true")
-    parser.add_argument("--kernels", metavar="FOLDER", type=lambda text: Path(text).resolve())
     return parser.parse_args()
 
 
@@ -218,10 +205,7 @@ def main() -> int:
     to_count = [] if asked.no_counts else countable()
     if asked.check:
         return verdict(checked(list(QUICK), to_count))
-    head = commit_of("HEAD" if asked.compare else asked.commit)
-    if asked.compare:
-        return verdict(compared(commit_of(asked.compare), head, tasks, to_count, asked.kernels))
-    say(f"written: {written(record_of(head, tasks, to_count, asked.kernels))}")
+    say(f"written: {written(record_of(commit_of(asked.commit), tasks, to_count))}")
     say(f"drawn: {drawn(records())}")
     return 0
 

@@ -11,6 +11,7 @@ from camopt.mechanisms import MECHANISMS
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import callgrind
+import differences
 import history_picture
 import measuring
 import prices
@@ -186,12 +187,6 @@ def test_of_several_rounds_the_middle_is_the_median():
     assert found["new"] == {"seconds": 1.0}
 
 
-def test_the_rival_of_two_sides_is_the_same():
-    before, after = record.with_one_rival(measures(rival_cpu_seconds=0.08), measures(cpu_seconds=0.3))
-    assert before["sweep"]["rival_cpu_seconds"] == after["sweep"]["rival_cpu_seconds"] == 0.08
-    assert (before["sweep"]["cpu_seconds"], after["sweep"]["cpu_seconds"]) == (0.2, 0.3)
-
-
 def test_what_seems_slower_is_measured_again_until_it_is_not():
     asked, times = [], {"steady": [1.0] * 99, "noisy": [1.3, 1.2, 1.15, 1.05], "slower": [1.2] * 99}
     best = dict.fromkeys(times, 9.9)
@@ -284,21 +279,18 @@ def test_instructions_are_held_against_the_record_on_any_machine(more, code, mon
 
 
 def test_a_slower_commit_fails_when_it_is_measured_in_turns_with_its_base(monkeypatch):
-    def side_of(commit, stack, kernels):
-        return sides.Side(commit, Path(), Path())
-
-    def timed(side, names):
+    def timed(side, names, verb):
         rounds.append(side.name)
-        return {name: measures(cpu_seconds=0.2 * slower[side.name])["sweep"] for name in names}
+        return {name: {"cpu_seconds": 0.2 * slower[side.name]} for name in names}
 
     slower, rounds = {"base": 1.0, "head": 1.2}, []
-    monkeypatch.setattr(track, "side_of", side_of)
+    base, head = (sides.Side(name, Path()) for name in slower)
     monkeypatch.setattr(sides.Side, "warm", lambda *arguments: None)
     monkeypatch.setattr(sides.Side, "timed", timed)
-    assert track.failing(track.compared("base", "head", ["sweep"], [], None)) == ["sweep"]
+    assert track.failing(track.compared([base, head], ["sweep"], [])) == ["sweep"]
     assert rounds[:4] == ["base", "head", "head", "base"]
     assert len(rounds) == 2 * track.MOST_ROUNDS
-    assert track.failing(track.compared("base", "base", ["sweep"], [], None)) == []
+    assert track.failing(track.compared([base, base], ["sweep"], [])) == []
     assert len(rounds) == 2 * (track.MOST_ROUNDS + track.ROUNDS)
 
 
@@ -307,6 +299,9 @@ def test_every_task_of_the_record_is_measured(monkeypatch, capsys):
     measuring.main("time", "one")
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert set(told["tasks"]["one"]) == {*record.TIMES, "designs"}
+    measuring.main("own", "one")
+    own = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert set(own["tasks"]["one"]) == {"seconds", "cpu_seconds", "designs"}
     assert Path(told["package"]).name == "camopt"
 
 
@@ -314,3 +309,61 @@ def test_quick_tasks_are_the_first_of_all():
     assert list(tasks.TASKS)[: len(tasks.QUICK)] == list(tasks.QUICK)
     assert {*tasks.COUNTED} < {*tasks.TASKS} > {*tasks.QUICK} > {*tasks.SWEEPS}
     assert {*tasks.COLD} < {*tasks.TASKS}
+
+
+ANSWER = {
+    "code": 0,
+    "out": {
+        "radius_max_mm": 40.0,
+        "radius_min_mm": 1e-9,
+        "bound": 2.5,
+        "error": 1.9,
+        "gap": 3e-9,
+        "verdict": "held",
+    },
+    "err": "camopt: 3 of 4",
+    "files": {"cam.nc": "G1 X40.0 Y0.0", "out.csv": "angle,lift\n0.0,1.0\n1.0,0.0", "cam.toml": "rpm = 300"},
+    "seconds": 1.0,
+}
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "places"),
+    [
+        ("40.0,", "40.00000000001,", [".out.radius_max_mm"]),
+        ("1e-09", "1.003e-09", []),  # its curve goes to 40
+        ("1e-09", "1e-08", [".out.radius_min_mm"]),
+        ("2.5", "1.95", []),
+        ("2.5", "1.85", [".out.bound"]),
+        ("1.9", "2.6", [".out.bound", ".out.error"]),
+        ("3e-09", "5.9e-09", []),
+        ("3e-09", "6.1e-09", [".out.gap"]),
+        ("held", "broken", [".out.verdict text"]),
+        ("radius_min_mm", "least_radius_mm", ["keys"]),
+        ("3 of 4", "3 of 5", [".err"]),
+        ('"code": 0', '"code": 1', [".code"]),
+        ("Y0.0", "Y0.000000000001", []),
+        ("Y0.0", "Y0.00000000001", [".files.cam.nc points #1"]),
+        ("lift", "height", ["keys"]),
+        ("1.0,0.0", "1.0,1e-12", [".files.out.csv.lift points[1] #0"]),
+        ("1.0,0.0", "1.0,1e-14", []),
+        ("300", "301", [".files.cam.toml #0"]),
+    ],
+)
+def test_what_differs_between_two_answers_is_named(before, after, places):
+    text = json.dumps(ANSWER)
+    assert before in text
+    sides = (json.loads(each) for each in (text, text.replace(before, after)))
+    old, new = ({**each, "out": json.dumps(each["out"])} for each in sides)
+    found = differences.differences("case 1", old, new, [])
+    assert [each.place for each in found] == places
+    accepted = [differences.Accepted("case *", "*", float("inf"), "a reason")]
+    assert differences.differences("case 1", old, new, accepted) == []
+    assert differences.differences("case 1", old, old, []) == []
+
+
+def test_every_accepted_difference_has_its_reason(tmp_path):
+    assert all(len(each.reason.split()) > 3 for each in differences.read_accepted())
+    (tmp_path / "accepted.txt").write_text("# of cams\noptimise* *gap* inf\n")
+    with pytest.raises(ValueError, match="not enough"):
+        differences.read_accepted(tmp_path / "accepted.txt")
