@@ -1,4 +1,4 @@
-"""Directives of the page on validation: published cases computed anew, and the tests with a second answer."""
+"""Directives of the page on validation: published cases computed anew, tests with a second answer, hard cases."""
 
 import ast
 import sys
@@ -14,6 +14,7 @@ import camopt
 TESTS = Path(__file__).parents[2] / "tests"
 sys.path.insert(0, str(TESTS))
 
+from support.hard_cases import HARD_CASES  # noqa: E402
 from support.published import CASES, Answer, Case  # noqa: E402
 from support.references import REFERENCE, WORKED, relative_error  # noqa: E402
 from support.second_answers import SECOND_ANSWERS  # noqa: E402
@@ -55,6 +56,14 @@ class SecondAnswers(SphinxDirective):
             rows = "\n".join(f"| {sentence(test)} | `{test}` |" for test in tests)
             parts.append(f"**{kind}.** {words}\n\n| what | test |\n|---|---|\n{rows}\n")
         return self.parse_text_to_nodes("\n".join(parts))
+
+
+class HardCases(SphinxDirective):
+    """The hard cases, each with its tests."""
+
+    def run(self) -> list[nodes.Node]:
+        rows = "".join(f"| {what} | {', '.join(map(sentence, tests))} |\n" for what, tests in HARD_CASES.items())
+        return self.parse_text_to_nodes(f"| case | tests |\n|---|---|\n{rows}")
 
 
 def differences(cases: list[tuple[str, camopt.Scene, dict[str, Any]]]) -> tuple[str, int, float]:
@@ -102,4 +111,5 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.add_directive("published", Published)
     app.add_directive("references", References)
     app.add_directive("second-answers", SecondAnswers)
+    app.add_directive("hard-cases", HardCases)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

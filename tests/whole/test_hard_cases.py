@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from support import own
 from support.depth import times
 
-from camopt import Scene, certify, evaluate, find_scene
+from camopt import LAWS, Scene, certify, evaluate, find_scene, load
 from camopt.effects import Case, Setup
 from camopt.front.pareto import non_dominated
 from camopt.kernels import compile
@@ -126,6 +126,34 @@ def test_a_cusp_of_the_pitch_curve():
     assert np.all(np.diff(np.abs(found.value).max(axis=0)) >= 0.0)
 
 
+@pytest.mark.parametrize("k", range(1, 13))
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_pitch_curve_has_an_inflection_up_to_a_prime_radius(k, side):
+    """Harmonic, radial: N² − s·y'' = R_p·(R_p − a) at the start, a = π²L/(2β²) = 90 mm, so κ = 0 at R_p = a."""
+    segments = [(kind, 60, 20, "harmonic") for kind in ("rise", "return")]
+    found = evaluate(cam(*segments, ("dwell", 240, 0, None), base=90.0 * (1 + side * 10.0**-k) - 5.0, roller=5.0))
+    assert np.sign(found["pitch_curvature_min_per_mm"]) == side
+    assert np.isinf(found["cutter_radius_max_mm"]) == (side > 0)
+
+
+@pytest.mark.parametrize("prime", [3.0, 1e-1, 1e-3, 1e-6])
+def test_a_flank_that_nearly_conforms_to_the_roller(prime):
+    """κ_profile → −1/R_r where κ → −∞: at the start of the same rise, 1/|κ| = R_p²/(a − R_p)."""
+    segments = [(kind, 60, 20, "harmonic") for kind in ("rise", "return")]
+    loads = {
+        "outputs": ["hertz", "cutter_radius_max_mm"],
+        "materials": {"cam": "steel", "follower": "steel", "face_width": 10},
+    }
+    scene = cam(*segments, ("dwell", 240, 0, None), base=prime / 10, roller=prime * 0.9, **loads)
+    found = evaluate(
+        scene.replace(**{"cam.rpm": 30, "follower.dynamics": {"mass": 1, "preload": 50, "spring_rate": 5}})
+    )
+    assert found["cutter_radius_max_mm"] / (prime * 0.9) - 1 == pytest.approx(
+        prime / (90 - prime) / 0.9, rel=1e-13, abs=4 * ULP
+    )
+    assert 0.0 < found["contact_stress_max_MPa"] < inf
+
+
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("k", range(1, 13))
 @pytest.mark.parametrize("law", ["harmonic", "cycloidal", "modified-sine"])
@@ -192,24 +220,36 @@ def test_extreme_base_radii(base):
 
 
 @pytest.mark.parametrize("law", own.EVERY)
-@pytest.mark.parametrize("exponent", [1, 3, 8, 16, 50, 100, 150])
-@mpmath.workdps(700)
+@pytest.mark.parametrize("exponent", [1, 3, 8, 16, 50, 100, 150, 300])
+@mpmath.workdps(1300)
 def test_laws_are_exact_at_the_very_ends(law, exponent):
-    """A few units in the last place at x = 10⁻ᵏ, against 700 digits."""
+    """A few units in the last place at x = 10⁻ᵏ, against 1,300 digits."""
     x = float(f"1e-{exponent}")
     exact = own.law_at(own.EVERY[law], mpmath.mpf(x))
     for order, verb in enumerate(("displacement", "velocity", "acceleration")):
         found, expected = float(getattr(own.EVERY[law], verb)(x)), exact[order]
-        assert abs(found - expected) <= max(12 * ULP * abs(expected), mpmath.mpf("1e-290")), verb
+        assert abs(found - expected) <= max(12 * ULP * abs(expected), mpmath.mpf("1e-307")), verb
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("k", [4, 13, 31, 53])
+@mpmath.workdps(200)
+def test_shipped_laws_are_as_exact_next_to_the_end(law, k):
+    """At x = 1 − 2⁻ᵏ, where velocity and acceleration fall to nothing with full digits."""
+    exact = own.law_at(LAWS[law], mpmath.mpf(1.0 - 2.0**-k))
+    for order, verb in enumerate(("displacement", "velocity", "acceleration")):
+        found = float(getattr(LAWS[law], verb)(1.0 - 2.0**-k))
+        assert abs(found - exact[order]) <= 12 * ULP * abs(exact[order]), verb
 
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-5, 1e-8])
 @pytest.mark.parametrize(("arm", "centre"), [(80.0, 120.0), (80.7, 121.3)])
+@pytest.mark.parametrize("straight", [False, True])
 @mpmath.workdps(50)
-def test_an_oscillating_follower_next_to_a_flat_triangle(arm, centre, gap):
-    """|c − l| → R_p, where ψ → 0: tan β of the bottom dwell is (l − c·cos ψ₀)/(c·sin ψ₀)."""
-    prime = centre - arm + gap
-    motion = [{"segment": s, "angle": 120, **({"lift": 10, "law": "cycloidal"} if s != "dwell" else {})}
+def test_an_oscillating_follower_next_to_a_flat_triangle(arm, centre, gap, straight):
+    """|c − l| → R_p or c + l → R_p, where ψ → 0 or π: tan β of the bottom dwell is (l − c·cos ψ₀)/(c·sin ψ₀)."""
+    prime, lift = (centre + arm - gap, 0.02 * sqrt(gap)) if straight else (centre - arm + gap, 10.0)
+    motion = [{"segment": s, "angle": 120, **({"lift": lift, "law": "cycloidal"} if s != "dwell" else {})}
               for s in ("rise", "return", "dwell")]  # fmt: skip
     scene = Scene.from_dict(
         {
@@ -228,6 +268,28 @@ def test_an_oscillating_follower_next_to_a_flat_triangle(arm, centre, gap):
     cosine = (c * c + l * l - p * p) / (2 * c * l)
     exact = mpmath.degrees(mpmath.atan2(abs(l - c * cosine), c * mpmath.sqrt(1 - cosine**2)))
     assert abs((90 - mpmath.mpf(found["pressure_angle_max_dwell_deg"])) / (90 - exact) - 1) <= 1e-13 / (90 - exact)
+
+
+@pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9])
+def test_a_flat_face_that_nearly_turns_as_fast_as_the_cam(gap):
+    """1 + p → 0 in mid-return: the contact is c·cos ψ/q from the pivot there, q = 1 − 2L/β.
+
+    A hair later ψ is smaller: with q'' = 4π²L/β³ the largest is 1 + tan²ψ·q/(2q'') times as far.
+    """
+    lift = 30 * (1 - gap)
+    segments = {"rise": 150, "dwell": 60, "return": 60}
+    motion = [
+        {"segment": kind, "angle": angle, **({} if kind == "dwell" else {"lift": lift, "law": "cycloidal"})}
+        for kind, angle in segments.items()
+    ]
+    follower = {"motion": "oscillating", "contact": "flat", "centre_distance": 90, "face_offset": 6}
+    scene = {"cam": {"form": "disc", "base_radius": 30}, "follower": follower, "motion": motion}
+    found = evaluate(Scene.from_dict({**scene, "motion": [*motion, {"segment": "dwell", "angle": 90}]}))
+    psi, rest = np.arcsin(24 / 90) + radians(lift) / 2, 1 - 2 * lift / 60
+    bend = 4 * pi**2 * radians(lift) / radians(60) ** 3
+    expected = 90 * cos(psi) / rest * (1 + np.tan(psi) ** 2 * rest / (2 * bend))
+    assert found["face_reach_max_mm"] == pytest.approx(expected, rel=0.1 * gap**2 + 4 * ULP / gap)
+    assert not any(isinstance(value, float) and np.isnan(value) for value in found.values())
 
 
 def test_angles_that_close_only_after_rounding():
@@ -365,3 +427,29 @@ def test_pareto_ties_duplicates_and_infinities():
     better = (costs[:, None] <= costs[None]).all(axis=2) & (costs[:, None] < costs[None]).any(axis=2)
     expected = costs[~better.any(axis=0)]
     assert np.column_stack([found.column(name) for name in objectives]).tolist() == expected.tolist()
+
+
+TIED = {
+    "search.base_radius": [40.25, 40.5, 40.75, 41.0],
+    "search.roller_radius": [8.25, 8.5, 8.75, 9.0],
+    "search.offset": [0],
+    "search.law": ["harmonic", "cycloidal"],
+    "search.minimise": ["pressure_angle_max_deg"],
+    "search.maximise": ["pitch_curvature_max_per_mm"],
+    "limits": {"pressure_angle": 80},
+}
+
+
+@pytest.mark.parametrize("wide", [True, False])
+def test_ties_are_ties_with_and_without_wide_vectors(wide, tmp_path):
+    """Designs of one prime radius tie. A larger one lowers pressure angle and curvature: all are on the front."""
+    features = np._core._multiarray_umath
+    known = [each for each in features.__cpu_dispatch__ if features.__cpu_features__[each]]
+    narrow = {"NPY_DISABLE_CPU_FEATURES": " ".join(known), "OPENBLAS_CORETYPE": "Nehalem"}
+    (tmp_path / "tied.toml").write_text(find_scene("roller-1000rpm").replace(**TIED).to_toml(), encoding="utf-8")
+    command = [sys.executable, "-m", "camopt", "sweep", "tied.toml", "--keep", "all", "--out", ".", "--quiet"]
+    subprocess.run(command, check=True, cwd=tmp_path, env=os.environ | ({} if wide else narrow))
+    designs, front = load(tmp_path / "designs.parquet"), load(tmp_path / "pareto.parquet")
+    designs["prime"] = designs.base_radius_mm + designs.roller_radius_mm
+    assert designs.groupby(["law_rise", "prime"]).pressure_angle_max_deg.nunique().max() == 1
+    assert len(front) == len(designs) == 32

@@ -7,6 +7,7 @@ against the formulas of their sources alone.
 from pathlib import Path
 
 import pytest
+from support.hard_cases import HARD_CASES
 from support.published import CASES
 from support.second_answers import SECOND_ANSWERS
 
@@ -33,7 +34,15 @@ def test_what_nobody_has_seen_in_print_is_called_so():
     assert {case.how_known for case in CASES if not case.read} == {"Quoted from memory, not seen in print."}
 
 
-@pytest.mark.parametrize("test", [test for _, tests in SECOND_ANSWERS.values() for test in tests])
-def test_a_second_answer_that_the_site_names_is_a_test(test):
+NAMED = [*(tests for _, tests in SECOND_ANSWERS.values()), *HARD_CASES.values()]
+
+
+@pytest.mark.parametrize("test", sorted({test for tests in NAMED for test in tests}))
+def test_a_test_that_the_site_names_is_there(test):
     file, name = test.split("::")
     assert f"\ndef {name}(" in (Path(__file__).parents[1] / file).read_text(encoding="utf-8")
+
+
+def test_each_hard_case_has_its_tests():
+    assert len(HARD_CASES) == 18
+    assert all(HARD_CASES.values())
