@@ -30,8 +30,10 @@ from camopt.scene.load import read_load
 from camopt.scene.mapping import given_at_follower, without
 from camopt.scene.own_laws import own_law_tables, read_files, with_camopt_names
 from camopt.scene.part import Part, resolved
+from camopt.scene.places import tables_of
 from camopt.scene.profile import read_profile
 from camopt.scene.search import Search, unfolded
+from camopt.scene.shape import read_shape
 from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.speed import OF_CRANK, read_speed
 from camopt.scene.spring import is_straight
@@ -265,9 +267,9 @@ class Scene(HasHtml, Drawn, SceneTable):
         if "tolerances" in given:
             given["tolerances"] = unfolded(given["tolerances"])
         unread = [*read_former(given)]
+        found += read_shape(given, tables_of(Scene), file)
         read_bore(given)  # before units: a fit is none
         if is_typed({key: value for key, value in given.items() if key != "name"}):
-            from camopt.scene.places import tables_of
             from camopt.scene.units import with_units
 
             given, without_unit = with_units(given, tables_of(Scene), file)

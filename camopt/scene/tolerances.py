@@ -6,7 +6,7 @@ as ``"h6"``, of a length, or of the diameter that a radius belongs to.
 
 from collections.abc import Iterator, Mapping
 from functools import cache, partial
-from math import inf, sqrt
+from math import sqrt
 from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
@@ -104,7 +104,7 @@ def _as_tolerance(value: Any) -> Any:
     if isinstance(value, str):
         return {"iso": value}
     if isinstance(value, Real) and not isinstance(value, bool):
-        if not 0.0 <= float(value) < inf:
+        if (number := number_of(value)) is None or number < 0.0:
             raise ValueError("a number of at least 0")
         return {"plus": value, "minus": value}
     if isinstance(value, (Mapping, Tolerance)):

@@ -124,8 +124,9 @@ CARRIED = ("mass", "inertia", "arm_inertia", "spring_rate", "preload", "load", "
 
 
 def keys_of_stage(name: str) -> tuple[str, ...]:
-    """The keys that a stage of some name may have."""
-    return (*TRAIN_STAGES[name].needs, *TRAIN_STAGES[name].others, *CARRIED)
+    """The keys that a stage of some name may have; of a name that is none, all keys of stages."""
+    stage = TRAIN_STAGES.get(name)
+    return (*stage.needs, *stage.others, *CARRIED) if stage else (*TrainStage.model_fields,)
 
 
 def train_from(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:

@@ -72,6 +72,11 @@ HUGE = (
     10**400,
 )
 """What is of a type that may be right, and too much of it."""
+MISFITS = (
+    *([], [[]], [{}], {}, {"a": 1}, {"a": []}, [1, "a"], ["x", []], [[1.0, []]], [0.5, {}]),
+    *(10**400, -(10**400), [10**400], {"start": 10**400, "stop": []}),
+)
+"""Lists, tables and endless numbers, which belong where few keys are."""
 NAN = re.compile(r"(?<![A-Za-z])nan(?![A-Za-z])", re.IGNORECASE)
 LONGEST_TOLD = 25_000  # characters of all that a command says
 
@@ -117,6 +122,39 @@ def case(number: int) -> tuple[str, bytes]:
     except (TypeError, ValueError, UnicodeEncodeError, RecursionError, AttributeError):  # no TOML can say it
         text = TEXTS["roller-1000rpm"].encode()
     return command, damaged(text, random) if random.random() < 0.1 else text
+
+
+def misfit_case(number: int) -> tuple[str, bytes]:
+    """A command and the text of a scene with ``MISFITS`` in its tables, or in tables that it did not have."""
+    random = Random(number)
+    (command,) = random.choices(list(COMMANDS), [share for share, _ in COMMANDS.values()])
+    data: Any = tomllib.loads(TEXTS[random.choice(list(TEXTS))])
+    if random.random() < 0.4:
+        data |= {key: dict(table) for key, table in MACHINE.items()}
+        data["follower"] |= {"dynamics": dict(DYNAMICS[data["follower"]["motion"]])}
+    for name in random.sample(list(SCHEMA["properties"]), 3):
+        table = {"own": {}} if name == "laws" else [{}] if _rows_of(SCHEMA["properties"][name]) else {}
+        data.setdefault(name, table)
+    for name in random.sample(("search", "tolerances"), random.choice((0, 0, 1))):
+        data[name] = _numbers(random)
+    for _ in range(random.choice((1, 1, 1, 2))):
+        table, key = random.choice([*keys(data, random), *keys(data, random), *places(data)])
+        table[key] = deepcopy(random.choice(MISFITS))
+    return command, tomli_w.dumps(data).encode()
+
+
+def _numbers(random: Random) -> dict[str, Any]:
+    """What a table has of numbers of other tables: of each some, with all that it may say of one."""
+    tables = {"cam": "Cam", "follower": "Follower", "drive": "Drive", "materials": "Materials"}
+    said = {"plus": 0.1, "minus": 0.1, "distribution": "normal", "values": [0.1], "start": 1.0, "stop": 2.0}
+    found: dict[str, Any] = {
+        name: {key: dict(said) for key in random.sample(list(SCHEMA["$defs"][kind]["properties"]), 3)}
+        for name, kind in tables.items()
+    }
+    found["train"] = {
+        "1": {key: dict(said) for key in random.sample(list(SCHEMA["$defs"]["TrainStage"]["properties"]), 3)}
+    }
+    return found
 
 
 def _close(motion: Any) -> None:

@@ -156,6 +156,40 @@ def test_what_is_of_another_type_is_one_mistake(key, value, line):
 
 
 @pytest.mark.parametrize(
+    ("name", "key", "value", "line"),
+    [
+        ("barrel-traverse", "drive.kind", [], "drive.kind = []: must be one of 'spring', 'groove'"),
+        ("barrel-traverse", "drive", [[]], "drive = [[]]: must be a table"),
+        ("press-ram-by-four-bar", "train.2.stage", {}, "train.2.stage = {}: must be one of"),
+        ("press-ram-by-four-bar", "train", [{"stage": []}], "train.1.stage = []: must be one of"),
+        ("two-pauses", "motion.2.segment", [], "motion.2.segment = []: must be one of 'rise'"),
+        (
+            "rocker-valve",
+            "tolerances.follower.roller_radius",
+            {"plus": 0.1, "distribution": []},
+            "tolerances.follower.roller_radius.distribution = []: must be one of 'normal'",
+        ),
+        ("rocker-valve", "tolerances.follower.arm_length", 10**400, "arm_length = 1000"),
+        ("rocker-valve", "tolerances.phase", 10**400, "tolerances.phase = 1000"),
+        ("two-pauses", "cam.rotation", 10**400, "cam.rotation = 1000"),
+        ("two-pauses", "laws", {"own": []}, "laws.own = []: must be a table"),
+        ("two-pauses", "synthesis.minimise", {"size": []}, "synthesis.minimise.size = []: must be a number"),
+    ],
+)
+def test_a_list_or_an_endless_number_where_a_word_or_a_number_belongs_is_one_mistake(name, key, value, line):
+    with pytest.raises(BadInput) as error:
+        find_scene(name).replace(**{key: value})
+    (said,) = [mistake for mistake in str(error.value).splitlines() if mistake.startswith(f"{name}: {key}")]
+    assert line in said
+
+
+@pytest.mark.parametrize("last", ["crank", "ratio"])
+def test_a_tolerance_of_a_stage_that_is_none_is_no_error_of_camopt(last):
+    with pytest.raises(BadInput, match=r"train\.1\.stage = 'none': must be one of"):
+        find_scene("press-ram-by-four-bar").replace(**{"train.1.stage": "none", f"tolerances.train.1.{last}": 0.1})
+
+
+@pytest.mark.parametrize(
     ("changes", "words"),
     [
         ({"cam.rotation": "a" * 10**6}, "cam.rotation = 'aaa"),

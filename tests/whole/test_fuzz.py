@@ -1,14 +1,14 @@
-"""Scenes that went wrong at random: each is answered or refused in a line. ``benchmarks/fuzz.py`` tries 100,000."""
+"""Scenes that went wrong at random: each is answered or refused in a line. ``benchmarks/fuzz.py`` tries more."""
 
 import pytest
-from support.fuzzed import case, outcome
+from support.fuzzed import case, misfit_case, outcome
 
 SECONDS = 60.0  # of the processor; the slowest of 100,000 takes a tenth of it
 FEW, MANY = 60, 3000
 
 
-def tried(numbers):
-    outcomes = {number: outcome(*case(number), SECONDS) for number in numbers}
+def tried(numbers, made=case):
+    outcomes = {number: outcome(*made(number), SECONDS) for number in numbers}
     assert {number: (each.faults, each.err[-500:]) for number, each in outcomes.items() if each.faults} == {}
     return outcomes.values()
 
@@ -16,6 +16,15 @@ def tried(numbers):
 def test_some_scenes():
     codes = [each.code for each in tried(range(10**6, 10**6 + FEW))]
     assert min(codes.count(0), codes.count(2)) > FEW / 10  # they are neither all cams nor all refused
+
+
+def test_some_scenes_with_lists_and_endless_numbers_where_words_belong():
+    assert 2 in [each.code for each in tried(range(FEW), misfit_case)]
+
+
+@pytest.mark.long
+def test_many_scenes_with_lists_and_endless_numbers_where_words_belong():
+    tried(range(FEW, FEW + MANY), misfit_case)
 
 
 @pytest.mark.long
