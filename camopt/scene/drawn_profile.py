@@ -23,6 +23,7 @@ from camopt.scene.dxf import Outline, profile_in
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at
 from camopt.scene.own_laws import LARGEST_NUMBER
+from camopt.scene.tables import MOST_SEGMENTS
 
 SAME_ARC = 1e-5  # of the radius: neighbours so near to each other are one arc
 SAME_LINE = 1e-7  # rad: of lines that are one
@@ -66,6 +67,8 @@ def elements_of(outline: Outline, clockwise: bool) -> list[dict[str, Any]]:
     outline = outline if (outline.area > 0.0) == clockwise else outline.backwards
     arcs = _arcs(outline, 1.0 if clockwise else -1.0)
     starts = _starts(arcs)
+    if starts.sum() > MOST_SEGMENTS:
+        raise ValueError(f"its profile has {starts.sum():,} arcs and lines; at most {MOST_SEGMENTS:,} are allowed")
     radii, centres = _tangent(arcs.radii[starts], arcs.centres[starts])
     given = ((float(r), complex(c)) for r, c in zip(radii, centres, strict=True))
     made = [GivenElement(None) if np.isinf(r) else GivenElement(r, c) for r, c in given]

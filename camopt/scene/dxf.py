@@ -1,6 +1,7 @@
 """The profile of a cam in a DXF file: its closed outlines of arcs, lines and polylines, read by ezdxf."""
 
 from collections.abc import Iterable, Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,6 +15,8 @@ from camopt.storage.home import settle_home
 
 PROFILE_LAYER = "PROFILE"
 JOINED_WITHIN = 1e-3  # mm: ends so near to each other are one
+MOST_ENTITIES = 100_000  # of a drawing whose blocks are taken apart, with the vertices of polylines
+MOST_PAIRS = 10_000_000  # of lines that end at one place: each is compared with each
 
 
 class Outline(NamedTuple):
@@ -74,10 +77,13 @@ def profile_in(path: Path) -> Outline:
 
     try:
         document = readfile(path)
+        _check_blocks(document)
         entities: list[Any] = [*disassemble.recursive_decompose(document.modelspace())]
         upright.upright_all(entities)
         drawn = [each for each in entities if each.dxf.layer.upper() == PROFILE_LAYER] or entities
         found = [each for each in _outlines(drawn) if each.bulges.any() or each.vertices.size > 2]
+    except RecursionError:
+        raise ValueError("its blocks are nested too deep") from None
     except (DXFError, UnicodeError, LookupError, TypeError, ArithmeticError) as trouble:
         raise ValueError(f"it is damaged, or no DXF ({trouble})") from None
     if not found:
@@ -85,6 +91,42 @@ def profile_in(path: Path) -> Outline:
         raise ValueError(f"no closed outline of arcs, lines or polylines is in it, but {kinds}")
     largest = max(found, key=lambda each: float(np.abs([each.vertices, each.middles]).max()))
     return largest._replace(vertices=largest.vertices * _millimetres(document.units))
+
+
+def _check_blocks(document: Any) -> None:
+    """ValueError if a block holds itself, or the drawing has too many entities to take its blocks apart.
+
+    Each block is counted once, after those that it inserts: nested blocks multiply what they hold.
+    """
+    blocks = {block.block_record_handle: block for block in document.blocks}
+    inserted = {key: [_inserted_blocks(entity) for entity in block] for key, block in blocks.items()}
+    order = TopologicalSorter({key: sorted(set().union(*inner)) for key, inner in inserted.items()})
+    counts: dict[str, int] = {}
+    try:
+        for key in order.static_order():
+            pairs = zip(blocks.get(key, ()), inserted.get(key, ()), strict=True)
+            counts[key] = sum(_size(entity) * (1 + sum(counts[k] for k in inner)) for entity, inner in pairs)
+    except CycleError as cycle:
+        raise ValueError(f'its block "{blocks[cycle.args[1][0]].name}" holds itself') from None
+    if counts[document.modelspace().block_record_handle] > MOST_ENTITIES:
+        raise ValueError(f"it has more than {MOST_ENTITIES:,} entities and vertices, with those of inserted blocks")
+
+
+def _inserted_blocks(entity: Any) -> set[str]:
+    """The handles of the blocks that an entity shows; that of a table is only named."""
+    from ezdxf.protocols import referenced_blocks
+
+    handles = set(referenced_blocks(entity))
+    if entity.dxf.hasattr("geometry") and entity.dxf.geometry in entity.doc.blocks:
+        handles.add(entity.doc.blocks.get(entity.dxf.geometry).block_record_handle)
+    return handles
+
+
+def _size(entity: Any) -> int:
+    """Number of entities, or vertices of a polyline, that an entity stands for."""
+    if entity.dxftype() == "INSERT":
+        return max(1, int(entity.dxf.row_count * entity.dxf.column_count)) * (1 + len(entity.attribs))
+    return len(entity) if "POLYLINE" in entity.dxftype() else 1
 
 
 def _millimetres(unit: int) -> float:
@@ -114,8 +156,13 @@ def _outlines(entities: Iterable[Any]) -> Iterator[Outline]:
         elif each.dxftype() in ("LINE", "ARC"):
             loose.append(each)
     edges = list(edgesmith.edges_from_entities_2d(loose, gap_tol=JOINED_WITHIN))
-    chains = edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=JOINED_WITHIN)) if edges else ()
-    for chain in chains:
+    if not edges:
+        return
+    ends = np.array([end.vec2 for edge in edges for end in (edge.start, edge.end)])
+    _, meeting = np.unique(np.round(ends / JOINED_WITHIN), axis=0, return_counts=True)
+    if (meeting**2).sum() > MOST_PAIRS:
+        raise ValueError(f"{meeting.max():,} of its arcs and lines end at one place")
+    for chain in edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=JOINED_WITHIN)):
         if edgeminer.is_loop(chain, gap_tol=JOINED_WITHIN):
             yield _outline(_corners(edgesmith.lwpolyline_from_chain(chain)))
 

@@ -140,6 +140,82 @@ def test_a_drawing_without_a_profile_is_told(tmp_path, name):
     assert len(error.value.mistakes) == 1
 
 
+def nested(levels, insert, inside):
+    """Blocks, each of which inserts the next by ``insert``; the last one has what ``inside`` draws."""
+
+    def make(space):
+        blocks = [space.doc.blocks.new(f"B{k}") for k in range(levels)]
+        for k, block in enumerate(blocks[:-1]):
+            insert(block, f"B{k + 1}")
+        inside(blocks[-1])
+        space.add_blockref("B0", (0, 0))
+
+    return make
+
+
+def nothing(block):
+    pass
+
+
+def circle(block):
+    block.add_circle((1, 0), 5)
+
+
+def copies(count, step=1, **attributes):
+    return lambda block, name: [block.add_blockref(name, (step * k, 0), attributes) for k in range(count)]
+
+
+def arrays(rows):
+    return lambda block, name: block.add_blockref(name, (0, 0)).grid((rows, rows), (1, 1))
+
+
+def wave(space):
+    angles = np.linspace(0.0, 2.0 * np.pi, 2003)
+    radii = 30.0 + np.cos(angles)
+    space.add_lwpolyline(np.column_stack([radii * np.cos(angles), radii * np.sin(angles)]))
+
+
+FLAT_FOLLOWER = '[cam]\nform = "disc"\n[follower]\nmotion = "translating"\ncontact = "flat"\n'
+MANY = "it has more than 100,000 entities and vertices, with those of inserted blocks"
+ENDLESS = {
+    "circles": (nested(20, copies(8), circle), MANY),
+    "empty": (nested(20, copies(8), nothing), MANY),
+    "oblique": (nested(20, copies(8, rotation=30, xscale=2), nothing), MANY),
+    "array": (nested(2, arrays(30_000), nothing), MANY),
+    "vertices": (nested(2, arrays(10), wave), MANY),
+    "itself": (nested(3, copies(1), lambda block: block.add_blockref("B1", (0, 0))), 'its block "B1" holds itself'),
+    "deep": (nested(1500, copies(1), circle), "its blocks are nested too deep"),
+    "star": (
+        nested(3, copies(60, step=0), lambda block: block.add_line((0, 0), (1, 0))),
+        "3,600 of its arcs and lines end at one place",
+    ),
+    "wave": (wave, "its profile has 2,002 arcs and lines; at most 1,000 are allowed"),
+}
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_a_drawing_without_end_is_refused(tmp_path, command, name):
+    """Drawings of some kilobytes that would take hours, or all memory: exit code 2, one line."""
+    make, message = ENDLESS[name]
+    drawn_otherwise(tmp_path / "bad.dxf", make)
+    (tmp_path / "own.toml").write_text(f'profile = "bad.dxf"\n{FLAT_FOLLOWER}')
+    code, printed, told = command("evaluate", "own.toml")
+    assert (code, printed, told.count("\n")) == (2, "", 1)
+    assert f"profile = 'bad.dxf': must be a DXF file with the profile, or its [[profile]]: {message}" in told
+
+
+def test_a_profile_in_nested_blocks_comes_back(tmp_path):
+    """As it is drawn, and where the blocks about it hold 4,096 marks."""
+    document = ezdxf.new("R2010", units=4)
+    nested(5, copies(8), lambda block: block.add_point((60, 0)))(document.modelspace())
+    profile = document.blocks.new("PROFILE")
+    profile.add_circle((5, 0), 30)
+    document.modelspace().add_blockref("PROFILE", (0, 0))
+    document.saveas(tmp_path / "blocks.dxf")
+    (only,) = from_drawing(find_scene("eccentric-rocker"), tmp_path / "blocks.dxf").profile
+    assert (only.radius, only.x, only.y) == pytest.approx((30.0, 5.0, 0.0))
+
+
 def test_no_drawing_and_none_that_is_there(tmp_path):
     (tmp_path / "text.dxf").write_text("no drawing")
     (tmp_path / "folder.dxf").mkdir()
@@ -151,6 +227,5 @@ def test_no_drawing_and_none_that_is_there(tmp_path):
 
 def test_a_scene_file_names_its_drawing_beside_it(tmp_path):
     export(THREE_ARC, tmp_path / "cam.dxf")
-    tables = '[cam]\nform = "disc"\n[follower]\nmotion = "translating"\ncontact = "flat"\n'
-    (tmp_path / "own.toml").write_text(f'profile = "cam.dxf"\n{tables}')
+    (tmp_path / "own.toml").write_text(f'profile = "cam.dxf"\n{FLAT_FOLLOWER}')
     assert len(Scene.from_toml(tmp_path / "own.toml").profile) == 4
