@@ -83,7 +83,8 @@ class ConicProgramme:
         counts = [sum(rows.constant.size for _, rows in some) for some in (zero, at_least)]
         plain = [clarabel.ZeroConeT(counts[0]), clarabel.NonnegativeConeT(counts[1])]
         found = [cone for cone, count in zip(plain, counts, strict=True) if count]
-        found += [clarabel.SecondOrderConeT(size) for _, cones in round_ for size in cones.sizes]
+        sizes = (size for _, cones in round_ for size in cones.sizes)
+        found += [clarabel.SecondOrderConeT(size) if size > 1 else clarabel.NonnegativeConeT(1) for size in sizes]
         return [*zero, *at_least, *((each, cones.rows) for each, cones in round_)], found
 
     def _tell(self, parts: Iterable[tuple[ConvexRows, AffineRows]], multipliers: FloatArray) -> None:

@@ -415,7 +415,7 @@ BAD_INPUT = [
     (["sweep", "--base-radius", "20:150:1e-9"], "a range of at most 10,000,000 values; this one has 130,000,000,000"),
     (["evaluate", "two-pauses", "--cutter-radius", "5"], "--cutter-radius = 5.0: belongs to --points"),
     (["evaluate", "exhaust-valve", "--points", "c.csv", "--cutter-radius", "90"], "above 0 and at most 66.8"),
-    (["frontier", "exhaust-valve", "--pointz", "3"], "Did you mean '--out'?"),
+    (["frontier", "exhaust-valve", "--pointz", "3"], "Did you mean --out?"),
     (["evaluate", "two-pauses", "--points", "curve.xyz"], "curve.xyz"),
     (["evaluate", "two-pauses", "--plot", "curve.xyz"], "curve.xyz"),
     (["evaluate", "two-pauses", "--points", "c.csv", "--cutter-radius", "-1"], "--cutter-radius = -1.0: must be above"),
@@ -433,7 +433,8 @@ def test_a_mistake_is_told_on_standard_error_and_nothing_is_written(run, argumen
     code, out, err = run(*arguments, *as_json)
     assert (code, out, files_here()) == (2, "", [])
     assert not Path("camopt-out").exists()
-    assert message in " ".join(err.split())
+    told = " ".join(err.split())
+    assert message in told or message in told.replace("'", "")  # click quotes options since 8.4
 
 
 @pytest.mark.parametrize("command", ["sweep", "optimise", "evaluate"])

@@ -52,9 +52,8 @@ def comments_in(text):
 
 def test_what_changes_stands_where_it_stood(own):
     text = text_of_scene(own.replace(**{"cam.base_radius": 47.25, "motion.2.law": "poly345"}))
-    assert (
-        text.replace('\nname = "feeder"\n', "").replace("47.25 ", '"2 in" ').replace("poly345", "cycloidal") == OWN
-    )
+    unnamed = re.sub(r'name = "feeder"\n\n?', "", text)  # newer versions of tomlkit put an empty line below it
+    assert unnamed.replace("47.25 ", '"2 in" ').replace("poly345", "cycloidal") == OWN
     assert "base_radius = 47.25 # as on the old drawing" in text
 
 
