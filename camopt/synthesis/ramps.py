@@ -23,9 +23,10 @@ def lost_ramps(scene: Scene) -> Iterator[str]:
         if stroke.is_free and row and row.law in scene.laws:
             start, end = (degrees(each) for each in steadiest(stroke))
             if end - start > LEAST * degrees(stroke.angle):
-                where = f"from {start:.3g} to {end:.3g} deg the law of {stroke.key} has constant velocity"
-                keeps = "segments constant-velocity between moves stay as they are"
-                yield f"{where}, as a ramp; the free law that takes its place has not: {keeps}"
+                where = (
+                    f"from {start:.3g} to {end:.3g} deg the law of {stroke.key} has constant velocity, as a ramp"
+                )
+                yield f"{where}; a free law replaces it without the ramp; segments constant-velocity stay"
 
 
 def steadiest(stroke: Stroke) -> tuple[float, float]:

@@ -1052,3 +1052,16 @@ def test_a_ramp_that_a_free_law_does_not_keep_is_told(steady):
     told = list(lost_ramps(find_scene("roller-1000rpm").replace(motion=motion, laws=laws)))
     ends = [float(text) for line in told for text in re.findall(r"[\d.]+(?= to| deg)", line)]
     assert ends == (pytest.approx([45, 75, 165, 195], abs=0.5) if steady else [])
+
+
+def test_a_ramp_that_will_be_lost_is_told_first(tmp_path, capsys):
+    """Also where no cam is found in the end."""
+    rows = [{"segment": word, "angle": 120, "lift": 20, "law": "own"} for word in ("rise", "return")]
+    motion, laws = [*rows, {"segment": "dwell", "angle": 120}], {"own": {"scca": [0.3, 0.3, 0.15, 0.25]}}
+    scene = find_scene("roller-1000rpm").replace(motion=motion, laws=laws, **{"limits.acceleration": 1.0})
+    (tmp_path / "scene.toml").write_text(scene.to_toml())
+    assert main(["synthesise", str(tmp_path / "scene.toml"), "--out", str(tmp_path / "out")]) == 1
+    first, second, last = capsys.readouterr().err.splitlines()
+    assert "the law of motion.1 has constant velocity, as a ramp; a free law replaces it without the ramp" in first
+    assert "the law of motion.2 has constant velocity" in second
+    assert "no motion" in last

@@ -64,6 +64,7 @@ def frontier(
     from camopt.cli import terminal
     from camopt.cli.commands.frontier_report import show_frontier
     from camopt.synthesis.files import FRONTIER, PICTURE, write_frontier
+    from camopt.synthesis.ramps import lost_ramps
 
     traded = [axis.strip() for axis in axes.split(",")]
 
@@ -78,5 +79,6 @@ def frontier(
             plot(found, unit.path(PICTURE))
         return Report(partial(show_frontier, found), 0 if found.rows else NOTHING_FEASIBLE)
 
-    made = Once(out, "frontier", (FRONTIER, PICTURE), {"axes": traded, "points": points})
+    asked = {"axes": traded, "points": points}
+    made = Once(out, "frontier", (FRONTIER, PICTURE), asked, tuple(lost_ramps(scene)))
     return once(made, scene, again, as_json, quiet, work)

@@ -56,10 +56,11 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 
             plot(result, picture, known=known)
         code = reached(scene, result.design["relative_half_width"])
-        return Report(partial(show_synthesis, result, known, costs), code, tuple(lost_ramps(scene)))
+        return Report(partial(show_synthesis, result, known, costs), code)
 
     check_folder(scene, out, SCENE_FILE)
-    code = once(Once(out, "synthesise", SYNTHESIS, {}), scene, again or bool(picture), as_json, quiet, work)
+    made = Once(out, "synthesise", SYNTHESIS, {}, tuple(lost_ramps(scene)))
+    code = once(made, scene, again or bool(picture), as_json, quiet, work)
     if picture and not quiet:
         terminal.say_written([picture])
     return code
