@@ -1,18 +1,19 @@
 """The hole for the shaft: a bore and its keyway, in mm in the cam's own frame."""
 
-from math import asin, pi, radians, sqrt, tan
+from math import asin, pi, radians, tan
 
 import numpy as np
 
 from camopt.contour.path import ArcPath
 from camopt.mechanisms.design import ComplexArray
+from camopt.numerics.stable import difference_of_squares_root
 from camopt.scene.part import TOWARDS_FOLLOWER, Part
 
 
 def keyway_corners(part: Part, turn: float) -> ComplexArray:
     """The corners of a keyway in a direction (rad), from the right one of its mouth, seen from the axis."""
     half, bottom = (part.keyway_width or 0.0) / 2, (part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)
-    mouth = sqrt((part.bore or 0.0) ** 2 / 4 - half**2)
+    mouth = difference_of_squares_root((part.bore or 0.0) / 2, half)
     corners = np.array([complex(mouth, -half), complex(bottom, -half), complex(bottom, half), complex(mouth, half)])
     return np.asarray(corners * np.exp(1j * turn))
 

@@ -7,13 +7,13 @@ the scene gives no face width.
 Source: the reach is that of Norton, Cam Design and Manufacturing Handbook, ch. 7 (width of a flat face).
 """
 
-from math import sqrt
 from typing import Any
 
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.implied import Implied
+from camopt.numerics.stable import difference_of_squares_root
 
 DIAMETER = "face_diameter_min_mm"
 FACE_REACHES = ("face_reach_max_mm", "face_reach_min_mm")
@@ -42,7 +42,7 @@ def implies(setup: Setup, name: str, bound: float) -> Implied:
     width = setup.bodies.face_width or 0.0
     if name != DIAMETER or "materials.face_width" in setup.free or bound < width:
         return Implied()
-    return Implied(reach=sqrt(bound**2 - width**2) / 2.0)
+    return Implied(reach=difference_of_squares_root(bound, width) / 2.0)
 
 
 EFFECT = Effect("face", offers, run, reads=reads, implies=implies, of_contact=True)

@@ -11,7 +11,7 @@ Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
 
 from collections.abc import Mapping
-from math import acos, degrees
+from math import degrees
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +26,7 @@ from camopt.motion.contact import OscillatingPoint
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula, further_formula, quotient, turned_series
-from camopt.numerics.stable import sum_of
+from camopt.numerics.stable import triangle_angle
 from camopt.numerics.taylor import direction
 from camopt.numerics.trigonometry import turned
 
@@ -115,11 +115,10 @@ def outline(f, i, at):
 
 
 def first_angle(designs: Designs) -> FloatArray:
-    """ψ₀ in rad, by half-angles: full digits where the triangle is nearly flat; NaN-free, clipped to [0, π]."""
-    c, l, b, r = designs.centre_distance, designs.arm_length, designs.size, designs.roller_radius  # noqa: E741
-    near = np.maximum(sum_of(b, r, -c, l) * sum_of(b, r, c, -l), 0.0)
-    far = np.maximum(sum_of(c, l, -b, -r) * sum_of(c, l, b, r), 0.0)
-    angle: FloatArray = 2.0 * np.arctan2(np.sqrt(near), np.sqrt(far))
+    """Angle of the arm at displacement 0, ψ₀ [rad]."""
+    angle: FloatArray = triangle_angle(
+        designs.centre_distance, designs.arm_length, designs.size, designs.roller_radius
+    )
     return angle
 
 
@@ -187,7 +186,7 @@ def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
     if not abs(centre - arm) < prime < centre + arm:
         between = f"{abs(centre - arm):g} and {centre + arm:g}"
         return "follower.arm_length", arm, f"no triangle: the prime radius ({prime:g}) must lie between {between}"
-    start = degrees(acos((centre**2 + arm**2 - prime**2) / (2 * centre * arm)))
+    start = degrees(triangle_angle(centre, arm, sizes["size"], sizes["roller_radius"]))
     if start + lift < 180.0:
         return None
     return "motion.lift", None, f"the arm starts at {start:g} deg and rises {lift:g}: it stays below 180 deg"

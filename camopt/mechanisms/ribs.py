@@ -35,7 +35,7 @@ ch. 1 (form-closed cams with a rib).
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from math import acos, sin, sqrt
+from math import sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -50,6 +50,7 @@ from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve, formula
+from camopt.numerics.stable import difference_of_squares_root, triangle_angle
 from camopt.numerics.state import State
 
 
@@ -269,14 +270,14 @@ def _on_disc(mechanism: Mechanism, closer: Callable[[Designs], Designs]) -> Mech
     )
 
 
-def _most_spacing(angular: bool, sizes: Mapping[str, float]) -> float:
+def _most_spacing(angular: bool, sizes: Mapping[str, float]) -> Any:
     """The distance of the rollers at which the inner one reaches the axis of the cam, mm."""
     prime, radius = sizes["size"] + sizes["roller_radius"], sizes["roller_radius"]
     if not angular:
         offset = sizes["offset"]
-        return sqrt(prime**2 - offset**2) - sqrt(max(radius**2 - offset**2, 0.0))
+        return difference_of_squares_root(prime, offset) - difference_of_squares_root(radius, offset)
     c, l = sizes["centre_distance"], sizes["arm_length"]  # noqa: E741
-    start, least = (acos((c**2 + l**2 - max(r, abs(c - l)) ** 2) / (2.0 * c * l)) for r in (prime, radius))
+    start, least = (triangle_angle(c, l, r) for r in (prime, radius))
     return 2.0 * l * sin(0.5 * (start - least))
 
 

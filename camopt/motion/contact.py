@@ -17,10 +17,11 @@ Source: Norton, Design of Machinery, ch. 4 (position analysis of linkages); Roth
 """
 
 from dataclasses import dataclass
-from math import acos, asin, cos, nan, pi, sin, sqrt
+from math import asin, cos, nan, pi, sin
 from typing import ClassVar, NamedTuple, Protocol
 
 from camopt.motion.profile import Joint, phase
+from camopt.numerics.stable import difference_of_squares_root, triangle_angle
 from camopt.numerics.taylor import Series, angle_of, direction, quotient, root
 
 
@@ -57,10 +58,9 @@ class TranslatingPoint:
 
     def at(self, joint: Joint) -> Stand:
         point, e = joint.point + self.radius * joint.normal, self.eccentricity
-        square = abs(point) ** 2 - e * e
-        if not square > 0.0:
+        height = float(difference_of_squares_root(abs(point), e))
+        if not height > 0.0:
             return Stand(nan, nan, nan)
-        height = sqrt(square)
         turned = phase(point / complex(height, e))
         return Stand(turned, height, cos(phase(joint.normal) - turned))
 
@@ -86,10 +86,9 @@ class OscillatingPoint:
 
     def at(self, joint: Joint) -> Stand:
         point, c, l = joint.point + self.radius * joint.normal, self.centre_distance, self.arm_length  # noqa: E741
-        cosine = (c * c + l * l - abs(point) ** 2) / (2 * c * l)
-        if not abs(cosine) < 1.0:
+        psi = float(triangle_angle(c, l, abs(point)))
+        if not 0.0 < psi < pi:
             return Stand(nan, nan, nan)
-        psi = acos(cosine)
         arm = l * complex(cos(psi), self.sense * sin(psi))
         turned = phase(point / (c - arm))
         upwards = -1j * self.sense * arm / l

@@ -56,6 +56,17 @@ def matrix_product(a: FloatArray, b: FloatArray) -> FloatArray:
     return total
 
 
+def triangle_angle(one: Any, other: Any, *opposite: Any) -> Any:
+    """Angle between two sides of a triangle [rad], from the third side as a sum of terms.
+
+    The half-angle form keeps all digits of a flat triangle, where the law of cosines loses them (W. Kahan,
+    Miscalculating Area and Angles of a Needle-like Triangle). Without a triangle the angle is 0 or π.
+    """
+    near = np.maximum(sum_of(*opposite, -one, other) * sum_of(*opposite, one, -other), 0.0)
+    far = np.maximum(sum_of(one, other, *(-term for term in opposite)) * sum_of(one, other, *opposite), 0.0)
+    return 2.0 * np.arctan2(np.sqrt(near), np.sqrt(far))
+
+
 def exact_sum(a: Any, b: Any) -> tuple[Any, Any]:
     """a + b, and what rounding takes off it (Knuth, The Art of Computer Programming, vol. 2, 4.2.2)."""
     total = a + b

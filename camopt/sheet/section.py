@@ -12,6 +12,7 @@ import numpy as np
 
 from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
+from camopt.numerics.stable import difference_of_squares_root
 from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.dimensions import CELL, FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance
@@ -146,7 +147,7 @@ def hatching(solid: Any) -> Iterator[Line]:
 def mouth(part: Part, scale: float, whole: float) -> Iterator[Line]:
     """The edge where the keyway's wall meets the bore, behind the section."""
     if part.bore and part.keyway_width:
-        y = sqrt(part.bore**2 - part.keyway_width**2) / 2 * scale
+        y = difference_of_squares_root(part.bore, part.keyway_width) / 2 * scale
         yield line(1j * y, whole + 1j * y, pen=THICK)
 
 

@@ -12,7 +12,7 @@ ch. 12.
 """
 
 from collections.abc import Iterator
-from math import inf, sqrt
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from camopt.mistakes import BadInput, Unsolved
 from camopt.motion.programme import PEAKS, law_peaks
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
+from camopt.numerics.stable import difference_of_squares_root
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
@@ -175,7 +176,8 @@ def iterate_in(demand: Demand, result: Synthesis) -> Iterate:
         coefficients.append((values - demand.zero) * stroke.size / demand.scale if stroke.is_move else values)
     prime = result.design[demand.problem.size_name] + demand.roller
     lead = demand.problem.design.sense * result.design.get("offset_mm", 0.0) if demand.traced else 0.0
-    return Iterate(lead / demand.length, sqrt(prime**2 - lead**2) / demand.length, tuple(coefficients))
+    height = float(difference_of_squares_root(prime, lead))
+    return Iterate(lead / demand.length, height / demand.length, tuple(coefficients))
 
 
 def _cost(optimum: PricedOptimum, scene: Scene, given: GivenBound) -> float:

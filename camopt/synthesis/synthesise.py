@@ -8,7 +8,7 @@ the convex programme knows it or not, and the gap to the bound says what that co
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from math import inf, sqrt
+from math import inf
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
+from camopt.numerics.stable import difference_of_squares_root
 from camopt.scene.scene import Scene
 from camopt.smallest.prices import Price, prices
 from camopt.synthesis import residual
@@ -271,7 +272,9 @@ def _placed(demand: Demand, known: Iterate, objective: Collection[str]) -> Itera
     if cam is None:
         return known
     lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + demand.roller
-    return known._replace(lead=lead / demand.length, height=sqrt(prime**2 - lead**2) / demand.length)
+    return known._replace(
+        lead=lead / demand.length, height=float(difference_of_squares_root(prime, lead)) / demand.length
+    )
 
 
 @prices.register

@@ -12,14 +12,16 @@ Source: Norton, Design of Machinery, ch. 4 (the offset slider-crank).
 """
 
 from dataclasses import dataclass
-from math import asin, pi
+from math import asin, atan2, pi
 from typing import Any
 
 import numpy as np
 
 from camopt.numerics import FloatArray
+from camopt.numerics.stable import difference_of_squares_root
 from camopt.numerics.taylor import Series, angle_of, direction, quotient, root
 from camopt.trains.link import (
+    FLAT,
     RADIAN,
     Bar,
     Coupler,
@@ -62,9 +64,10 @@ class Crank:
         places = [DeadPoint(asin(e / (a + b)), IN_LINE)]
         if abs(e) <= abs(a - b) and a != b:
             places.append(DeadPoint(pi - asin(e / (a - b)), IN_LINE))
-        for sine in ((e + b) / a, (e - b) / a):
-            if abs(sine) <= 1.0:
-                places += [DeadPoint(at, SQUARE) for at in (asin(sine), pi - asin(sine))]
+        for across in (e + b, e - b):
+            if abs(across) <= a + FLAT * (a + b + abs(e)):
+                angle = atan2(across, difference_of_squares_root(a, across))
+                places += [DeadPoint(angle, SQUARE), DeadPoint(pi - angle, SQUARE)]
         return nearest_ends(each._replace(at=each.at - self.start) for each in places)
 
     def forward(self, given: Series) -> Series:

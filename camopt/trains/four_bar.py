@@ -14,15 +14,17 @@ Source: Norton, Design of Machinery, ch. 4 (position analysis of the fourbar lin
 from cmath import phase, rect
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import acos, pi
+from math import pi
 from typing import Any
 
 import numpy as np
 
 from camopt.numerics import FloatArray
+from camopt.numerics.stable import triangle_angle
 from camopt.numerics.taylor import Series, angle_of, direction, quotient
 from camopt.trains.crank import IN_LINE
 from camopt.trains.link import (
+    FLAT,
     RADIAN,
     Bar,
     Coupler,
@@ -68,17 +70,16 @@ class FourBar:
         """Where |A| is |b ± c|."""
         a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
         for far in (b + c, abs(b - c)):
-            cosine = (a * a + d * d - far * far) / (2 * a * d)
-            if abs(cosine) <= 1.0:
-                yield from (DeadPoint(sign * acos(cosine), ROCKER_IN_LINE) for sign in (1.0, -1.0))
+            if _closes(a, d, far):
+                angle = float(triangle_angle(a, d, far))
+                yield from (DeadPoint(sign * angle, ROCKER_IN_LINE) for sign in (1.0, -1.0))
 
     def _in_line_with_crank(self) -> Iterator[DeadPoint]:
         """Where |B| is |a ± b|, with the linkage assembled as at the start."""
         a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
         for far in (a + b, a - b):
-            cosine = (far * far - c * c - d * d) / (2 * c * d)
-            for sign in (1.0, -1.0) if abs(cosine) <= 1.0 and far else ():
-                arm = rect(c, sign * acos(cosine))
+            for sign in (1.0, -1.0) if far and _closes(c, d, abs(far)) else ():
+                arm = rect(c, sign * (pi - float(triangle_angle(c, d, abs(far)))))
                 turned = phase((d + arm) / far)
                 if phase(arm / (rect(a, turned) - d)) * self.rocker.side >= 0.0:
                     yield DeadPoint(turned, IN_LINE)
@@ -138,6 +139,12 @@ class FourBar:
 
     def backward(self, asked: Series) -> Series:
         return self.crank.angle(*_aim(asked + self.asked_start, self.rocker.length, self.ground))
+
+
+def _closes(one: float, other: float, far: float) -> bool:
+    """Whether three sides form a triangle; a flat one counts, even where rounding opens it."""
+    room = FLAT * (one + other + far)
+    return abs(one - other) - room <= far <= one + other + room
 
 
 def _aim(angle: Series, radius: Any, offset: Any) -> tuple[Series, Series]:

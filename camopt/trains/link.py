@@ -108,6 +108,8 @@ class Link(Protocol):
 
 RADIAN = pi / 180.0
 ROUNDED = 10.0 ** np.arange(-16, -5)
+FLAT = 1e-15
+"""Share of its lengths by which rounding may keep a linkage from a position that it just reaches."""
 FREE = DeadPoint(-inf, ""), DeadPoint(inf, "")
 """The ends of a link that has no dead point."""
 NO_COUPLERS = None, None

@@ -9,7 +9,7 @@ import pytest
 from support.cams import CONTACTS, cam_with
 
 import camopt.mechanisms
-from camopt.mechanisms import FIELDS, MECHANISMS, SIZE_FIELDS, mechanism_for, mechanisms_for
+from camopt.mechanisms import DRIVEN, FIELDS, MECHANISMS, SIZE_FIELDS, mechanism_for, mechanisms_for
 from camopt.mechanisms.body import BODIES, CamForm
 from camopt.mechanisms.drive import DRIVES, DriveName
 from camopt.mechanisms.follower import MOTIONS, TIPS, MotionName, TipName
@@ -89,6 +89,23 @@ def test_a_drive_is_on_some_cam_and_refused_where_there_is_none(drive):
             with pytest.raises(BadInput, match=f"drive.kind = '{drive}': must be '{usual.drive.name}'"):
                 Scene.from_dict(given)
     assert 0 < refused < len(CONTACTS)
+
+
+@pytest.mark.parametrize("mechanism", [*MECHANISMS.values(), *DRIVEN], ids=lambda each: each.name)
+def test_random_sizes_fit_or_are_told(mechanism):
+    """Of one decimal, as people write them, and of triangles that are flat within rounding."""
+    rng, fitting = np.random.default_rng(57), 0
+    for number in range(600):
+        sizes = {name: float(rng.uniform(1.0, 200.0)) for name in ("size", *mechanism.sizes)}
+        sizes = {name: round(each, 1) if number % 2 else each for name, each in sizes.items()}
+        if number % 3 == 0 and {"arm_length", "centre_distance"} <= sizes.keys():
+            flat = abs(sizes["centre_distance"] - sizes["arm_length"]) * (1.0 + 2e-16 * rng.integers(-3, 4))
+            sizes["size"] = flat - (sizes["roller_radius"] if mechanism.body.form == "disc" else 0.0)
+        lift = float(rng.uniform(1.0, 30.0))
+        found = mechanism.misfit({**dict.fromkeys(SIZE_FIELDS, 0.0), **sizes, "lift": lift})
+        fitting += found is None
+        assert found is None or found[2]
+    assert fitting
 
 
 def test_each_mechanism_has_a_place_of_its_own():

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from camopt.kernels.compile import compiled
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import UNIT
+from camopt.numerics.stable import triangle_angle
 from camopt.numerics.trigonometry import sine_cosine, turned
 from camopt.verdicts.ball import Ball, precisely
 
@@ -17,6 +18,26 @@ from camopt.verdicts.ball import Ball, precisely
 def in_a_kernel(y, sine, cosine):
     for i in range(y.size):
         sine[i], cosine[i] = sine_cosine(y[i])
+
+
+@pytest.mark.parametrize("flat", [0.0, 1e-15, 1e-9, 1e-3, 0.5])
+def test_the_angle_of_a_triangle_keeps_its_digits_where_it_is_flat(flat):
+    """By the law of cosines in 50 digits; a triangle that cannot be has the angle of the nearest one."""
+    rng = np.random.default_rng(1)
+    a, b = rng.uniform(1.0, 200.0, (2, 400))
+    share = np.where(rng.uniform(size=400) < 0.5, flat, 1.0 - flat)
+    third = np.abs(a - b) * (1.0 - share) + (a + b) * share
+    found = triangle_angle(a, b, third)
+    with mpmath.workdps(50):
+        for x, y, z, angle in zip(a.tolist(), b.tolist(), third.tolist(), found.tolist(), strict=True):
+            cosine = (mpmath.mpf(x) ** 2 + mpmath.mpf(y) ** 2 - mpmath.mpf(z) ** 2) / (2 * mpmath.mpf(x) * y)
+            known = mpmath.acos(max(-1, min(1, cosine)))
+            assert abs(angle - known) <= 4 * UNIT * known
+    assert triangle_angle(3.0, 5.0, 1.9) == 0.0
+    assert triangle_angle(3.0, 5.0, 8.1) == np.pi
+    ends = triangle_angle(Interval(a, a), b, Interval(third, third * (1.0 + 1e-9)))
+    assert np.all(ends.low <= found * (1.0 + 1e-15))
+    assert np.all(found <= ends.high * (1.0 + 1e-15))
 
 
 def test_against_fifty_digits_and_compiled_alike():

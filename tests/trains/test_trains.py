@@ -56,6 +56,46 @@ def test_a_four_bar_of_norton():
     assert np.degrees(found) == pytest.approx([57.33, -98.01 + 360.0], abs=0.006)
 
 
+def nearest(start, places):
+    """The nearest of some angles below and above a start, rad; at most half a turn away."""
+    above = min((each - start) % (2 * np.pi) for each in places)
+    below = max((each - start) % (2 * np.pi) - 2 * np.pi for each in places)
+    return max(below, -np.pi), min(above, np.pi)
+
+
+def test_a_parallelogram_stops_where_it_is_flat():
+    """Of random sizes: rounding opened every eighth, whose crank then went through the dead point."""
+    rng = np.random.default_rng(57)
+    for _ in range(300):
+        (crank, coupler), angle = rng.uniform(20.0, 120.0, 2).tolist(), float(rng.uniform(5.0, 175.0))
+        link = four_bar(crank, coupler, crank, coupler, angle, crossed=False)
+        assert [end.at for end in link.ends] == pytest.approx(nearest(link.start, [0.0, np.pi]), abs=1e-6)
+
+
+def test_a_slider_crank_stops_where_its_coupler_just_gets_square():
+    """Sizes of one decimal with crank = coupler ± offset, which rounding kept off it one time in forty."""
+    rng, seen = np.random.default_rng(57), 0
+    for _ in range(300):
+        crank, coupler = rng.integers(200, 900, 2).tolist()
+        offset, angle = (crank - coupler) / 10.0, float(rng.uniform(5.0, 85.0))
+        try:
+            train = train_of(
+                [
+                    (
+                        "slider-crank",
+                        {"crank": crank / 10, "coupler": coupler / 10, "offset": offset, "angle": angle},
+                    )
+                ],
+                angular=True,
+            )
+        except StageFault:
+            continue
+        seen += 1
+        link = train.links[0]
+        assert link.ends[1].at <= nearest(link.start, [np.pi / 2])[1] + 1e-6  # type: ignore[attr-defined]
+    assert seen > 100
+
+
 def test_a_slider_crank_of_norton():
     """Norton, Design of Machinery, example 4-2: crank 40, coupler 120, offset −20 mm, the crank at 60 deg."""
     train = train_of(

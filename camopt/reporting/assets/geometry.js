@@ -1,13 +1,18 @@
 // Where the follower touches the cam: the formulas of camopt/mechanisms, on plain numbers (mm, rad).
 
+/** The square root; 0 of what is below 0. */
+function rootOf(square) {
+  return Math.sqrt(Math.max(square, 0));
+}
+
 /** Heights, angles and levers that do not change as the cam turns. */
 function standing(cam) {
   const { size, roller_radius: radius, offset, arm_length: arm, centre_distance: centre, face_offset: face, roller_spacing: spacing } = cam.sizes;
   const prime = size + radius;
   const between = cam.moves === "oscillating" ? 2 * Math.asin(spacing / 2 / arm) || 0 : spacing; // of the rollers about a rib
   return {
-    height: Math.sqrt(Math.max(prime * prime - offset * offset, 0)),
-    firstAngle: Math.acos((arm * arm + centre * centre - prime * prime) / (2 * arm * centre)),
+    height: rootOf((prime - offset) * (prime + offset)),
+    firstAngle: 2 * Math.atan2(rootOf((prime - arm + centre) * (prime + arm - centre)), rootOf((arm + centre - prime) * (arm + centre + prime))),
     firstSine: Math.asin((size - face) / centre),
     between,
     ahead: isGrooved(cam) ? between / 2 : 0,
