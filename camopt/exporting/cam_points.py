@@ -89,7 +89,9 @@ def cam_points(
     unit normal out of the steel (``profile_normal_x``, ``profile_normal_y``) and the curvature
     (``profile_curvature_per_mm``, positive where convex). Then each load of the effects that the scene
     calls for, as ``contact_force_N``, ``torque_N_m``, ``contact_stress_MPa``; of several that friction can make,
-    the largest. One that is infinite somewhere has no column. Of two contacts there are those of each, as
+    the largest. Where a load jumps, as friction does at the end of a stroke, its value is the side with the larger
+    magnitude (of a film and of the force of an elastic train the smaller value), as in its extreme. A load that is
+    infinite somewhere has no column. Of two contacts there are those of each, as
     ``first_contact_force_N`` and ``second_contact_force_N``, with the preload shared.
 
     A disc cam is in its own frame, which is the ground frame at cam angle 0: cam centre at the origin,

@@ -129,6 +129,37 @@ def test_loads_are_those_of_the_effects_that_run():
     assert not [name for name in plain if "force" in name]
 
 
+@pytest.mark.parametrize("law", ["parabolic", "cycloidal"])
+@pytest.mark.parametrize("offset", [-11.3, 7.9])
+def test_a_load_that_jumps_has_its_larger_value_and_no_point_exceeds_the_extreme(law, offset):
+    """At the ends of strokes with friction in the guide, and where the acceleration jumps; 0 deg is 360 deg."""
+    guide = {"guide_length": 41.3, "overhang": 88.7, "friction": 0.117, "stem_diameter": 14.0}
+    dynamics = {"mass": 0.53, "spring_rate": 19.3, "preload": 411.0, **guide}
+    steel = {"cam": "steel", "follower": "steel", "face_width": 8.3}
+    scene = find_scene("roller-1000rpm").replace(
+        **{"cam.rpm": 287.0, "follower.offset": offset, "follower.dynamics": dynamics, "materials": steel},
+        **{f"motion.{number}.law": law for number in (1, 3)},
+        outputs=["force", "thrust", "torque", "hertz"],
+    )
+    starts = np.cumsum([0.0, *(each.angle for each in scene.motion)])
+    ends = np.unique([*starts, *((starts[:-1] + starts[1:]) / 2)])
+    at, near = cam_points(scene, ends), cam_points(scene, np.sort([*(ends[1:] - 1e-6), *(ends[:-1] + 1e-6)]))
+    values, jumps = evaluate(scene), 0
+    for column in sorted(
+        {load_column(name) for name in values if name.endswith(("_N", "_MPa", "_N_m"))} & at.keys()
+    ):
+        sides = np.roll(near[column], 1).reshape(-1, 2)  # before and after each end, from 0 deg
+        larger = np.take_along_axis(sides, np.abs(sides).argmax(axis=1)[:, None], axis=1)[:, 0]
+        assert at[column][:-1] == pytest.approx(larger, rel=1e-5, abs=1e-5)
+        assert at[column][0] == at[column][-1]
+        jumps += np.count_nonzero(np.abs(np.diff(sides)) > 1e-3 * np.abs(sides).max())
+        most = max(abs(value) for name, value in values.items() if load_column(name) == column)
+        whole = cam_points(scene, np.unique([*ends, *np.linspace(0.0, 360.0, 3601)]))[column]
+        assert np.abs(whole).max() == pytest.approx(most, rel=1e-4)
+        assert np.abs(whole).max() <= most * (1.0 + 1e-12)
+    assert jumps > 5
+
+
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
 def test_the_command_spaces_and_loads_its_points(capsys, tmp_path, monkeypatch, suffix):
     monkeypatch.chdir(tmp_path)
