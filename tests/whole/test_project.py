@@ -1,10 +1,14 @@
 """What people and platforms read of the project: one version, one list of dependencies, forms that are whole."""
 
 import re
+import sys
 import tomllib
+from importlib.metadata import metadata, packages_distributions, requires
 
 import pytest
 import yaml
+from packaging.requirements import Requirement
+from packaging.version import Version
 from support.pages import ROOT
 
 import camopt
@@ -40,6 +44,47 @@ def test_the_recipe_has_the_dependencies_of_the_project():
 
     wanted = {("python", PROJECT["requires-python"]), *map(parted, PROJECT["dependencies"])}
     assert {*map(parted, recipe()["requirements"]["run"])} == wanted
+
+
+def test_the_versions_between_are_above_the_lowest():
+    """Those of ``.ci/versions between``: allowed, and not what ``.ci/versions lowest`` runs already."""
+    script = (ROOT / ".ci" / "versions").read_text(encoding="utf-8")
+    between = {name: Version(version) for name, version in re.findall(r"([a-z]+)==([\d.]+)", script)}
+    assert between.keys() >= {"pydantic", "numpy", "pandas", "pyarrow", "numba"}
+    allowed = {wanted.name: wanted.specifier for wanted in map(Requirement, PROJECT["dependencies"])}
+    for name, version in between.items():
+        (floor,) = (Version(each.version) for each in allowed[name] if each.operator == ">=")
+        assert version in allowed[name]
+        assert version.release[:2] > floor.release[:2]
+
+
+def test_the_docs_need_what_their_extra_installs():
+    """Each package that a script of the site imports is of camopt, of its extra ``docs``, or of what these need."""
+    listed = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["docs"]]
+    names = {Requirement(each).name for each in listed}
+    further = [each for name in names for each in requires(name) or () if "extra ==" not in each]
+    installed = {name.lower() for name in [*names, *(Requirement(each).name for each in further), "camopt"]}
+    scripts = [file for file in (ROOT / "docs").rglob("*.py") if "_build" not in file.parts]
+    text = "\n".join(file.read_text(encoding="utf-8") for file in scripts)
+    imported = set(re.findall(r"^(?:from|import) (\w+)", text, re.M)) - sys.stdlib_module_names
+    distributions = packages_distributions()
+    assert {"sphinx", "matplotlib"} <= imported
+    for name in imported & distributions.keys():  # not those of the docs' and the tests' own folders
+        assert installed & {each.lower() for each in distributions[name]}, name
+
+
+def test_the_readme_of_a_package_index_has_absolute_links():
+    """Each link and picture of the installed metadata begins with an address; install again to renew it."""
+    readme = metadata("camopt").get_payload()
+    pictures, links = (re.findall(mark, readme) for mark in (r"!\[[^\]]*\]\(([^)]+)\)", r"\]\(([^)]+)\)"))
+    assert len(links) > 30
+    assert pictures
+    assert not re.search(r"^\[[^\]]+\]:|<(?:a|img)\b", readme, re.M)  # other forms of links, which the build leaves
+    address = re.escape(PROJECT["urls"]["Repository"])
+    assert all(re.match(rf"{address}/raw/v[\d.]+/\S+$", each) for each in pictures)
+    assert all(re.match(r"https://\S+$", each) for each in links)
+    there = [each.removeprefix(f"{PROJECT['urls']['Repository']}/blob/v{VERSION}/") for each in links]
+    assert all((ROOT / each).exists() for each in there if not each.startswith("https:"))
 
 
 def test_what_the_paper_cites_is_in_its_list_and_nothing_else():
