@@ -21,10 +21,11 @@ from camopt.effects.panel_parts import PanelParts, cut_panels, motion_in
 from camopt.effects.work import derivative
 from camopt.mechanisms.design import SIZE_FIELDS, Designs, Mechanism
 from camopt.motion.programme import Programme
-from camopt.motion.table import chebyshev_projection
 from camopt.numerics import BISECTIONS, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.piecewise import sign_changes
+from camopt.numerics.quadrature import chebyshev_projection
+from camopt.numerics.stable import matrix_product
 
 GUIDED_DEGREE = 20
 Cuts = tuple[tuple[int, float], ...]
@@ -79,4 +80,4 @@ def guided_torque(setup: Setup, design: Designs, programme: Programme) -> tuple[
         some = parts.take(here)
         made = torque_curve(setup, design, programme, way)
         values[:, here] = curve(made, 0, motion_in(programme, some, some.at(nodes[:, None])))[0]
-    return 0.5 * table.half_width[parts.panel] * (parts.high - parts.low), to_powers @ values
+    return 0.5 * table.half_width[parts.panel] * (parts.high - parts.low), matrix_product(to_powers, values)

@@ -15,6 +15,7 @@ from camopt.motion.programme import Programme, mean_of_powers
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.quadrature import Integrated, Rule, by_orders
+from camopt.numerics.stable import matrix_product
 
 POINTS_AT_ONCE = 2**17  # points of all designs of a block
 ALL_DESIGNS = np.s_[:, None, None]
@@ -65,7 +66,7 @@ def _by_rule(mean: Mean, designs: Designs, programme: Programme, parts: PanelPar
         value, _ = curve(make(designs, programme), ALL_DESIGNS, state)
         half = 0.5 * programme.table.half_width[some.panel] * (some.high - some.low)
         whole = np.broadcast_to(value**mean.power, (len(designs), rule.nodes.size, half.size))
-        total += np.einsum("dnp,n,p->d", whole, rule.weights, half) / (2.0 * np.pi)
+        total += matrix_product(matrix_product(rule.weights, np.moveaxis(whole, 1, 0)), half) / (2.0 * np.pi)
     return total
 
 

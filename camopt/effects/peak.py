@@ -16,6 +16,7 @@ import numpy as np
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.numerics.trigonometry import arctangent
 
 Turn = TypeVar("Turn", bound="HasTool")
 
@@ -193,7 +194,7 @@ class Angle(Scale):
     """The angle in deg of a tangent ≥ 0."""
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
-        return np.degrees(np.arctan(extreme))
+        return np.degrees(arctangent(extreme))
 
     def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.tan(numbers.of(quantity) * numbers.pi() / 180)

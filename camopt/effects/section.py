@@ -33,6 +33,7 @@ from camopt.motion.programme import JUMP_SIDE
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import FloatArray
 from camopt.numerics.quadrature import Integrated, Rule, by_orders, gauss
+from camopt.numerics.stable import matrix_product
 
 AREA, PROFILE_LENGTH, POLAR_MOMENT = "area_mm2", "profile_length_mm", "polar_moment_mm4"
 CENTROID = ("centroid_x_mm", "centroid_y_mm")
@@ -113,7 +114,7 @@ def section_integrals(case: Case, designs: Designs, rule: Rule, side: float = IN
     normal = travel.normal.reshape(-1, *angles.shape)
     reach = side * case.setup.half_width(designs)
     point = travel.trace.reshape(across) + reach[:, None, None] * normal
-    along = point @ rule.derivative.T - 1j * sense * table.half_width[:, None] * point
+    along = matrix_product(point, rule.derivative.T) - 1j * sense * table.half_width[:, None] * point
     total = _swept(sense, rule, point, normal, along, np.exp(-1j * sense * angles))
     for corner in _at_corners(case, designs, rule, reach):
         total += _swept(sense, rule, *corner)
@@ -124,11 +125,11 @@ def _swept(
     sense: float, rule: Rule, point: ComplexArray, normal: ComplexArray, along: ComplexArray, turn: ComplexArray
 ) -> FloatArray:
     """The integrals (5, designs) over parts of profiles: points, normals, derivatives, (designs, parts, nodes)."""
-    length = (along * np.conj(-1j * sense * normal)).real @ rule.weights
+    length = matrix_product((along * np.conj(-1j * sense * normal)).real, rule.weights)
     rate = -sense * (np.conj(point) * along).imag
-    moment = (turn * point * rate) @ rule.weights / 3.0
-    polar = (np.square(point.real) + np.square(point.imag)) * rate @ rule.weights / 4.0
-    parts = [length, rate @ rule.weights / 2.0, moment.real, moment.imag, polar]
+    moment = matrix_product(turn * point * rate, rule.weights) / 3.0
+    polar = matrix_product((np.square(point.real) + np.square(point.imag)) * rate, rule.weights) / 4.0
+    parts = [length, matrix_product(rate, rule.weights) / 2.0, moment.real, moment.imag, polar]
     return np.array([part.sum(axis=1) for part in parts])
 
 
@@ -171,10 +172,11 @@ def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
     table, depth, mean = case.programme.table, case.setup.solid.flank_height or 0.0, designs.size
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
     trace = case.setup.mechanism.travel(_columns(designs), case.programme, angles.ravel()).trace
-    along = trace.reshape(-1, *angles.shape) @ rule.derivative.T
+    along = matrix_product(trace.reshape(-1, *angles.shape), rule.derivative.T)
 
     def length(share: FloatArray) -> FloatArray:
-        return np.asarray((np.hypot(share[:, None, None] * along.real, along.imag) @ rule.weights).sum(axis=1))
+        speed = np.hypot(share[:, None, None] * along.real, along.imag)
+        return np.asarray(matrix_product(speed, rule.weights).sum(axis=1))
 
     total = np.array([length(np.ones(len(designs))), 0.0 * mean, 0.0 * mean])
     for place, weight in zip(*gauss(RADIAL)[:2], strict=True):

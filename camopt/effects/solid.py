@@ -43,6 +43,7 @@ from camopt.effects.implied import Implied
 from camopt.effects.section import JUST_ABOVE, groove_integrals_of, section_of
 from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
 from camopt.numerics.quadrature import GAUSS_ORDERS, gauss
+from camopt.numerics.stable import matrix_product
 
 MASS, INERTIA = "cam_mass_kg", "cam_inertia_kg_m2"
 BALANCE = ("unbalance_g_mm", "centre_of_gravity_mm")
@@ -172,7 +173,8 @@ def _share_along_axis(case: Case) -> Any:
     rule = gauss(GAUSS_ORDERS[-1])
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
     y, *_ = case.programme.at(angles.ravel())
-    return float(table.half_width @ np.cos(y - lift / 2.0).reshape(angles.shape) @ rule.weights)
+    shares = matrix_product(np.cos(y - lift / 2.0).reshape(angles.shape), rule.weights)
+    return float(matrix_product(shares, table.half_width))
 
 
 def _grooved_plate(case: Case) -> tuple[Figure, Figure]:

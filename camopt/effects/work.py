@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.numerics import FloatArray
-from camopt.numerics.piecewise import MotionTable, bernstein
+from camopt.numerics.piecewise import MotionTable, bernstein, halve_bernstein
 from camopt.numerics.stable import matrix_product
 
 WORK_ERROR = 2.0**-46  # of the largest magnitude: above the rounding of a halving of degree 30, so that it ends
@@ -49,8 +49,7 @@ def integral(half_width: FloatArray, series: FloatArray) -> FloatArray:
 def total(half_width: FloatArray, series: FloatArray) -> Any:
     """The integral over the whole turn, (settings,) if there are some; only even powers contribute."""
     even = series[::2]
-    means = matrix_product(2.0 / np.arange(1, 2 * len(even), 2), even.reshape(len(even), -1))
-    return matrix_product(means.reshape(even.shape[1:]), half_width)[()]
+    return matrix_product(matrix_product(2.0 / np.arange(1, 2 * len(even), 2), even), half_width)[()]
 
 
 def largest_of_series(series: FloatArray) -> Any:
@@ -68,14 +67,5 @@ def largest_of_series(series: FloatArray) -> Any:
         np.maximum.at(best, owner, parts[[0, -1]].max(axis=0))
         open_ = parts.max(axis=0) > (best + room)[owner]
         owner = np.tile(owner[open_], 2)
-        parts = np.concatenate(_halves(parts[:, open_]), axis=1)
+        parts = np.concatenate(halve_bernstein(parts[:, open_]), axis=1)
     return best.reshape(series.shape[1:-1])[()]
-
-
-def _halves(parts: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The Bernstein coefficients of both halves (de Casteljau)."""
-    low, high = parts.copy(), parts.copy()
-    for k in range(1, len(parts)):
-        high[: len(parts) - k] = 0.5 * (high[: len(parts) - k] + high[1 : len(parts) - k + 1])
-        low[k] = high[0]
-    return low, high

@@ -32,7 +32,7 @@ from distributed.gc import disable_gc_diagnosis
 from distributed.versions import VersionMismatchWarning
 
 from camopt.engines import LOCAL, Item, Result
-from camopt.engines.dask_worker import Ready, digest, run_worker, unlike
+from camopt.engines.dask_worker import Ready, run_worker, unlike
 from camopt.mistakes import BadInput, Mistake
 
 TASK_SECONDS = 2.0  # of work in a task: little is lost with a worker
@@ -88,11 +88,10 @@ class Cluster:
         """
         if not items:
             return
-        threads, count, expected = self.workers, 1, ""
+        threads, count, expected = self.workers, 1, None
         if sample:
-            start, found = monotonic(), work(sample)
-            seconds, expected = monotonic() - start, digest(found)
-            size = len(pickle.dumps(found))
+            start, expected = monotonic(), work(sample)
+            seconds, size = monotonic() - start, len(pickle.dumps(expected))
             count = items_of_task(len(items), threads, seconds / len(sample), size / len(sample))
         ready = Ready(f"camopt-{uuid4().hex}", work, sample, expected)
         try:

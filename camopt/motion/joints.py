@@ -19,6 +19,7 @@ from camopt.motion.segments import MOVE
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
+from camopt.numerics.stable import matrix_product
 
 
 def with_moves(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
@@ -77,7 +78,7 @@ def _law(states: FloatArray, angles: FloatArray) -> Law:
     degree = 2 * states.shape[1] - 1
     coefficients = [0.0]
     for angle, ends in zip(angles, pairwise(from_start), strict=True):
-        coefficients += (bernstein_of(states.shape[1], angle) @ np.concatenate(ends))[1:].tolist()
+        coefficients += matrix_product(bernstein_of(states.shape[1], angle), np.concatenate(ends))[1:].tolist()
     cuts = np.cumsum(angles)[:-1] / angles.sum()
     knots = np.concatenate([np.zeros(degree + 1), np.repeat(cuts, degree), np.ones(degree + 1)])
     return SplineLaw(MOVE, degree, tuple(knots.tolist()), tuple(coefficients))

@@ -43,8 +43,11 @@ from camopt.numerics.piecewise import (
     groups_of,
     load_series,
     node_values,
+    places_of_sign_change,
     ranges,
 )
+from camopt.numerics.quadrature import gauss
+from camopt.numerics.stable import matrix_product
 from camopt.numerics.state import State
 
 TURN_PANELS = 24
@@ -354,7 +357,6 @@ def peak(programme: Programme, order: int, kinds: int) -> float:
 
 
 USUAL_ORDERS = 4  # up to the jerk: all are made at once, for one is seldom asked without the others
-LEAST_SLOPE = 1e-100  # of a slope's largest coefficient: no more of it is seen, and dividing by less overflows
 
 
 @lru_cache(maxsize=4096)
@@ -398,28 +400,29 @@ def _derivatives(programme: Programme, orders: int, kinds: int) -> tuple[FloatAr
     for place, force in enumerate((load_series(table), carried_series(table)), start=orders):
         series[place, : len(force)] = force[:, chosen]
     slope = series[:, 1:] * np.arange(1.0, len(y))[:, None]
-    ends = polynomial.polyval(np.array([-1.0, 1.0]), np.moveaxis(series, 1, 0))
-    return series, slope, ends, bernstein(len(y) - 2) @ slope, bernstein(len(y) - 1) @ series
+    by_powers, slopes = np.moveaxis(series, 1, 0), np.moveaxis(slope, 1, 0)
+    bounds = (matrix_product(bernstein(len(each) - 1), each) for each in (slopes, by_powers))
+    ends = polynomial.polyval(np.array([-1.0, 1.0]), by_powers)
+    return series, slope, ends, *(np.moveaxis(each, 1, 0) for each in bounds)
 
 
 def _summed(factors: FloatArray, terms: FloatArray) -> FloatArray:
-    """The sum of terms (orders + 1, …), each times its factor: tensordot takes longer to begin than to compute."""
-    return np.asarray(np.dot(factors, terms.reshape(len(factors), -1))).reshape(terms.shape[1:])
+    """The sum of terms (orders + 1, …), each times its factor."""
+    used = np.flatnonzero(factors)
+    return matrix_product(factors[used], terms[used])
 
 
 def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
     """Values of a polynomial where it is stationary in [−1, 1]."""
-    roots = polynomial.polyroots(polynomial.polytrim(slope, LEAST_SLOPE * np.abs(slope).max()))
-    real = roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1)]
-    return [float(v) for v in polynomial.polyval(real, series)]
+    return [float(polynomial.polyval(u, series)) for u in places_of_sign_change(slope)]
 
 
 def mean_of_powers(programme: Programme, order: int, power: int) -> float:
     """1/2π·∫ (y⁽ᵏ⁾)ᵖ dθ over the turn, p = 1 or 2; Gauss's rule on each panel, exact for its polynomial."""
     table = programme.table
-    nodes, weights = np.polynomial.legendre.leggauss(table.coefficients.shape[1])
+    nodes, weights, _ = gauss(table.coefficients.shape[1])
     values = polynomial.polyval(nodes, polynomial.polyder(table.coefficients.T, order), tensor=True)
-    powers = (values / table.half_width[:, None] ** order) ** power @ weights * table.half_width
+    powers = matrix_product((values / table.half_width[:, None] ** order) ** power, weights) * table.half_width
     return float(powers.sum() / (2 * pi))
 
 

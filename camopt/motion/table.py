@@ -1,18 +1,20 @@
 """Laws as panel polynomials (``numerics.piecewise``), and the kinds of stroke."""
 
 from collections.abc import Iterable, Sequence
-from functools import cache, lru_cache, singledispatch
+from functools import lru_cache, singledispatch
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev, polynomial
+from numpy.polynomial import polynomial
 
 from camopt.motion.law import Law, derivatives_of
 from camopt.numerics import UNIT, FloatArray, IntArray
 from camopt.numerics.distinct import distinct
 from camopt.numerics.panels import TABLE_DEGREE
 from camopt.numerics.piecewise import sign_changes
+from camopt.numerics.quadrature import chebyshev_projection, chebyshev_series
+from camopt.numerics.stable import matrix_product
 
 RISE, RETURN, DWELL = 1, 2, 4  # bits, so that a question can ask for several kinds at once
 ALL_STROKES = RISE | RETURN | DWELL
@@ -25,12 +27,6 @@ JERK_DEGREE = TABLE_DEGREE - 3
 SAME_BREAK = 1e-12  # of a stroke: a cut this near to a break is one but for rounding
 KEPT_JERK = 1e-14  # of a law's jerk: panels that leave out more of it are halved
 MOST_HALVINGS = 8  # at most
-
-
-def chebyshev_series(degree: int) -> tuple[FloatArray, FloatArray]:
-    """Nodes inside (−1, 1) and the matrix from values there to coefficients of Chebyshev polynomials."""
-    u = chebyshev.chebpts1(degree + 1)
-    return u, np.asarray(np.linalg.inv(chebyshev.chebvander(u, degree)))
 
 
 def way_of(kinds: IntArray) -> FloatArray:
@@ -48,15 +44,6 @@ def turned_kinds(kinds: Any) -> Any:
 def ways_of(kinds: int) -> int:
     """The ways in which the follower moves in strokes of some kinds."""
     return sum(way for kind, way in WAY_OF.items() if kind & kinds)
-
-
-@cache
-def chebyshev_projection(degree: int) -> tuple[FloatArray, FloatArray]:
-    """Nodes inside (−1, 1) and the matrix from values there to power-basis coefficients."""
-    count = degree + 1
-    u, to_chebyshev = chebyshev_series(degree)
-    to_powers = np.array([np.pad(chebyshev.cheb2poly(row), (0, count))[:count] for row in np.eye(count)]).T
-    return u, to_powers @ to_chebyshev
 
 
 NODES, TO_POWERS = chebyshev_projection(JERK_DEGREE)
@@ -92,8 +79,8 @@ class Looked(NamedTuple):
 def _looked_at(law: Law, breaks: tuple[float, ...], counts: list[int], pieces: Sequence[int]) -> dict[int, Looked]:
     """What is seen of some pieces."""
     _, centre, half = _panels([breaks[k : k + 2] for k in pieces], [counts[k] for k in pieces])
-    series = np.abs(law.jerk(centre[:, None] + half[:, None] * FINER_NODES) @ TO_CHEBYSHEV.T)
-    slope = series @ np.arange(series.shape[1]) ** 2 / half
+    series = np.abs(matrix_product(law.jerk(centre[:, None] + half[:, None] * FINER_NODES), TO_CHEBYSHEV.T))
+    slope = matrix_product(series, np.arange(series.shape[1]) ** 2) / half
     excess = series[:, JERK_DEGREE + 1 :].sum(axis=1) - UNIT * slope
     firsts = np.cumsum([0, *(counts[k] for k in pieces[:-1])])
     rows = (np.maximum.reduceat(each, firsts).tolist() for each in (series.sum(axis=1), excess))
@@ -129,7 +116,7 @@ def stroke_coefficients(
     counts = [max(1, round(panels * (b - a))) for a, b in pairwise(breaks)]
     counts = _fine_counts(law, breaks, counts)
     low, centre, half = _panels(pairwise(breaks), counts)
-    series = law.jerk(centre[:, None] + half[:, None] * NODES) @ TO_POWERS.T
+    series = matrix_product(law.jerk(centre[:, None] + half[:, None] * NODES), TO_POWERS.T)
     for constant in reversed(derivatives_of(law, centre, 2)):
         series = polynomial.polyint(series, axis=1) * half[:, None]
         series[:, 0] = constant

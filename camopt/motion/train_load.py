@@ -13,11 +13,13 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.motion.load import ExternalLoad
-from camopt.motion.table import chebyshev_projection, chebyshev_series, way_of
+from camopt.motion.table import way_of
 from camopt.numerics import UNIT, FloatArray, IntArray
 from camopt.numerics.loading import ForceTable, TrainLoadTable
 from camopt.numerics.panels import TABLE_DEGREE, derivatives
 from camopt.numerics.piecewise import MotionTable, node_values, ranges
+from camopt.numerics.quadrature import chebyshev_projection, chebyshev_series
+from camopt.numerics.stable import matrix_product
 from camopt.numerics.state import TrainForces
 from camopt.numerics.taylor import Series, Taylor
 from camopt.trains.carried import Brought
@@ -96,7 +98,7 @@ class TrainLoad:
         brought = np.sum([np.abs(each - seen).max(axis=2) for each in moved], axis=0) / SEEN
         forces = []
         for k in (0, 2):
-            series = polynomial.polyint((made[k + 1][:, 1:] @ TO_POWERS.T).T) * table.half_width
+            series = polynomial.polyint(matrix_product(made[k + 1][:, 1:], TO_POWERS.T).T) * table.half_width
             series[0] = made[k][:, 0]
             forces.append(_force_table(table, strokes, series.T, seen[k : k + 2], brought[k : k + 2]))
         return TrainLoadTable(*forces)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record
 from camopt.kernels.compile import inlined
-from camopt.numerics import UNIT, FloatArray
+from camopt.numerics import BISECTIONS, UNIT, FloatArray
 from camopt.numerics.loading import (
     LoadTable,
     TrainLoadTable,
@@ -36,12 +36,12 @@ from camopt.numerics.panels import (
     jets_over_part,
     jets_over_row,
 )
+from camopt.numerics.stable import matrix_product
 from camopt.numerics.state import State
 
 GROUPED = 4  # panels of a group
 CONVERTED = 1e-10  # relative, for rounding in the ranges below
 LEAST_VALUE = 1e-12  # of a polynomial's largest value: less is rounding
-NEARLY_REAL = 1e-6  # imaginary part of a root that is taken for real: a double root, and no change of sign
 PLACED = 1.5  # errors of the cam angle, in roundings of the stroke's
 TABLE_ERRORS = (
     4.0,
@@ -161,13 +161,54 @@ def bernstein(degree: int) -> FloatArray:
 
 def sign_changes(series: FloatArray) -> Iterator[tuple[int, float]]:
     """Where panel polynomials (powers, panels) may change sign within a panel: (panel, u)."""
-    bounds = bernstein(len(series) - 1) @ series
+    bounds = matrix_product(bernstein(len(series) - 1), series)
     still = LEAST_VALUE * np.abs(bounds).max()
     for panel in np.flatnonzero((bounds.min(axis=0) < -still) & (bounds.max(axis=0) > still)):
-        row = series[:, panel]
-        roots = polynomial.polyroots(polynomial.polytrim(row, LEAST_VALUE * np.abs(row).max()))
-        for root in roots[(np.abs(roots.imag) < NEARLY_REAL) & (np.abs(roots.real) < 1.0)]:
-            yield int(panel), float(root.real)
+        yield from ((int(panel), u) for u in places_of_sign_change(series[:, panel]))
+
+
+def places_of_sign_change(series: FloatArray) -> list[float]:
+    """Where a polynomial in powers of u changes its sign in (−1, 1), in order.
+
+    A polynomial has at most as many roots as its Bernstein coefficients change signs, and as many if that is one.
+    Its halves are taken until that is so (Descartes' rule; de Casteljau), and then it is bisected.
+    """
+    found, powers = [], series.tolist()
+    waiting = [(matrix_product(bernstein(len(series) - 1), series), -1.0, 1.0)]
+    while waiting:
+        bounds, low, high = waiting.pop()
+        signs = np.sign(bounds[np.abs(bounds) > 0.0])
+        changes = int(np.count_nonzero(signs[1:] != signs[:-1]))
+        middle = 0.5 * (low + high)
+        if changes == 1 or (changes % 2 and not low < middle < high):
+            found.append(_bisected(powers, low, high, float(signs[0])))
+        elif changes and low < middle < high:
+            left, right = halve_bernstein(bounds)
+            waiting.append((right, middle, high))
+            if right[0] == 0.0:  # halves that meet in a root have it in neither
+                beside = [*left[left != 0.0][-1:], *right[right != 0.0][:1]]
+                waiting.append((np.array(beside), middle, middle))
+            waiting.append((left, low, middle))
+    return found
+
+
+def _bisected(powers: list[float], low: float, high: float, sign: float) -> float:
+    """Where a polynomial that has a sign at the lower end of a range loses it."""
+    for _ in range(BISECTIONS):
+        middle, value = 0.5 * (low + high), 0.0
+        for power in reversed(powers):
+            value = value * middle + power
+        low, high = (middle, high) if value * sign > 0.0 else (low, middle)
+    return 0.5 * (low + high)
+
+
+def halve_bernstein(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The Bernstein coefficients of both halves of polynomials (degree + 1, …), by de Casteljau."""
+    low, high = bounds.copy(), bounds.copy()
+    for k in range(1, len(bounds)):
+        high[: len(bounds) - k] = 0.5 * (high[: len(bounds) - k] + high[1 : len(bounds) - k + 1])
+        low[k] = high[0]
+    return low, high
 
 
 def groups_of(first_panel: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -191,7 +232,7 @@ def ranges(
     series: NDArray[np.floating[Any]] = coefficients.T
     for order in range(7):
         series = polynomial.polyder(series, min(order, 1))
-        values = bernstein(len(series) - 1) @ series / half_width**order
+        values = matrix_product(bernstein(len(series) - 1), series) / half_width**order
         room = CONVERTED * np.abs(values).max(axis=0)
         low[order], high[order] = values.min(axis=0) - room, values.max(axis=0) + room
     most = np.maximum(-low, high)

@@ -22,7 +22,9 @@ from camopt.kernels.compile import chosen_by_type, inlined
 from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet, where
+from camopt.numerics.quadrature import chebyshev_series, powers_of_chebyshev
 from camopt.numerics.sloped import Quotient, Sloped, by_chain, widened
+from camopt.numerics.stable import matrix_product
 
 PIECE_WIDTH, CENTRES, PIECE_DEGREE = (
     0.5,
@@ -59,14 +61,12 @@ def ellipticity_of(t: Any) -> FloatArray:
 @lru_cache(maxsize=1)
 def pressure_table() -> FloatArray:
     """Coefficients of t·h, (pieces, powers): powers of the distance of ln t from a piece's centre, lowest first."""
-    from numpy.polynomial import chebyshev
-
-    nodes = chebyshev.chebpts1(PIECE_DEGREE + 1)
+    nodes, to_chebyshev = chebyshev_series(PIECE_DEGREE)
     centres = PIECE_WIDTH * np.arange(-CENTRES, CENTRES + 1)
     mu = ellipticity_of(np.exp(centres + 0.5 * PIECE_WIDTH * nodes[:, None]))
     b, d = integrals(mu)
-    fitted = chebyshev.chebfit(nodes, 3.0 / (8.0 * np.pi * mu * b * d), PIECE_DEGREE)
-    powers = np.array([chebyshev.cheb2poly(column) for column in fitted.T])
+    fitted = matrix_product(to_chebyshev, 3.0 / (8.0 * np.pi * mu * b * d))
+    powers = matrix_product(powers_of_chebyshev(PIECE_DEGREE), fitted).T
     return np.ascontiguousarray(powers / (0.5 * PIECE_WIDTH) ** np.arange(PIECE_DEGREE + 1))
 
 

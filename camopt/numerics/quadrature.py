@@ -1,11 +1,11 @@
-"""Integrals over the panels of a turn by Gauss's rule, of rising order until two orders agree.
+"""Integrals over the panels of a turn by Gauss's rule, of rising order until two orders agree; and interpolation.
 
 On a panel an integrand is smooth, so that the error falls with a power of the order, and the difference of two
 orders is far above the error of the higher one. Derivatives along a panel are those of the polynomial through its
 points.
 
 Source: Stoer and Bulirsch, Introduction to Numerical Analysis, ch. 3; for derivatives Berrut and Trefethen,
-SIAM Review 46 (2004), ch. 9.
+SIAM Review 46 (2004), ch. 9. Nodes, weights and matrices have the same bits on every processor.
 """
 
 from collections.abc import Callable
@@ -13,8 +13,11 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from camopt.numerics import FloatArray
+from camopt.numerics.stable import matrix_product
+from camopt.numerics.trigonometry import sine_cosine
 
 GAUSS_ORDERS = (6, 9, 13, 19, 28, 40)
 SUM_ERROR = 5e-14  # relative: what laws, derivatives on panels of a hundredth of the turn, and sums lose
@@ -31,13 +34,39 @@ class Rule(NamedTuple):
 @cache
 def gauss(order: int) -> Rule:
     """The rule of n points, exact for polynomials of degree 2n − 1."""
-    nodes, weights = np.polynomial.legendre.leggauss(order)
+    from flint import arb
+
+    found = [arb.legendre_p_root(order, k, weight=True) for k in reversed(range(order))]
+    nodes, weights = np.array([[float(each) for each in pair] for pair in found]).T.copy()
     share = (-1.0) ** np.arange(order) * np.sqrt((1.0 - nodes**2) * weights)  # barycentric
     apart = nodes[:, None] - nodes + np.eye(order)
     derivative = share / share[:, None] / apart
     np.fill_diagonal(derivative, 0.0)
     np.fill_diagonal(derivative, -derivative.sum(axis=1))
     return Rule(nodes, weights, derivative)
+
+
+def chebyshev_series(degree: int) -> tuple[FloatArray, FloatArray]:
+    """Nodes inside (−1, 1) and the matrix from values there to coefficients of Chebyshev polynomials."""
+    count = degree + 1
+    _, cosines = sine_cosine(np.pi / (2 * count) * np.arange(4 * count))
+    halves = np.arange(2 * count - 1, 0, -2)  # of π/count: where the nodes are
+    series = 2.0 / count * cosines[np.outer(np.arange(count), halves) % (4 * count)]
+    series[0] /= 2.0
+    return cosines[halves], series
+
+
+def powers_of_chebyshev(degree: int) -> FloatArray:
+    """The matrix from coefficients of Chebyshev polynomials to those of powers."""
+    count = degree + 1
+    return np.array([np.pad(chebyshev.cheb2poly(row), (0, count))[:count] for row in np.eye(count)]).T
+
+
+@cache
+def chebyshev_projection(degree: int) -> tuple[FloatArray, FloatArray]:
+    """Nodes inside (−1, 1) and the matrix from values there to power-basis coefficients."""
+    u, to_chebyshev = chebyshev_series(degree)
+    return u, matrix_product(powers_of_chebyshev(degree), to_chebyshev)
 
 
 class Integrated(NamedTuple):

@@ -43,16 +43,16 @@ def sum_of(*terms: Any) -> Any:
     return total + lost
 
 
-def matrix_product(a: FloatArray, b: FloatArray) -> FloatArray:
-    """a @ b for b (n,) or (n, m), with the same bits in any shape and on any processor.
+def matrix_product(a: Any, b: Any) -> FloatArray:
+    """Sum of a[…, k]·b[k, …] over k, with the same bits in any shape and on any processor.
 
     A library of linear algebra adds in an order of its own, which changes with both.
     """
     if b.ndim == 1:
         return np.asarray(np.sum(np.ascontiguousarray(a * b), axis=-1))
-    total = np.zeros((*a.shape[:-1], b.shape[1]), np.result_type(a, b))
-    for k, row in enumerate(b):
-        total += a[..., k, None] * row
+    total = np.zeros((*a.shape[:-1], *b.shape[1:]), np.result_type(a, b))
+    for column, row in zip(np.moveaxis(a, -1, 0), b, strict=True):
+        total += column.reshape(*column.shape, *[1] * row.ndim) * row
     return total
 
 

@@ -1,4 +1,4 @@
-"""Sine and cosine together, in vector registers.
+"""Sine and cosine together, in vector registers; and the arctangent with the same bits on every processor.
 
 The library's functions are called one number at a time, which would keep a climb to a maximum out of vectors. The
 argument is reduced to |r| ≤ π/4 by a two-part π/2 (Cody and Waite, Software Manual for the Elementary Functions,
@@ -16,6 +16,10 @@ from camopt.numerics.jet import Jet, cosine, sine
 
 QUARTER, QUARTER_REST = 1.5707963267341256, 6.077100506506192e-11  # π/2 in two parts, the first of 33 bits
 SINES = tuple((-1) ** k / factorial(2 * k + 1) for k in range(7, 0, -1))  # of r³·(r²)ᵏ, the highest first
+STEEP, MIDDLING = 2.414213562373095, 0.66  # tan 3π/8, and from where π/4 is taken off
+QUARTER_LOST = 6.123233995736766e-17  # π/2 less the number next to it
+OVER = (-0.8750608600031904, -16.157537187333652, -75.00855792314705, -122.88666844901361, -64.85021904942025)
+UNDER = (24.858464901423062, 165.02700983169885, 432.88106049129027, 485.3903996359137, 194.5506571482614)
 COSINES = tuple((-1) ** k / factorial(2 * k) for k in range(8, 1, -1))  # of r⁴·(r²)ᵏ
 
 
@@ -46,6 +50,27 @@ def sine_cosine(y: Any) -> tuple[Any, Any]:
 @chosen_by_type(sine_cosine)
 def _in_kernels(y):
     return (lambda y: (sine(y), cosine(y))) if y is Jet else (lambda y: series(y))
+
+
+def arctangent(y: Any) -> Any:
+    """arctan y of a number or an array, to a unit in the last place, and of an interval as numpy has it.
+
+    numpy's own has other last bits on processors with wide vectors. The rational approximation is that of S. L.
+    Moshier, Methods and Programs for Mathematical Functions (1989).
+    """
+    if not isinstance(y, (float, np.ndarray)):
+        return np.arctan(y)
+    size: Any = np.abs(y)
+    steep, middling = size > STEEP, size > MIDDLING
+    with np.errstate(all="ignore"):
+        t: Any = np.where(steep, -1.0 / size, np.where(middling, (size - 1.0) / (size + 1.0), size))
+    square = t * t
+    over, under = OVER[0], square + UNDER[0]
+    for p, q in zip(OVER[1:], UNDER[1:], strict=True):
+        over, under = over * square + p, under * square + q
+    quarters = 0.5 * steep + 0.5 * middling  # of a half turn
+    angle = quarters * (np.pi / 2.0) + ((t * square * over / under + t) + quarters * QUARTER_LOST)
+    return np.copysign(angle, y)
 
 
 @inlined

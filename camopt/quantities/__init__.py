@@ -564,7 +564,8 @@ _ALL = [
         "",
         "",
         "limits",
-        "Bound on the relative error of the numbers in the row.",
+        "Bound on the relative error of the numbers in the row; "
+        "of an extreme near zero, relative to its curve's largest magnitude.",
     ),
 ]
 

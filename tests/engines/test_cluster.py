@@ -59,6 +59,11 @@ def process_of_a_sample(items: Sequence[int]) -> int:
     return os.getpid()
 
 
+def rounded_by_process(items: Sequence[int]) -> list[np.ndarray]:
+    """Another last digit in each process."""
+    return [np.array([1.0 + os.getpid() % 16 * 2.0**-52])]
+
+
 def allow_failures(engine, number):
     """Set how many workers may die of a task until it is given up; the number before."""
 
@@ -110,9 +115,37 @@ def test_what_fails_in_a_worker_fails_here(engine):
         list(engine.in_order(fault, range(3)))
 
 
-def test_a_worker_that_computes_other_digits_is_refused(engine):
-    with pytest.raises(BadInput, match="other last digits"):
+def test_a_worker_that_computes_other_numbers_is_refused(engine):
+    with pytest.raises(BadInput, match="other numbers"):
         list(engine.in_order(process_of_a_sample, range(3), sample=[0]))
+
+
+def test_a_worker_whose_processor_rounds_otherwise_is_taken(engine):
+    found = flat(engine.in_order(rounded_by_process, range(3), sample=[0]))
+    assert np.ptp([each[0] for each in found]) < 1e-14
+
+
+SIZES, LAWS = np.array([30.0, 1e-13, np.inf, np.nan]), np.array(["a", "b"])
+
+
+@pytest.mark.parametrize(
+    ("sizes", "laws", "counts", "same"),
+    [
+        (SIZES, LAWS, (2, 0.5), True),
+        (np.array([30.0 + 2e-12, 3e-13, np.inf, np.nan]), LAWS, (2, 0.5), True),
+        (np.array([30.0 + 2e-11, 1e-13, np.inf, np.nan]), LAWS, (2, 0.5), False),
+        (np.array([30.0, 1e-13, 1.0, np.nan]), LAWS, (2, 0.5), False),
+        (np.array([np.nan, 1e-13, np.inf, np.nan]), LAWS, (2, 0.5), False),
+        (SIZES[:3], LAWS, (2, 0.5), False),
+        (SIZES, np.array(["a", "c"]), (2, 0.5), False),
+        (SIZES, LAWS, (3, 0.5), False),
+        (SIZES, LAWS, (2, 0.5, 1), False),
+        (SIZES, LAWS, (2, 0), False),
+    ],
+)
+def test_results_are_alike_but_for_rounding(sizes, laws, counts, same):
+    expected = {"columns": {"size": SIZES, "law": LAWS}, "counts": (2, 0.5)}
+    assert dask_worker.is_alike(expected, {"columns": {"size": sizes, "law": laws}, "counts": counts}) is same
 
 
 def test_a_worker_with_other_software_is_refused(engine, monkeypatch):

@@ -10,7 +10,7 @@ from camopt.kernels.compile import compiled
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import UNIT
 from camopt.numerics.stable import triangle_angle
-from camopt.numerics.trigonometry import sine_cosine, turned
+from camopt.numerics.trigonometry import arctangent, sine_cosine, turned
 from camopt.verdicts.ball import Ball, precisely
 
 
@@ -52,6 +52,19 @@ def test_against_fifty_digits_and_compiled_alike():
     in_a_kernel(y, found[0], found[1])
     assert found[0].tobytes() == sine.tobytes()
     assert found[1].tobytes() == cosine.tobytes()
+
+
+def test_arctangents_against_fifty_digits():
+    """To a unit in the last place, by any number of them together, of either sign."""
+    rng = np.random.default_rng(0)
+    y = np.concatenate([10.0 ** rng.uniform(-320, 308, 2000), rng.uniform(-5, 5, 4000), [0.0, 1.0, np.inf]])
+    found = arctangent(y)
+    with mpmath.workdps(50):
+        for tangent, angle in zip(y.tolist(), found.tolist(), strict=True):
+            assert abs(mpmath.atan(tangent) - angle) <= np.spacing(abs(angle))
+    assert [float(arctangent(each)) for each in y[::40].tolist()] == found[::40].tolist()
+    assert (arctangent(-y) == -found).all()
+    assert arctangent(Interval(y[:1], y[:1])).high >= found[:1]
 
 
 @given(st.floats(1e-300, 1e-3))

@@ -104,6 +104,7 @@ HEAVY = {
 """Packages that take long to import: functions that need them may import them."""
 LATE = {
     ("engines", "engines.dask_cluster"): "it imports Dask",
+    ("numerics.quadrature", "flint.arb"): "it gives the nodes of integrals, which most sweeps have not",
     ("kernels.compile", "kernels.beside"): "it imports subprocess and pickle",
     ("kernels.compile", "kernels.dispatchers"): "it imports numba",
     ("kernels.compile", "kernels.kernel_cache"): "it imports llvmlite",
@@ -117,7 +118,6 @@ LATE = {
     ("storage.ownership", "storage.damage"): "it imports pyarrow",
     ("exporting.cam_points", "storage.sealed"): "it imports pyarrow",
     ("scene.complaints", "scene.schema"): "it has the tables of a scene, and these complain by it",
-    ("scene.scene", "scene.places"): "it reads the docstrings of keys, for which most scenes have no use",
     ("scene.scene", "scene.units"): "it reads the docstrings of keys, for which most scenes have no use",
     ("exporting.cam_points", "tables.workbook"): "it imports XlsxWriter",
     ("studies.spectrum", "storage.sealed"): "it imports pyarrow",
