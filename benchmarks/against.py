@@ -27,9 +27,10 @@ MOST_SHOWN = 60
 PLACE = re.compile(r"\[\d+\]|#\d+")
 
 
-def cases_of(head: Side, quick: bool) -> Path:
-    """The folder of the cases that HEAD makes, which are kept."""
-    folder = ENVIRONMENTS / f"cases-{head.name}{'-quick' * quick}"
+def cases_of(head: str, quick: bool) -> Path:
+    """The folder of all cases, which are kept: they are the same for the same tests and benchmarks."""
+    trees = git("rev-parse", f"{head}:tests", f"{head}:benchmarks").decode().split()
+    folder = ENVIRONMENTS / "-".join(("cases", *(tree[:9] for tree in trees), *["quick"][: int(quick)]))
     if not folder.is_dir():
         with TemporaryDirectory(dir=ENVIRONMENTS) as new:
             write_cases(Path(new), quick)
@@ -38,17 +39,17 @@ def cases_of(head: Side, quick: bool) -> Path:
 
 
 def answers_of(side: Side, cases: Path) -> Path:
-    """The folder of a side's answers to all cases."""
-    folder = ENVIRONMENTS / f"answers-{side.name}"
-    rmtree(folder, ignore_errors=True)
-    folder.mkdir()
+    """The folder of a side's answers to all cases; it may have those of an earlier run."""
+    folder = ENVIRONMENTS / f"answers-{side.name}-{cases.name}"
+    folder.mkdir(exist_ok=True)
     while len([*folder.glob("*.json")]) < len([*cases.iterdir()]):  # a case may end its process
-        side.start("answers.py", str(cases), str(folder)).wait()
+        if (code := side.start("answers.py", str(cases), str(folder)).wait()) > 0:
+            raise SystemExit(f"{side.name} cannot be asked: answers.py ends with {code}")
     return folder
 
 
 def differing(sides: list[Side], cases: Path) -> list[Difference]:
-    """Where the answers of two sides differ."""
+    """Where the answers of two sides differ; those of the first are kept for the next run."""
     say(f"{len([*cases.iterdir()])} cases")
     with ThreadPoolExecutor(len(sides)) as pool:
         folders = [*pool.map(lambda side: answers_of(side, cases), sides)]
@@ -56,6 +57,7 @@ def differing(sides: list[Side], cases: Path) -> list[Difference]:
     for file in sorted(cases.iterdir()):
         before, after = (json.loads((folder / file.name).read_text(encoding="utf-8")) for folder in folders)
         found += differences(file.stem, before, after, accepted)
+    rmtree(folders[1])
     return found
 
 
@@ -85,7 +87,7 @@ def main() -> int:
     sides = [side_of(commit_of(asked.ref)), side_of(head)]
     code = 0
     if not asked.speed:
-        cases = cases_of(sides[1], asked.quick)
+        cases = cases_of(head, asked.quick)
         if found := differing(sides, cases):
             print(summary(found))
         print(f"\n{len(found)} differences of {len({each.case for each in found})} cases of {cases}")

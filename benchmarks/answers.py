@@ -7,6 +7,7 @@ was printed, and what was written. A case that ends the process has none: the ne
 """
 
 import gc
+import hashlib
 import io
 import json
 import os
@@ -24,7 +25,14 @@ from typing import Any
 import camopt
 
 LONGEST = 60.0  # seconds of the processor for one case, after which the process is ended
+INTERRUPTED = (130, 143)
 ENDED = f"ended the process, or took more than {LONGEST:g} s"
+
+
+def write_case(folder: Path, group: str, files: dict[str, bytes], **case: Any) -> None:
+    """A case as a file; equal ones are one."""
+    text = json.dumps({**case, "files": {name: data.decode("latin-1") for name, data in files.items()}}, indent=1)
+    (folder / f"{group} {hashlib.sha256(text.encode()).hexdigest()[:9]}.json").write_text(text, encoding="utf-8")
 
 
 def scene_of(data: dict[str, Any]) -> camopt.Scene:
@@ -83,6 +91,8 @@ def main(cases: Path, answers: Path) -> None:
             folder.mkdir()
             signal.setitimer(signal.ITIMER_PROF, LONGEST)
             found = answer(json.loads(file.read_text(encoding="utf-8")), folder)
+        if found["code"] in INTERRUPTED:
+            sys.exit(found["code"])
         text = json.dumps(found, default=str)
         kept.write_text(text.replace(str(folder), ".").replace(package, "camopt"), encoding="utf-8")
         rmtree(folder)

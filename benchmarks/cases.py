@@ -1,18 +1,23 @@
 """The cases that two commits are asked: all shipped scenes, random ones, and what the tests know to be refused."""
 
-import hashlib
-import json
 import math
 import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import numpy as np
+import slow_scenes
 import tomli_w
+from answers import write_case
+from support.cams import cam_with
+from support.pairs import pair, yoke
+from support.references import REFERENCE
+from support.trains import random_train
 
 import camopt
 
@@ -26,17 +31,8 @@ PART = {"thickness": 32.5, "bore": 17.3, "groove_depth": 7.9}
 Command = tuple[str, ...]
 
 
-def write_case(folder: Path, group: str, files: dict[str, bytes], **case: Any) -> None:
-    """A case as a file; equal ones are one."""
-    text = json.dumps({**case, "files": {name: data.decode("latin-1") for name, data in files.items()}}, indent=1)
-    (folder / f"{group} {hashlib.sha256(text.encode()).hexdigest()[:9]}.json").write_text(text, encoding="utf-8")
-
-
 def write_cases(folder: Path, quick: bool) -> None:
     """All cases, as files."""
-    sys.path.insert(0, str(TESTS))
-    from support.references import REFERENCE
-
     for command in (*shipped_commands(quick), *motion_commands(quick)):
         write_case(folder, " ".join(Path(word).name for word in command[:2]), {}, argv=command)
     scenes = {f"reference {name}": entry["scene"] for name, entry in REFERENCE.items()}
@@ -117,73 +113,42 @@ def random_scenes(count: int) -> Iterator[dict[str, Any]]:
     random = Random(56)
     while count:
         try:
-            scene = camopt.Scene.from_dict(random_scene(random))
+            scene = camopt.Scene.from_dict({**random_scene(random), "search": {}, "outputs": ["all"]})
             found = camopt.evaluate(scene)
         except camopt.CamoptError:
             continue
-        numbers = [
-            name for name, value in found.items() if isinstance(value, float) and 0.0 < abs(value) < math.inf
-        ]
+        count -= 1
+        finite = (name for name, value in found.items() if isinstance(value, float) and math.isfinite(value))
+        numbers = [name for name in finite if found[name]]
         for name in random.sample(numbers, min(4, len(numbers))):
             beside = random.choice((-1.0, 1.0)) * 10.0 ** random.uniform(-12.0, -8.5)
-            try:
+            with suppress(camopt.BadInput):  # it is a size, or has no bound
                 scene = scene.replace(**{f"limits.{name}": found[name] * (1.0 + beside)})
-            except camopt.BadInput:  # it is a size, or has no bound
-                continue
-        count -= 1
         yield scene.to_dict()
 
 
 def random_scene(random: Random) -> dict[str, Any]:
-    """A shipped scene, or one of the tests' for a contact, drive or train, with other numbers."""
-    from support.cams import CONTACTS, JUMPING, cam_with
-    from support.fuzzed import DYNAMICS, MACHINE
-    from support.pairs import pair, yoke
-    from support.trains import random_train
-
-    rng, data = np.random.default_rng(random.getrandbits(64)), {}
-    match random.choice(("shipped", "contact", "drive", "train")):
-        case "shipped":
-            data = camopt.find_scene(random.choice(camopt.shipped_scenes())).to_dict()
-            if random.random() < 0.4:
-                data = {**MACHINE, **data, "cam": {"rpm": 300.0, **data["cam"]}}
-                data["follower"].setdefault("dynamics", DYNAMICS[data["follower"]["motion"]])
-        case "contact":
-            data = cam_with(random.choice(list(CONTACTS)), rotation=random.choice(("cw", "ccw")))
-            if random.random() < 0.3:
-                data["follower"]["dynamics"] = {**data["follower"]["dynamics"], "load": JUMPING}
+    """A scene with random loads, train or drive, or a shipped one with other numbers; it may have no cam."""
+    rng, seed = np.random.default_rng(random.getrandbits(64)), random.getrandbits(32)
+    match random.choice(("loads", "train", "drive", "shipped")):
+        case "loads":
+            _, data = slow_scenes.random_scene(seed)
+        case "train":
+            stages, _, angular = random_train(rng)
+            data = cam_with("arm" if angular else random.choice(("roller", "flat", "groove")))
+            data["train"] = [{"stage": name, **keys} for name, keys in stages]
         case "drive":
             kind = random.choice(("translating", "oscillating", "breadth", "diameter"))
             data = (pair if kind.endswith("ating") else yoke)(rng, kind)
-        case "train":
-            stages, _, angular = random_train(rng)
-            data = cam_with("arm" if angular else random.choice(("roller", "flat")))
-            data["train"] = [{"stage": name, **keys} for name, keys in stages]
-    data = json.loads(json.dumps(data, default=float), parse_int=float)  # no row is there twice
-    motion = {"motion": random_motion(data.pop("motion"), random)} if "motion" in data else {}
-    return {**scaled(data, random), **motion, "outputs": ["all"]}
-
-
-def random_motion(motion: list[dict[str, Any]], random: Random) -> list[dict[str, Any]]:
-    """Strokes with other laws, lifts and angles; equal angles stay equal, as a yoke needs them."""
-    if any(each["segment"] == "move" for each in motion):
-        return motion
-    lifts, changed = random.uniform(0.8, 1.1), {each["angle"]: random.uniform(0.85, 1.15) for each in motion}
-    turn = sum(each["angle"] * changed[each["angle"]] for each in motion)
-    laws = list(camopt.LAWS)
-    law = random.choice(laws)
-    for each in motion:
-        each["angle"] *= changed[each["angle"]] * 360.0 / turn
-        each |= {key: each[key] * lifts for key in ("lift", "to") if each.get(key)}
-        if each.get("law") in laws:
-            each["law"] = law if random.random() < 0.7 else random.choice(laws)
-    return motion
+        case _:
+            data = scaled(camopt.find_scene(random.choice(camopt.shipped_scenes())).to_dict(), random)
+    for each in data.get("motion", ()):
+        each |= {"law": random.choice(list(camopt.LAWS))} if "law" in each and random.random() < 0.3 else {}
+    return data
 
 
 def scaled(value: Any, random: Random) -> Any:
-    """Numbers within tables, each a few per cent larger or smaller; a load over the turn stays."""
+    """Numbers within tables, each a few per cent larger or smaller; a motion stays as it is."""
     if isinstance(value, dict):
-        return {key: scaled(each, random) for key, each in value.items()}
-    if isinstance(value, list):
-        return [each if isinstance(each, list) else scaled(each, random) for each in value]
+        return {key: each if key == "motion" else scaled(each, random) for key, each in value.items()}
     return value * random.uniform(0.94, 1.06) if isinstance(value, float) else value

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import click
-from answers import scene_of
-from cases import write_case
+from answers import scene_of, write_case
 
 import camopt
 
@@ -39,7 +38,7 @@ def case_of(name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> dic
     return {"files": files, "call": name, "arguments": data}
 
 
-def record(name: str, function: Callable[..., Any], kept: int, *arguments: Any, **named: Any) -> Any:
+def record(name: str, function: Callable[..., Any], kept: int, /, *arguments: Any, **named: Any) -> Any:
     """Call a function, and keep the call without the first arguments if it is refused."""
     if within:
         return function(*arguments, **named)

@@ -5,12 +5,10 @@ import os
 import subprocess
 import sys
 import tarfile
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from shutil import rmtree
 from sysconfig import get_path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -37,7 +35,8 @@ class Side:
     def start(self, script: str, *arguments: str, under: Sequence[str] = (), **more: Any) -> subprocess.Popen[str]:
         """Begin a script of this folder with this package; ``env`` is beside what the process has."""
         kernels = {"NUMBA_CACHE_DIR": str(self.kernels)} if self.kernels else {}
-        environment = os.environ | {"PYTHONPATH": str(self.files)} | kernels | more.pop("env", {})
+        fixed = {"PYTHONPATH": str(self.files), "PYTHONHASHSEED": "0"}
+        environment = os.environ | fixed | kernels | more.pop("env", {})
         command = [*under, self.python, str(HERE / script), *arguments]
         return subprocess.Popen(command, env=environment, text=True, **more)
 
@@ -90,30 +89,21 @@ def git(*arguments: str) -> bytes:
 def side_of(commit: str) -> Side:
     """The package of a commit, installed from the repository in an environment of its own, which is kept.
 
-    The environment has the packages of this one where both commits ask for the same.
+    The environment sees the packages of this one, and has others where the commit asks for them.
     """
     folder = ENVIRONMENTS / commit
     python, library = folder / "bin" / "python", Path(get_path("purelib", vars={"base": str(folder)}))
     if not (folder / "kernels").is_dir():
         say(f"{commit[:9]}: installing")
-        rmtree(folder, ignore_errors=True)
-        create(folder, symlinks=True)
+        create(folder, clear=True, symlinks=True)
+        (library / "packages.pth").write_text(get_path("purelib"), encoding="utf-8")
         with TemporaryDirectory() as source:
             with tarfile.open(fileobj=BytesIO(git("archive", commit))) as archive:
                 archive.extractall(source, filter="data")
-            if alike := requirements(Path(source)) == requirements(HERE.parent):
-                (library / "packages.pth").write_text(get_path("purelib"), encoding="utf-8")
             install = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet"]
-            what = ["--no-deps", source] if alike else [f"{source}[excel,cad,video]"]
-            subprocess.run([*install, *what], check=True)
+            subprocess.run([*install, f"{source}[excel,cad,video]"], check=True)
         (folder / "kernels").mkdir()
     return Side(commit[:9], library, folder / "kernels", str(python))
-
-
-def requirements(source: Path) -> Any:
-    """The packages that a version of camopt needs."""
-    project = tomllib.loads((source / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    return project["dependencies"], project["optional-dependencies"]
 
 
 def commit_of(revision: str) -> str:
