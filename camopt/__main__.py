@@ -4,7 +4,7 @@ import gc
 import os
 import sys
 
-from camopt.cli.interrupts import code, interrupts
+from camopt.cli.interrupts import code, heard, interrupts
 
 OBJECTS_BETWEEN = 150_000
 """New objects between searches for garbage: imports make 100,000 that stay, and to go through them every 700 takes
@@ -21,7 +21,9 @@ def main() -> int:
             from camopt.cli.main import main as run
 
             return run()
-        except KeyboardInterrupt:
+        except BaseException as end:
+            if not (isinstance(end, KeyboardInterrupt) or heard()):  # imports make other errors of interrupts
+                raise
             print("camopt: interrupted", file=sys.stderr)
             return code()
         finally:

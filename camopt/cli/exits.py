@@ -103,6 +103,8 @@ def _code_of(end: BaseException) -> int:
             return _code_of(end.__cause__)
         case KeyboardInterrupt() | click.Abort() | Stopped():
             return _told(str(end) or "interrupted", interrupts.code())
+        case _ if interrupts.heard():  # an import makes other errors of interrupts
+            return _told("interrupted", interrupts.code())
         case click.ClickException():
             context = getattr(end, "ctx", None)
             command = context.command_path if context else "camopt"

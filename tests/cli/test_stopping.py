@@ -118,6 +118,56 @@ def test_a_signal_ends_a_command_in_order(name):
         assert (running.returncode, out, err.strip()) == (SIGNALS[name], "ending\n", "camopt: interrupted")
 
 
+IMPORTING = """
+import os, signal, sys, weakref
+from camopt.__main__ import main
+
+def signalled(*_):
+    os.kill(os.getpid(), signal.{name})
+
+class Named:  # an exception in it is a RuntimeError before Python 3.12
+    __set_name__ = signalled
+
+class Dropped:
+    pass
+
+def in_a_name():
+    type("Owner", (), {{"named": Named()}})
+
+def as_an_import_error():  # as extensions of C do
+    try:
+        signalled()
+    except BaseException as trouble:
+        raise ImportError("the module failed to import") from None
+
+def in_a_callback():  # where no exception gets out, as of the locks of imports
+    dropped = Dropped()
+    reference = weakref.ref(dropped, signalled)
+    del dropped
+    for _ in range(10**8):
+        pass
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == "{module}":
+            {how}()
+
+sys.meta_path.insert(0, Finder())
+sys.argv[1:] = ["evaluate", "two-pauses"]
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize("module", ["camopt.cli.main", "camopt.cli.commands.evaluate", "camopt.scene.turn"])
+@pytest.mark.parametrize("how", ["in_a_name", "as_an_import_error", "in_a_callback"])
+@pytest.mark.one_in(5)
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGINT"])
+def test_a_signal_during_an_import_ends_a_command_as_any_other(name, how, module):
+    script = IMPORTING.format(name=name, how=how, module=module)
+    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert (ended.returncode, ended.stdout, ended.stderr.strip()) == (SIGNALS[name], "", "camopt: interrupted")
+
+
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_signal_that_was_ignored_stays_ignored(name):
     with waiting(ignored=[name]) as running:
