@@ -3,8 +3,8 @@
 A question is a ``Scene`` (``find_scene``, ``Scene.from_toml``, ``Scene.from_dict``). ``evaluate`` computes one
 design, ``optimise`` finds the smallest, ``sweep`` evaluates a grid, ``synthesise`` and ``frontier`` compute new
 motion laws, ``fit`` finds the motion of a measured cam, ``certify`` proves limits, ``check`` finds damaged files,
-``plot`` draws, and ``animate`` shows the cam turning. ``QUANTITIES`` lists what can be reported, ``LAWS`` the
-motion laws.
+``plot`` draws, ``construct`` shows how a cam is drawn by hand, ``animate`` shows it turning. ``QUANTITIES`` lists
+what can be reported, ``LAWS`` the motion laws.
 
 Names are imported when they are first used, so that ``import camopt`` takes no time.
 """
@@ -18,6 +18,7 @@ from camopt.storage.version import VERSION as __version__  # noqa: N811
 if TYPE_CHECKING:
     from camopt.comparing.compare import Comparison, compare
     from camopt.drawing.animation import Animation, animate
+    from camopt.drawing.construction.construct import Construction, construct
     from camopt.drawing.plot import plot
     from camopt.engines import cluster
     from camopt.exporting.cam_points import cam_points
@@ -72,6 +73,7 @@ _HOMES = {
     "CamoptError": "mistakes",
     "FileCheck": "storage.checking",
     "Comparison": "comparing.compare",
+    "Construction": "drawing.construction.construct",
     "Design": "tables.designs",
     "DwellError": "tolerances.tolerance",
     "Evaluation": "verdicts.evaluation",
@@ -113,6 +115,7 @@ _HOMES = {
     "check": "storage.checking",
     "cluster": "engines",
     "compare": "comparing.compare",
+    "construct": "drawing.construction.construct",
     "evaluate": "verdicts.evaluation",
     "evaluate_designs": "front.designs",
     "export": "exporting.export",
@@ -157,6 +160,7 @@ __all__ = [
     "Batch",
     "CamoptError",
     "Comparison",
+    "Construction",
     "Design",
     "DwellError",
     "ErrorSpread",
@@ -203,6 +207,7 @@ __all__ = [
     "check",
     "cluster",
     "compare",
+    "construct",
     "evaluate",
     "evaluate_designs",
     "export",

@@ -9,7 +9,7 @@ from camopt.cli.exits import run_command
 from camopt.storage.version import VERSION
 
 COMMANDS = (
-    *("new", "scenes", "keys", "schema", "laws", "evaluate", "effects", "timing", "harmonics", "tolerance"),
+    *("new", "scenes", "keys", "schema", "laws", "evaluate", "plot", "effects", "timing", "harmonics", "tolerance"),
     *("sweep", "merge", "optimise"),
     *("synthesise", "frontier", "certify", "export", "report", "serve", "fit", "compare", "check", "accuracy"),
 )

@@ -50,7 +50,7 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     size = float(np.abs(pitch).max())
     draw_body(axes, whole)
     draw_second_disc(axes, whole)
-    labels = [*draw_strokes(axes, picture), _draw_sense(axes, picture)]
+    labels = [*draw_strokes(axes, picture), draw_sense(axes, picture)]
     spans = draw_follower(Parts(axes, axes, axes), picture, size)
     second = [*draw_second_contact(axes, whole), outline_of(whole)]
     body = reach_of_body(picture) * CROSS
@@ -59,7 +59,7 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     return labels
 
 
-def _fan(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
+def corner_arc(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
     """The arc of the roller where the normal jumps, at a corner of the pitch curve."""
     turn = np.angle(after.normal[0] / before.normal[-1])
     steps = np.linspace(0.0, turn, max(2, int(abs(np.degrees(turn)))))
@@ -92,7 +92,7 @@ def _draw_flanks(axes: Any, picture: Picture, named: set[Any]) -> None:
         for flank, wall in zip(picture.problem.setup.mechanism.flanks, curves.profile, strict=True):
             label = f"profile, {STROKE_NAMES[kind]}" if kind not in named else None
             draw_line(axes, wall, color=COLOURS[kind], label=label, zorder=4, solid_capstyle="round", **thin)
-            corner = _fan(picture.curves[place - 1], curves, -flank.side * radius)
+            corner = corner_arc(picture.curves[place - 1], curves, -flank.side * radius)
             draw_line(axes, corner, color=COLOURS[DWELL], zorder=3.9, **thin)
             named.add(kind)
 
@@ -254,7 +254,7 @@ def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
     return labels
 
 
-def _draw_sense(axes: Any, picture: Picture) -> Label:
+def draw_sense(axes: Any, picture: Picture) -> Label:
     """An arrow for the sense of rotation, where the cam has most room inside; its label."""
     design = picture.problem.design
     marks = [np.pi / 2, *(np.pi / 2 - design.sense * s.start for s in picture.problem.programme.strokes)]

@@ -2,7 +2,7 @@
 
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from camopt.drawing.bodies import FRAMES, TURN_TIME, Stage, artists_of
 from camopt.mistakes import BadInput, Mistake
+from camopt.storage.files import whole_file
 
 FRAME_DPI = 100
+STILL_TIME = 3000  # ms: a frame that is read
 PALETTE = 128  # colours of a GIF, those that cover the most of it: the white of the page stays white
 
 Image = NDArray[np.uint8]
@@ -50,15 +52,30 @@ def frames(stage: Stage) -> Iterator[Image]:
 
 def write_gif(stage: Stage, file: Path) -> None:
     """An animated GIF that repeats for ever, in one palette: that of the first frame."""
+    _save_gif(frames(stage), round(1000 * TURN_TIME / FRAMES), file)
+
+
+def write_still_gif(figures: Sequence[Any], path: Any) -> None:
+    """A GIF that shows figures of one size one after the other, for ever; it appears only when whole."""
+    images = []
+    for figure in figures:
+        figure.set_dpi(FRAME_DPI)
+        figure.canvas.draw()
+        images.append(np.asarray(figure.canvas.buffer_rgba())[..., :3].copy())
+    with whole_file(path) as partial:
+        _save_gif(images, STILL_TIME, partial)
+
+
+def _save_gif(images: Iterable[Image], duration: int, file: Path) -> None:
+    """Images as frames of a time in ms, in the palette of the first."""
     from PIL import Image as Pillow
 
-    images: list[Any] = []
-    for frame in frames(stage):
-        image = Pillow.fromarray(frame)
-        palette = images[0] if images else image.quantize(PALETTE, Pillow.Quantize.MAXCOVERAGE)
-        images.append(image.quantize(palette=palette, dither=Pillow.Dither.NONE))
-    duration = round(1000 * TURN_TIME / FRAMES)
-    images[0].save(file, format="GIF", save_all=True, append_images=images[1:], duration=duration, loop=0)
+    made: list[Any] = []
+    for each in images:
+        image = Pillow.fromarray(each)
+        palette = made[0] if made else image.quantize(PALETTE, Pillow.Quantize.MAXCOVERAGE)
+        made.append(image.quantize(palette=palette, dither=Pillow.Dither.NONE))
+    made[0].save(file, format="GIF", save_all=True, append_images=made[1:], duration=duration, loop=0)
 
 
 def write_mp4(stage: Stage, file: Path) -> None:

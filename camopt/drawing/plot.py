@@ -5,8 +5,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from camopt.drawing.canvas import Target
+from camopt.drawing.construction.construct import construct
 from camopt.mistakes import BadInput, Mistake
 from camopt.quantities.shown import Drawn
+from camopt.scene.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,6 +22,9 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> 
       if the scene has an rpm, by cam angle if not), pressure angle (contact on the face, for a face square to the
       motion), curvature, and of the effects that the scene calls for, and no others. Peaks carry their exact
       values; jumps are breaks, impulses arrows. Lengths in mm.
+    - What ``construct`` gives: how the cam is constructed with ruler and compasses, on one A3 sheet: the
+      displacement diagram by the construction of its law, the profile by kinematic inversion with numbered
+      stations, the answers with their formulas, and the table by station.
     - What ``synthesise`` gives: its cam beside that of the best known law within the same limits, if there is one.
     - What ``frontier`` gives: its first axis up, the second to the right, a third as colours. Of two axes a
       staircase is shaded, the region that no motion can reach by the bounds (``Frontier.excluded``).
@@ -37,12 +42,14 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> 
 
     Parameters
     ----------
-    what : Scene, Design, Evaluation, Synthesis, Frontier, Fit, Comparison, Harmonics, Batch, MotionErrors, Spectrum
+    what : Scene, Design, Evaluation, Construction, Synthesis, Frontier, Fit, Comparison, Harmonics, Batch, …
         What is drawn; of spectra also a list.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
     **options
-        Of a synthesis ``known``: its known laws, if they were compared already.
+        Of a synthesis ``known``: its known laws, if they were compared already. Of a scene ``construction``: draw
+        its construction with so many parts a stroke. Of a construction ``steps``: True for a page of a PDF, or a
+        frame of a GIF, a step.
 
     Returns
     -------
@@ -59,9 +66,12 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> 
     Examples
     --------
     >>> figure = camopt.plot(camopt.find_scene("two-pauses"), "cam.svg")
+    >>> figure = camopt.plot(camopt.find_scene("two-pauses"), "construction.pdf", construction=6)
     >>> spectra = [camopt.response_spectrum(law) for law in ("cycloidal", "poly345")]
     >>> figure = camopt.plot(spectra, "spectra.png")
     """
+    if isinstance(what, Scene) and options.get("construction") is not None:
+        what = construct(what, options.pop("construction"))
     every = [what] if isinstance(what, Drawn) else what if isinstance(what, (list, tuple)) else []
     kinds = {type(each) for each in every}
     kind = kinds.pop() if len(kinds) == 1 else None
