@@ -9,12 +9,20 @@ from camopt.scene.starting import starting_scene
 
 
 def show_new(
-    name: str | None, file: Path | None, form: str | None, follower: str | None, as_json: bool, quiet: bool
+    name: str | None,
+    file: Path | None,
+    form: str | None,
+    follower: str | None,
+    exercise: tuple[str, int] | None,
+    as_json: bool,
+    quiet: bool,
 ) -> None:
     """A scene to start from, in a file of its own or on the screen."""
     if name and name.endswith(".toml") and file is None:
         file, name = Path(name), None
-    text = starting_scene(name, form, follower)
+    if exercise and name:
+        raise BadInput([Mistake("camopt", "NAME", name, "does not go with --exercise", bare=True)])
+    text = exercise_text(*exercise) if exercise else starting_scene(name, form, follower)
     if file and file.exists():
         raise BadInput([Mistake("camopt", "FILE", str(file), "a new file: this one is there already")])
     if file:
@@ -26,3 +34,13 @@ def show_new(
     elif not quiet:
         say_written([file])
     return None
+
+
+def exercise_text(kind: str, seed: int) -> str:
+    """The scene of an exercise, under its problem as comments."""
+    from textwrap import wrap
+
+    from camopt.studies.exercise import make_exercise
+
+    problem, scene = make_exercise(kind, seed)
+    return "".join(f"# {line}\n" for line in wrap(problem, 100)) + "\n" + scene.to_toml()
