@@ -11,11 +11,16 @@ import argparse
 import json
 import re
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from fnmatch import fnmatchcase
+from functools import partial
+from hashlib import sha256
 from itertools import groupby
 from pathlib import Path
-from shutil import copytree, rmtree
+from shutil import copytree
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from cases import write_cases
 from differences import Difference, differences, read_accepted
@@ -28,9 +33,10 @@ PLACE = re.compile(r"\[\d+\]|#\d+")
 
 
 def cases_of(head: str, quick: bool) -> Path:
-    """The folder of all cases, which are kept: they are the same for the same tests and benchmarks."""
-    trees = git("rev-parse", f"{head}:tests", f"{head}:benchmarks").decode().split()
-    folder = ENVIRONMENTS / "-".join(("cases", *(tree[:9] for tree in trees), *["quick"][: int(quick)]))
+    """The folder of all cases, which are kept: they are the same for the same tests and makers of cases."""
+    makers = ("tests", *(f"benchmarks/{name}.py" for name in ("cases", "recording", "answers")))
+    key = sha256(git("rev-parse", *(f"{head}:{path}" for path in makers))).hexdigest()[:9]
+    folder = ENVIRONMENTS / f"cases-{key}{'-quick' if quick else ''}"
     if not folder.is_dir():
         with TemporaryDirectory(dir=ENVIRONMENTS) as new:
             write_cases(Path(new), quick)
@@ -38,27 +44,16 @@ def cases_of(head: str, quick: bool) -> Path:
     return folder
 
 
-def answers_of(side: Side, cases: Path) -> Path:
-    """The folder of a side's answers to all cases; it may have those of an earlier run."""
+def answers_of(side: Side, cases: Path, only: str) -> dict[str, Any]:
+    """The answers of a side to the cases of a pattern, by their names; some may be there from an earlier run."""
     folder = ENVIRONMENTS / f"answers-{side.name}-{cases.name}"
     folder.mkdir(exist_ok=True)
-    while len([*folder.glob("*.json")]) < len([*cases.iterdir()]):  # a case may end its process
-        if (code := side.start("answers.py", str(cases), str(folder)).wait()) > 0:
+    names = [file.name for file in sorted(cases.iterdir()) if fnmatchcase(file.stem, only)]
+    say(f"{side.name}: {len(names)} cases")
+    while not all((folder / name).exists() for name in names):  # a case may end the process
+        if (code := side.start("answers.py", str(cases), str(folder), only).wait()) > 0:
             raise SystemExit(f"{side.name} cannot be asked: answers.py ends with {code}")
-    return folder
-
-
-def differing(sides: list[Side], cases: Path) -> list[Difference]:
-    """Where the answers of two sides differ; those of the first are kept for the next run."""
-    say(f"{len([*cases.iterdir()])} cases")
-    with ThreadPoolExecutor(len(sides)) as pool:
-        folders = [*pool.map(lambda side: answers_of(side, cases), sides)]
-    accepted, found = read_accepted(), []
-    for file in sorted(cases.iterdir()):
-        before, after = (json.loads((folder / file.name).read_text(encoding="utf-8")) for folder in folders)
-        found += differences(file.stem, before, after, accepted)
-    rmtree(folders[1])
-    return found
+    return {name: json.loads((folder / name).read_text(encoding="utf-8")) for name in names}
 
 
 def summary(found: list[Difference]) -> str:
@@ -69,11 +64,21 @@ def summary(found: list[Difference]) -> str:
 
     lines = ["| cases | place | times | share | for one | before | after |", "|---|---|---:|---:|---|---|---|"]
     for names, group in groupby(sorted(found, key=kind), kind):
-        worst, *others = sorted(group, key=lambda each: -each.share)
-        values = (f"`{worst.before!r:.200}`", f"`{worst.after!r:.200}`")
-        cells = (*names, str(1 + len(others)), f"{worst.share:.1e}", worst.case, *values)
+        first, *others = sorted(group, key=lambda each: -each.share)
+        values = (f"`{value!r:.150}`" for value in (first.before, first.after))
+        cells = (*names, str(1 + len(others)), f"{first.share:.1e}", first.case, *values)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines[: MOST_SHOWN + 2])
+
+
+def differing(sides: Sequence[Side], cases: Path, only: str) -> int:
+    """Print where the answers of two sides differ; the exit code."""
+    with ThreadPoolExecutor() as pool:
+        before, after = pool.map(partial(answers_of, cases=cases, only=only), sides)
+    accepted = read_accepted()
+    found = [each for name in before for each in differences(name, before[name], after[name], accepted)]
+    print(summary(found) if found else f"no answer differs in {len(before)} cases", flush=True)
+    return min(len(found), 1)
 
 
 def main() -> int:
@@ -82,16 +87,12 @@ def main() -> int:
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--answers", action="store_true", help="compare the answers alone")
     parser.add_argument("--speed", action="store_true", help="compare the speed alone")
+    parser.add_argument("--only", metavar="PATTERN", default="*", help="cases with such a name alone: 'random *'")
     asked = parser.parse_args()
     head = git("stash", "create").decode().strip() or commit_of("HEAD")
-    sides = [side_of(commit_of(asked.ref)), side_of(head)]
-    code = 0
+    sides, code = [side_of(commit_of(asked.ref)), side_of(head)], 0
     if not asked.speed:
-        cases = cases_of(head, asked.quick)
-        if found := differing(sides, cases):
-            print(summary(found))
-        print(f"\n{len(found)} differences of {len({each.case for each in found})} cases of {cases}")
-        code = min(len(found), 1)
+        code = differing(sides, cases_of(head, asked.quick), asked.only)
     if not asked.answers:
         tasks = list(QUICK if asked.quick else TASKS)
         code = max(code, verdict(compared(sides, tasks, [] if asked.quick else countable())))

@@ -1,6 +1,6 @@
 """A process that asks the camopt beside its interpreter all cases, and keeps each answer.
 
-    python answers.py CASES ANSWERS
+    python answers.py CASES ANSWERS PATTERN
 
 A case is a command with its files, or a call of a public name; an answer is the exit code or what was raised, what
 was printed, and what was written. A case that ends the process has none: the next process says so, and goes on.
@@ -15,6 +15,8 @@ import pickle
 import signal
 import sys
 from contextlib import chdir, redirect_stderr, redirect_stdout
+from fnmatch import fnmatchcase
+from functools import partial
 from importlib.metadata import entry_points
 from operator import attrgetter
 from pathlib import Path
@@ -24,7 +26,7 @@ from typing import Any
 
 import camopt
 
-LONGEST = 60.0  # seconds of the processor for one case, after which the process is ended
+LONGEST = 20.0  # seconds of the processor for one case, after which the process is ended
 INTERRUPTED = (130, 143)
 ENDED = f"ended the process, or took more than {LONGEST:g} s"
 
@@ -56,10 +58,11 @@ def call(case: dict[str, Any]) -> Any:
 
 def contents(file: Path) -> Any:
     """What a file holds: the columns of a table, or text; nothing of pictures, and of the sums of other files."""
-    if file.suffix == ".parquet":
+    if file.suffix in (".csv", ".parquet"):
         import pandas as pd
 
-        return pd.read_parquet(file).to_dict("list")
+        read = pd.read_parquet if file.suffix == ".parquet" else partial(pd.read_csv, float_precision="round_trip")
+        return read(file).to_dict("list")
     data = file.read_bytes()
     return None if b"\0" in data or file.name == "manifest.json" else data.decode(errors="replace")
 
@@ -79,11 +82,11 @@ def answer(case: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {"code": code, "out": out.getvalue(), "err": err.getvalue(), "files": files, "seconds": seconds}
 
 
-def main(cases: Path, answers: Path) -> None:
+def main(cases: str, answers: str, only: str) -> None:
     os.environ["COLUMNS"] = "200"
     package = str(Path(camopt.__file__).parent)
-    for file in sorted(cases.iterdir()):
-        kept, folder = answers / file.name, answers / file.stem
+    for file in sorted(file for file in Path(cases).iterdir() if fnmatchcase(file.stem, only)):
+        kept, folder = Path(answers, file.name), Path(answers, file.stem)
         if kept.exists():
             continue
         found: dict[str, Any] = {"code": ENDED}
@@ -99,4 +102,4 @@ def main(cases: Path, answers: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(*(Path(each).resolve() for each in sys.argv[1:]))
+    main(*sys.argv[1:])

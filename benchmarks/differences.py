@@ -6,12 +6,10 @@ change: it holds for what either side has found. An error bound may not become m
 ``.ci/accepted.txt`` allows more.
 """
 
-import csv
 import json
 import re
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
-from itertools import zip_longest
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -68,11 +66,7 @@ def opened(answer: Answer) -> Answer:
     out, files = answer.get("out", ""), {}
     for name, text in answer.get("files", {}).items():
         suffix = Path(name).suffix
-        if suffix == ".csv":
-            heads, *rows = csv.reader(text.splitlines())
-            columns = zip_longest(heads, zip_longest(*rows), fillvalue=())
-            files[name] = {f"{head} points": list(column) for head, column in columns}
-        elif suffix in POINTS:
+        if suffix in POINTS:
             found = re.search(POINTS[suffix], text)
             files[f"{name} points"] = HANDLES.sub("", found[1] if found else text)
         else:

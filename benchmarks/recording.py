@@ -7,6 +7,7 @@ import os
 import pickle
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial, wraps
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,8 @@ from answers import scene_of, write_case
 
 import camopt
 
-REFUSALS = (camopt.BadInput, click.ClickException)
 FOLDER = re.compile(r"/\S*/pytest-of-[^/]+/pytest-\d+/(?:popen-gw\d+/)?[^/\s']+")
 LARGEST = 100_000  # bytes of files and of arguments
-within: list[str] = []
-"""The call that is recorded: those that it makes are not."""
 
 
 def case_of(name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
@@ -39,22 +37,13 @@ def case_of(name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> dic
 
 
 def record(name: str, function: Callable[..., Any], kept: int, /, *arguments: Any, **named: Any) -> Any:
-    """Call a function, and keep the call without the first arguments if it is refused."""
-    if within:
-        return function(*arguments, **named)
-    within.append(name)
-    try:
-        case = case_of(name, arguments[kept:], named)
-    except Exception:  # an argument is a function or an open file, or has no text
-        case = {}
+    """Call a function; a call that is refused is kept, without the first arguments."""
     try:
         return function(*arguments, **named)
-    except REFUSALS:
-        if case:
-            write_case(Path(os.environ["CASES"]), "refused", **case)
+    except (camopt.BadInput, click.ClickException):
+        with suppress(Exception):  # an argument is a function or an open file, or has no text
+            write_case(Path(os.environ["CASES"]), "refused", **case_of(name, arguments[kept:], named))
         raise
-    finally:
-        within.pop()
 
 
 def main(self: click.Command, args: Any = None, prog_name: Any = None, **named: Any) -> Any:

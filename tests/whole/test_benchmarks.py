@@ -322,7 +322,7 @@ ANSWER = {
         "verdict": "held",
     },
     "err": "camopt: 3 of 4",
-    "files": {"cam.nc": "G1 X40.0 Y0.0", "out.csv": "angle,lift\n0.0,1.0\n1.0,0.0", "cam.toml": "rpm = 300"},
+    "files": {"cam.nc": "G1 X40.0 Y0.0", "out.csv": {"lift": [1.0, 0.0]}, "cam.toml": "rpm = 300"},
     "seconds": 1.0,
 }
 
@@ -345,8 +345,8 @@ ANSWER = {
         ("Y0.0", "Y0.000000000001", []),
         ("Y0.0", "Y0.00000000001", [".files.cam.nc points #1"]),
         ("lift", "height", ["keys"]),
-        ("1.0,0.0", "1.0,1e-12", [".files.out.csv.lift points[1] #0"]),
-        ("1.0,0.0", "1.0,1e-14", []),
+        ("[1.0, 0.0]", "[1.0, 1e-12]", [".files.out.csv.lift[1]"]),
+        ("[1.0, 0.0]", "[1.0, 1e-14]", []),
         ("300", "301", [".files.cam.toml #0"]),
     ],
 )
