@@ -378,7 +378,7 @@ class FreeNumber(click.ParamType):  # type: ignore[type-arg]
 
 
 class OutputPlace(click.ParamType):  # type: ignore[type-arg]
-    """A folder to write to, or a file that ends in one of some suffixes and can be written."""
+    """A path: of a folder or a file, or of a file that ends in one of some suffixes and can be written."""
 
     name = "path"
 

@@ -38,11 +38,6 @@ def shipped_toml(name: str) -> str:
     return (SHIPPED / f"{name}.toml").read_text(encoding="utf-8").removeprefix(f"#:schema ../{SCHEMA}\n")
 
 
-def with_schema(text: str) -> str:
-    """A scene as text whose first line leads linters and editors to the schema of this installation."""
-    return f"#:schema {Path(__file__).with_name(SCHEMA).as_uri()}\n{text}"
-
-
 def sources(name: str) -> Iterator[bytes]:
     """The text of a scene, and what is in each file that a text in it may name: who gets the same, gets the scene.
 

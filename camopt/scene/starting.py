@@ -16,7 +16,7 @@ from camopt.scene.checks import GUIDE_KEYS
 from camopt.scene.places import LISTS, is_angle, said_of, table_heading, unit_for
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.schema import TABLES
-from camopt.scene.sources import shipped_scenes, shipped_toml, with_schema
+from camopt.scene.sources import shipped_scenes, shipped_toml
 
 PURPOSES = {
     "valve": "bucket-valve",
@@ -142,13 +142,13 @@ def starting_scene(name: str | None = None, form: str | None = None, follower: s
         raise BadInput([Mistake("camopt", "name", name, "belongs to no mechanism: give one of both", bare=True)])
     if name is None:
         data = {"name": "My cam", **plainest(*_pairing(form, follower))}
-        return with_schema(_written(Scene.from_dict(data), data, []))
+        return _written(Scene.from_dict(data), data, [])
     known = (*PURPOSES, *shipped_scenes())
     if name not in known:
         raise BadInput([Mistake("camopt", "name", name, f"a purpose or a shipped scene; {nearest(name, known)}")])
     scene = find_scene(shipped := PURPOSES.get(name, name))
     about = [line for line in shipped_toml(shipped).splitlines() if line.startswith("# ")]
-    return with_schema(_written(scene, scene.to_dict(), about))
+    return _written(scene, scene.to_dict(), about)
 
 
 def _pairing(form: str | None, follower: str | None) -> tuple[Mechanism, Tip]:

@@ -35,15 +35,19 @@ URL_START = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 
 
 def path_of(path: str | os.PathLike[str]) -> Path:
-    """A path as users write it: ``~`` is the home folder. A ValueError completes the sentence "must be …"."""
+    """A path as users write it: a first ``~`` is the home folder, and ``./~`` is a folder of that name.
+
+    A ValueError completes the sentence "must be …".
+    """
     if not os.fspath(path):
         raise ValueError("a path; it is empty")
     if URL_START.match(os.fspath(path)):
         raise ValueError("a path on this machine, not an address")
     try:
-        return Path(path).expanduser()
+        found = Path(path).expanduser() if os.fspath(path).startswith("~") else Path(path)
     except RuntimeError:
         raise ValueError("a path; its home folder is not known") from None
+    return found.absolute() if str(found).startswith("~") else found  # read again, it is the same
 
 
 def checked_path(path: str | os.PathLike[str], key: str) -> Path:

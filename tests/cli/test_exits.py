@@ -10,6 +10,7 @@ import pytest
 from camopt.cli import exits
 from camopt.cli.main import camopt, main
 from camopt.mistakes import BadInput, Mistake, Stopped, printable
+from camopt.storage.files import path_of
 from camopt.tables.cells import heading
 
 ESCAPE = "\x1b[31mred\x1b[0m\nsecond line\u202e"
@@ -213,6 +214,42 @@ def test_a_tilde_is_the_home_folder(monkeypatch, tmp_path, capsys):
     ]
     assert main([*WORK, "--out=~nobody44/cams"]) == exits.BAD_INPUT
     assert "its home folder is not known" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("folder", ["./~", "./~/cams", "sub/../~", "./~root"])
+def test_a_tilde_after_a_dot_is_a_folder_of_that_name(folder, monkeypatch, tmp_path, capsys):
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    (tmp_path / "work" / "sub").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "work")
+    assert main([*WORK, f"--out={folder}", "--quiet"]) == 0
+    assert (tmp_path / "work" / folder / "pareto.parquet").is_file()
+    assert main(["evaluate", "two-pauses", "--plot", f"{folder}/cam.svg", "--quiet"]) == 0
+    assert (tmp_path / "work" / folder / "cam.svg").is_file()
+    assert main(["new", f"{folder}/cam.toml"]) == 0
+    assert (tmp_path / "work" / folder / "cam.toml").is_file()
+    written = (tmp_path / "home").rglob("*")
+    assert [path for path in written if path.suffix in (".parquet", ".toml", ".svg")] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "path"),
+    [
+        ("~", "HOME"),
+        ("~/a", "HOME/a"),
+        ("./~", "CWD/~"),
+        ("./~/a", "CWD/~/a"),
+        (".//~", "CWD/~"),
+        ("a/~", "a/~"),
+        ("/~", "/~"),
+        ("../~", "../~"),
+        ("a~", "a~"),
+    ],
+)
+def test_only_a_path_that_begins_with_a_tilde_is_in_the_home_folder(text, path, monkeypatch, tmp_path):
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    found = path_of(text)
+    assert str(found) == path.replace("HOME", str(tmp_path / "home")).replace("CWD", os.getcwd())
+    assert path_of(found) == found
 
 
 def test_an_interrupt_of_an_import_is_told_as_one():

@@ -1,10 +1,12 @@
 """Scenes to start from: they run, with what they have switched off too, and say what the code says."""
 
 import tomllib
+from pathlib import Path
 
 import pytest
 
 import camopt
+from camopt.cli.main import main
 from camopt.scene.places import said_of
 from camopt.scene.schema import TABLES
 from camopt.scene.starting import PAIRINGS, PURPOSES, starting_scene, switched_on
@@ -53,6 +55,20 @@ def test_comments_are_what_the_code_says(name):
     assert {comment.partition(": ")[2] for comment in comments} | {*comments} >= {*comments}
     assert [each for each in comments if each not in said and each.partition(": ")[2] not in said] == []
     assert len({*comments}) == len(comments)
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_nothing_in_it_is_of_this_machine(name):
+    """It is sent to others."""
+    assert "file:" not in TEXTS[name]
+    assert str(Path(camopt.__file__).parents[1]) not in TEXTS[name]
+
+
+def test_a_shipped_scene_that_is_printed_has_nothing_of_this_machine_either(capsys):
+    assert main(["scenes", "two-pauses"]) == 0
+    text = capsys.readouterr().out
+    assert camopt.Scene.from_dict(tomllib.loads(text)) == camopt.find_scene("two-pauses")
+    assert "file:" not in text
 
 
 @pytest.mark.parametrize(

@@ -85,6 +85,12 @@ def exported(folder: Path, ending: str, scene: str = "roller-1000rpm") -> None:
     export(cam, folder / f"cam{ending}", **MACHINE.get(ending, {}))
 
 
+def started(folder: Path) -> None:
+    """A scene to start from, where there is none: ``new`` writes over no file."""
+    if not (folder / "cam.toml").exists():
+        a_command("new", "feeder", str(folder / "cam.toml"))
+
+
 def two_parts(folder: Path) -> None:
     """Parts beside a folder with an older sweep."""
     older_sweep(folder)
@@ -148,6 +154,7 @@ CASES = {
     ),
     "merge": Case(merged, TABLES, two_parts),
     "optimise": Case(optimised, OPTIMA, older_optimum),
+    "new": Case(started, ("cam.toml",), Path.mkdir),
     **{
         f"export {ending}": Case(
             partial(exported, ending=ending),

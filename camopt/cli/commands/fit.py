@@ -18,7 +18,7 @@ from camopt.cli.options import (
 
 
 @click.command(cls=Command)
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=OutputPlace())
 @click.option("--scene", "target", help="Scene whose cam, follower and limits to take; its motion is replaced.")
 @click.option(
     "--base-radius", type=Measure("mm"), help="Base radius of the cam, mm; of lifts, needed without --scene."

@@ -6,6 +6,7 @@ from pathlib import Path
 from camopt.cli.terminal import print_json, say_written
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.starting import starting_scene
+from camopt.storage.files import checked_path, write_text
 
 
 def show_new(
@@ -19,14 +20,14 @@ def show_new(
 ) -> None:
     """A scene to start from, in a file of its own or on the screen."""
     if name and name.endswith(".toml") and file is None:
-        file, name = Path(name), None
+        file, name = checked_path(name, "FILE"), None
     if exercise and name:
         raise BadInput([Mistake("camopt", "NAME", name, "does not go with --exercise", bare=True)])
     text = exercise_text(*exercise) if exercise else starting_scene(name, form, follower)
     if file and file.exists():
         raise BadInput([Mistake("camopt", "FILE", str(file), "a new file: this one is there already")])
     if file:
-        file.write_text(text, encoding="utf-8")
+        write_text(file, text)
     if as_json:
         return print_json({"file": file and str(file), "toml": text})
     if file is None:

@@ -10,12 +10,12 @@ from camopt.tables.layout import table_of
 
 def show_scenes(name: str | None, as_json: bool) -> None:
     """The shipped scenes, or one of them as TOML."""
-    from camopt.scene.sources import shipped_scenes, shipped_toml, with_schema
+    from camopt.scene.sources import shipped_scenes, shipped_toml
 
     if name is not None:
         if name not in shipped_scenes():
             raise BadInput([Mistake("camopt", "NAME", name, f"a shipped scene; {nearest(name, shipped_scenes())}")])
-        text = with_schema(shipped_toml(name))
+        text = shipped_toml(name)
         if as_json:
             return print_json({"name": name, "toml": text})
         sys.stdout.write(text)

@@ -56,7 +56,7 @@ and its picture."""
 )
 @click.option(
     "--costs",
-    type=click.Path(path_type=Path),
+    type=OutputPlace(),
     help="With --allocate, costs of grades, CSV: a column grade, and cost or a column for each key.",
 )
 @click.option(
@@ -72,7 +72,7 @@ and its picture."""
 )
 @click.option(
     "--measured",
-    type=click.Path(path_type=Path),
+    type=OutputPlace(),
     multiple=True,
     help="Show the error of a cam that was cut, by points of its --profile, in place of the tables; of a conjugate "
     "pair give it twice, a file for each disc.",
