@@ -257,10 +257,13 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         runs, known = _runs_free(case), means(case.setup)
         found = {name: mean_column(case, known[name], runs) for name in wanted & known.keys()}
         return _of_span(guided_span(case, runs, wanted), dynamics, omega) | found
-    if case.designs.numbers and wanted <= EXTREMES and not case.programme.corners:
-        return _of_span(extremes_of_turn(case), dynamics, omega)
+    own = bool(case.designs.numbers and wanted & EXTREMES) and not case.programme.corners
+    span = extremes_of_turn(case) if own else None  # whatever else is wanted: a bound is of the same digits
+    if span and wanted <= EXTREMES:
+        return _of_span(span, dynamics, omega)
     turn, unit = torque_over_turn(case.programme, *force.factors_of(dynamics, omega)), 1e-3
-    columns = _of_span(turn.span, dynamics, omega)
+    span = span._replace(fluctuation=turn.fluctuation) if span else turn.span
+    columns = _of_span(span, dynamics, omega)
     columns |= {"torque_mean_N_m": turn.mean * unit, "torque_rms_N_m": turn.rms * unit}
     return columns | {"power_mean_W": turn.mean * (unit * omega)}
 

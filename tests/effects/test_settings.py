@@ -5,11 +5,18 @@ from math import inf, pi
 import numpy as np
 import pytest
 from support import own
+from support.cams import CONTACTS, UNGUIDED, cam_with
 
+from camopt import Scene
+from camopt.effects import Case, offered
 from camopt.effects.force import jump_speed, required_stiffness
 from camopt.effects.lash import angle_above, speeds_within
 from camopt.effects.torque import torque_over_turn
 from camopt.motion.programme import Programme
+from camopt.problem.problem import resolve
+from camopt.problem.sample import searched_space
+from camopt.quantities import QUANTITIES
+from camopt.verdicts.running import run_effects
 
 MANY = 300  # more than are found together
 
@@ -81,3 +88,27 @@ def test_a_spring_that_is_required_keeps_contact_and_one_that_is_weaker_does_not
         assert (rate * y + rest).min() == pytest.approx(max(rest.min(), 0.0) if rate == 0.0 else 0.0, abs=1e-4)
         assert rate == pytest.approx(np.max(-rest[y > 1e-3] / y[y > 1e-3], initial=0.0), rel=1e-5)
     assert required_stiffness(programme, 0.0, 1e3, -1.0, 1.0) == inf
+
+
+@pytest.mark.one_in(3)
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_a_quantity_has_the_same_bits_whatever_else_is_asked(contact):
+    """And whatever designs are beside: bounds, fronts and tables ask for different quantities."""
+    arm = CONTACTS[contact]["motion"] == "oscillating"
+    train = {"natural_frequency": 90.0, "damping_ratio": 0.05, "fluctuation": 0.02}
+    scene = Scene.from_dict(cam_with(contact, "poly345", None if arm else UNGUIDED))
+    scene = scene.replace(**{f"follower.dynamics.{key}": value for key, value in train.items()})
+    size = "mean_radius" if contact.startswith("groove") else "base_radius"
+    sizes, springs = [getattr(scene.cam, size) * share for share in (1.0, 1.07, 1.13)], [9.0, 11.3]
+    scene = scene.replace(**{f"search.{size}": sizes, "search.follower.dynamics.spring_rate": springs})
+    space = searched_space(resolve(scene))
+    problem, designs = space.problem, space.designs(np.arange(6))
+    names = [name for name in offered(problem.setup) if QUANTITIES[name].effect != "surface"]
+
+    def bits(wanted, which):
+        rows = run_effects(Case(problem.setup, problem.programme, designs.take(np.array(which))), frozenset(wanted))
+        return {name: rows.column(name).tolist() for name in wanted}
+
+    together = bits(names, [0, 1, 2, 3, 4, 5])
+    for name in names:
+        assert bits([name], [4, 1]) == {name: [together[name][k] for k in (4, 1)]}, name

@@ -22,7 +22,7 @@ PROCESSORS = {
 }
 OTHERS = [name for name in PROCESSORS if name != "here"]
 OTHER_DIGITS = {"narrow vectors"}  # numpy's exponentials and inverse functions of angles are others there
-FIRST, COUNT, MANY = 2, 2, 200  # spaces with planted ties: those of every run, and of .ci/deep
+FIRST, COUNT, MANY = 12, 2, 200  # spaces with planted ties: those of every run, and of .ci/deep
 
 
 def run(processor, *arguments, cwd=TESTS):
@@ -56,6 +56,7 @@ def test_fronts_keep_all_ties_on_every_processor(processor):
     first, count = (0, MANY) if is_deep() else (FIRST, COUNT)
     here, there = found("here", first, count), found(processor, first, count)
     assert len(here) == count
+    assert [line for line in [*here, *there] if line[1] == "failed"] == []
     assert sum(int(ties) for *_, ties in here) >= count
     compared = slice(2, None) if processor in OTHER_DIGITS else slice(None)
     assert [line[compared] for line in there] == [line[compared] for line in here]

@@ -78,8 +78,8 @@ def main(first: int, count: int) -> None:
         with TemporaryDirectory() as folder:
             try:
                 print(seed, *fronts(seed, Path(folder)), flush=True)
-            except BadInput as mistake:
-                print(seed, "refused", mistake, flush=True)
+            except (BadInput, AssertionError) as why:
+                print(seed, "failed", why, flush=True)
 
 
 if __name__ == "__main__":
