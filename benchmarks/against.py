@@ -17,6 +17,7 @@ from fnmatch import fnmatchcase
 from functools import partial
 from hashlib import sha256
 from itertools import groupby
+from os.path import commonprefix
 from pathlib import Path
 from shutil import copytree
 from tempfile import TemporaryDirectory
@@ -48,12 +49,12 @@ def answers_of(side: Side, cases: Path, only: str) -> dict[str, Any]:
     """The answers of a side to the cases of a pattern, by their names; some may be there from an earlier run."""
     folder = ENVIRONMENTS / f"answers-{side.name}-{cases.name}"
     folder.mkdir(exist_ok=True)
-    names = [file.name for file in sorted(cases.iterdir()) if fnmatchcase(file.stem, only)]
+    names = [file.stem for file in sorted(cases.iterdir()) if fnmatchcase(file.stem, only)]
     say(f"{side.name}: {len(names)} cases")
-    while not all((folder / name).exists() for name in names):  # a case may end the process
+    while not all((folder / f"{name}.json").exists() for name in names):  # a case may end the process
         if (code := side.start("answers.py", str(cases), str(folder), only).wait()) > 0:
             raise SystemExit(f"{side.name} cannot be asked: answers.py ends with {code}")
-    return {name: json.loads((folder / name).read_text(encoding="utf-8")) for name in names}
+    return {name: json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in names}
 
 
 def summary(found: list[Difference]) -> str:
@@ -65,7 +66,9 @@ def summary(found: list[Difference]) -> str:
     lines = ["| cases | place | times | share | for one | before | after |", "|---|---|---:|---:|---|---|---|"]
     for names, group in groupby(sorted(found, key=kind), kind):
         first, *others = sorted(group, key=lambda each: -each.share)
-        values = (f"`{value!r:.150}`" for value in (first.before, first.after))
+        values = [repr(value) for value in (first.before, first.after)]
+        start = max(0, len(commonprefix(values)) - 60)
+        values = [f"`{value[start:][:150]}`" for value in values]
         cells = (*names, str(1 + len(others)), f"{first.share:.1e}", first.case, *values)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines[: MOST_SHOWN + 2])

@@ -16,7 +16,6 @@ import signal
 import sys
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from fnmatch import fnmatchcase
-from functools import partial
 from importlib.metadata import entry_points
 from operator import attrgetter
 from pathlib import Path
@@ -61,7 +60,7 @@ def contents(file: Path) -> Any:
     if file.suffix in (".csv", ".parquet"):
         import pandas as pd
 
-        read = pd.read_parquet if file.suffix == ".parquet" else partial(pd.read_csv, float_precision="round_trip")
+        read = pd.read_parquet if file.suffix == ".parquet" else pd.read_csv
         return read(file).to_dict("list")
     data = file.read_bytes()
     return None if b"\0" in data or file.name == "manifest.json" else data.decode(errors="replace")
