@@ -17,7 +17,6 @@ from fnmatch import fnmatchcase
 from functools import partial
 from hashlib import sha256
 from itertools import groupby
-from os.path import commonprefix
 from pathlib import Path
 from shutil import copytree
 from tempfile import TemporaryDirectory
@@ -67,8 +66,8 @@ def summary(found: list[Difference]) -> str:
     for names, group in groupby(sorted(found, key=kind), kind):
         first, *others = sorted(group, key=lambda each: -each.share)
         values = [repr(value) for value in (first.before, first.after)]
-        start = max(0, len(commonprefix(values)) - 60)
-        values = [f"`{value[start:][:150]}`" for value in values]
+        start = next((k for k, (one, other) in enumerate(zip(*values, strict=False)) if one != other), 0)
+        values = [f"`{value[max(0, start - 60) :][:150]}`" for value in values]
         cells = (*names, str(1 + len(others)), f"{first.share:.1e}", first.case, *values)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines[: MOST_SHOWN + 2])
