@@ -26,86 +26,72 @@ TESTS = HERE.parent / "tests"
 SCENES, FEW = 500, 60  # random scenes, of all cases and of quick ones
 KNOWN = ("whole/test_bad_input.py", "scene/test_scene.py", "cli/test_cli.py")
 """Tests of bad input, for quick cases."""
-TOLERANCE = "tolerances.profile=0.0173"
+TOLERANCE = "--set tolerances.profile=0.0173 --json"
 PART = {"thickness": 32.5, "bore": 17.3, "groove_depth": 7.9}
-Command = tuple[str, ...]
+EVERY_SCENE = ("evaluate {} --outputs all --json", "certify {} --json")
+FEW_SCENES = (
+    *("evaluate {}", "optimise {} --json --seconds 1000", "export {} cam.dxf --json", "timing {} --json"),
+    *(f"tolerance {{}} {TOLERANCE}", "sweep {} --samples 5 --json --out out"),
+)
+"""What shipped scenes are asked, the worked cams among them; the second of each sixth one in quick cases."""
+COMMANDS = (
+    *("laws --json", "keys --json", "scenes --json", "schema --json", "effects exhaust-valve --json"),
+    "sweep --base-radius 40:120:7.3 --offset 0:20:9.1 --roller-radius 8.7 --json",
+    "sweep --max-pressure 31.3 --base-radius 20:150:0.37 --keep front-only --json",
+    "fit {data}/inlet-lift.csv --base-radius 18 --json",
+    "tolerance {data}/cam-as-drawn.toml --measured {data}/worn-cam.csv --profile xy --json",
+    "synthesise roller-1000rpm --max-pressure 29.3 --json",
+)
+MORE_COMMANDS = (
+    "sweep --base-radius 40:120:7.3 --roller-radius 8.7 --refine --json",
+    "fit {data}/inlet-profile.csv --profile xy --json",
+    "frontier roller-1000rpm --values 4 --json",
+    *("synthesise two-pauses --json", "synthesise valve-rod-offset --json"),
+    f"tolerance exhaust-valve --cams 50 {TOLERANCE}",
+)
 
 
 def write_cases(folder: Path, quick: bool) -> None:
     """All cases, as files."""
-    for command in (*shipped_commands(quick), *motion_commands(quick)):
-        write_case(folder, " ".join(Path(word).name for word in command[:2]), {}, argv=command)
-    scenes = {f"reference {name}": entry["scene"] for name, entry in REFERENCE.items()}
-    asked = [(name, scene, ("evaluate", "--json")) for name, scene in scenes.items()]
+
+    def ask(group: str, text: str, name: str = "", scene: dict[str, Any] | None = None) -> None:
+        words = [word.format(name, data=TESTS / "data" / "measured") for word in text.split()]
+        files = {name: tomli_w.dumps(scene).encode()} if scene else {}
+        write_case(folder, f"{group} {words[0]} {'' if scene else Path(words[1]).name}".strip(), files, argv=words)
+
+    for text in COMMANDS + (() if quick else MORE_COMMANDS):
+        ask("other", text)
+    for number, name in enumerate(camopt.shipped_scenes()):
+        for text in EVERY_SCENE + (() if quick and number % 6 else FEW_SCENES):
+            ask("shipped", text, name)
+    for name, entry in REFERENCE.items():
+        ask(f"reference {name}", EVERY_SCENE[0], "cam.toml", entry["scene"])
     for number, scene in enumerate(random_scenes(FEW if quick else SCENES)):
-        asked += [(f"random {number}", *each) for each in random_questions(number, scene)]
-    for name, scene, (command, *rest) in asked:
-        files = {"cam.toml": tomli_w.dumps(scene).encode()}
-        write_case(folder, f"{name} {command}", files, argv=[command, "cam.toml", *rest])
+        for changes, text in random_questions(number, scene):
+            ask(f"random {number}", text, "cam.toml", scene | changes)
     run = [sys.executable, "-m", "pytest", "-p", "recording", "-q", "-n", "auto", *(KNOWN if quick else ".")]
     environment = {**os.environ, "CASES": str(folder), "PYTHONPATH": str(HERE)}
     subprocess.run(run, cwd=TESTS, env=environment, stdout=sys.stderr, check=False)  # as refused where tests fail
 
 
-# --------------------------------------------------------------------------- commands
-
-
-def shipped_commands(quick: bool) -> Iterator[Command]:
-    """What shipped scenes are asked; the worked cams are among them."""
-    for number, name in enumerate(camopt.shipped_scenes()):
-        yield ("evaluate", name, "--outputs", "all", "--json")
-        yield ("certify", name, "--json")
-        if not quick or number % 6 == 0:
-            yield ("evaluate", name)
-            yield ("optimise", name, "--json", "--seconds", "1000")
-            yield ("export", name, "cam.dxf", "--json")
-            yield ("timing", name, "--json")
-            yield ("tolerance", name, "--set", TOLERANCE, "--json")
-            yield ("sweep", name, "--samples", "5", "--json", "--out", "out")
-
-
-def motion_commands(quick: bool) -> Iterator[Command]:
-    """Fronts, new motions, measured ones, and lists."""
-    data = TESTS / "data" / "measured"
-    drawn, worn = str(data / "cam-as-drawn.toml"), str(data / "worn-cam.csv")
-    yield from ((name, "--json") for name in ("laws", "keys", "scenes", "schema"))
-    yield ("sweep", "--base-radius", "40:120:7.3", "--offset", "0:20:9.1", "--roller-radius", "8.7", "--json")
-    yield ("sweep", "--max-pressure", "31.3", "--base-radius", "20:150:0.37", "--keep", "front-only", "--json")
-    yield ("effects", "exhaust-valve", "--json")
-    yield ("fit", str(data / "inlet-lift.csv"), "--base-radius", "18", "--json")
-    yield ("tolerance", drawn, "--measured", worn, "--profile", "xy", "--json")
-    yield ("synthesise", "roller-1000rpm", "--max-pressure", "29.3", "--json")
-    if not quick:
-        yield ("sweep", "--base-radius", "40:120:7.3", "--roller-radius", "8.7", "--refine", "--json")
-        yield ("fit", str(data / "inlet-profile.csv"), "--profile", "xy", "--json")
-        yield ("frontier", "roller-1000rpm", "--values", "4", "--json")
-        yield from (("synthesise", name, "--json") for name in ("two-pauses", "valve-rod-offset"))
-        yield ("tolerance", "exhaust-valve", "--set", TOLERANCE, "--cams", "50", "--json")
-
-
-def random_questions(number: int, scene: dict[str, Any]) -> Iterator[tuple[dict[str, Any], Command]]:
+def random_questions(number: int, scene: dict[str, Any]) -> tuple[tuple[dict[str, Any], str], ...]:
     """What a random scene is asked, with changes: all its values, and one thing more."""
-    yield scene, ("evaluate", "--outputs", "all", "--json")
     size = "base_radius" if "base_radius" in scene["cam"] else "mean_radius"
     here, limited = scene["cam"].get(size, 50.0), {"limits": {"pressure_angle": 35.7}}
     search = {"search": {size: {"start": here, "stop": 1.7 * here}}}
-    questions: list[tuple[dict[str, Any], Command]] = [
-        ({}, ("certify", "--json")),
-        (limited, ("optimise", "--json", "--seconds", "1000")),
-        ({**limited, **search}, ("sweep", "--samples", "7", "--keep", "all", "--json", "--out", "out")),
-        ({"part": PART}, ("export", "cam.dxf", "--json")),
-        ({"part": PART}, ("export", "cam.step", "--json")),
-        ({"part": PART}, ("export", "cam.nc", "--cutter-radius", "4", "--feed", "200", "--json")),
-        ({"limits": {}}, ("tolerance", "--set", TOLERANCE, "--json")),
-        ({}, ("evaluate", "--points", "points.csv", "--step", "3.7")),
-        ({}, ("harmonics", "--json")),
-        ({}, ("evaluate", "--units", "inch")),
+    questions: list[tuple[dict[str, Any], str]] = [
+        ({}, "certify {} --json"),
+        (limited, "optimise {} --json --seconds 1000"),
+        ({**limited, **search}, "sweep {} --samples 7 --keep all --json --out out"),
+        ({"part": PART}, "export {} cam.dxf --json"),
+        ({"part": PART}, "export {} cam.step --json"),
+        ({"part": PART}, "export {} cam.nc --cutter-radius 4 --feed 200 --json"),
+        ({"limits": {}}, f"tolerance {{}} {TOLERANCE}"),
+        ({}, "evaluate {} --points points.csv --step 3.7"),
+        ({}, "harmonics {} --json"),
+        ({}, "evaluate {} --units inch"),
     ]
-    changes, command = questions[number % len(questions)]
-    yield {**scene, **changes}, command
-
-
-# --------------------------------------------------------------------------- random scenes
+    return ({}, EVERY_SCENE[0]), questions[number % len(questions)]
 
 
 def random_scenes(count: int) -> Iterator[dict[str, Any]]:

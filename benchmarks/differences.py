@@ -32,19 +32,6 @@ BOUNDS = {"bound": ("error", "change", "objective", "size"), "any_motion": ("fre
 ERROR_BOUNDS = ("relative_half_width", "gap", "gap_mm", "deviation_mm")
 
 
-class Accepted(NamedTuple):
-    """A line of the list: by how much values may differ in some places of some cases."""
-
-    case: str
-    place: str
-    allowed: float
-    reason: str
-
-    def allows(self, found: "Difference") -> bool:
-        fits = fnmatchcase(found.case, self.case) and fnmatchcase(found.place, self.place)
-        return fits and found.share <= self.allowed
-
-
 class Difference(NamedTuple):
     """A place where two answers differ, and by what share of the scale."""
 
@@ -53,6 +40,19 @@ class Difference(NamedTuple):
     before: Any
     after: Any
     share: float = inf
+
+
+class Accepted(NamedTuple):
+    """A line of the list: by how much values may differ in some places of some cases."""
+
+    case: str
+    place: str
+    allowed: float
+    reason: str
+
+    def allows(self, found: Difference) -> bool:
+        fits = fnmatchcase(found.case, self.case) and fnmatchcase(found.place, self.place)
+        return fits and found.share <= self.allowed
 
 
 def read_accepted(file: Path = ACCEPTED) -> list[Accepted]:

@@ -364,6 +364,6 @@ def test_what_differs_between_two_answers_is_named(before, after, places):
 
 def test_every_accepted_difference_has_its_reason(tmp_path):
     assert all(len(each.reason.split()) > 3 for each in differences.read_accepted())
-    (tmp_path / "accepted.txt").write_text("# of cams\noptimise* *gap* inf\n")
+    (tmp_path / "accepted.txt").write_text("# of cams and rollers\noptimise* *gap* inf\n")
     with pytest.raises(ValueError, match="not enough"):
         differences.read_accepted(tmp_path / "accepted.txt")
