@@ -1,54 +1,371 @@
-"""What faults of files leave of results: ``python benchmarks/faults.py [MOST [CASE …]]``.
+"""Count what faults leave of results, by commands alone: ``python benchmarks/faults.py [MOST [CASE …]]``.
 
-For each case of ``tests/storage/test_faults.py``: the work is killed, interrupted, or has a failing call, at
-each of its calls on files; and the power is cut after each of them, with any of the names and contents lost that
-were not synced. It is good if the older result or the new one is there, whole, and the next run gives the bytes of
-a run without faults. At most MOST of each, or somewhat more, are tried, spread evenly (0, as by default: all).
+A fault meets a command at each of its calls on files: the command is killed, killed in mid-write or
+interrupted, or the call fails. A blind restart is a kill after a random CPU time, three times in a row. A power
+cut after a call loses any of the names and contents that are not synced. Then files are altered: those of a
+killed command ("altered work") and those of a result, by a turned bit, a cut, a removal, or the file of an
+older run ("foreign").
+
+A try is good if three things hold. Plain pandas and ``camopt.load`` find rows of one result only, the older or
+the new one, or fewer tables of it. ``camopt check`` does not call a damaged result whole. The same command then
+ends with the same rows as without a fault. At most MOST tries of each fault, or somewhat more, are spread
+evenly (0, the default: all).
+
+The tool knows commands and the rows of tables, but not how results are stored: it judges any store.
 """
 
+import os
 import sys
+import tomllib
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
+from importlib import import_module
 from pathlib import Path
+from random import Random
 from tempfile import TemporaryDirectory
+from time import process_time
 from traceback import extract_tb
+from typing import Any, NamedTuple
 
-ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "tests" / "storage")]
-from support.faults import FAULTS  # noqa: E402
-from test_faults import CASES, Bench, spread  # noqa: E402
+import pandas as pd
+import pyarrow as pa
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from support.faults import FAULTS, Disk, End, Tree, calls_of, forked, make, tree_of, watched, with_fault
+
+import camopt
+from camopt.__main__ import main as camopt_main
+
+RESTARTS = 60
+FOUND, REFUSED, TROUBLE, INTERRUPTED, KILLED = 0, 2, 3, 130, range(-64, 0)
+"""Exit codes."""
+Read = dict[str, Any]
+"""What is read of each file of a result, by its name."""
+Alter = Callable[[bytes, bytes | None], bytes | None]
+"""What a bad disk or a hand makes of a file; an older file of its name is known."""
 
 
-def wrong_of(tries: Sequence[Callable[[], object]]) -> list[str]:
+class Case(NamedTuple):
+    """A command, those of the older result and of what it reads, and those that bring its result to ``out``."""
+
+    command: str
+    older: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+    later: tuple[str, ...] = ()
+
+
+OLDER = ("sweep scenes/older.toml --keep all --out out", "optimise scenes/older.toml --out out")
+PARTS = tuple(f"sweep scenes/new.toml --part {i}/2 --out parts" for i in (1, 2))
+CASES = {
+    "sweep": Case("sweep scenes/new.toml --out out"),
+    "sweep over an older one": Case("sweep scenes/new.toml --out out", OLDER),
+    "sweep --keep front-only": Case("sweep scenes/new.toml --keep front-only --out out", OLDER),
+    "sweep --again": Case("sweep scenes/new.toml --again --out out", ("sweep scenes/new.toml --out out",)),
+    "sweep --resume, of seconds": Case("sweep scenes/slow.toml --keep all --resume --out out"),
+    "sweep --refine": Case("sweep scenes/one.toml --refine --out out", OLDER),
+    "sweep --part": Case(
+        "sweep scenes/new.toml --part 1/2 --out parts",
+        ("sweep scenes/older.toml --part 1/2 --out parts",),
+        PARTS[1:],
+        ("merge parts --out out",),
+    ),
+    "merge": Case("merge parts --out out", OLDER, PARTS),
+    "certify": Case("certify out/pareto.parquet", inputs=("sweep scenes/new.toml --out out",)),
+    "optimise": Case("optimise scenes/new.toml --out out", OLDER),
+    "report": Case("report out --out out/page.html", ("report roller-1000rpm --out out/page.html",), OLDER),
+    "new": Case("new roller-1000rpm out/cam.toml", inputs=OLDER),
+    **{
+        f"export {ending}": Case(
+            f"export scenes/new.toml out/cam{ending} --set part.thickness=12{options}",
+            (f"export exhaust-valve out/cam{ending} --set part.thickness=12{options}",),
+            OLDER,
+        )
+        for ending, options in {".dxf": "", ".step": "", ".csv": "", ".nc": " --cutter-radius 5 --feed 300"}.items()
+    },
+}
+
+
+def scenes() -> dict[str, camopt.Scene]:
+    """The scenes of the cases."""
+    scene = camopt.find_scene("roller-1000rpm")
+    axes = {"offset": [0], "roller_radius": [10, 12]}
+    return {
+        "older": scene.replace(search=axes | {"base_radius": [80, 95], "law": ["cycloidal", "poly345"]}),
+        "new": scene.replace(search=axes | {"base_radius": [60, 62, 65, 70], "law": ["harmonic", "cycloidal"]}),
+        "one": scene.replace(search={"base_radius": [62, 65, 70], "law": ["harmonic"]}),
+        "slow": scene.replace(
+            search=axes | {"base_radius": {"start": 40, "stop": 120, "step": 0.002}, "law": ["harmonic", "poly345"]}
+        ),
+    }
+
+
+def run(command: str) -> int:
+    """Run a command as it is typed; the exit code."""
+    sys.argv = ["camopt", *command.split(), "--quiet"]
+    return camopt_main()
+
+
+def value_of(path: Path) -> Any:
+    """What a file says: rows of a table as plain pandas reads it, keys of a scene, or else bytes."""
+    if path.suffix == ".parquet":
+        return pd.read_parquet(path).to_csv()
+    return tomllib.loads(path.read_text(encoding="utf-8")) if path.suffix == ".toml" else path.read_bytes()
+
+
+def tables_of(found: Read) -> Read:
+    return {name: rows for name, rows in found.items() if name.endswith(".parquet")}
+
+
+def is_of_one(found: Read, results: Sequence[Read]) -> bool:
+    """Whether all that is read is of one result."""
+    return any(found.items() <= result.items() for result in results)
+
+
+def damaged(data: bytes, older: bytes | None, share: float = 0.5) -> bytes:
+    """With a bit turned after a share of the bytes."""
+    place = int(share * len(data))
+    return data[:place] + bytes([data[place] ^ 4]) + data[place + 1 :]
+
+
+def cut_short(data: bytes, older: bytes | None) -> bytes:
+    return data[: len(data) // 2]
+
+
+def missing(data: bytes, older: bytes | None) -> None:
+    return None
+
+
+def foreign(data: bytes, older: bytes | None) -> bytes:
+    """That of another run, where there is one."""
+    return older or data
+
+
+ALTERED = (*(partial(damaged, share=share) for share in (0.03, 0.3, 0.5, 0.7, 0.97)), cut_short, missing)
+
+
+class Bench:
+    """A folder in which a case is tried again and again."""
+
+    def __init__(self, case: Case, root: Path) -> None:
+        self.case, self.root, self.out = case, root, root / "out"
+        os.chdir(root)
+        (root / "scenes").mkdir()
+        for name, scene in scenes().items():
+            (root / "scenes" / f"{name}.toml").write_text(scene.to_toml(), encoding="utf-8")
+        empty = tree_of(root)
+        self.do(*case.inputs, case.command, *case.later)
+        alone = tables_of(self.plain())
+        make(root, empty)
+        self.do(*case.inputs, *case.older)
+        self.before, self.older = tree_of(root), self.plain()
+        modules = forked(lambda: [run(case.command), [*sys.modules]]).result[1]
+        for module in modules:  # imported once, for all copies of this process
+            with suppress(Exception):
+                import_module(module)
+        make(root, self.before)
+        self.calls, self.seconds = forked(self._counted).result
+        self.after = tree_of(root)
+        self.do(*case.later)
+        self.newer = self.plain()
+        self.checked, self.newer_rows = self.check(), self.loaded()
+        make(root, self.before)
+        self.older_rows = self.loaded()
+        assert self.newer
+        assert alone == tables_of(self.newer) or not alone, "tables of an older result stay"
+        assert (self.older == self.newer) == ("--again" in case.command)
+
+    def _counted(self) -> tuple[int, float]:
+        start = process_time()
+        calls = calls_of(self.root, partial(run, self.case.command))
+        return len(calls), process_time() - start
+
+    def do(self, *commands: str) -> None:
+        """Run commands that have to end well."""
+        for command in commands:
+            code, said, _ = forked(partial(run, command))
+            assert code == FOUND, (command, code, said)
+
+    def plain(self) -> Read:
+        """What other programs read: no hidden files, and not what says which files are of a result."""
+        files = [path for path in sorted(self.out.glob("[!.]*")) if path.is_file() and path.name != "manifest.json"]
+        return {path.name: value_of(path) for path in files}
+
+    def loaded(self) -> Read:
+        """What camopt reads of tables, without those that it refuses."""
+        rows = {}
+        for name in sorted({*self.older, *self.newer} if hasattr(self, "newer") else self.older):
+            if name.endswith(".parquet"):
+                try:
+                    rows[name] = camopt.load(self.out / name).to_csv()
+                except (camopt.BadInput, OSError):
+                    continue
+        return rows
+
+    def check(self) -> int:
+        """The exit code of ``camopt check``."""
+        folders = [name for name in ("out", "parts") if (self.root / name).exists()]
+        return forked(partial(run, " ".join(["check", *folders]))).code if folders else REFUSED
+
+    def judge(self, is_done: bool = False) -> None:
+        """All of one result, no two side by side, and nothing is called whole that is not."""
+        plain, rows, code = self.plain(), self.loaded(), self.check()
+        assert is_of_one(plain, (self.older, self.newer)), "two results side by side"
+        assert is_of_one(rows, (self.older_rows, self.newer_rows)), "rows of two results are read"
+        assert code in (FOUND, REFUSED, TROUBLE), code
+        whole = rows in (self.older_rows, self.newer_rows)
+        assert code != FOUND or whole, "what is not whole is called so"
+        assert not is_done or self.case.later or rows == self.newer_rows, "it is not done"
+
+    def finish(self) -> None:
+        """The same command goes on to the same rows; `new` refuses to write its file again."""
+        if not (self.case.command.startswith("new ") and self.plain() == self.newer):
+            self.do(self.case.command, *self.case.later)
+        assert self.plain() == self.newer, "other values"
+        assert self.loaded() == self.newer_rows, "other rows"
+        assert self.check() == self.checked
+
+    def faulty(self, number: int, fault: str) -> End:
+        """Run the command with a fault."""
+        end = with_fault(self.root, partial(run, self.case.command), number, fault)
+        assert "Traceback" not in end.said, end.said
+        assert end.code in (
+            (FOUND, *KILLED) if fault in ("killed", "torn", "blind") else (FOUND, TROUBLE, INTERRUPTED)
+        ), end
+        self.judge(end.code == FOUND)
+        return end
+
+    def try_fault(self, number: int, fault: str) -> None:
+        make(self.root, self.before)
+        end = self.faulty(number, fault)
+        published = end.code == TROUBLE and self.plain() == self.newer != self.older
+        assert not published or "published" in end.said or self.case.later, end.said
+        self.finish()
+
+    def try_blind_restarts(self, seed: int) -> None:
+        make(self.root, self.before)
+        draw = Random(seed)
+        for _ in range(3):
+            self.faulty(1 + int(draw.uniform(0, 1000 * self.seconds)), "blind")
+        self.finish()
+
+    def after_power_cuts(self) -> list[Tree]:
+        """What a power cut at any moment of the command may leave, each once."""
+        make(self.root, self.before)
+
+        def cut() -> list[Tree]:
+            disk, cuts = Disk(self.root), {}
+
+            def after(call: str, what: Any) -> None:
+                disk.after(call, what)
+                cuts.update((repr(tree), tree) for tree in disk.after_power_cuts())
+
+            with watched(self.root, lambda *_: None, after):
+                run(self.case.command)
+            return [*cuts.values()]
+
+        trees: list[Tree] = forked(cut).result
+        return trees
+
+    def try_power_cut(self, tree: Tree) -> None:
+        make(self.root, tree)
+        self.judge()
+        self.finish()
+
+    def left_when_killed(self, number: int) -> Tree:
+        """What the command leaves if it is killed at one of its calls on files."""
+        make(self.root, self.before)
+        with_fault(self.root, partial(run, self.case.command), number, "killed")
+        return tree_of(self.root)
+
+    def altered(self, tree: Tree, alter: Alter) -> list[Tree]:
+        """Trees in which one file that the command wrote is altered."""
+        found = []
+        for name, data in tree.items():
+            older, is_told = self.before.get(name), alter is missing and name.endswith("manifest.json")
+            if data and data != older and not is_told and (altered := alter(data, older)) != data:
+                left = {each: content for each, content in tree.items() if each != name}
+                found.append(left if altered is None else {**left, name: altered})
+        return found
+
+    def try_altered_result(self, tree: Tree) -> None:
+        make(self.root, tree)
+        assert self.check() != FOUND or self.checked != FOUND, "what is altered is called whole"
+        assert is_of_one(self.loaded(), (self.newer_rows,)), "what is altered is read in silence"
+        for command in (*self.case.later, self.case.command, *self.case.later):
+            code, said, _ = forked(partial(run, command))
+            assert code in (FOUND, REFUSED, TROUBLE), said
+            assert said or code == FOUND
+            assert code != FOUND or command not in (self.case.later or (command,)) or self.plain() == self.newer
+
+    def try_altered_work(self, tree: Tree) -> None:
+        make(self.root, tree)
+        assert is_of_one(self.loaded(), (self.older_rows, self.newer_rows)), "rows of two results are read"
+        self.finish()
+
+    def tries(self) -> dict[str, Sequence[Callable[[], None]]]:
+        """All tries by the name of their fault."""
+        return {
+            **{fault: [partial(self.try_fault, n, fault) for n in range(self.calls)] for fault in FAULTS},
+            "blind restarts": [partial(self.try_blind_restarts, seed) for seed in range(RESTARTS)],
+            "power cut": [partial(self.try_power_cut, tree) for tree in self.after_power_cuts()],
+            "altered work": [
+                partial(self.try_altered_work, tree)
+                for share in (0.3, 0.6)
+                for alter in ALTERED
+                for tree in self.altered(self.left_when_killed(int(share * self.calls)), alter)
+            ],
+            "altered result": [
+                partial(self.try_altered_result, tree)
+                for alter in ALTERED
+                for tree in self.altered(self.after, alter)
+            ],
+            "foreign result": [
+                partial(self.try_altered_result, tree) for tree in self.altered(self.after, foreign)
+            ],
+        }
+
+
+def spread(tries: Sequence[Callable[[], None]], most: int) -> Sequence[Callable[[], None]]:
+    """So many of them at most, or somewhat more, spread evenly; 0: all."""
+    step = max(len(tries) // most, 1) if most else 1
+    return tries[step // 2 :: step]
+
+
+def wrong_of(tries: Sequence[Callable[[], None]]) -> list[str]:
     """What goes wrong when all are tried."""
     wrong = []
     for attempt in tries:
         try:
             attempt()
         except Exception as fault:
-            wrong.append(f"{type(fault).__name__} {fault} ({extract_tb(fault.__traceback__)[-1].line})")
+            what = attempt.args if isinstance(attempt.args[0], int) else ""
+            lines = [each.line for each in extract_tb(fault.__traceback__) if each.filename == __file__]
+            wrong.append(f"{what} {type(fault).__name__} {fault} ({lines[-1]})".strip())
     return wrong
 
 
 def main(most: int = 0, *names: str) -> int:
-    """Try all, and print a line for each case and fault."""
+    """Try all; print how many were good, of how many, as a row for each case, and below what went wrong."""
+    heads = [*FAULTS, "blind restarts", "power cut", "altered work", "altered result", "foreign result"]
+    print("| case | ", " | ".join(heads), " |\n|---|", "---:|" * len(heads), sep="", flush=True)
     faults = 0
     for name in names or CASES:
         with TemporaryDirectory() as folder:
-            bench = Bench(CASES[name], Path(folder))
-            cuts = bench.after_power_cuts()
             tries = {
-                fault: [partial(bench.try_fault, number, fault) for number in range(len(bench.calls))]
-                for fault in FAULTS
-            } | {"power cut": [partial(bench.try_power_cut, tree) for tree in cuts]}
-            for fault, every in tries.items():
-                some = spread(every, most)
-                wrong = wrong_of(some)
-                faults += len(wrong)
-                good = len(some) - len(wrong)
-                print(f"{name}: {fault}: {len(some)} tried, {good} good", *wrong[:5], sep="\n  ", flush=True)
+                fault: spread(every, most) for fault, every in Bench(CASES[name], Path(folder)).tries().items()
+            }
+            wrong = {fault: wrong_of(some) for fault, some in tries.items()}
+            os.chdir("/")
+        cells = [f"{len(tries[fault]) - len(wrong[fault])} of {len(tries[fault])}" for fault in heads]
+        print(f"| {name} |", " | ".join(cells), "|", flush=True)
+        for fault in heads:
+            for each in wrong[fault][:5]:
+                print(f"{name}, {fault}: {each}", file=sys.stderr, flush=True)
+            faults += len(wrong[fault])
     return min(faults, 1)
 
 
 if __name__ == "__main__":
+    pa.set_cpu_count(1)  # no thread of a library that a copy of this process would lack
     sys.exit(main(*map(int, sys.argv[1:2]), *sys.argv[2:]))

@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from support.cams import cam_with
 from support.depth import covering
-from support.faults import calls_of, ended
+from support.faults import calls_of, with_fault
 from support.pictures import crossed, drawn, faults_of
 from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded, made
 
@@ -297,5 +297,5 @@ def test_a_disk_that_fails_is_told_as_such(kind, fault, tmp_path):
     path.unlink()
     for number, call in enumerate(calls):
         if call in ("open for writing", "write"):
-            assert ended(tmp_path, draw, number, fault).how == "failed"
+            assert with_fault(tmp_path, draw, number, fault).code == 3
             assert [*tmp_path.iterdir()] == []

@@ -1,4 +1,4 @@
-"""Faults of a file system: a call that fails, a process that is killed before one, a power cut after one.
+"""Faults of a file system: a call that fails, a process that is killed before one or after so long, a power cut.
 
 Calls are those of Python on files of one folder: open, write, fsync, rename, unlink, mkdir, rmdir, chmod, truncate.
 """
@@ -6,32 +6,35 @@ Calls are those of Python on files of one folder: open, write, fsync, rename, un
 import builtins
 import io
 import os
+import pickle
 import signal
-from collections.abc import Callable, Iterator
+import sys
+import warnings
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from errno import EIO, ENOSPC
 from functools import partial
-from itertools import combinations
+from itertools import chain, combinations
 from pathlib import Path
+from random import Random
+from tempfile import TemporaryFile
+from traceback import print_exc
 from typing import Any, NamedTuple
 from unittest.mock import patch
-from warnings import catch_warnings
-
-from camopt.storage.files import Untidy
 
 PATHS = ("open", "replace", "rename", "link", "unlink", "remove", "mkdir", "rmdir", "chmod")
 DESCRIPTORS = ("write", "fsync")
 GROWING = {"open for writing", "write", "fsync", "mkdir"}
 """Calls that a full disk fails."""
-FAULTS = ("killed", "interrupted", "EIO", "ENOSPC", "full")
-"""A call ends the process, or is interrupted, or fails; or from it on all fail that need room on the disk."""
+FAULTS = ("killed", "torn", "interrupted", "EIO", "ENOSPC", "full")
+"""A call ends the process, or does so after half of its bytes, or is interrupted, or fails; or the disk is full."""
 
-Told = Callable[[str, Any], None]
+Told = Callable[..., None]
 
 
 @contextmanager
 def watched(folder: Path, before: Told, after: Told = lambda *_: None) -> Iterator[None]:
-    """``before`` is told of each call on files in a folder, with its first argument, and ``after`` when it is done.
+    """``before`` is told of each call on files in a folder, with its arguments, and ``after`` when it is done.
 
     Nothing is synced, which takes long.
     """
@@ -56,14 +59,14 @@ def watched(folder: Path, before: Told, after: Told = lambda *_: None) -> Iterat
     def by_descriptor(name: str, descriptor: int, *others: Any) -> Any:
         if descriptor not in known:
             return real[name](descriptor, *others)
-        before(name, descriptor)
+        before(name, descriptor, *others)
         result = real[name](descriptor, *others)
         after(name, descriptor)
         return result
 
     class Raw(io.FileIO):
         def write(self, data: Any) -> int:
-            before("write", self.fileno())
+            before("write", self.fileno(), data)
             return super().write(data)
 
         def truncate(self, size: int | None = None) -> int:
@@ -92,50 +95,59 @@ def watched(folder: Path, before: Told, after: Told = lambda *_: None) -> Iterat
 def calls_of(folder: Path, work: Callable[[], Any]) -> list[str]:
     """The calls of some work on files in a folder."""
     calls: list[str] = []
-    with watched(folder, lambda call, _: calls.append(call)):
+    with watched(folder, lambda call, *_: calls.append(call)):
         work()
     return calls
 
 
 class End(NamedTuple):
-    """How work ended with a fault: "done", "failed" or "killed", and the message or what was warned of."""
+    """How work in a process of its own ended: its exit code (that of a signal is negative), words and result."""
 
-    how: str
-    message: str
-
-
-def ended(folder: Path, work: Callable[[], Any], number: int, fault: str) -> End:
-    """Do some work with a fault at one of its calls on files in a folder."""
-    if fault == "killed":
-        return _killed(folder, work, number)
-    try:
-        with catch_warnings(record=True, action="always", category=Untidy) as told:
-            _work_with_fault(folder, work, number, fault)
-    except (OSError, KeyboardInterrupt) as end:
-        return End("failed", f"{type(end).__name__}: {end}")
-    return End("done", "\n".join(str(each.message) for each in told))
+    code: int
+    said: str
+    result: Any
 
 
-def _killed(folder: Path, work: Callable[[], Any], number: int) -> End:
-    """Do some work in a process of its own, which is killed before a call."""
-    child = os.fork()
-    if not child:
-        try:
-            _work_with_fault(folder, work, number, "killed")
-        finally:
-            os._exit(1)
-    _, status = os.waitpid(child, 0)
-    return End("killed" if os.WIFSIGNALED(status) else "done", "")
+def forked(work: Callable[[], Any]) -> End:
+    """Do some work in a process of its own, whose exit code is the number that the work returns, or else 0."""
+    with TemporaryFile("w+") as said, TemporaryFile() as results, warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # of threads, which the child does not touch
+        child = os.fork()
+        if not child:
+            code = 70
+            try:
+                sys.stdout = sys.stderr = said
+                result = work()
+                code = result if isinstance(result, int) else pickle.dump(result, results) or 0
+            except (OSError, KeyboardInterrupt) as end:
+                print(f"{type(end).__name__}: {end}")
+                code = 3
+            except BaseException:
+                print_exc()
+            finally:
+                said.flush()
+                results.flush()
+                os._exit(code)
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        has_result = results.seek(0, os.SEEK_END)
+        said.seek(0), results.seek(0)
+        return End(code, said.read(), pickle.load(results) if has_result else None)
 
 
-def _work_with_fault(folder: Path, work: Callable[[], Any], number: int, fault: str) -> None:
+def with_fault(folder: Path, work: Callable[[], Any], number: int, fault: str) -> End:
+    """Do some work, in a process of its own, with a fault at one of its calls on files in a folder.
+
+    With the fault "blind" it is killed after so many milliseconds of CPU time.
+    """
     count = 0
 
-    def before(call: str, what: Any) -> None:
+    def before(call: str, what: Any, *data: Any) -> None:
         nonlocal count
         here, full = count == number, fault == "full" and count >= number and call in GROWING
         count += 1
-        if here and fault == "killed":
+        if here and fault == "torn" and call == "write":
+            real_write(what, bytes(data[0])[: len(data[0]) // 2])
+        if here and fault in ("killed", "torn"):
             os.kill(os.getpid(), signal.SIGKILL)
         if here and fault == "interrupted":
             raise KeyboardInterrupt
@@ -143,8 +155,16 @@ def _work_with_fault(folder: Path, work: Callable[[], Any], number: int, fault: 
             code = EIO if fault == "EIO" else ENOSPC
             raise OSError(code, os.strerror(code), *([] if isinstance(what, int) else [os.fspath(what)]))
 
-    with watched(folder, before):
-        work()
+    def faulty() -> Any:
+        if fault == "blind":
+            signal.signal(signal.SIGPROF, signal.SIG_DFL)
+            signal.setitimer(signal.ITIMER_PROF, number / 1000)
+            return work()
+        with watched(folder, before):
+            return work()
+
+    real_write = os.write
+    return forked(faulty)
 
 
 Tree = dict[str, bytes | None]
@@ -179,6 +199,15 @@ LEFT: dict[str, Callable[[bytes, bytes], bytes]] = {
     "zeros": lambda synced, now: synced[: len(now)] + bytes(max(len(now) - len(synced), 0)),
 }
 """What a power cut may leave of the content of a file that was written to since its last sync."""
+
+
+def _subsets(groups: list[set[Place]]) -> Iterator[Iterable[set[Place]]]:
+    """All subsets of a few groups; of many, as many at random, with none and all of them."""
+    if len(groups) <= 6:
+        yield from chain.from_iterable(combinations(groups, count) for count in range(len(groups) + 1))
+        return
+    draw = Random(len(groups))
+    yield from ([], groups, *([each for each in groups if draw.random() < 0.5] for _ in range(62)))
 
 
 class Disk:
@@ -258,13 +287,14 @@ class Disk:
             if today.get(name) != self.names.get(number, {}).get(name)
         ]
         pairs = [{*pair} for pair in self._renamed.items() if {*pair} <= {*changed}]
-        for count in range(len(changed) + 1):
-            for late in combinations(changed, count):
-                if all(len(pair & {*late}) != 1 for pair in pairs):
-                    found = dict(self._below(self.top, "", {*late}))
-                    open_to_loss = {*found.values()} & self._unsynced()
-                    for left in LEFT if open_to_loss else ("lost",):
-                        yield {name: self._content(number, LEFT[left]) for name, number in found.items()}
+        paired = {place for pair in pairs for place in pair}
+        for chosen in _subsets([*pairs, *({place} for place in changed if place not in paired)]):
+            late: set[Place] = set().union(*chosen)
+            if all(len(pair & late) != 1 for pair in pairs):
+                found = dict(self._below(self.top, "", late))
+                open_to_loss = {*found.values()} & self._unsynced()
+                for left in LEFT if open_to_loss else ("lost",):
+                    yield {name: self._content(number, LEFT[left]) for name, number in found.items()}
 
     def _unsynced(self) -> set[int]:
         return {number for number, now in self.today.items() if self.contents.get(number, b"") != now}
