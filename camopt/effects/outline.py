@@ -8,7 +8,8 @@ The pivot of a follower that oscillates is at the distance c from the cam's axis
 
     c − R_out
 
-which has to be more than the radius of its boss; below 0 the cam passes over the pivot.
+which has to be more than the radius of its boss. Below 0 the cam runs through the pivot: it breaks the limit
+``pivot_in_cam``, which holds for every cam.
 
 A groove in the face of a disc has an outer wall, at |C| + R_r where it is farthest, and half the clearance of the
 roller beyond that: that is its R_out. What is left to the edge of a disc of the diameter D is the wall D/2 − R_out.

@@ -26,10 +26,11 @@ from camopt.problem.rows import Columns
 from camopt.quantities import AT_LEAST, AT_MOST, QUANTITIES, SIGNED
 
 ASSEMBLY = "assembly"  # what a design violates that cannot be put together
-UNDERCUT, SELF_CROSSING, NO_RIB = (
+UNDERCUT, SELF_CROSSING, NO_RIB, PIVOT_IN_CAM = (
     "undercut",
     "self_crossing",
     "no_rib",
+    "pivot_in_cam",
 )  # names of limits that every cam has to hold
 
 Decide = Callable[[Setup, Designs, Programme], bool | None]

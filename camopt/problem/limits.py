@@ -15,7 +15,16 @@ from camopt.effects.train_peak import TrainPeak
 from camopt.motion.table import ALL_STROKES, DWELL, RISE
 from camopt.numerics import LEAST
 from camopt.problem.claims import Claim, Plain
-from camopt.problem.limit import NO_RIB, SELF_CROSSING, UNDERCUT, Limit, QuantityLimit, SelfCrossing, WithinBase
+from camopt.problem.limit import (
+    NO_RIB,
+    PIVOT_IN_CAM,
+    SELF_CROSSING,
+    UNDERCUT,
+    Limit,
+    QuantityLimit,
+    SelfCrossing,
+    WithinBase,
+)
 from camopt.quantities import BOUNDED, DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 
@@ -120,7 +129,7 @@ def _of_jump(quantity: str, bound: float, setup: Setup) -> Iterator[Claim]:
 
 
 def _implied(setup: Setup) -> list[Limit]:
-    """The limits of every cam: no undercut or self-crossing, room for shaft, bore and hub, within its edge, a rib.
+    """The limits of every cam: no undercut or self-crossing, room for shaft, hub and pivot, within its edge, a rib.
 
     Without undercut, only a round body can make a profile that crosses itself.
     """
@@ -129,6 +138,8 @@ def _implied(setup: Setup) -> list[Limit]:
         limits.append(replace(bound_on(UNDERCUT, 0.0, setup, CONVEX), asked=False))
     if setup.mechanism.ribbed:
         limits.append(replace(bound_on(NO_RIB, 0.0, setup, rib.THICKNESS), asked=False))
+    if outline.CLEARANCE in offered(setup):
+        limits.append(replace(bound_on(PIVOT_IN_CAM, 0.0, setup, outline.CLEARANCE), asked=False))
     limits += _within_base(setup)
     if setup.solid.outer_diameter is not None and setup.mechanism.outline is not None:
         edge = bound_on("outer_diameter", setup.solid.outer_diameter / 2.0, setup, outline.RADIUS)

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from scipy import optimize
 from support.cams import CONTACTS, cam_with
 
-from camopt import BadInput, Scene, cam_points, evaluate, optimise, sweep
+from camopt import BadInput, Scene, cam_points, certify, evaluate, load, optimise, sweep
 from camopt.motion import LAWS
 
 OPEN = [contact for contact in CONTACTS if not contact.startswith("groove")]
@@ -47,6 +48,50 @@ def test_no_cam_of_a_grid_that_stays_clear_of_the_pivot_is_smaller():
     steps = {name: ends | {"step": 0.2} for name, ends in search.items()}
     seen = sweep(scene.replace(**{f"search.{name}": each for name, each in steps.items()})).best["cycloidal"]
     assert 0.0 <= seen["base_radius_mm"] - best["base_radius_mm"] < 0.5
+
+
+def farthest(contact, base, centre, arm=110.0):
+    """The farthest point of a cam of ``scene_of`` from its axis, from the triangle at the highest position."""
+    rise = np.radians(14.0)
+    if contact == "swinging-face":
+        return 10.0 + centre * np.sin(np.arcsin((base - 10.0) / centre) + rise)
+    first = np.arccos((centre**2 + arm**2 - (base + 14.0) ** 2) / (2 * centre * arm))
+    return np.sqrt(centre**2 + arm**2 - 2 * centre * arm * np.cos(first + rise)) - 14.0
+
+
+@pytest.mark.parametrize("contact", ["arm", "swinging-face"])
+def test_a_cam_that_runs_through_the_pivot_is_never_feasible(contact, tmp_path):
+    """By the closed form: verdict, proof, sweep, boxes and search, without a limit of the scene."""
+    rng = np.random.default_rng(57)
+    middle = 97.7 if contact == "arm" else 105.3
+    search = {
+        "base_radius": {"start": 69.3, "stop": 98.1, "step": 1.7},
+        "centre_distance": (middle + rng.uniform(-9, 9, 7)).tolist(),
+    }
+    scene = scene_of(contact, limits={"pressure_angle": 85}, search=search)
+    sweep(scene, out=tmp_path, keep="all")
+    found = load(tmp_path / "designs.parquet")
+    through = farthest(contact, found["base_radius_mm"], found["centre_distance_mm"]) > found["centre_distance_mm"]
+    assert 20 < through.sum() < len(found) - 20
+    assert (found["violated"].str.contains("pivot_in_cam") == through).all()
+    assert not (found["feasible"] & through).any()
+    row = found[~through & found["feasible"]].iloc[-1]
+    base = row["base_radius_mm"]
+    edge = optimize.brentq(lambda c: farthest(contact, base, c) - c, 60.0 + base / 4, 150.0, xtol=1e-13)
+    for share, verdict in ((1.0 + 1e-9, "held"), (1.0 - 1e-9, "broken")):
+        own = scene.replace(**{"cam.base_radius": base, "follower.centre_distance": edge * share, "search": {}})
+        assert certify(own)["pivot_in_cam"] == verdict
+        assert evaluate(own)["violated"] == ("" if verdict == "held" else "pivot_in_cam")
+    tight = scene.replace(
+        **{"search.centre_distance": edge, "search.base_radius": {"start": base + 0.1, "stop": base + 9.0}}
+    )
+    none = optimise(tight)
+    assert none.best is None
+    assert "pivot_in_cam" in none.obstacles["cycloidal"]
+    wide = scene.replace(
+        **{"search.centre_distance": {"start": edge * 0.9, "stop": edge * 1.1}, "search.base_radius": base}
+    )
+    assert evaluate(optimise(wide).best.scene)["pivot_clearance_min_mm"] >= 0.0
 
 
 @pytest.mark.parametrize("law", LAWS)
