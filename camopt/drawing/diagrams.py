@@ -9,13 +9,26 @@ import numpy as np
 from camopt.drawing.labels import Label, around
 from camopt.drawing.panels import NEGLIGIBLE, MarkedPeak, MoveMark, Panel, PieceValues
 from camopt.drawing.picture import STROKE_NAMES, Picture, four_digits
-from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PITCH_COLOUR, SHADES, SMALL, dress
+from camopt.drawing.style import (
+    ALARM,
+    COLOURS,
+    FAINT,
+    INK,
+    LIMIT,
+    MUTED,
+    PALE_ALARM,
+    PITCH_COLOUR,
+    SHADES,
+    SMALL,
+    dress,
+)
 from camopt.numerics import FloatArray
 
 DEGREES_A_LETTER = 4.0  # that a letter above the diagrams takes
 FROM_PEAK = (3.5, 9.0, 16.0)  # points: of a peak's value from the peak
 PEN_WIDTH = 1.0  # points: lines as thick as that do not run through it
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+TITLES_APART = 8.0  # points between the title of a diagram and its note
 
 
 def draw_diagrams(
@@ -59,10 +72,18 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     _draw_limits(axes, picture, panel, factor)
     _draw_impulses(axes, panel)
     _draw_alarm(axes, angles, panel)
-    axes.set_title(f"{panel.title}, {unit}" if unit else panel.title, loc="left", pad=2.5)
-    axes.set_title(panel.note, loc="right", fontsize=SMALL, pad=2.5, color=MUTED)
+    _draw_titles(axes, f"{panel.title}, {unit}" if unit else panel.title, panel.note)
     axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
     return [_draw_peak(axes, peak, factor) for peak in panel.peaks]
+
+
+def _draw_titles(axes: Any, title: str, note: str) -> None:
+    """The title of a diagram and the note beside it, in letters so small that both fit on one line."""
+    renderer = axes.figure.canvas.get_renderer()
+    left = axes.set_title(title, loc="left", pad=2.5)
+    right = axes.set_title(note, loc="right", fontsize=SMALL, pad=2.5, color=MUTED)
+    room = axes.bbox.width - left.get_window_extent(renderer).width - TITLES_APART * axes.figure.dpi / 72.0
+    right.set_fontsize(SMALL * min(1.0, room / max(right.get_window_extent(renderer).width, 1.0)))
 
 
 def in_powers(values: Sequence[FloatArray], unit: str) -> tuple[float, str]:
@@ -152,7 +173,7 @@ def _draw_alarm(axes: Any, angles: PieceValues, panel: Panel) -> None:
     found = []
     for angle, bad in zip(angles, panel.alarm or [], strict=panel.alarm is not None):
         if np.any(bad):
-            axes.fill_between(angle, low, high, where=bad, color=ALARM, alpha=0.15, lw=0, zorder=0.5)
+            axes.fill_between(angle, low, high, where=bad, color=PALE_ALARM, lw=0, zorder=0.5)
             inside = np.flatnonzero(bad)
             (ends,) = np.nonzero(np.diff(inside, append=len(bad) + 1) > 1)
             found.append(float(np.mean(angle[inside[: ends[0] + 1]])))

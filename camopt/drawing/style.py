@@ -9,6 +9,7 @@ from typing import Any
 from camopt.motion.table import DWELL, RETURN, RISE
 
 INK, MUTED, FAINT, FILL, BODY, ALARM = "#22303c", "#5f6b76", "#c3cad1", "#eef2f5", "#dbe1e7", "#b3261e"
+PALE_ALARM = "#f4dedd"  # of areas: printers lose opacity
 PITCH_COLOUR, REFERENCE_COLOUR, SECOND_COLOUR = "#3f7d58", "#8a6fae", "#b58a1b"
 COLOURS = {RISE: "#2a6ca3", RETURN: "#c0632a", DWELL: "#45525e"}
 SHADES = {RISE: "#e9f1f8", RETURN: "#faefe6", DWELL: "white"}

@@ -4,10 +4,12 @@ import re
 import subprocess
 import sys
 from functools import cache
+from importlib.resources import files
 
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 from support.cams import cam_with
 from support.depth import covering
@@ -21,7 +23,7 @@ from camopt.drawing.canvas import STILL_KINDS, canvas
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
-from camopt.drawing.style import COLOURS, DASHES, SERIES, pen_of
+from camopt.drawing.style import COLOURS, DASHES, PALE_ALARM, SERIES, pen_of
 from camopt.problem.problem import resolve_design
 from camopt.studies.accuracy import Costs
 
@@ -83,6 +85,37 @@ def test_the_texts_of_a_cam_are_apart_on_the_page_and_texts(name, picture):
     assert "DejaVuSans-" not in written  # a glyph drawn as a path
     shown = set(re.findall(r"<text[^>]*>([^<]*)</text>", written))
     assert [text for text in shown if text.startswith("Velocity, ")]
+
+
+def test_a_note_is_beside_the_title_of_its_diagram_however_long_both_are(tmp_path):
+    """A tool that slides with moves, behind a follower that swings."""
+    moves = [
+        {"segment": "move", "angle": 75, "to": 30},
+        {"segment": "constant-velocity", "angle": 70, "to": 73.5},
+        {"segment": "move", "angle": 20, "to": 75},
+        {"segment": "dwell", "angle": 60},
+        {"segment": "return", "angle": 105, "law": "modified-sine", "to": 0},
+        {"segment": "dwell", "angle": 30},
+    ]
+    figure = plot(find_scene("press-ram-by-four-bar").replace(motion=moves), tmp_path / "press.png")
+    texts, _ = drawn(figure)
+    (note,) = (box for text, box in texts if text.get_text().startswith("squares: asked of moves"))
+    (title,) = (box for text, box in texts if text.get_text() == "Displacement of the tool, mm")
+    assert title.x1 < note.x0
+
+
+def test_the_band_of_an_undercut_needs_no_opacity(tmp_path):
+    """Printers lose it. The page of a result draws the band below its curves, too."""
+    name = next(name for name in OTHERS if name.startswith("undercut"))
+    figure = plot(SCENES[f"made {name}"](), tmp_path / "cam.svg")
+    bands = [
+        part for axes in figure.axes for part in axes.collections if to_hex(part.get_facecolor()[0]) == PALE_ALARM
+    ]
+    assert bands
+    assert all(part.get_alpha() in (None, 1.0) for part in bands)
+    style = (files("camopt.reporting") / "assets" / "page.css").read_text(encoding="utf-8")
+    (rule,) = re.findall(r"\.undercut \{([^}]*)\}", style)
+    assert "opacity" not in rule
 
 
 @pytest.mark.parametrize("name", [name for name in shipped_scenes() if name in DRAWN])

@@ -98,10 +98,10 @@ class Diagram {
     for (const [low, high] of panel.bands)
       svgElement(this.svg, "rect", { x: this.x(0), y: this.y(high), width: this.x(360) - this.x(0), height: Math.max(this.y(low) - this.y(high), 1), class: "band" });
     this.drawLimits(panel, strokes);
+    if (panel.undercut) motion.pieces.forEach((piece, k) => this.drawUndercut(piece.angle, panel.undercut[k]));
     motion.pieces.forEach((piece, k) => {
       for (const [values, kind] of [[panel.reference, "reference"], [panel.other, "other"], [panel.values, "curve"]])
         if (values) svgElement(this.svg, "path", { d: this.line(piece.angle, values[k], clip), class: `${kind} ${piece.kind} series-${place}` });
-      if (panel.undercut) this.drawUndercut(piece.angle, panel.undercut[k]);
     });
     this.drawRisers(panel, motion, place);
     for (const [start, end, low, high] of panel.marks)
@@ -147,11 +147,14 @@ class Diagram {
     });
   }
 
+  /** A band for each run of samples at which the cam is undercut: a pale colour, since printers lose opacity. */
   drawUndercut(angles, bad) {
-    bad.forEach((is, k) => {
-      if (!is || k === 0) return;
-      svgElement(this.svg, "rect", { x: this.x(angles[k - 1]), y: TOP, width: this.x(angles[k]) - this.x(angles[k - 1]), height: HEIGHT - TOP - BOTTOM, class: "undercut" });
-    });
+    for (let k = 1; k < bad.length; k++) {
+      if (!bad[k]) continue;
+      const start = this.x(angles[k - 1]);
+      while (bad[k + 1]) k++;
+      svgElement(this.svg, "rect", { x: start, y: TOP, width: this.x(angles[k]) - start, height: HEIGHT - TOP - BOTTOM, class: "undercut" });
+    }
   }
 
   /** Peaks with their exact values; one that would lie on another's is left to the screen reader. */
