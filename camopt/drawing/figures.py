@@ -165,7 +165,8 @@ def results_in_words(picture: Picture) -> str:
     """The largest pressure angles, the least radius and other results of geometry, as a line under a title."""
     values = picture.values
     names = {"pressure_angle_max_rise_deg": "rise", "pressure_angle_max_return_deg": "return"}
-    angles = [f"{word} {four_digits(values[key])}°" for key, word in names.items()]
+    whose = "" if picture.problem.setup.train is None else " of the follower"
+    angles = [f"{word}{whose} {four_digits(values[key])}°" for key, word in names.items()]
     square = values["pressure_angle_max_deg"] == 0.0
     words = ["pressure angle 0" if square else f"largest pressure angle: {', '.join(angles)}"]
     least = values["profile_radius_min_mm"]

@@ -174,8 +174,8 @@ class Quantities(dict[str, Quantity]):
 
 KEEPS_CONTACT = "keeps contact at this speed, in a groove with one and the same flank."
 _ALL = [
-    Quantity("law_rise", "", "", "sizes", "Motion law of the rises.", str),
-    Quantity("law_return", "", "", "sizes", "Motion law of the returns.", str),
+    Quantity("law_rise", "", "", "sizes", "Motion law of the rises (of the tool, with a train).", str),
+    Quantity("law_return", "", "", "sizes", "Motion law of the returns (of the tool, with a train).", str),
     Quantity("base_radius_mm", "R_b", "mm", "sizes", "Least radius of the profile of a disc cam."),
     Quantity("mean_radius_mm", "R_m", "mm", "sizes", "Radius at which a cylindrical cam is developed."),
     Quantity("roller_radius_mm", "R_r", "mm", "sizes", "Radius of the roller; of the face if spherical."),
@@ -228,9 +228,15 @@ _ALL = [
     Quantity("pivot_force_max_N", "F_P", "N", "joints", "Largest force on a pivot of a train, wherever it stands."),
     Quantity("slide_thrust_max_N", "", "N", "joints", "Largest force of a train's slides across their guides."),
     Quantity("pressure_angle_max_deg", "β_max", "deg", "pressure", "Largest |β| over the turn."),
-    Quantity("pressure_angle_max_rise_deg", "β_max", "deg", "pressure", "Largest |β| over the rises."),
-    Quantity("pressure_angle_max_return_deg", "β_max", "deg", "pressure", "Largest |β| over the returns."),
-    Quantity("pressure_angle_max_dwell_deg", "β_max", "deg", "pressure", "Largest |β| over the dwells."),
+    Quantity(
+        "pressure_angle_max_rise_deg", "β_max", "deg", "pressure", "Largest |β| over the rises of the follower."
+    ),
+    Quantity(
+        "pressure_angle_max_return_deg", "β_max", "deg", "pressure", "Largest |β| over the returns of the follower."
+    ),
+    Quantity(
+        "pressure_angle_max_dwell_deg", "β_max", "deg", "pressure", "Largest |β| over the dwells of the follower."
+    ),
     Quantity(
         "pressure_angle_max_bottom_deg",
         "β_max",

@@ -6,8 +6,8 @@ from camopt.quantities.quantity import Quantity
 
 AT_FOLLOWER = "follower"
 STROKE_WORDS = {
-    "rise": "over the rises",
-    "return": "over the returns",
+    "rise": "over the rises (of the tool, with a train)",
+    "return": "over the returns (of the tool, with a train)",
     "": "over the turn",
     AT_FOLLOWER: "of the follower itself, where it drives a tool through a train",
 }

@@ -14,7 +14,7 @@ class ShortLimits(SceneTable):
     pressure_angle: Acute | None = None
     """Largest |β| over rises, dwells and returns; deg."""
     pressure_angle_return: Acute | None = None
-    """Largest |β| over returns, in place of ``pressure_angle``; deg."""
+    """Largest |β| over returns of the follower, in place of ``pressure_angle``; deg."""
     curvature_radius: Length | None = None
     """Least convex radius of curvature of the profile; mm."""
     face_reach: Length | None = None

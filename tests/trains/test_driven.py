@@ -10,11 +10,13 @@ from support.trains import random_train
 
 import camopt
 from camopt import Scene, evaluate
+from camopt.effects.motion import scale
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.motion.driven import driven
 from camopt.motion.programme import Programme
 from camopt.motion.segments import GivenSegment
+from camopt.numerics.curves import curve
 from camopt.numerics.panels import derivatives
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve, resolve_design
@@ -213,6 +215,27 @@ def test_points_and_text_units_are_those_of_the_tool():
     assert "displacement_deg" in points
     turn = [{**each, "lift": "1.4 cm"} if "lift" in each else each for each in turn_of("cycloidal", 14)]
     assert Scene.from_dict({**cam_with("arm"), "motion": turn, "train": [BELL_CRANK]}).motion[0].lift == 14.0
+
+
+def test_rises_of_the_pressure_angle_are_those_of_the_follower_and_tables_say_so():
+    """With a ratio below 0 the follower rises where the tool returns; by points of the turn."""
+    scene = camopt.find_scene("pusher-by-lever").replace(
+        **{"train.1.ratio": -1.73, "limits": {}, "motion.1.angle": 87, "motion.2.angle": 53}
+    )
+    found, problem, angles = evaluate(scene), resolve_design(scene), np.linspace(0.0, 2.0 * np.pi, 7201)
+    motion, setup = problem.programme, problem.setup
+    slant = np.arctan(curve(setup.mechanism.pressure(problem.design, motion), 0, motion.state(angles))[0])
+    follower, tool = motion.at(angles)[1], motion.tool.at(angles)[1]
+    for kind, side in (("rise", 1.0), ("return", -1.0)):
+        steepest, fastest = np.abs(slant[side * follower > 1e-6]).max(), np.abs(tool[side * tool > 1e-6]).max()
+        assert found[f"pressure_angle_max_{kind}_deg"] == pytest.approx(np.degrees(steepest), rel=1e-5)
+        assert found[f"velocity_max_{kind}_m_s"] == pytest.approx(fastest * scale(setup, 1), rel=1e-5)
+    rows = {row[0].text: row[-1].text for row in found.table().rows}
+    for kind in ("rise", "return"):
+        assert rows[f"pressure_angle_max_{kind}_deg"] == f"Largest |β| over the {kind}s of the follower."
+        assert (
+            rows[f"velocity_max_{kind}_m_s"] == f"Largest |velocity| over the {kind}s (of the tool, with a train)."
+        )
 
 
 @pytest.mark.parametrize("name", SHIPPED)
