@@ -2,6 +2,7 @@
 
     python benchmarks/fits.py [FILES]
     python benchmarks/fits.py random [FILES]
+    python benchmarks/fits.py dwells [FILES]
 
 The first looks at each law. FILES is how many files of random errors (5) there are of each motion and noise: a
 point each degree, normal errors of 0.001, 0.01 and 0.05 mm. Motions are lobes of 8 mm, 60° up and 60° down, of each
@@ -15,19 +16,31 @@ angles are random; 360 or 720 points with errors of 0.01 to 0.3 % of the lift. T
 table has, by the law that is hardest to find, in how many files the largest acceleration is within 5 and 15 % of
 the true one, the furthest of all, in how many a band of 0.9, 0.7 or 0.5 times the one found gives a gentler motion
 (of each tenth file, by over 2 % of the jerk), and in how many a stretch on one side of the points is told.
+
+The third looks at FILES (500) random files with a dwell of 10 to 90° and as many without it: tops, stops between
+two rises, and short rests at the bottom. Half of the laws are textbook laws, the others are in no registry: powers,
+exponentials of Fourier sums, blends, and splines. Errors are normal, 0.001 to 0.1 % of the lift. The tables have
+the share of the dwells that are found, and of those that are told in doubt only, by angle and noise. The outline
+alone is read; some files are fitted too.
 """
 
 import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
+from itertools import pairwise
 from math import inf, tau
 from statistics import median
 from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import BSpline
 
 from camopt import LAWS, Unmet, find_scene, fit
+from camopt.measured.columns import TableColumns
+from camopt.measured.noise import band_factor, errors_of
+from camopt.measured.outline import LIKELY, Dwell, read_outline
+from camopt.measured.reading import read_points
 from camopt.motion.programme import Programme, law_peaks, peak
 from camopt.motion.table import ALL_STROKES
 from camopt.problem.problem import resolve
@@ -269,8 +282,179 @@ def random_table(looked: list[tuple[str, Found]]) -> None:
         print(f"| {name} | {len(rows)} | {counts[0]} | {counts[1]} | {furthest:+.1%} | {narrow} | {told} |")
 
 
+# ------------------------------------------------------------------------------------------------ dwells
+
+
+def law_of(velocity):
+    """The law of a velocity by x, up to a factor: sums of 20,000 trapezoids."""
+    x = np.linspace(0, 1, 20_001)
+    v = velocity(x)
+    s = np.concatenate([[0], np.cumsum((v[1:] + v[:-1]) / 2)])
+    bend = np.gradient(v / (s[-1] / 20_000), x)
+    return lambda t: (np.interp(t, x, s / s[-1]), np.interp(t, x, bend))
+
+
+def unregistered_law(rng):
+    """A law of no registry, at rest at both ends."""
+    kind = rng.integers(4)
+    if kind == 0:  # any powers
+        p, q = rng.uniform(2, 5, 2)
+        return law_of(lambda x: x**p * (1 - x) ** q)
+    if kind == 1:  # the exponential of a Fourier sum
+        waves = rng.normal(0, 0.25, 3) / np.arange(2, 5) ** 1.5
+        wavy = [(k, size) for k, size in enumerate(waves, start=2)]
+        return law_of(lambda x: (1 - np.cos(tau * x)) * np.exp(sum(c * np.cos(np.pi * k * x) for k, c in wavy)))
+    if kind == 2:  # a blend of two
+        one, other = (TEXTBOOK[k] for k in rng.choice(len(TEXTBOOK), 2, replace=False))
+        share = rng.uniform(0.2, 0.8)
+        return lambda x: tuple(share * a + (1 - share) * b for a, b in zip(one(x), other(x), strict=True))
+    coefficients = [0, 0, *rng.uniform(0.3, 1.5, 7), 0, 0]  # a cubic spline as the velocity
+    knots = np.concatenate([[0] * 4, np.linspace(0, 1, 9)[1:-1], [1] * 4])
+    return law_of(BSpline(knots, coefficients, 3))
+
+
+class DwellFile(NamedTuple):
+    """Rows of angle and lift, noise over lift, the dwells as (start, end) in deg, and the dwell in question."""
+
+    rows: np.ndarray
+    noise: float
+    dwells: list[tuple[float, float]]
+    asked: tuple[float, float] | None
+
+
+def dwell_file(seed: int, rests: bool) -> DwellFile:
+    """A file with a dwell of 10 to 90°, or without; of odd seeds the laws are in no registry."""
+    rng = np.random.default_rng([seed, rests])
+    draw, lift = rng.uniform, np.exp(rng.uniform(np.log(2), np.log(40)))
+    angle = draw(10, 90) if rests else 0.0
+
+    def law():
+        return unregistered_law(rng) if seed % 2 else TEXTBOOK[rng.integers(len(TEXTBOOK))]
+
+    kind, place = rng.integers(5), 1
+    if kind == 3:  # the bottom of a turn
+        up = draw(0.35, 0.65) * (360 - angle)
+        parts, place = [Part(up, 0, lift, law()), Part(360 - angle - up, lift, 0, law())], 2
+    elif kind == 4:  # on the way up
+        first, second, down = draw(40, (340 - angle) / 3, 3)
+        half = draw(0.3, 0.7) * lift
+        if rests:
+            up = [Part(first, 0, half, law()), Part(second, half, lift, law())]
+        else:
+            through = (half, draw(0.5, 1.2) * lift / (first + second), 0)
+            up = [move((0, 0, 0), through, first), move(through, (lift, 0, 0), second)]
+        parts = [*up, Part(down, lift, 0, law())]
+    else:  # the top
+        up, down = draw(40, (340 - angle) / 2, 2)
+        parts = [Part(up, 0, lift, law()), Part(down, lift, 0, law())]
+        if kind == 2 and not rests:  # a nose
+            top = (lift, 0, -draw(1.2, 2.4) * lift / up**2)
+            parts = [move((0, 0, 0), top, up), move(top, (0, 0, 0), down)]
+    if rests:
+        parts.insert(place, Part(angle, parts[place - 1].end, parts[place - 1].end))
+    if (rest := 360 - sum(part.angle for part in parts)) > 1e-9:
+        parts.append(Part(rest, 0, 0))
+    noise, angles, shift = 10 ** draw(-5, -3), np.arange(0, 360, (1.0, 0.5)[rng.integers(2)]), draw(0, 360)
+    lifts = along(parts, np.mod(angles - shift, 360))[0] + rng.normal(0, noise * lift, angles.size)
+    ends = shift + np.cumsum([0.0, *(part.angle for part in parts)])
+    dwells = [(a, b) for part, a, b in zip(parts, ends[:-1], ends[1:], strict=True) if part.law is None]
+    return DwellFile(
+        np.column_stack([angles, lifts]), noise, dwells, (ends[place], ends[place + 1]) if rests else None
+    )
+
+
+def shared(one: tuple[float, float], other: tuple[float, float]) -> float:
+    """The angle that two dwells share, deg."""
+    return max(0.0, *(min(one[1], other[1] + k) - max(one[0], other[0] + k) for k in (-720, -360, 0, 360, 720)))
+
+
+class DwellsRead(NamedTuple):
+    """Whether the dwell in question is found, else whether it is in doubt; how many more are, and are in doubt."""
+
+    found: bool
+    told: bool
+    invented: int
+    doubts: int
+
+
+def compare_dwells(
+    file: DwellFile, found: list[tuple[float, float]], doubts: list[tuple[float, float]]
+) -> DwellsRead:
+    """Dwells beside the true ones: half of a found one, or of one in doubt, has to be in a true one."""
+
+    def true(each):
+        return any(shared(each, dwell) >= 0.5 * (each[1] - each[0]) for dwell in file.dwells)
+
+    def of_asked(some):
+        return file.asked is not None and any(true(each) and shared(each, file.asked) > 0.0 for each in some)
+
+    unasked = [each for each in doubts if not true(each)]
+    return DwellsRead(of_asked(found), of_asked(doubts), sum(not true(each) for each in found), len(unasked))
+
+
+def read_dwells(file: DwellFile) -> DwellsRead:
+    """The dwells that the outline of a file has."""
+    points = read_points(file.rows, TableColumns())
+    noise = errors_of(points).noise
+    band = noise * band_factor(points.rows.size)
+    outline, doubts = read_outline(points, band, band, noise, LIKELY, None)
+    found = [(part.start, part.end) for part in outline if isinstance(part, Dwell)]
+    return compare_dwells(file, found, [(each.start, each.end) for each in doubts])
+
+
+def fit_dwells(file: DwellFile) -> DwellsRead:
+    """The dwells of the motion that is fitted to a file."""
+    fitted = fit(file.rows, CAM)
+    ends = fitted.start + np.cumsum([0.0, *(segment.angle for segment in fitted.scene.motion)])
+    rests = zip(fitted.scene.motion, ends[:-1], ends[1:], strict=True)
+    found = [(a, b) for segment, a, b in rests if segment.segment == "dwell"]
+    return compare_dwells(file, found, [(each.start, each.end) for each in fitted.doubts])
+
+
+FITTED = 25  # each so many files
+ANGLES_READ, NOISES_READ = (10, 15, 20, 30, 45, 90), (1e-5, 1e-4, 3e-4, 1e-3)
+
+
+def share_of(read: list[tuple[DwellFile, DwellsRead]], angles, noises) -> str:
+    """The share of the dwells within a range of angles and noises that is found, and that is told in doubt only."""
+    chosen = [
+        found
+        for file, found in read
+        if angles[0] <= file.asked[1] - file.asked[0] < angles[1] and noises[0] <= file.noise < noises[1]
+    ]
+    count = max(len(chosen), 1)
+    doubtful = sum(each.told and not each.found for each in chosen) / count
+    return f"{sum(each.found for each in chosen) / count:.0%} + {doubtful:.0%} of {len(chosen)}"
+
+
+def dwell_table(files: int) -> None:
+    read = {
+        rests: [(file := dwell_file(k, rests), read_dwells(file)) for k in range(files)] for rests in (True, False)
+    }
+    heads = [f"noise {least:g} to {most:g} of the lift" for least, most in pairwise(NOISES_READ)]
+    for name, some in (("textbook laws", read[True][::2]), ("laws of no registry", read[True][1::2])):
+        print(f"| dwell, {name} | " + " | ".join(heads) + " |")
+        print("|---|" + "---|" * len(heads))
+        for angles in pairwise(ANGLES_READ):
+            cells = [share_of(some, angles, noises) for noises in pairwise(NOISES_READ)]
+            print(f"| {angles[0]} to {angles[1]}° | " + " | ".join(cells) + " |")
+    for rests, every in read.items():
+        invented = sum(found.invented > 0 for _, found in every)
+        doubts = sum(found.doubts > 0 for _, found in every)
+        kind = "with" if rests else "without"
+        print(
+            f"{files} files {kind} the dwell: {invented} have an invented one, {doubts} one in doubt where none is"
+        )
+    compared = [(fit_dwells(file), found) for every in read.values() for file, found in every[::FITTED]]
+    print(
+        f"of {len(compared)} fits {sum(a != b for a, b in compared)} have other dwells than the outline", flush=True
+    )
+
+
 def main() -> None:
-    if sys.argv[1:2] == ["random"]:
+    if sys.argv[1:2] == ["dwells"]:
+        dwell_table(int(sys.argv[2]) if sys.argv[2:] else 500)
+    elif sys.argv[1:2] == ["random"]:
         random_table(looked_at(range(int(sys.argv[2]) if sys.argv[2:] else 1000)))
     else:
         law_table(int(sys.argv[1]) if sys.argv[1:] else 5)

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 from math import inf, isfinite
 from numbers import Real
 from pathlib import Path
@@ -18,7 +18,7 @@ from camopt.measured.fitted import Fit
 from camopt.measured.fitted_scene import LEVEL_DIGITS, Segments, fitted_segments
 from camopt.measured.least_jerk import Freest, Node, Room, freest, least_band, nodes_of, shaped
 from camopt.measured.noise import LEAST_BAND, ErrorSize, band_factor, errors_of, noise_of, outliers
-from camopt.measured.outline import EARLIER, outline_of
+from camopt.measured.outline import LIKELY, read_outline
 from camopt.measured.profile import MeasuredProfile, Touched, touched
 from camopt.measured.reading import MeasuredPoints, read_points
 from camopt.mechanisms.body import BODIES, DISC
@@ -56,12 +56,13 @@ def fit(
     lift_unit: str | None = None,
     turn: float | None = None,
     keep_outliers: bool = False,
+    segments: Sequence[str] | None = None,
 ) -> Fit:
     """Find the gentlest motion that stays within a band of measured points.
 
-    The motion rests where the points of a stretch are within the band of a constant, turns back where points differ
-    by more than two bands, and goes one way in between. Each stroke is a quintic B-spline. That the band is held at
-    each point is proved, in the numbers of the scene.
+    The motion turns back where points differ by more than two bands, and goes one way in between. It rests where
+    the points of a stretch are within the band of a constant and likelier with a dwell than without one. Each
+    stroke is a quintic B-spline. That the band is held at each point is proved, in the numbers of the scene.
 
     The gentlest motion has the least mean-square jerk. Where the root mean square is limited too, a quarter of the
     mean magnitude of the jerk counts beside it, in units of the least root mean square of any motion: it levels
@@ -94,6 +95,9 @@ def fit(
         The angle of one turn of the cam in the file, such as 720 for degrees of a crankshaft that turns twice.
     keep_outliers : bool, default False
         Hold the band at single points too that are far off their neighbours, and which are left out otherwise.
+    segments : sequence of str, optional
+        "rise", "return" and "dwell" in the order of the motion, from anywhere in its turn. They decide where it
+        rests. Without them it rests where the points are likelier with a dwell.
 
     Returns
     -------
@@ -128,6 +132,7 @@ def fit(
     True
     """
     tables = _without_motion(scene)
+    _check_segments(segments)
     profile = points if isinstance(points, MeasuredProfile) else None
     kind = PROFILES[profile.form] if profile else LIFT_TABLE
     columns_ = TableColumns(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn, kind)
@@ -147,7 +152,15 @@ def fit(
     usual = _usual(kept, errors)
     room = usual if band is None else _given(float(band), usual)
     _check_repeats(kept, room.band)
-    found = _shaped(kept, room, usual.band, lambda parts: Scene.from_dict(tables | _of(parts, tables, seen), file))
+    noise = max(errors.noise, least / CORNER_FACTOR)
+    found = _shaped(
+        kept,
+        room,
+        usual.band,
+        noise,
+        segments,
+        lambda parts: Scene.from_dict(tables | _of(parts, tables, seen), file),
+    )
     return replace(found, outliers=left_out, noise=errors.noise, usual=band is None, profile=seen)
 
 
@@ -229,6 +242,17 @@ def _check_band(band: float | None, least: float) -> None:
         raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, {LEAST_BAND:g} of the lift")])
 
 
+def _check_segments(segments: Sequence[str] | None) -> None:
+    """Whether segments that are given are rises, returns and dwells, with a dwell between two of one kind."""
+    if segments is None:
+        return
+    known = isinstance(segments, (list, tuple)) and all(each in ("rise", "return", "dwell") for each in segments)
+    if not (known and {"rise", "return"} <= set(segments) and not any(a == b for a, b in pairwise(segments))):
+        what = "rise, return and dwell in their order, with a dwell between two rises or two returns"
+        shown = ",".join(map(str, segments)) if known and segments else segments
+        raise BadInput([Mistake("camopt", "segments", shown, what)])
+
+
 def _usual(points: MeasuredPoints, errors: ErrorSize) -> Room:
     """What normal errors leave in one file of twenty, and no less than numbers bear; more if one is larger."""
     least, normal = _least(points), errors.noise * band_factor(points.rows.size)
@@ -254,7 +278,14 @@ def _check_repeats(points: MeasuredPoints, band: float) -> None:
             raise Unmet(f"{points.file}: {rows}, both at {points.angles[place]:g} deg: {least}")
 
 
-def _shaped(points: MeasuredPoints, room: Room, noisy: float, scene_with: Callable[[Segments], Scene]) -> Fit:
+def _shaped(
+    points: MeasuredPoints,
+    room: Room,
+    usual: float,
+    noise: float,
+    segments: Sequence[str] | None,
+    scene_with: Callable[[Segments], Scene],
+) -> Fit:
     """The fit with the dwells and turns that stand out from the noise, or else with more, or with shorter dwells.
 
     It is the first of these that costs little jerk, or the one that costs least. Where none of them is within the
@@ -268,16 +299,18 @@ def _shaped(points: MeasuredPoints, room: Room, noisy: float, scene_with: Callab
         If the convex solver fails.
     """
     refused: tuple[Sequence[Node], Room, float] | None = None
-    wide = max(noisy, room.band)
-    bands = dict.fromkeys((wide, room.band) if 2.0 * wide < np.ptp(points.lifts) else (room.band,))
+    bands = [
+        each for each in dict.fromkeys((usual, room.band)) if 2.0 * max(each, room.band) < np.ptp(points.lifts)
+    ]
     for within in dict.fromkeys((room, Room(room.band))):
         free = freest(points, within)
         found: list[Fit] = []
-        for band, earlier in product(bands, (EARLIER, 2 * EARLIER)):
-            outline = outline_of(points, band, earlier)
+        for band, drop in product(bands or [room.band], (LIKELY, 4.0 * LIKELY)):
+            outline, doubts = read_outline(points, band, max(band, room.band), noise, drop, segments)
             if len(outline) <= MOST_NODES:
                 nodes = nodes_of(points, outline, free)
                 if fitted := _written(points, nodes, within, free, scene_with):
+                    fitted = replace(fitted, doubts=doubts)
                     if fitted.price <= JERK_TROUBLE:
                         return fitted
                     found.append(fitted)

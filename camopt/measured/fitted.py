@@ -12,6 +12,7 @@ from camopt.effects.motion import scale
 from camopt.measured.band_proof import Deviation
 from camopt.measured.noise import LEAST_BAND, band_factor
 from camopt.measured.one_sided import OneSided, one_sided
+from camopt.measured.outline import Doubt
 from camopt.measured.profile import Touched
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
 from camopt.mechanisms.follower import OSCILLATING
@@ -70,6 +71,9 @@ class Fit(HasHtml, Drawn):
         The standard deviation of the points' errors, estimated from the points.
     usual : bool
         Whether the band comes from the noise.
+    doubts : tuple of Doubt
+        Dwells where the points fit a motion without one too: ``start`` and ``end`` (deg, measured angles), whether
+        the motion ``rests`` there, and the ``segments`` of the other reading.
     profile : Touched or None
         The profile that the points come from, if it was one: their lifts are then positions of the follower.
 
@@ -94,6 +98,7 @@ class Fit(HasHtml, Drawn):
     noise: float = 0.0
     usual: bool = False
     profile: Touched | None = None
+    doubts: tuple[Doubt, ...] = ()
 
     def __repr__(self) -> str:
         away = f"{self.deviation.largest:.4g} from {self.points.angles.size} points"
@@ -239,6 +244,11 @@ class Fit(HasHtml, Drawn):
             noise, normal, band = (with_unit(each, self.unit) for each in (self.noise, self._normal, self.band))
             what = f"narrower than normal errors of the noise {noise} take ({normal})"
             found.append(f"the band {band} is {what}: the motion may follow errors")
+        for doubt in self.doubts[:NAMED]:
+            where, other = f"from {doubt.start:g} to {doubt.end:g} deg the points fit", ",".join(doubt.segments)
+            what = "a dwell too, which the motion has not: segments {} have it"
+            what = "no dwell as well as the one there: segments {} have none" if doubt.rests else what
+            found.append(f"{where} {what.format(other)}")
         for stretch in self.one_sided[:NAMED]:
             first, last = self.points.angles[[stretch.first, stretch.last]]
             side, mean = "above" if stretch.mean > 0.0 else "below", abs(stretch.mean)
@@ -301,6 +311,10 @@ class Fit(HasHtml, Drawn):
             "before": {self.quantity(name): value for name, value in self.before.items()},
             "after": {self.quantity(name): value for name, value in self.after.items()},
             "profile": self._of_profile,
+            "dwells_in_doubt": [
+                {"from_deg": each.start, "to_deg": each.end, "rests": each.rests, "other_segments": each.segments}
+                for each in self.doubts
+            ],
             "one_sided": [self._stretch(each) for each in self.one_sided],
             "left_out": [each._asdict() for each in self.left_out],
             "motion": [segment.model_dump(exclude_none=True) for segment in self.scene.motion],

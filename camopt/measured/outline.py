@@ -1,27 +1,34 @@
 """The outline of a measured motion: where it rests and where it turns back, as far as a band of its points shows.
 
-It rests where all points of a stretch lie within the band of one constant, and turns back where points differ by
-more than two bands, so that every motion within the band does. A dwell that ended where points leave the band would
-let the motion begin too late: what leaves with a finite jerk, y ∝ x³, is eight bands away twice as far from its
-beginning as it is one band away. The dwell ends at that beginning, and as much earlier again.
+It turns back where points differ by more than two bands, so that every motion within the band does. It rests where
+all points of a stretch lie within the band of one constant, and the points about it are likelier with a dwell than
+without one (``dwell_likelihood``). Of the likely dwells it takes the shortest: a motion that begins a little early
+costs hardly any jerk, one that begins late costs much.
 """
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from itertools import compress, pairwise, product
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camopt.measured.dwell_likelihood import FlatWindow, read_dwell
 from camopt.measured.number_table import bad
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
-from camopt.mistakes import BadInput
+from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 
-BANDS_AWAY = 8.0  # bands away: what is left as a cubic is then twice as far as at one band
-LEAST_LEFT = 2.0  # bands, where the points go no further
-EARLIER = 2.0  # beginning a little early costs hardly any jerk, beginning late much
-LEAST_DWELL = 2.0  # times what it takes to leave it: a nose is within the band of a constant for a while, too
+BANDS_AWAY = 32.0  # bands: points are looked at as far as they are away from a level, or half of the way to a turn
+CERTAIN = 3.0  # times as long on both sides as the motion takes to go away: then a stretch has a dwell
+FEWEST_RESTING = 5  # points of a dwell in doubt, and of a stretch that may be one
+LEAST_GAIN = 0.0  # of a dwell, as a logarithm of the likelihood
+DOUBTFUL = (-8.0, 3.0)  # gains of a dwell in doubt: the points fit both readings
+SURE_GAIN = 1e6  # what the gain of a certain dwell counts
+MOST_CHOICES = 8  # stretches that may be dwells or not
+LIKELY = 2.0  # below the largest logarithm of the likelihood: what is nearly as likely
 ONE_FLANK = "; a table of one flank, from the nose on, needs the other flank too, at angles below 0 or back to 360"
 SPARSE = 4.0  # median steps: in a wider gap than that, if it is not narrow, points are missing
 ANGLE_DIGITS = 4  # of the angles of dwells and turns, deg
@@ -36,6 +43,7 @@ class Dwell(NamedTuple):
     level: float  # about: the middle of the points of its stretch
     places: NDArray[np.intp]
     stretch: NDArray[np.intp]  # the points within the band of a constant, some of them beyond its ends
+    gain: float  # how much likelier the points are with it than without, as a logarithm
 
 
 class TurningPoint(NamedTuple):
@@ -47,23 +55,57 @@ class TurningPoint(NamedTuple):
     level: float  # about
 
 
+class Doubt(NamedTuple):
+    """A dwell between two cam angles, deg, where the points fit a motion without one too.
+
+    ``rests`` says whether the motion has it, and ``segments`` are those of the other reading.
+    """
+
+    start: float
+    end: float
+    rests: bool
+    segments: list[str]
+
+
 Outline = tuple[Dwell | TurningPoint, ...]
 """Dwells and turns in their order; the first is a dwell if there is any, and else the lowest turn."""
 
 
-def outline_of(points: MeasuredPoints, band: float, earlier: float = EARLIER) -> Outline:
-    """The outline of points within a band; dwells end ``earlier`` times the way of a cubic before it leaves.
+def read_outline(
+    points: MeasuredPoints, band: float, turning: float, noise: float, drop: float, segments: Sequence[str] | None
+) -> tuple[Outline, tuple[Doubt, ...]]:
+    """The outline of points, and its dwells in doubt; ``segments`` decide if they are given.
+
+    Points rest within a ``band`` of a constant, and turn back by more than two bands of ``turning``.
+    """
+    flat = flat_stretches(points, band, noise, drop)
+    dwells = [each for each in flat if each.gain >= LEAST_GAIN]
+    outline = outline_of(points, dwells, turning)
+    if segments is None:
+        doubts = []
+        for each in flat:
+            if DOUBTFUL[0] < each.gain < DOUBTFUL[1] and each.places.size >= FEWEST_RESTING:
+                rests = each.gain >= LEAST_GAIN
+                others = [dwell for dwell in dwells if dwell is not each] + ([] if rests else [each])
+                with suppress(BadInput):  # without a dwell points may be missing
+                    other = segments_of(outline_of(points, others, turning))
+                    doubts.append(Doubt(each.start, each.end, rests, other))
+        return outline, tuple(sorted(doubts))
+    if (chosen := dwells_of_segments(points, flat, turning, segments)) is None:
+        what = f"the strokes of the points, with or without dwells: {','.join(segments_of(outline))}"
+        raise BadInput([Mistake("camopt", "segments", ",".join(segments), what)])
+    return outline_of(points, chosen, turning), ()
+
+
+def outline_of(points: MeasuredPoints, dwells: Iterable[Dwell], band: float) -> Outline:
+    """The outline of points with some dwells; it turns where points turn back by more than two bands.
 
     Raises
     ------
     BadInput
-        If no point is two bands away from others, or a part of the turn has no points and is no dwell.
+        If no point is two bands away from the only dwell, or a part of the turn has no points and is no dwell.
     """
-    if np.ptp(points.lifts) <= 2.0 * band:
-        raise bad(
-            points.file, "band", band, f"all lifts are within {np.ptp(points.lifts):g} of each other: no motion"
-        )
-    dwells = sorted(_dwells(points, band, earlier), key=lambda dwell: dwell.start)
+    dwells = sorted(dwells, key=lambda dwell: dwell.start)
     _check_gaps(points, dwells)
     if not dwells:
         lowest = int(points.lifts.argmin())
@@ -78,6 +120,32 @@ def outline_of(points: MeasuredPoints, band: float, earlier: float = EARLIER) ->
     return tuple(parts)
 
 
+def segments_of(outline: Outline) -> list[str]:
+    """The rises, returns and dwells of an outline, from its lowest part on."""
+    first = min(range(len(outline)), key=lambda k: outline[k].level)
+    found = []
+    for part, following in pairwise([*outline[first:], *outline[:first], outline[first]]):
+        found.append("rise" if following.level > part.level else "return")
+        found += ["dwell"] if isinstance(following, Dwell) else []
+    return found
+
+
+def dwells_of_segments(
+    points: MeasuredPoints, flat: Sequence[Dwell], band: float, segments: Sequence[str]
+) -> list[Dwell] | None:
+    """The likeliest dwells with which points rise, return and rest in a given order; None if no dwells do."""
+    likeliest = sorted(flat, key=lambda dwell: -dwell.gain)[:MOST_CHOICES]
+    given = list(segments[:-1] if segments[0] == segments[-1] == "dwell" else segments)
+    found: list[list[Dwell]] = []
+    for rests in product((True, False), repeat=len(likeliest)):
+        dwells = list(compress(likeliest, rests))
+        with suppress(BadInput):
+            shown = segments_of(outline_of(points, dwells, band))
+            if any(shown == given[k:] + given[:k] for k in range(len(given))):
+                found.append(dwells)
+    return max(found, key=lambda dwells: sum(min(each.gain, SURE_GAIN) for each in dwells), default=None)
+
+
 def _between(points: MeasuredPoints, start: float, end: float) -> NDArray[np.intp]:
     """The points strictly between two cam angles, in their order."""
     away = angle_from(start, points.angles)
@@ -88,33 +156,76 @@ def _between(points: MeasuredPoints, start: float, end: float) -> NDArray[np.int
 # ----------------------------------------------------------------------------------------------------- dwells
 
 
-def _dwells(points: MeasuredPoints, band: float, earlier: float) -> list[Dwell]:
-    """The dwells, the longest first."""
+def flat_stretches(points: MeasuredPoints, band: float, noise: float, drop: float = LIKELY) -> list[Dwell]:
+    """The dwells that stretches within a band of a constant may have, each with its gain; the longest first.
+
+    A dwell in doubt is the likeliest one, any other the shortest that is at most ``drop`` less likely.
+
+    Raises
+    ------
+    BadInput
+        If no point is two bands away from others.
+    """
+    if np.ptp(points.lifts) <= 2.0 * band:
+        raise bad(
+            points.file, "band", band, f"all lifts are within {np.ptp(points.lifts):g} of each other: no motion"
+        )
     found: list[Dwell] = []
-    free = np.ones(points.lifts.size, dtype=bool)
-    while (dwell := next(_candidates(points, band, earlier, free), None)) is not None:
+    free, size = np.ones(points.lifts.size, dtype=bool), points.lifts.size
+    while True:
+        stretches = [np.arange(a, b) % size for a, b in _stretches(points.lifts, free, 2.0 * band)]
+        lengths = [float(angle_from(points.angles[s[0]], points.angles[s[-1]])) for s in stretches]
+        readings = (_read_stretch(points, stretches[k], band, noise, drop) for k in np.argsort(lengths)[::-1])
+        if (dwell := next(filter(None, readings), None)) is None:
+            return found
         found.append(dwell)
         free[dwell.stretch] = False
-    return found
 
 
-def _candidates(points: MeasuredPoints, band: float, earlier: float, free: NDArray[np.bool_]) -> Iterator[Dwell]:
-    """The dwells of the stretches of free points, the longest stretch first."""
-    size = points.lifts.size
-    stretches = [np.arange(a, b) % size for a, b in _stretches(points.lifts, free, 2.0 * band)]
-    lengths = [float(angle_from(points.angles[s[0]], points.angles[s[-1]])) for s in stretches]
-    for number in np.argsort(lengths)[::-1]:
-        stretch, first = stretches[number], points.angles[stretches[number][0]]
-        level = float(points.lifts[stretch].max() + points.lifts[stretch].min()) / 2.0
-        ahead, ahead_onset = _leaving(points, stretch[-1], 1, level, band)
-        behind, behind_onset = _leaving(points, stretch[0], -1, level, band)
-        start = first + earlier * behind_onset - behind
-        end = first + lengths[number] + ahead - earlier * ahead_onset
-        if end - start > LEAST_DWELL * earlier * max(ahead_onset, behind_onset):
-            shift = FULL_TURN * np.floor(start / FULL_TURN)
-            start, end = (round(float(angle - shift), ANGLE_DIGITS) for angle in (start, end))
-            inside = angle_from(start - IN_DWELL, points.angles[stretch]) <= end - start + 2.0 * IN_DWELL
-            yield Dwell(start, end, level, stretch[inside], stretch)
+def _read_stretch(
+    points: MeasuredPoints, stretch: NDArray[np.intp], band: float, noise: float, drop: float
+) -> Dwell | None:
+    """The dwell that a stretch may have; None if the points beside it go on as they do in it."""
+    first = points.angles[stretch[0]]
+    length = float(angle_from(first, points.angles[stretch[-1]]))
+    level = float(points.lifts[stretch].max() + points.lifts[stretch].min()) / 2.0
+    before, behind, coming = _leaving_points(points, stretch, -1, level, band)
+    after, ahead, leaving = _leaving_points(points, stretch, 1, level, band)
+    certain = CERTAIN * (behind + ahead) < length
+    if not certain and (stretch.size < FEWEST_RESTING or coming + leaving > length):
+        return None
+    behind_it, ahead_of_it = before[::-1], np.concatenate([stretch, after])
+    away = [-angle_from(points.angles[behind_it], first), angle_from(first, points.angles[ahead_of_it])]
+    starts, ends = (
+        ((0.0, CERTAIN * behind), (length - CERTAIN * ahead, length)) if certain else ((0.0, length),) * 2
+    )
+    lifts = points.lifts[np.concatenate([behind_it, ahead_of_it])]
+    dwell = read_dwell(FlatWindow(np.concatenate(away), lifts, starts, ends), noise, drop, DOUBTFUL[1])
+    start, end = first + dwell.start, first + dwell.end
+    shift = FULL_TURN * np.floor(start / FULL_TURN)
+    start, end = (round(float(angle - shift), ANGLE_DIGITS) for angle in (start, end))
+    inside = angle_from(start - IN_DWELL, points.angles[stretch]) <= end - start + 2.0 * IN_DWELL
+    return Dwell(start, end, level, stretch[inside], stretch, dwell.gain)
+
+
+def _leaving_points(
+    points: MeasuredPoints, stretch: NDArray[np.intp], way: int, level: float, band: float
+) -> tuple[NDArray[np.intp], float, float]:
+    """The points that leave a stretch, the angle over them, and the angle until they are three bands away."""
+    size, last = points.lifts.size, stretch[-1 if way > 0 else 0]
+    if size - stretch.size < 2:
+        return stretch[:0], 0.0, 0.0
+    places = (last + way * np.arange(1, (size - stretch.size) // 2 + 1)) % size
+    away = np.mod(way * (points.angles[places] - points.angles[last]), FULL_TURN)
+    off = np.abs(points.lifts[places] - level) / band
+    highest = np.maximum.accumulate(off)
+    turned = np.flatnonzero(off < highest - 2.0)
+    most = float(highest[turned[0] if turned.size else -1])
+    several, three = (
+        min(int(np.searchsorted(highest, bands, "right")), places.size - 1)
+        for bands in (min(BANDS_AWAY, 1.0 + most / 2.0), 3.0)
+    )
+    return places[: several + 1], float(away[several]), float(away[three])
 
 
 def _stretches(lifts: FloatArray, free: NDArray[np.bool_], room: float) -> Iterator[tuple[int, int]]:
@@ -143,26 +254,6 @@ def _stretches(lifts: FloatArray, free: NDArray[np.bool_], room: float) -> Itera
         for queue in (lowest, highest):
             if queue and queue[0] == start:
                 queue.popleft()
-
-
-def _leaving(points: MeasuredPoints, place: int, way: int, level: float, band: float) -> tuple[float, float]:
-    """The angle from a place to where the motion is one band from a level, and the length of that change, deg."""
-    places = (place + way * np.arange(points.lifts.size)) % points.lifts.size
-    away = np.mod(way * (points.angles[places] - points.angles[place]), FULL_TURN)
-    off = np.abs(points.lifts[places] - level) / band
-    left = min(BANDS_AWAY, max(LEAST_LEFT, float(off.max())))
-    one, several = (_reaches(away, off, bands) for bands in (1.0, left))
-    return one, (several - one) / (left ** (1.0 / 3.0) - 1.0)
-
-
-def _reaches(away: FloatArray, off: FloatArray, bands: float) -> float:
-    """Where points go beyond some bands, straight from point to point."""
-    beyond = np.flatnonzero(off > bands)
-    k = int(beyond[0]) if beyond.size else int(off.argmax())
-    if k == 0 or off[k] <= off[k - 1]:
-        return float(away[k])
-    share = (min(bands, off[k]) - off[k - 1]) / (off[k] - off[k - 1])
-    return float(away[k - 1] + np.clip(share, 0.0, 1.0) * (away[k] - away[k - 1]))
 
 
 def gaps(points: MeasuredPoints) -> list[int]:

@@ -288,7 +288,12 @@ def test_a_fault_in_a_module_is_sought_by_tests_that_know_it(name):
 MOST_LINES, MOST_ARGUMENTS = 60, 8
 
 
-AS_COMMANDS = {("front.sweep", "sweep"), ("front.parts", "sweep_part"), ("exporting.gcode", "write")}
+AS_COMMANDS = {
+    ("front.sweep", "sweep"),
+    ("front.parts", "sweep_part"),
+    ("exporting.gcode", "write"),
+    ("measured.fit", "fit"),
+}
 """Functions that take what the options of their command ask, by the same names."""
 
 

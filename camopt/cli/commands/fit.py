@@ -44,6 +44,10 @@ from camopt.cli.options import (
     type=float,
     help="Largest distance of the motion from a point, mm (deg when oscillating); by default from the noise.",
 )
+@click.option(
+    "--segments",
+    help="Order of the motion, such as rise,dwell,return,dwell: decides where it rests; by default the points do.",
+)
 @click.option("--columns", help="Names or numbers of the two columns, such as 1,3.")
 @click.option("--angle-unit", default="deg", show_default=True, help="Unit of the angles: deg or rad.")
 @click.option("--lift-unit", help="Unit of lifts or lengths: mm or inch; deg of lifts when oscillating.")
@@ -59,6 +63,7 @@ def fit(
     target: str | None,
     rpm: float | None,
     columns: str | None,
+    segments: str | None,
     out: Path,
     picture: Path | None,
     as_json: bool,
@@ -84,9 +89,9 @@ def fit(
     if profile is None:
         refuse_without("--profile", {"probe": probe})
     scene = _measured_cam(target, rpm, base_radius, follower, roller_radius, profile)
-    chosen = columns and [name.strip() for name in columns.split(",")]
+    chosen, order = (given and [name.strip() for name in given.split(",")] for given in (columns, segments))
     points = file if profile is None else MeasuredProfile(file, profile, probe or 0.0)
-    result = run(points, scene, columns=chosen, **reading)
+    result = run(points, scene, columns=chosen, segments=order, **reading)
     write_scene(out, result.scene)
     if picture:
         from camopt.drawing.plot import plot
