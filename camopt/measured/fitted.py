@@ -71,11 +71,11 @@ class Fit(HasHtml, Drawn):
         The standard deviation of the points' errors, estimated from the points.
     usual : bool
         Whether the band comes from the noise.
+    profile : Touched or None
+        The profile that the points come from, if it was one: their lifts are then positions of the follower.
     doubts : tuple of Doubt
         Dwells where the points fit a motion without one too: ``start`` and ``end`` (deg, measured angles), whether
         the motion ``rests`` there, and the ``segments`` of the other reading.
-    profile : Touched or None
-        The profile that the points come from, if it was one: their lifts are then positions of the follower.
 
     Examples
     --------

@@ -883,6 +883,15 @@ def test_every_command_takes_the_scene():
     assert known["base_radius_mm"] < smallest["base_radius_mm"]
 
 
+def test_free_laws_keep_a_dwell_that_was_measured():
+    """The lift was 12.65 of 15 mm where the machine stands still."""
+    scene = fit(lobe_with_a_dwell(20.0, 0.002), {**CAM, "limits": {"curvature_radius": 1.0}}).scene
+    motion = resolve(camopt.synthesise(scene.replace(**{"synthesis.pieces": 12})).scene).programme
+    rise, dwell = (np.radians(segment.angle) for segment in scene.motion[:2])
+    lifts = motion.at(rise + dwell * np.linspace(0.01, 0.99, 50))[0]
+    np.testing.assert_allclose(lifts, scene.motion[0].lift, rtol=1e-12)
+
+
 # ----------------------------------------------------------------------------------------------------- command
 
 
