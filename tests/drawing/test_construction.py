@@ -289,6 +289,17 @@ def test_letters_and_numbers_are_those_of_the_lectures():
     assert len({each.letter for each in construction_of(find_scene("two-pauses"), 24)[1].plan.stations}) == 50
 
 
+@pytest.mark.parametrize(
+    "name", ["tangent-cam", "feeder-with-stop", "rocker-valve", "indexing-overlap", "two-pauses"]
+)
+def test_a_letter_is_one_place(name):
+    """Of the turn: a station and an end of a stroke have the same letter only where they are the same."""
+    plan = construction_of(find_scene(name))[1].plan
+    places = [*((each.letter, each.angle) for each in plan.stations), *plan.edges]
+    angles = {letter: {round(angle, 9) for name, angle in places if name == letter} for letter, _ in places}
+    assert [letter for letter, every in angles.items() if len(every) > 1] == []
+
+
 @pytest.mark.parametrize("parts", [7, 2, 26, 0, -6, True, 6.5, "six"])
 def test_other_numbers_of_parts_are_refused(parts):
     with pytest.raises(BadInput, match="must be an even number from 4 to 24"):

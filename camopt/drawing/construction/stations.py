@@ -18,8 +18,8 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL
 
 USUAL_PARTS, FEWEST_PARTS, MOST_PARTS = 6, 4, 24
-LETTERS = "ABCDEFGHJKLMNPQRUVWZ"
-"""Letters of stations: without I and O, and without those of the diagram (S, T, X, Y)."""
+LETTERS = "ABCDEFGHJKLMNPUVWZ"
+"""Letters of stations: without I and O, and without those of the diagram (Q, R, S, T, X, Y)."""
 DIVIDERS = "STRQ"
 """Letters of cam angles at which a stroke or dwell ends while the follower is not at its lowest."""
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
@@ -125,14 +125,15 @@ class StationPlan:
     def edges(self) -> list[tuple[str, float]]:
         """Letters and cam angles (rad) of the ends of all rises, returns and dwells, from A to X.
 
-        One at which the follower is at its lowest has the letter of its station.
+        One at which the follower is at its lowest has the letter of its station. A turn that begins with a dwell
+        begins at A₀.
         """
         reserve = (f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in DIVIDERS)
         least = SAME * self.programme.lift
         lowest = {round(s.angle, 9): s.letter for s in self.stations if s.displacement <= least}
         inner = [start for _, start, _ in self.segments[1:]]
         return [
-            ("A", 0.0),
+            ("A" if self.divisions[0].start.angle < SAME else "A₀", 0.0),
             *((lowest.get(round(angle, 9)) or next(reserve), angle) for angle in inner),
             ("X", FULL_TURN),
         ]
