@@ -22,7 +22,10 @@ PROCESSORS = {
 }
 OTHERS = [name for name in PROCESSORS if name != "here"]
 OTHER_DIGITS = {"narrow vectors"}  # numpy's exponentials and inverse functions of angles are others there
-FIRST, COUNT, MANY = 12, 2, 200  # spaces with planted ties: those of every run, and of .ci/deep
+FEW, MANY = (
+    (10, 2, 3),
+    (0, 200, 1),
+)  # spaces of every run, and of .ci/deep: first, count, step
 
 
 def run(processor, *arguments, cwd=TESTS):
@@ -36,9 +39,9 @@ def run(processor, *arguments, cwd=TESTS):
 
 
 @cache
-def found(processor, first, count):
+def found(processor, *spaces):
     """What ``support.ties`` tells of spaces: seed, digest of the table, rows of the front, ties."""
-    return [line.split() for line in run(processor, "-m", "support.ties", str(first), str(count)).splitlines()]
+    return [line.split() for line in run(processor, "-m", "support.ties", *map(str, spaces)).splitlines()]
 
 
 @pytest.fixture
@@ -53,11 +56,11 @@ def _runs_here(processor):
 @pytest.mark.parametrize("processor", OTHERS)
 def test_fronts_keep_all_ties_on_every_processor(processor):
     """Boxes give the front of the full sweep, by blocks of any size, and tables are the same bytes."""
-    first, count = (0, MANY) if is_deep() else (FIRST, COUNT)
-    here, there = found("here", first, count), found(processor, first, count)
-    assert len(here) == count
+    spaces = MANY if is_deep() else FEW
+    here, there = found("here", *spaces), found(processor, *spaces)
+    assert len(here) == spaces[1]
     assert [line for line in [*here, *there] if line[1] == "failed"] == []
-    assert sum(int(ties) for *_, ties in here) >= count
+    assert sum(int(ties) for *_, ties in here) >= spaces[1]
     compared = slice(2, None) if processor in OTHER_DIGITS else slice(None)
     assert [line[compared] for line in there] == [line[compared] for line in here]
 

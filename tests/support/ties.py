@@ -1,6 +1,6 @@
 """Random spaces with planted ties, whose front is found in two ways.
 
-``python -m support.ties FIRST COUNT`` tries the spaces of COUNT seeds and prints the digest of each one's table:
+``python -m support.ties FIRST COUNT [STEP]`` tries the spaces of COUNT seeds and prints the digest of each table:
 processors and libraries that compute alike print the same.
 """
 
@@ -73,8 +73,8 @@ def fronts(seed: int, folder: Path) -> tuple[str, int, int]:
     return digest, full.num_rows, int(costs.duplicated(keep=False).sum())
 
 
-def main(first: int, count: int) -> None:
-    for seed in range(first, first + count):
+def main(first: int, count: int, step: int = 1) -> None:
+    for seed in range(first, first + count * step, step):
         with TemporaryDirectory() as folder:
             try:
                 print(seed, *fronts(seed, Path(folder)), flush=True)
