@@ -22,18 +22,22 @@ LARGEST = 100_000  # bytes of files and of arguments
 
 
 def case_of(name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
-    """The case of a call, with the files of the test's folder."""
-    folder = next(iter(FOLDER.findall(f"{arguments} {named} {Path.cwd()}")), "none")
+    """The case of a call, with the files of the test's folder, which is then the current one."""
+    folder = next(iter(FOLDER.findall(f"{arguments} {named} {Path.cwd()}")), "/no/folder")
     paths = [path for path in Path(folder).rglob("*") if path.is_file()]
     small = sum(path.stat().st_size for path in paths) < LARGEST
     files = {str(path.relative_to(folder)): path.read_bytes() for path in paths} if small else {}
+
+    def here(text: str) -> str:
+        found = text.replace(f"{folder}/", "").replace(folder, ".")
+        if "ccamopt" in found or "pytest-of" in found or len(found) > LARGEST:
+            raise pickle.PicklingError("of the package itself, of other folders, or large")
+        return found
+
     if name == "command":
-        return {"files": files, "argv": [str(each).replace(f"{folder}/", "") for each in named["args"]]}
+        return {"files": files, "argv": [here(str(each)) for each in named["args"]]}
     plain = [str(each) if isinstance(each, Path) else each for each in arguments]
-    data = pickle.dumps((plain, named), 0).decode("latin-1").replace(f"{folder}/", "")
-    if "ccamopt" in data or len(data) > LARGEST:
-        raise pickle.PicklingError("of the package itself, or large")
-    return {"files": files, "call": name, "arguments": data}
+    return {"files": files, "call": name, "arguments": here(pickle.dumps((plain, named), 0).decode("latin-1"))}
 
 
 def record(name: str, function: Callable[..., Any], kept: int, /, *arguments: Any, **named: Any) -> Any:

@@ -80,10 +80,16 @@ def _command(name: str, first: bool) -> Task:
     return Task(partial(_camopt, COMMANDS[name], first), partial(_run, IMPORT_NUMPY), runs=1)
 
 
-SWEEPS: dict[str, Callable[[], Task]] = {
-    name.replace("_", " "): lambda name=name: _sweep(jobs(STEPS)[name], 1) for name in MECHANISMS
-}
-"""Sweeps of each mechanism on one thread."""
+def _sweeps(steps: int, fine: str = "") -> dict[str, Callable[[], Task]]:
+    """Sweeps of each mechanism on one thread."""
+    return {
+        f"{name.replace('_', ' ')}{fine}": lambda name=name: _sweep(jobs(steps)[name], 1) for name in MECHANISMS
+    }
+
+
+SWEEPS = _sweeps(STEPS)
+FINE_SWEEPS = _sweeps(3 * STEPS, ", fine")
+"""Those with so many designs that kernels take the most of their time."""
 
 COUNTED = {**SWEEPS, "default sweep": lambda: _sweep(default_job(), 1, runs=2)}
 """Tasks whose instructions can be counted: on one thread."""
@@ -96,4 +102,7 @@ TASKS: dict[str, Callable[[], Task]] = {
     **{f"camopt {name}": partial(_command, name, False) for name in COMMANDS},
     **{name: partial(_command, command, True) for name, command in COLD.items()},
 }
-"""All of them; those of ``QUICK`` first."""
+"""All of the record; those of ``QUICK`` first."""
+
+BESIDE = {**FINE_SWEEPS, **{name: task for name, task in TASKS.items() if name not in SWEEPS}}
+"""Those of two commits in turns; six in process first."""
