@@ -305,7 +305,7 @@ def _shaped(
     for within in dict.fromkeys((room, Room(room.band))):
         free = freest(points, within)
         found: list[Fit] = []
-        for band, drop in product(bands or [room.band], (LIKELY, 4.0 * LIKELY)):
+        for band, drop in product(bands or [room.band], (LIKELY, 4.0 * LIKELY, 16.0 * LIKELY)):
             outline, doubts = read_outline(points, band, max(band, room.band), noise, drop, segments)
             if len(outline) <= MOST_NODES:
                 nodes = nodes_of(points, outline, free)

@@ -28,7 +28,7 @@ LEAST_GAIN = 0.0  # of a dwell, as a logarithm of the likelihood
 DOUBTFUL = (-8.0, 3.0)  # gains of a dwell in doubt: the points fit both readings
 SURE_GAIN = 1e6  # what the gain of a certain dwell counts
 MOST_CHOICES = 8  # stretches that may be dwells or not
-LIKELY = 2.0  # below the largest logarithm of the likelihood: what is nearly as likely
+LIKELY = 0.5  # below the largest logarithm of the likelihood: a dwell that is nearly as likely
 ONE_FLANK = "; a table of one flank, from the nose on, needs the other flank too, at angles below 0 or back to 360"
 SPARSE = 4.0  # median steps: in a wider gap than that, if it is not narrow, points are missing
 ANGLE_DIGITS = 4  # of the angles of dwells and turns, deg
@@ -195,7 +195,7 @@ def _read_stretch(
     if not certain and (stretch.size < FEWEST_RESTING or coming + leaving > length):
         return None
     behind_it, ahead_of_it = before[::-1], np.concatenate([stretch, after])
-    away = [-angle_from(points.angles[behind_it], first), angle_from(first, points.angles[ahead_of_it])]
+    away = [-angle_from(0.0, first - points.angles[behind_it]), angle_from(first, points.angles[ahead_of_it])]
     starts, ends = (
         ((0.0, CERTAIN * behind), (length - CERTAIN * ahead, length)) if certain else ((0.0, length),) * 2
     )

@@ -603,6 +603,12 @@ def test_a_short_dwell_at_the_top_is_found(rest, noise):
     assert fitted.doubts == ()
 
 
+def strokes(scene):
+    """The segments from the end of the dwell on in which the turn may start."""
+    found = [segment.segment for segment in getattr(scene, "scene", scene).motion]
+    return found[1:] if found[0] == found[-1] == "dwell" else found
+
+
 WITH, WITHOUT = ["rise", "dwell", "return", "dwell"], ["rise", "return", "dwell"]
 
 
@@ -612,7 +618,7 @@ def test_a_dwell_in_doubt_is_told_and_segments_decide(seed, rests):
     rows = lobe_with_a_dwell(20.0, 0.005, seed)
     fitted = fit(rows, CAM)
     (doubt,), (told,) = fitted.doubts, fitted.warnings
-    assert kinds(fitted) == (WITH if rests else WITHOUT)
+    assert strokes(fitted) == (WITH if rests else WITHOUT)
     assert (doubt.rests, doubt.segments) == (rests, WITHOUT if rests else WITH)
     assert (doubt.start, doubt.end) == (pytest.approx(110.0, abs=4.0), pytest.approx(130.0, abs=4.0))
     where = f"from {doubt.start:g} to {doubt.end:g} deg the points fit"
@@ -623,16 +629,18 @@ def test_a_dwell_in_doubt_is_told_and_segments_decide(seed, rests):
     assert tuple(shown.values()) == doubt
     for turned in range(4):
         chosen = fit(rows, CAM, segments=[*WITH[turned:], *WITH[:turned]])
-        assert kinds(chosen) == WITH
+        assert strokes(chosen) == WITH
         assert chosen.doubts == chosen.warnings == ()
         assert chosen.deviation.held
-    assert chosen.scene.motion[1].angle == pytest.approx(20.0, abs=6.0)
+    assert min(segment.angle for segment in chosen.scene.motion if segment.angle > 5.0) == pytest.approx(
+        20.0, abs=6.0
+    )
     for order in (WITHOUT, ["dwell", *WITHOUT]):
-        assert kinds(fit(rows, CAM, segments=order)) == WITHOUT
+        assert strokes(fit(rows, CAM, segments=order)) == WITHOUT
 
 
 def test_segments_leave_out_a_dwell_that_is_found():
-    assert kinds(fit(lobe_with_a_dwell(41.0, 0.005), CAM, segments=WITHOUT)) == WITHOUT
+    assert strokes(fit(lobe_with_a_dwell(41.0, 0.005), CAM, segments=WITHOUT)) == WITHOUT
 
 
 @pytest.mark.parametrize(
@@ -945,7 +953,7 @@ def test_its_segments_are_those_that_are_given(run, tmp_path):
 
 
 def kinds_of(folder):
-    return [segment.segment for segment in camopt.find_scene(str(folder / "fitted.toml")).motion]
+    return strokes(camopt.find_scene(str(folder / "fitted.toml")))
 
 
 def test_the_scene_itself_is_not_written_over(run, tmp_path):
