@@ -2,6 +2,7 @@
 
 import ast
 import re
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from graphlib import TopologicalSorter
@@ -283,6 +284,17 @@ def test_what_the_page_on_architecture_names_is_there():
 def test_a_fault_in_a_module_is_sought_by_tests_that_know_it(name):
     found = killers(f"camopt.{name}".removesuffix(".__init__"))
     assert len(found) > len(CORE) or name.partition(".")[0] in {"cli", "drawing", "studies"}
+
+
+def test_modules_whose_survivors_are_counted_are_there_with_their_tests():
+    tests = PACKAGE.parent / "tests"
+    counted = tomllib.loads((tests / "mutation" / "survivors.toml").read_text(encoding="utf-8"))
+    assert len(counted) == 6
+    for module, entry in counted.items():
+        assert {*entry} == {"mutants", "survivors", "tests", "note"}, module
+        assert 0 <= entry["survivors"] < entry["mutants"], module
+        named = [PACKAGE.parent / module, *(tests / f"{test}.py" for test in entry["tests"])]
+        assert [path for path in named if not path.is_file()] == [], module
 
 
 MOST_LINES, MOST_ARGUMENTS = 60, 8
