@@ -52,7 +52,7 @@ class MeasuredPoints:
         return self.only(np.setdiff1d(np.arange(self.rows.size), places).tolist())
 
 
-def angle_from(start: float, end: FloatArray | float) -> FloatArray:
+def angle_from(start: FloatArray | float, end: FloatArray | float) -> FloatArray:
     """The angle from one cam angle forward to another, from 0 to less than a turn, deg."""
     return np.mod(
         np.mod(np.asarray(end) - start, FULL_TURN), FULL_TURN
