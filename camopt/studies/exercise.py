@@ -96,6 +96,27 @@ def _can_be_made(scene: Scene) -> bool:
     return not crossed and float(found["pressure_angle_max_deg"]) <= LARGEST_PRESSURE_ANGLE
 
 
+def _setting(body: Body, motion: FollowerMotion, tip: Tip, rotation: str) -> list[str]:
+    """Where the follower stands, in sentences, so that one cam alone solves the problem."""
+    if body.developed and motion.angular:
+        return [
+            "Develop the cylinder so that the follower moves over it to the right.",
+            "The arm is square to the axis of the cylinder in the middle of its swing, and outwards is upwards.",
+            f"Its pivot is to the {'right' if rotation == 'ccw' else 'left'} of the roller.",
+        ]
+    if body.developed:
+        return ["Develop the cylinder so that the follower moves over it to the right; outwards is upwards."]
+    if motion.angular and tip is FLAT:
+        return [
+            "The pivot is level with the cam's axis.",
+            "The line of the face passes through the pivot, above the cam.",
+        ]
+    if motion.angular:
+        return ["The pivot is level with the cam's axis, and the arm lies above the line between them."]
+    face = " The face is square to the line of stroke." if tip is FLAT else ""
+    return [f"The line of stroke is vertical, and the follower is above the cam.{face}"]
+
+
 def _problem_text(kind: str, scene: Scene) -> str:
     """The problem as a teacher sets it."""
     cam, follower, (rise, dwell, fall, rest) = scene.cam, scene.follower, scene.motion
@@ -114,11 +135,12 @@ def _problem_text(kind: str, scene: Scene) -> str:
         f"A {body.words} turns {way} at {cam.rpm:g} rev/min and drives {motion.words} {TIP_WORDS[tip]} follower.",
         f"The {size} is {getattr(cam, body.size):g} mm.",
         *given,
-        *(["The line of its face passes through the pivot."] if motion.angular and tip is FLAT else []),
+        *_setting(body, motion, tip, cam.rotation),
         f"The follower moves outwards by {rise.lift:g}{unit} during {rise.angle:g}° with {LAWS[str(rise.law)]}, "
         f"rests during {dwell.angle:g}°, comes back during {fall.angle:g}° with {LAWS[str(fall.law)]}, and rests "
         f"during the remaining {rest.angle:g}°.",
-        "Construct the displacement diagram and the profile of the cam, with six equal parts a stroke.",
+        "Divide each stroke into six equal parts, and construct the displacement diagram and the profile of "
+        "the cam.",
         "Find the largest velocity and acceleration of the follower on both strokes.",
     ]
     return " ".join(sentences)

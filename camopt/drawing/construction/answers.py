@@ -18,7 +18,7 @@ from camopt.quantities.unit_systems import shown, shown_unit
 
 FORMULAS: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {
     "uniform": (("ωS/θ", "{w}{s} / {t}"), ("", "")),
-    "harmonic": (("πωS/2θ", "π × {w}{s} / (2 × {t})"), ("π²ω²S/2θ²", "π² × {w}{s} / (2 × {t}²)")),
+    "harmonic": (("πωS/(2θ)", "π × {w}{s} / (2 × {t})"), ("π²ω²S/(2θ²)", "π² × {w}{s} / (2 × {t}²)")),
     "parabolic": (("2ωS/θ", "2 × {w}{s} / {t}"), ("4ω²S/θ²", "4 × {w}{s} / {t}²")),
     "cycloidal": (("2ωS/θ", "2 × {w}{s} / {t}"), ("2πω²S/θ²", "2π × {w}{s} / {t}²")),
 }
@@ -56,13 +56,17 @@ def _of_stroke(picture: Picture, division: Division) -> Iterator[tuple[float, st
     metres = time == "s" and length == "mm"
     travel = abs(stroke.high - stroke.low) * (1e-3 if metres and not angular else 1.0)
     travel = travel if angular or metres else shown(travel, "mm")
-    base = "rad" if angular else "m" if metres else length
+    travel = degrees(travel) if angular and time == "rad" else travel
+    base = ("rad" if time == "s" else "deg") if angular else "m" if metres else length
     peaks, ends = law_peaks(stroke.law), f"{division.start.letter}–{division.end.letter}"
-    for order, (letter, name, power) in enumerate((("v", "peak_velocity", ""), ("a", "peak_acceleration", "²"))):
-        factor = float(peaks[name])
+    angle = f"θ = {four_digits(degrees(stroke.angle))}° = {four_digits(stroke.angle)} rad"
+    given = f"{STROKE_NAMES[stroke.kind]} {ends}, {angle}, S = {four_digits(travel)} {base}:  "
+    letters = ("ωf", "αf") if angular else ("v", "a")
+    for order, (peak, power) in enumerate((("peak_velocity", ""), ("peak_acceleration", "²"))):
+        factor = float(peaks[peak])
         general = f"{four_digits(factor)} ω{power}S/θ{power}", f"{four_digits(factor)} × {{w}}{{s}} / {{t}}{power}"
         symbols, numbers = FORMULAS[stroke.law.NAME][order] if stroke.law.NAME in FORMULAS else general
-        label = f"{STROKE_NAMES[stroke.kind]} {ends}:  {letter} = "
+        label = f"{' ' * 6 if order else given}{letters[order]} = "
         value = factor * (omega / stroke.angle) ** (order + 1) * travel
         if value == inf:
             yield value, f"{label}0 on the way, infinite at its ends"

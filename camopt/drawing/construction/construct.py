@@ -80,10 +80,10 @@ class Construction(Drawn, HasHtml):
         rows = []
         for row in self.records():
             y = row["displacement"] if inversion.angular else shown(row["displacement"], "mm")
-            numbers = [f"{row['cam_angle_deg']:.4g}", f"{y:.3f}"]
+            numbers = [f"{row['cam_angle_deg']:.4g}", f"{round(y, 3) + 0.0:.3f}"]
             for first, second in (row["point"], row["profile"]):
                 other = shown(second, "mm") if inversion.is_developed else second
-                numbers += [f"{shown(first, 'mm'):.3f}", f"{other:.3f}"]
+                numbers += [f"{round(value, 3) + 0.0:.3f}" for value in (shown(first, "mm"), other)]
             rows.append([row["station"], row["letter"], *(text.replace("-", "−") for text in numbers)])
         title = f"{self.scene.name}: stations of the construction"
         return Table.of(title, ["", "", *(Cell(text, NUMERIC) for text in heads)], rows)

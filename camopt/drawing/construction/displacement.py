@@ -54,7 +54,7 @@ def straight_line(scale: DiagramScale, division: Division) -> LawConstruction:
     """Uniform velocity: one straight line from end to end."""
     start, end, x, _ = _frame(scale, division)
     points = start + (end - start) * (x - x[0]) / (x[-1] - x[0])
-    return LawConstruction("Uniform velocity: join the ends of the stroke by a straight line.", [], [], points)
+    return LawConstruction("Uniform velocity: join both ends of the stroke by a straight line.", [], [], points)
 
 
 def semicircle(scale: DiagramScale, division: Division) -> LawConstruction:
@@ -78,8 +78,10 @@ def semicircle(scale: DiagramScale, division: Division) -> LawConstruction:
         for k, name in zip(inner, names, strict=True)
     ]
     sentence = (
-        f"Simple harmonic motion: draw a semicircle on the stroke and divide it into {count} equal parts "
-        "a, b, c … Draw horizontals from these to the verticals."
+        f"Simple harmonic motion: divide a semicircle on AY into {count} equal arcs by a, b, c … The "
+        "horizontal through a "
+        "meets the first vertical of the rise and the last but one of the return, that through b the next, and "
+        "so on."
     )
     return LawConstruction(sentence, shapes, letters, points)
 
@@ -101,9 +103,11 @@ def double_parabola(scale: DiagramScale, division: Division) -> LawConstruction:
     ]
     letters = [Letter(SMALL_LETTERS[k], complex(marks[k]), 0.0, "note") for k in range(1, count)]
     sentence = (
-        f"Uniform acceleration and retardation: divide the middle vertical of the stroke into {count} equal parts "
-        "a, b, c … Join each end of the stroke to the parts nearer to its level. Each line cuts its vertical in a "
-        "point of the double parabola."
+        f"Uniform acceleration and retardation: divide the middle vertical of the stroke into {count} equal "
+        "parts by a, b, c "
+        "… Join the start of the stroke to the parts of the first half, and its end to those of the second "
+        "half. The line "
+        "to a cuts the first vertical, that to b the second, and so on, in points of a double parabola."
     )
     return LawConstruction(sentence, shapes, letters, points)
 
@@ -132,9 +136,12 @@ def generating_circle(scale: DiagramScale, division: Division) -> LawConstructio
         for k in inner
     ]
     sentence = (
-        f"Cycloidal motion: draw a circle of radius S/2π at the lower end of the diagonal. Divide it into {count} "
-        "equal parts a, b, c … and project these on its vertical diameter. Parallels to the diagonal from there "
-        "cut the verticals."
+        "Cycloidal motion: draw the diagonal of the stroke, and a circle of radius S/2π about its lower end. "
+        "Divide the circle "
+        f"into {count} equal parts by a, b, c …, from the horizontal, downwards on a rise and upwards on a "
+        "return. Project "
+        "these on the vertical diameter. The parallel to the diagonal from a cuts the first vertical, from b "
+        "the second …"
     )
     return LawConstruction(sentence, shapes, letters, points)
 
@@ -193,7 +200,9 @@ def _axes(plan: StationPlan, scale: DiagramScale) -> list[Step]:
     divided = f"Divide each stroke into {plan.parts} equal parts, and draw a vertical at each point."
     return [
         Step(
-            f"Draw AX = 360° to scale. Mark {plan.segment_words}.", [line("axis-AX", (0.0, right), "axis")], letters
+            f"Draw AX = 360° to scale. Mark {plan.segment_words()}.",
+            [line("axis-AX", (0.0, right), "axis")],
+            letters,
         ),
         Step(f"Draw AY = {text}, the stroke, and complete the rectangle.", frame, stroke),
         Step(divided, verticals, numbers),

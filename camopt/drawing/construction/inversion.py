@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing.cam import corner_arc, remaining
-from camopt.drawing.construction.displacement import displacement_text
 from camopt.drawing.construction.shapes import ARC_POINTS, Letter, Shape, Step, arc, circle, line
 from camopt.drawing.construction.stations import Station, StationPlan
 from camopt.drawing.picture import Picture, four_digits, in_figures, told
@@ -27,7 +26,7 @@ from camopt.problem.linkage import pivot_of, turning_of
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 
-ANGLE_ARC = 0.42  # of the base radius: where the sizes of angles stand
+ANGLE_ARC = 0.72  # of the base radius: where the sizes of angles stand
 BEYOND = 0.12  # of the cam: how far tangents, radii and arcs are produced beyond the farthest station
 FACE_ROOM = 0.12  # of the base radius: how far a face reaches past what it touches
 
@@ -116,8 +115,8 @@ class Inversion:
 
     @cached_property
     def pivot(self) -> complex:
-        """The pivot of an arm at cam angle 0, mm."""
-        return pivot_of(self.problem)
+        """The pivot of an arm at cam angle 0, mm; 0 of a follower that slides."""
+        return pivot_of(self.problem) if self.angular else 0j
 
     def seen_from_cam(self, points: Any, angle: Any) -> Any:
         """Points of the ground frame as the cam has them at a cam angle (rad), mm."""
@@ -163,67 +162,76 @@ class Inversion:
         return circle(name, 0.0, radius, "reference"), Letter(text, radius * self._free, phase(self._free), "note")
 
     def _circles(self) -> list[Step]:
-        base, shaft = self.base, self.problem.setup.shaft_radius
+        """The base circle with the shaft; then the prime circle, and where the follower begins."""
+        base, shaft, where = self.base, self.problem.setup.shaft_radius, "base circle"
         base_circle, name = self._named_circle("base-circle", base)
-        shapes = [base_circle]
-        letters = [Letter("O", 0.0, -pi / 4), name]
+        shapes, letters = [base_circle], [Letter("O", 0.0, -pi / 4), name]
         sentence = f"Draw the base circle: centre O, radius {told(base)}, the least radius of the cam."
         if shaft is not None:
             shapes.append(circle("shaft", 0.0, shaft, "thin"))
-            sentence += f" The camshaft has a diameter of {told(2.0 * shaft)}."
-        steps = [Step(sentence, shapes, letters)]
-        start, place = self.lowest, "on its axis through O"
-        named: list[tuple[Shape, Letter]] = []
-        more: list[Shape] = []
-        letters = []
-        sentence = ""
+            letters.append(Letter(f"shaft, R {in_figures(shaft)}", -1j * shaft, -pi / 2, "note"))
+            sentence += f" The camshaft has a radius of {told(shaft)}."
+        steps, sentence = [Step(sentence, shapes, letters)], ""
+        named = list[tuple[Shape, Letter]]()
         if self.radius > 0.0:
-            prime = base + self.radius
-            sentence = f"Draw the prime circle: radius {told(base)} + {told(self.radius)} = {told(prime)}. "
-            named.append(self._named_circle("prime-circle", prime))
+            where = "prime circle"
+            named.append(self._named_circle("prime-circle", base + self.radius))
+            sentence = f"Draw the prime circle: {told(base)} + {told(self.radius)} = {told(base + self.radius)}. "
+        start, (mark, _) = self.lowest, self.plan.edges[0]
+        letters = [Letter(mark, start, phase(start))]
         if self.angular:
-            distance, arm = abs(self.pivot), abs(self.pivot - start)
-            length = "its foot on the base circle" if self.mechanism.flat_faced else "the trace point"
-            sentence += (
-                f"Locate the pivot A₁ at OA₁ = {told(distance)}; A is {length}, A₁A = {told(arm)}. "
-                "Draw the pivot circle through A₁."
-            )
+            distance, arm = abs(self.pivot), told(abs(self.pivot - start))
             named.append(self._named_circle("pivot-circle", distance))
-            more.append(line("arm", (self.pivot, start), "guide"))
             letters.append(Letter("A₁", self.pivot, phase(self.pivot)))
+            more = [line("arm", (self.pivot, start), "guide")]
+            sentence += (
+                f"Mark the pivot A₁ to the right of O, OA₁ = {told(distance)}, and draw the pivot circle "
+                "through it. "
+                f"{mark} is on the {where}, above OA₁, with A₁{mark} = {arm}."
+            )
         else:
+            side, apart = "right" if self.offset > 0 else "left", told(abs(self.offset))
+            axis = f"a vertical {apart} to the {side} of O, which touches it"
+            axis = axis if self.offset else "a vertical through O"
             if self.offset:
                 named.append(self._named_circle("offset-circle", abs(self.offset)))
-                place = "where the follower's axis meets it"
-                sentence += (
-                    f"Draw the offset circle: radius {told(abs(self.offset))}. The follower's axis touches it. "
-                )
-            sentence += f"The {'face' if self.mechanism.flat_faced else 'trace point'} begins at A, {place}."
-        more += [each for each, _ in named]
-        return [*steps, Step(sentence, more, [*letters, *(name for _, name in named)])]
+                sentence += f"Draw the offset circle: radius {apart}. "
+            more = [line("follower-axis", (complex(self.offset), start + 1j * BEYOND * self.size), "reference")]
+            sentence += (
+                f"Draw the follower's axis, {axis}. It cuts the "
+                f"{where} above O "
+                f"in {mark}, where the follower begins."
+            )
+        shapes, names = (list(each) for each in zip(*named, strict=True)) if named else ([], [])
+        return [*steps, Step(sentence, [*shapes, *more], [*letters, *names])]
 
     def _angles(self) -> Step:
         """The angles of strokes and dwells about O, against the rotation of the cam."""
-        mark, name = (self.pivot, "A₁") if self.angular else (self.lowest, "A")
-        known, sense = {each.letter for each in self.plan.stations}, self.problem.design.sense
-        shapes, letters = [self._way_round()], []
+        (first, _), sense = self.plan.edges[0], self.problem.design.sense
+        mark, name = (self.pivot, "A₁") if self.angular else (self.lowest, first)
+        shapes, letters = [self._way_round()], [Letter("follower", self._way_round().points[0], 0.0, "note")]
         for (letter, angle), (_, after) in pairwise(self.plan.edges):
             end = complex(self.seen_from_cam(mark, angle))
             about, turn = end / abs(end) * ANGLE_ARC * self.base, -sense * (after - angle)
             shapes += [line(f"angle-{letter}", (0.0, end), "angle")]
             shapes += [arc(f"angle-arc-{letter}", 0.0, about, turn * 0.98, "angle")]
-            letters += [] if letter in known else [Letter(letter, end, phase(end))]
+            letters += [] if letter == first else [Letter(letter, end, phase(end))]
             middle, text = complex(about * np.exp(0.5j * turn)), f"{four_digits(degrees(after - angle))}°"
             letters.append(Letter(text, middle, phase(middle), "note"))
         sentence = (
-            f"The cam stands still and the follower goes round {'clockwise' if sense > 0 else 'anticlockwise'}, "
-            f"against the rotation of the cam. From O{name} mark the angles about O: {self.plan.segment_words}."
+            "Imagine that the cam is fixed, and that the follower turns about O "
+            f"{'clockwise' if sense > 0 else 'anticlockwise'}, against the rotation of the cam. From O{name} "
+            "mark the angles "
+            f"{self.plan.segment_words('O', name, name)}."
         )
-        return Step(sentence.replace("X = ", "A = "), shapes, letters)
+        return Step(sentence, shapes, letters)
 
     def _way_round(self) -> Shape:
         """An arrow outside the cam: the way in which the follower goes round."""
-        radius, turn = self.size * (1.0 + 1.6 * BEYOND), -self.problem.design.sense * np.radians(24.0)
+        radius, turn = (
+            (self.size + self.radius) * (1.0 + 0.6 * BEYOND),
+            -self.problem.design.sense * np.radians(24.0),
+        )
         start = radius * self._free
         shaft = arc("way-round", 0.0, start, turn, "arrow").points
         tip, back = shaft[-1], 0.04 * radius * np.exp(1j * np.angle(shaft[-3] - shaft[-1]))
@@ -243,40 +251,59 @@ class Inversion:
             Letter(name, start + self.base * angle, -pi / 2) for name, angle in self.plan.edges if name not in known
         ]
         sentence = (
-            f"Develop the cylinder: 2π × {told(self.base)} = {told(around)} for 360°. "
-            f"Mark {self.plan.segment_words}. The stroke is "
-            f"{displacement_text(self.problem.programme.lift, self.angular)}."
+            f"Develop the cylinder: 2π × {told(self.base)} = {told(around)} for 360°, and draw the base line "
+            "through A. "
+            f"On it mark {self.plan.segment_words()}."
         )
+        if self.angular:
+            pivots, side = self.pivot, "right" if self.pivot.real > start.real else "left"
+            shapes.append(line("line-of-pivots", (pivots, pivots + around), "reference"))
+            letters.append(Letter("A₁", pivots, 0.0))
+            sentence += (
+                f" Draw the line of pivots {told(pivots.imag - start.imag)} above the base line, so that the "
+                "arm lies along "
+                f"it in the middle of its swing. The first pivot A₁ is {told(abs(pivots.real - start.real))} "
+                f"to the {side} of A."
+            )
         return Step(sentence, shapes, letters)
 
+    @property
+    def _first_line(self) -> str:
+        """The circle or line on which the follower's point begins."""
+        return "base line" if self.is_developed else "prime circle" if self.radius > 0.0 else "base circle"
+
     def _division(self) -> Step:
-        """The numbers of the stations, on the circle where ordinates begin, and on the pivot circle."""
+        """The numbers of the stations where ordinates begin, and of those of the pivot."""
         shapes, letters = [], []
         for each in self.plan.stations:
-            start = complex(self.point_at(each.angle, 0.0))
-            shapes.append(Shape(f"start-{each.number}", np.array([start]), "point"))
-            inwards = -pi / 2 if self.is_developed else phase(-start)
-            if each.number != "0":
-                letters.append(Letter(each.number, start, inwards, "number"))
-            if self.angular:
-                pivot = complex(self.seen_from_cam(self.pivot, each.angle))
-                shapes.append(Shape(f"pivot-{each.number}", np.array([pivot]), "point"))
-                if each.number != "0":
-                    letters.append(Letter(each.number, pivot, phase(pivot), "number"))
-        parts = self.plan.parts
-        where = "on the pivot circle" if self.angular and not self.is_developed else "as in the diagram"
-        return Step(f"Divide the angle of each stroke into {parts} equal parts, {where}.", shapes, letters)
+            start, pivot = (complex(p) for p in self.seen_from_cam(np.array([self.lowest, self.pivot]), each.angle))
+            places = [("start", start, -pi / 2 if self.is_developed else phase(-start))]
+            places += [("pivot", pivot, pi / 2 if self.is_developed else phase(pivot))] if self.angular else []
+            for name, place, direction in places:
+                shapes.append(Shape(f"{name}-{each.number}", np.array([place]), "point"))
+                letters += [] if each.number == "0" else [Letter(each.number, place, direction, "number")]
+        pivots = "pivots 1, 2, 3 … on the " + ("line of pivots" if self.is_developed else "pivot circle")
+        where = pivots if self.angular else f"1, 2, 3 … on the {self._first_line}"
+        return Step(
+            f"Divide each stroke into {self.plan.parts} equal parts, as in the diagram: {where}.", shapes, letters
+        )
 
     def _guides(self) -> Step:
         """The lines or arcs along which the follower's point moves at each station."""
         shapes = [self._guide(each.number, each.angle) for each in self.plan.stations]
         if self.angular:
             arm = told(abs(self.pivot - self.lowest))
-            sentence = f"With centres 1, 2, 3 … on the pivots and radius {arm} draw arcs through 1, 2, 3 …"
+            sentence = (
+                f"About the pivots 1, 2, 3 … draw arcs of radius {arm}, to cut the {self._first_line} in 1, 2, 3 …"
+            )
         elif self.is_developed:
             sentence = "Draw lines along the cylinder through 1, 2, 3 …"
         elif self.offset:
-            sentence = "From 1, 2, 3 … draw tangents to the offset circle, and produce them outwards."
+            sentence = (
+                "From 1, 2, 3 … draw the tangents to the offset circle, on the same side of O as the "
+                "follower's axis at the "
+                "start, and produce them outwards."
+            )
         else:
             sentence = "Join O to 1, 2, 3 … and produce these radii outwards."
         return Step(sentence, shapes, [])
@@ -301,10 +328,18 @@ class Inversion:
             end = complex(points[-1])
             shapes += [Shape(f"set-off-{each.number}", points, "ordinate")]
             shapes += [Shape(f"station-{each.number}", points[-1:], "station")]
-            letters.append(Letter(each.letter, end, pi / 2 if self.is_developed else phase(end)))
+            known = not self.is_developed and each.letter in {name for name, _ in self.plan.edges}
+            letters += [] if known else [Letter(each.letter, end, pi / 2 if self.is_developed else phase(end))]
         names = ", ".join(f"{each.number}{each.letter}" for each in self.plan.stations[1:4])
-        arcs = " along the arcs: each is the arm times the angle of the diagram (many books take the chord)"
-        return Step(f"Set off {names} … from the displacement diagram{arcs * self.angular}.", shapes, letters)
+        arm = abs(self.pivot - self.lowest)
+        arcs = (
+            f" as arcs: each is {told(arm)} × the angle × π/180, the whole stroke "
+            f"{told(arm * self.problem.programme.lift)} "
+            "(many books take chords)"
+        )
+        return Step(
+            f"Set off {names} … from the displacement diagram{arcs if self.angular else ''}.", shapes, letters
+        )
 
     def _pitch_curve(self) -> Step | None:
         """The curve through the stations; a flat face has none, and that of a knife edge is the profile."""
@@ -314,7 +349,8 @@ class Inversion:
         knife = self.radius == 0.0
         what = "the profile of the cam" if knife else "the pitch curve"
         shape = Shape("profile" if knife else "pitch-curve", pitch, "curve" if knife else "pitch")
-        return Step(f"{self.plan.curve_words}: {what}.", [shape], [])
+        dwells = "" if self.is_developed else " In dwells it is an arc about O."
+        return Step(f"{self.plan.curve_words}: {what}.{dwells}", [shape], [])
 
     def _close_curve(self, points: ComplexArray) -> ComplexArray:
         return points if self.is_developed else np.append(points, points[0])

@@ -101,10 +101,10 @@ BELOW: Layout = {
     "diagram": Place(14.0, 205.0, TURN_WIDTH + 46.0, STROKE_HEIGHT + 24.0),
     "velocity": Place(222.0, 236.0, TURN_WIDTH, 26.0),
     "acceleration": Place(222.0, 196.0, TURN_WIDTH, 26.0),
-    "answers": Place(14.0, 56.0, 190.0, 30.0),
-    "table": Place(222.0, 6.0, 186.0, 80.0),
-    "profile": Place(14.0, 92.0, 392.0, 96.0),
-    "steps": Place(14.0, 6.0, 196.0, 48.0),
+    "answers": Place(14.0, 68.0, 190.0, 30.0),
+    "table": Place(222.0, 6.0, 186.0, 92.0),
+    "profile": Place(14.0, 104.0, 392.0, 84.0),
+    "steps": Place(14.0, 6.0, 196.0, 60.0),
 }
 """Of a cylinder: the long development under the diagrams."""
 HEADING_PLACE, STEP_PLACE = Place(14.0, 278.0, 392.0, 12.0), Place(12.0, 185.0, 273.0, 18.0)
@@ -215,12 +215,12 @@ def _draw_profile(
 
 
 def round_scale(largest: float) -> float:
-    """The largest of 1, 1:1.5, 1:2, 1:2.5, 1:4, 1:5, 1:10, … and 2:1, 5:1, 10:1, … that is no larger."""
+    """The largest of 1:1, 1:2, 1:2.5, 1:4, 1:5, 1:10, … and 2:1, 5:1, 10:1, … that is no larger."""
     if largest >= 1.0:
         return round_length(largest)
     power = 10.0 ** np.floor(np.log10(1.0 / largest))
     return 1.0 / float(
-        min(step * power for step in (1.0, 1.5, 2.0, 2.5, 4.0, 5.0, 10.0) if step * power * largest >= 1.0)
+        min(step * power for step in (1.0, 2.0, 2.5, 4.0, 5.0, 10.0) if step * power * largest >= 1.0)
     )
 
 

@@ -6,7 +6,7 @@ and so on; letters name the same points on the curves. Dwells have their ends al
 
 from collections.abc import Iterator
 from functools import cached_property
-from itertools import count
+from itertools import count, pairwise
 from math import degrees, pi
 from typing import NamedTuple
 
@@ -125,11 +125,11 @@ class StationPlan:
     def edges(self) -> list[tuple[str, float]]:
         """Letters and cam angles (rad) of the ends of all rises, returns and dwells, from A to X.
 
-        One at which the follower is at its lowest has the letter of its station. A turn that begins with a dwell
-        begins at A₀.
+        One at which the follower is at its lowest has the letter of its station, but not on the pivot circle of an
+        arm. A turn that begins with a dwell begins at A₀.
         """
         reserve = (f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in DIVIDERS)
-        least = SAME * self.programme.lift
+        least = -1.0 if self.picture.problem.setup.angular else SAME * self.programme.lift
         lowest = {round(s.angle, 9): s.letter for s in self.stations if s.displacement <= least}
         inner = [start for _, start, _ in self.segments[1:]]
         return [
@@ -138,22 +138,21 @@ class StationPlan:
             ("X", FULL_TURN),
         ]
 
-    @cached_property
-    def segment_words(self) -> str:
-        """The segments as "AS = 60° (rise)", joined."""
+    def segment_words(self, middle: str = "", first: str = "", last: str = "X") -> str:
+        """The segments as "AS = 60° (rise)", joined; as angles about O "AOS = 60°", by other names of both ends."""
+        names = [first or self.edges[0][0], *(name for name, _ in self.edges[1:-1]), last]
         parts = [
-            f"{one}{other} = {four_digits(degrees(end - start))}° ({name})"
-            for (one, _), (other, _), (name, start, end) in zip(
-                self.edges, self.edges[1:], self.segments, strict=False
-            )
+            f"{one}{middle}{other} = {four_digits(degrees(end - start))}° ({name})"
+            for (one, other), (name, start, end) in zip(pairwise(names), self.segments, strict=True)
         ]
         return " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
 
     @property
     def curve_words(self) -> str:
-        """ "Join A, B, C … P by a smooth curve"."""
+        """ "Join A, B, C … P by a smooth curve"; with corners where the velocity jumps."""
         names = [each.letter for each in self.stations]
-        return f"Join {', '.join(names[:3])} … {names[-1]} by a smooth curve"
+        corners = ", with corners where the velocity jumps" if self.programme.corners else ""
+        return f"Join {', '.join(names[:3])} … {names[-1]} by a smooth curve{corners}"
 
 
 def _letters() -> Iterator[str]:
