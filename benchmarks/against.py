@@ -5,7 +5,7 @@
 installs both, asks both the same cases (``cases.py``), and names each difference that ``differences.py`` does not
 allow; then it measures both in turns (``track.py``), and names what takes more than 1.10 times the CPU time, or 3 %
 more instructions where valgrind is.
-``--quick`` asks fewer cases, and measures six sweeps alone. Uncommitted changes count as HEAD's.
+``--quick`` asks fewer cases, and measures what runs in one process. Uncommitted changes count as HEAD's.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from typing import Any
 from cases import write_cases
 from differences import Difference, differences, read_accepted
 from sides import ENVIRONMENTS, Side, commit_of, git, say, side_of
-from tasks import BESIDE, FINE_SWEEPS
+from tasks import QUICK, TASKS
 from track import compared, countable, verdict
 
 MOST_SHOWN = 60
@@ -97,7 +97,7 @@ def main() -> int:
     if not asked.speed:
         code = differing(sides, cases_of(head, asked.quick), asked.only)
     if not asked.answers:
-        tasks = list(FINE_SWEEPS if asked.quick else BESIDE)
+        tasks = list(QUICK if asked.quick else TASKS)
         code = max(code, verdict(compared(sides, tasks, countable())))
     return code
 

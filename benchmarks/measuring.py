@@ -19,7 +19,7 @@ from typing import Any
 import compiled  # noqa: F401
 from c_library import c_library
 from record import TIMES
-from tasks import COUNTED, FINE_SWEEPS, TASKS, Task
+from tasks import COUNTED, TASKS, Task
 
 import camopt
 
@@ -71,7 +71,7 @@ def measured(verb: str, names: Iterable[str]) -> dict[str, Any]:
     found = {}
     for name in names:
         try:
-            task = (COUNTED if verb == "count" else TASKS | FINE_SWEEPS)[name]()
+            task = (COUNTED if verb == "count" else TASKS)[name]()
             if verb in ("time", "own"):
                 found[name] = timed(task, verb == "time")
             elif verb == "count":

@@ -80,16 +80,10 @@ def _command(name: str, first: bool) -> Task:
     return Task(partial(_camopt, COMMANDS[name], first), partial(_run, IMPORT_NUMPY), runs=1)
 
 
-def _sweeps(steps: int, fine: str = "") -> dict[str, Callable[[], Task]]:
-    """Sweeps of each mechanism on one thread."""
-    return {
-        f"{name.replace('_', ' ')}{fine}": lambda name=name: _sweep(jobs(steps)[name], 1) for name in MECHANISMS
-    }
-
-
-SWEEPS = _sweeps(STEPS)
-FINE_SWEEPS = _sweeps(3 * STEPS, ", fine")
-"""Those with so many designs that kernels take the most of their time."""
+SWEEPS: dict[str, Callable[[], Task]] = {
+    name.replace("_", " "): lambda name=name: _sweep(jobs(STEPS)[name], 1) for name in MECHANISMS
+}
+"""Sweeps of each mechanism on one thread."""
 
 COUNTED = {**SWEEPS, "default sweep": lambda: _sweep(default_job(), 1, runs=2)}
 """Tasks whose instructions can be counted: on one thread."""
@@ -102,7 +96,4 @@ TASKS: dict[str, Callable[[], Task]] = {
     **{f"camopt {name}": partial(_command, name, False) for name in COMMANDS},
     **{name: partial(_command, command, True) for name, command in COLD.items()},
 }
-"""All of the record; those of ``QUICK`` first."""
-
-BESIDE = {**FINE_SWEEPS, **{name: task for name, task in TASKS.items() if name not in SWEEPS}}
-"""Those of two commits in turns; six in process first."""
+"""All of them; those of ``QUICK`` first."""
