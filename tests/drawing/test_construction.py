@@ -168,8 +168,8 @@ def test_stations_are_points_of_the_cam(kind):
     """Constructed points lie on the pitch curve, rollers and faces touch the profile, tangents a circle."""
     random, drawn_cams = Random(kind), 0
     for seed in range(100 if is_deep() else 25):
-        scene = Scene(**random_scene(kind, seed))
         try:
+            scene = Scene(**random_scene(kind, seed))
             picture, inversion = construction_of(scene, random.choice(range(4, 26, 2)))
         except BadInput:
             continue

@@ -70,7 +70,7 @@ LETTER_STYLES: dict[str, dict[str, Any]] = {
     "number": {"fontsize": SMALL - 1.0, "color": MUTED, "zorder": 6},
     "note": {"fontsize": SMALL - 1.0, "color": REFERENCE_COLOUR, "zorder": 6},
 }
-FROM_POINT = (3.0, 6.0, 10.0, 15.0)  # points: of a letter from its point
+FROM_POINT = (3.0, 6.0, 10.0, 15.0, 21.0, 28.0)  # points: of a letter from its point
 STEPWISE = (".pdf", ".gif")
 """Files with a page or a frame for each step."""
 NEW = ALARM
