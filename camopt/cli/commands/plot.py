@@ -37,22 +37,23 @@ def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int |
     """
     from camopt.cli import terminal
 
-    construct_options = {"construction": construction, "steps": steps}
+    document: dict[str, Any] = {"scene": scene.name, "file": str(file)}
     if construction is None:
         refuse_without("--construction", {"steps": steps or None})
     if construction is None and file.suffix.lower() not in PICTURES:
         from camopt.drawing.animation import animate
 
         animate(scene, file)
-    else:
+    elif construction is None:
         from camopt.drawing.plot import plot as draw
 
-        draw(scene, file, **(construct_options if construction is not None else {}))
-    document: dict[str, Any] = {"scene": scene.name, "file": str(file)}
-    if construction is not None:
+        draw(scene, file)
+    else:
         from camopt.drawing.construction.construct import construct
+        from camopt.drawing.plot import plot as draw
 
         found = construct(scene, construction)
+        draw(found, file, steps=steps)
         document["stations"] = found.records()
         if not (quiet or as_json):
             terminal.show(found.table())
