@@ -2,12 +2,12 @@
 
 import sys
 import textwrap
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, redirect_stderr
 from typing import TYPE_CHECKING, Any
 
 from camopt.cli.exits import say
-from camopt.cli.pace import LogLines, Pace, rate_of, time_left
+from camopt.engines.progress import Advance, progress_bar
 from camopt.tables.cells import to_json
 from camopt.tables.layout import ABOUT, NUMERIC, VALUE, Table
 
@@ -15,47 +15,30 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table as RichTable
 
-Advance = Callable[[int, int], None]
-
 
 @contextmanager
 def progress(quiet: bool, unit: str) -> Iterator[Advance]:
-    """On standard error how far the work is, by a bar if that is a terminal, and if kernels are compiled."""
+    """On standard error how far the work is, and if kernels are compiled. Messages appear above the bar."""
     from camopt.kernels.compiling import announced
 
     def tell() -> None:
         if not quiet:
             say("camopt: compiling kernels, this first time only …")
 
-    with announced(tell), nullcontext(_nothing) if quiet or not unit else _shown(unit) as advance:
+    with announced(tell), ExitStack() as shown:
+        if quiet or not unit:
+            yield _nothing
+            return
+        advance = shown.enter_context(progress_bar(unit))
+        if sys.stderr.isatty():
+            from tqdm.contrib import DummyTqdmFile
+
+            shown.enter_context(redirect_stderr(DummyTqdmFile(sys.stderr)))
         yield advance
 
 
 def _nothing(done: int, total: int) -> None:
     """Show nothing."""
-
-
-@contextmanager
-def _shown(unit: str) -> Iterator[Advance]:
-    from camopt.numerics.clock import now
-
-    if not sys.stderr.isatty():
-        yield LogLines(unit, now, say)
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn
-
-    pace = Pace(now)
-    told = (TextColumn("{task.fields[rate]}"), TextColumn("{task.fields[left]}", style="cyan"))
-    columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TaskProgressColumn(), *told)
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(unit, total=None, rate="", left="")
-
-        def advance(done: int, total: int) -> None:
-            rate, left = pace(done, total)
-            bar.update(task, completed=done, total=total, rate=rate_of(rate, unit), left=time_left(left))
-
-        yield advance
 
 
 def print_json(document: Any) -> None:

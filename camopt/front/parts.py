@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from camopt.engines import Engine
-from camopt.engines.progress import Progress
+from camopt.engines.progress import Progress, with_progress_bar
 from camopt.engines.threads import Threads
 from camopt.front.blocks import Batch
 from camopt.front.estimate import foresee
@@ -91,6 +91,7 @@ class SweepPart(HasHtml):
         return f"<Part {self.part} of {self.parts} of a sweep of {self.scene.name}: {self.designs:,} designs>"
 
 
+@with_progress_bar("designs")
 def sweep_part(
     scene: Scene,
     part: tuple[int, int],
@@ -119,8 +120,8 @@ def sweep_part(
         As for ``sweep``. Boxes of designs that are decided together have no parts.
     workers : int, optional
         Threads; None takes one a core.
-    progress : callable, optional
-        Called with (designs done, designs of the whole sweep).
+    progress : callable or True, optional
+        True shows a progress bar. A function is called with (designs done, designs of the whole sweep).
     engine : Engine, optional
         As for ``sweep``.
     tell : callable, optional
@@ -196,6 +197,7 @@ def _part_of(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
     return replace(plan, most=min(plan.block, max(len(plan.space) // (BLOCKS_OF_A_PART * parts), 1)))
 
 
+@with_progress_bar("designs")
 def merge(
     parts: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     out: str | os.PathLike[str] | None = None,
@@ -211,8 +213,8 @@ def merge(
         Folders with parts in them, or in folders inside them; or the files of parts. All parts of one sweep.
     out : str or os.PathLike, optional
         Folder for the tables, as for ``sweep``; None writes nothing.
-    progress : callable, optional
-        Called with (designs done, designs in all).
+    progress : callable or True, optional
+        True shows a progress bar. A function is called with (designs done, designs in all).
     tell : callable, optional
         Called with a sentence if it is done already.
     again : bool, default False

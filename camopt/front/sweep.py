@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from camopt.engines import Engine
-from camopt.engines.progress import Progress
+from camopt.engines.progress import Progress, with_progress_bar
 from camopt.engines.threads import Threads
 from camopt.front.compared import best_of_each_law, half_width_of, nearest_miss_of_space
 from camopt.front.estimate import foresee
@@ -50,6 +50,7 @@ Beside = Callable[[Any], dict[str, Any]]
 """What gives what is kept with a result in its manifest, in what JSON takes."""
 
 
+@with_progress_bar("designs")
 def sweep(
     scene: Scene,
     out: str | os.PathLike[str] | None = None,
@@ -80,9 +81,9 @@ def sweep(
         and writes the front alone, without such a table.
     workers : int, optional
         Threads; None takes one a core. Rows are the same for any number, and for any ``block``.
-    progress : callable, optional
-        Called with (designs done, designs in all); where boxes are decided, with (boxes done, and about how many
-        there will be).
+    progress : callable or True, optional
+        True shows a progress bar. A function is called with (designs done, designs in all); where boxes are
+        decided, with (boxes done, and about how many there will be). If it returns False, the sweep ends.
     block : int, optional
         Designs evaluated together at most, which bounds the memory; None takes 65,536, or 262,144 of designs that
         share pitch curves.

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.engines.progress import Progress, report_progress
+from camopt.engines.progress import Progress, report_progress, with_progress_bar
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import SizeBounds
 from camopt.mistakes import BadInput, Mistake
@@ -123,6 +123,7 @@ class Optimum(HasHtml):
         return self.best.scene if self.best else None
 
 
+@with_progress_bar("laws")
 def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SECONDS) -> Optimum:
     """Find the smallest base radius (mean radius of a cylindrical cam) with which every limit of a scene is met.
 
@@ -140,8 +141,9 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     ----------
     scene : Scene
         Limits, and in ``[search]`` the laws to try and what is free.
-    progress : callable, optional
-        Called with (laws done, laws in all); False from it ends the search.
+    progress : callable or True, optional
+        True shows a progress bar. A function is called with (laws done, laws in all). If it
+        returns False, the search ends.
     seconds : float, default 60
         Time for the search, shared between the laws. If it runs out, the answer is the smallest cam found so far,
         with ``proved`` False and its gap.

@@ -18,7 +18,7 @@ import numpy as np
 from camopt.effects import lacking, offered
 from camopt.engines import Engine
 from camopt.engines.processes import processes
-from camopt.engines.progress import Progress, report_progress
+from camopt.engines.progress import Progress, report_progress, with_progress_bar
 from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
 from camopt.problem.limits import limited_quantity
@@ -43,6 +43,7 @@ LARGEST_CAM = 5.0  # of the least size: a cam of a load that is traded, where no
 NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
+@with_progress_bar("points")
 def frontier(
     scene: Scene,
     axes: Sequence[str] = ("size", "acceleration"),
@@ -66,8 +67,9 @@ def frontier(
         Number of values of each axis but the first, between its ends.
     workers : int, optional
         Number of processes; one per core by default.
-    progress : callable, optional
-        Called with (points done, points in all); False from it ends the work.
+    progress : callable or True, optional
+        True shows a progress bar. A function is called with (points done, points in all). If it
+        returns False, the work ends.
     engine : Engine, optional
         What works on the points in place of processes of this machine: a ``cluster``.
     tell : callable, optional

@@ -12,7 +12,7 @@ from math import inf
 
 import numpy as np
 
-from camopt.engines.progress import Progress, report_progress
+from camopt.engines.progress import Advance, Progress, report_progress, with_progress_bar
 from camopt.mistakes import Unmet, Unsolved
 from camopt.motion import LAWS
 from camopt.motion.law import Law
@@ -53,6 +53,7 @@ ROBUST_ROUNDS = 2  # of what tolerances take of limits: at the sizes of the opti
 WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
 
+@with_progress_bar("starts")
 def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesis:
     """Compute new motion laws for a scene, as its ``[synthesis]`` asks, and the smallest cam for them.
 
@@ -64,8 +65,9 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesis:
     ----------
     scene : Scene
         The limits, the ranges of sizes, and ``[synthesis]``.
-    progress : callable, optional
-        Called with (starting points done, starting points in all); False from it ends the search.
+    progress : callable or True, optional
+        True shows a progress bar. A function is called with (starting points done, starting points in all).
+        If it returns False, the search ends.
 
     Returns
     -------
@@ -108,7 +110,7 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesis:
     return replace(best, bound=min(known) if right else None)
 
 
-def best_of(scene: Scene, demands: Sequence[Demand], advance: Progress) -> tuple[Synthesis, Iterate]:
+def best_of(scene: Scene, demands: Sequence[Demand], advance: Advance) -> tuple[Synthesis, Iterate]:
     """The best cam of some demands of a scene, without a bound, and its free laws.
 
     Raises
@@ -129,7 +131,7 @@ def best_of(scene: Scene, demands: Sequence[Demand], advance: Progress) -> tuple
     return _least(found)
 
 
-def _best(scene: Scene, demand: Demand, advance: Progress) -> tuple[Synthesis, Iterate]:
+def _best(scene: Scene, demand: Demand, advance: Advance) -> tuple[Synthesis, Iterate]:
     """The best free laws of a demand, and their cam."""
     advance(0, 1)  # as far as is known: where the convex optimum is a cam, nothing starts from other laws
     demand = within_tolerances(demand)
@@ -221,7 +223,7 @@ def gentlest(model: Convex, least: float) -> Iterate | None:
 
 
 def _by_convex_steps(
-    scene: Scene, model: Convex, demand: Demand, start: Iterate, advance: Progress
+    scene: Scene, model: Convex, demand: Demand, start: Iterate, advance: Advance
 ) -> Iterator[tuple[Synthesis | None, Iterate]]:
     """The laws that convex steps reach from the convex optimum and from known laws, and their cams, if any."""
     starts = [start, *starting_laws(demand, start, objective_in(scene.synthesis))]

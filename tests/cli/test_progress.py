@@ -5,97 +5,114 @@ import pty
 import re
 import subprocess
 import sys
-from itertools import pairwise
-from math import inf
+import termios
+from contextlib import suppress
+from itertools import groupby
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
+import camopt
 from camopt import find_scene
-from camopt.cli import pace
-from camopt.cli.pace import LogLines, Pace, rate_of, time_left
+from camopt.engines import progress
+from camopt.engines.progress import progress_bar
+
+LINE = re.compile(r"^ *(\d+)%\|.*\| *(\S+)/(\S+) \[.* (\w+)(/s)?\]$")
 
 
-class Clock:
-    seconds = 100.0
+@pytest.fixture
+def every_line(monkeypatch):
+    """A log that gets a line for each step."""
+    monkeypatch.setattr(progress, "LOG_DELAY", 0.0)
+    monkeypatch.setattr(progress, "LOG_INTERVAL", 0.0)
 
-    def __call__(self):
-        return self.seconds
 
-
-def lines(calls):
-    """The lines of a work with calls (seconds since its start, done, total), with when each came."""
-    clock, found = Clock(), []
-    shown = LogLines("designs", clock, lambda text: found.append((clock.seconds - Clock.seconds, text)))
-    for seconds, done, total in calls:
-        clock.seconds = Clock.seconds + seconds
-        shown(done, total)
-    return found
+def logged(capsys):
+    """The lines of a log: percent, done, total and unit of each."""
+    return [LINE.match(line).groups()[:4] for line in capsys.readouterr().err.splitlines()]
 
 
 @pytest.mark.parametrize(
-    ("first", "seconds", "done", "total", "rate", "left"),
+    ("steps", "lines"),
     [
-        (0, 3.0, 1, 21, "0.33 designs/s", "0:01:00 left"),
-        (0, 2.0, 4, 4, "2 designs/s", "0:00:00 left"),
-        (0, 10.0, 1, 1000, "0.1 designs/s", "2:46:30 left"),
-        (0, 10.0, 123_456, 246_912, "12,346 designs/s", "0:00:10 left"),
-        (500, 10.0, 510, 600, "1 designs/s", "0:01:30 left"),  # the rest was kept by an earlier run
-        (500, 10.0, 500, 600, "", ""),
-        (0, 100.0, 1, 3, "", "0:03:20 left"),
-        (0, 1.0, 1, 2**62, "1 designs/s", "more than 1,000 years left"),
+        ([(0, 3), (1, 3), (3, 3)], [("0", "0", "3"), ("33", "1", "3"), ("100", "3", "3")]),
+        ([(0, 4), (2, 8)], [("0", "0", "4"), ("25", "2", "8")]),  # the total changes
+        ([(7_000, 28_000), (14_000, 28_000)], [("25", "7.00k", "28.0k"), ("50", "14.0k", "28.0k")]),
+        ([(2, 2), (1, 4)], [("100", "2", "2"), ("25", "1", "4")]),  # another phase begins
     ],
 )
-def test_rate_and_time_left_are_those_since_the_first_call(first, seconds, done, total, rate, left):
-    clock = Clock()
-    since = Pace(clock)
-    assert since(first, total) == (0.0, inf)
-    clock.seconds += seconds
-    now, rest = since(done, total)
-    assert (rate_of(now, "designs"), time_left(rest)) == (rate, left)
+@pytest.mark.usefixtures("every_line")
+def test_lines_of_a_log_tell_what_is_done(steps, lines, capsys):
+    with progress_bar("designs") as advance:
+        for done, total in steps:
+            advance(done, total)
+    found = logged(capsys)
+    assert [each for each, _ in groupby(found)] == [(*line, "designs") for line in lines]
 
 
-def test_lines_are_plain():
-    assert lines([(0.1, 0, 4000), (20.1, 1000, 4000)]) == [
-        (pytest.approx(20.1), "camopt: 1,000 of 4,000 designs (25%), 50 designs/s, 0:01:00 left")
-    ]
+def test_short_work_has_no_lines_in_a_log(capsys):
+    with progress_bar("designs") as advance:
+        for done in range(100):
+            advance(done, 99)
+    assert capsys.readouterr().err == ""
 
 
-def test_short_work_has_no_lines():
-    assert lines([(0.1 * k, k, 99) for k in range(100)]) == []
+def test_work_of_no_size_and_work_that_fails_leave_no_trace(capsys):
+    with progress_bar("designs") as advance:
+        advance(0, 0)
+    with suppress(ZeroDivisionError), progress_bar("designs") as advance:
+        advance(1, 2**62)
+        raise ZeroDivisionError
+    with progress_bar("designs"):
+        pass
+    assert capsys.readouterr().err == ""
 
 
-@given(st.lists(st.tuples(st.integers(0, 50), st.integers(0, 400)), max_size=60), st.integers(0, 10_000))
-def test_lines_come_now_and_then(steps, total):
-    calls, seconds, done = [], 0, 0
-    for pause, more in steps:
-        seconds, done = seconds + pause, min(done + more, total)
-        calls.append((seconds, done, total))
-    found = [when for when, _ in lines(calls)]
-    times = [when for when, *_ in calls]
-    assert found[:1] == [when for when in times if when >= pace.QUIET_SECONDS][:1]
-    assert len(found) <= 1 + seconds / pace.LINE_SECONDS + 1 / pace.PACE_SHARE
-    for one, other in pairwise([*found, inf]):
-        assert not any(one + pace.LINE_SECONDS <= when < other for when in times)
+FEW = find_scene("two-pauses").replace(**{"search.law": ["cycloidal", "poly345"]})
+"""A scene with few laws and designs, which takes a moment."""
+SWEPT = FEW.replace(search={"base_radius": [61, 67], "law": ["cycloidal"]})
+WORKS = {
+    "optimise": lambda folder, progress: camopt.optimise(FEW, progress=progress),
+    "optimise by place": lambda folder, progress: camopt.optimise(FEW, progress),
+    "sweep": lambda folder, progress: camopt.sweep(SWEPT, progress=progress),
+    "sweep_part": lambda folder, progress: camopt.sweep_part(SWEPT, (1, 1), folder, progress=progress),
+    "merge": lambda folder, progress: camopt.merge(folder, progress=progress),
+    "synthesise": lambda folder, progress: camopt.synthesise(FEW, progress=progress),
+}
+
+
+@pytest.mark.usefixtures("every_line")
+@pytest.mark.parametrize("name", WORKS)
+def test_work_shows_a_bar_where_progress_is_true(name, tmp_path, capsys):
+    if name == "merge":
+        WORKS["sweep_part"](tmp_path, None)
+    WORKS[name](tmp_path, False)
+    WORKS[name](tmp_path, None)
+    assert capsys.readouterr().err == ""
+    calls = []
+    WORKS[name](tmp_path / "other" if name != "merge" else tmp_path, lambda *call: calls.append(call))
+    WORKS[name](tmp_path / "third" if name != "merge" else tmp_path, True)
+    units = {"optimise": "laws", "synthesise": "starts"}
+    unit = units.get(name.partition(" ")[0], "designs")
+    found = logged(capsys)
+    assert {(done, total, each) for _, done, total, each in found} == {
+        (str(done), str(total), unit) for done, total in calls
+    }
 
 
 COMMAND = """
 import sys
-from camopt.cli import pace
-pace.QUIET_SECONDS = pace.PACE_SHARE = 0.0
+from camopt.engines import progress
+progress.LOG_DELAY = progress.LOG_INTERVAL = 0.0
 from camopt.cli.main import main
 sys.exit(main(sys.argv[1:]))
 """
-LINE = re.compile(r"camopt: \d+ of \d+ laws \(\d+%\)")
 
 
 @pytest.fixture
 def line(tmp_path):
     """A command over few laws, which takes a moment."""
     path = tmp_path / "few.toml"
-    scene = find_scene("two-pauses").replace(**{"search.law": ["cycloidal", "poly345"]})
-    path.write_text(scene.to_toml(), encoding="utf-8")
+    path.write_text(FEW.to_toml(), encoding="utf-8")
     return [sys.executable, "-c", COMMAND, "optimise", str(path)]
 
 
@@ -109,8 +126,15 @@ def test_a_command_in_a_log_has_lines_and_none_if_it_is_quiet(line):
     assert told.stdout == quiet.stdout
 
 
-def test_a_command_in_a_terminal_has_a_bar(line):
+def test_a_short_command_in_a_log_has_no_bar(line):
+    run = subprocess.run([sys.executable, "-m", "camopt", *line[3:]], capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0
+    assert "%|" not in run.stderr
+
+
+def test_a_command_in_a_terminal_has_a_bar_below_its_messages(line):
     ours, its = pty.openpty()
+    termios.tcsetwinsize(its, (30, 100))
     with subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=its, env={**os.environ, "TERM": "xterm"}) as run:
         os.close(its)
         said = b""
@@ -121,5 +145,6 @@ def test_a_command_in_a_terminal_has_a_bar(line):
             pass
     os.close(ours)
     assert run.returncode == 0
-    assert "laws" in said.decode()
-    assert not any(LINE.match(each) for each in said.decode().splitlines())
+    *drawn, last = said.decode().rstrip("\r").split("\r")
+    assert any(re.search(r"^ *\d+%\|.* laws/s\]", each) for each in drawn)
+    assert last.strip() == ""

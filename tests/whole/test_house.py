@@ -101,6 +101,7 @@ HEAVY = {
     "jinja2",
     "markupsafe",
     "tomlkit",
+    "tqdm",
 }
 """Packages that take long to import: functions that need them may import them."""
 LATE = {
