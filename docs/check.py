@@ -76,7 +76,7 @@ def target(site: Path, page: str, address: str) -> tuple[str, str]:
     return file.resolve().relative_to(site).as_posix(), unquote(parts.fragment)
 
 
-def mistakes(site: Path) -> Iterator[str]:
+def mistakes(site: Path) -> Iterator[str]:  # noqa: C901
     """Everything that is wrong with the site."""
     pages = {path.relative_to(site).as_posix(): read(path) for path in sorted(site.rglob("*.html"))}
     pages = {name: page for name, page in pages.items() if not name.startswith("_")}

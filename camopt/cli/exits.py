@@ -90,7 +90,7 @@ def _let_go() -> None:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def _code_of(end: BaseException) -> int:
+def _code_of(end: BaseException) -> int:  # noqa: C901
     """The exit code for what ended a command, which is told."""
     from camopt.mistakes import BadInput, Stopped, Unmet, Unsolved
 

@@ -46,7 +46,7 @@ ARC_POINTS = 32  # points of an arc where it is looked at
 FREE_SHARE = 1e-3  # of a quarter circle: it touches the path
 
 
-def write(
+def write(  # noqa: PLR0913
     work: Workpiece,
     path: Path,
     cutter_radius: float | None = None,

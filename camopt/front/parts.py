@@ -92,7 +92,7 @@ class SweepPart(HasHtml):
 
 
 @with_progress_bar("designs")
-def sweep_part(
+def sweep_part(  # noqa: PLR0913
     scene: Scene,
     part: tuple[int, int],
     out: str | os.PathLike[str],

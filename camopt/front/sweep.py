@@ -51,7 +51,7 @@ Beside = Callable[[Any], dict[str, Any]]
 
 
 @with_progress_bar("designs")
-def sweep(
+def sweep(  # noqa: PLR0913
     scene: Scene,
     out: str | os.PathLike[str] | None = None,
     keep: str = "feasible",

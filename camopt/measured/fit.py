@@ -47,7 +47,7 @@ HARDLY_MOVING = [{"segment": kind, "angle": 180.0, "lift": 1e-9, "law": "cycloid
 """The motion of a cam whose own is not known yet."""
 
 
-def fit(
+def fit(  # noqa: PLR0913
     points: str | os.PathLike[str] | ArrayLike | MeasuredProfile,
     scene: Scene | Mapping[str, Any],
     band: float | None = None,

@@ -114,7 +114,7 @@ def failed(status: str) -> str:
 SOLVER_ERROR = 1e-6  # relative, of an optimum
 
 
-def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = None) -> Convex:
+def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = None) -> Convex:  # noqa: C901
     """The programme of a demand with motions of one make.
 
     ``held`` bounds further terms of the kind that an objective has, in their units, by numbers or parameters.

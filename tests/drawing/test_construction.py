@@ -64,7 +64,7 @@ def distance_to(points, place):
 
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", WORKED)
-def test_the_file_alone_shows_the_construction_of_a_worked_cam(name, tmp_path):
+def test_the_file_alone_shows_the_construction_of_a_worked_cam(name, tmp_path):  # noqa: PLR0915
     """Tangents touch the offset circle, stations lie on them at the ordinates of the diagram, rollers touch."""
     scene, given = find_scene(name), WORKED[name]["scene"]
     plot(scene, tmp_path / "cam.svg", construction=6)

@@ -620,7 +620,7 @@ def test_a_flank_that_conforms_to_the_roller_carries_without_stress():
     moduli=st.tuples(*[st.floats(1e-15, 1e15)] * 2),
     width=st.floats(1e-9, 1e9),
 )
-def test_no_dynamics_give_nan(contact, law, rpm, extreme, mass, load, friction, moduli, width):
+def test_no_dynamics_give_nan(contact, law, rpm, extreme, mass, load, friction, moduli, width):  # noqa: PLR0913
     swinging = CONTACTS[contact]["motion"] == "oscillating"
     names = ("spring_rate", "preload", "damping")
     dynamics = {"inertia" if swinging else "mass": mass, **dict(zip(names, extreme, strict=True)), "load": load}

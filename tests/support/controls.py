@@ -148,7 +148,7 @@ XY = r"X([+-][\d.]+) Y([+-][\d.]+)"
 FED = r"(?: F(\d+(?:\.\d+)?))?"
 
 
-def run_heidenhain(program, decimals=4):
+def run_heidenhain(program, decimals=4):  # noqa: C901
     """A conversational control: numbered blocks, centres as blocks of their own, a sign before each coordinate."""
     machine, centre = Machine(decimals), None
     blocks = [line.partition(" ") for line in program.splitlines()]

@@ -512,7 +512,7 @@ IN_DEEP = (  # of each of these, another case has its kind of limit, or another 
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.long) if name in IN_DEEP else name for name in LIMITS]
 )
-def test_every_limit_holds_over_the_whole_turn(name):
+def test_every_limit_holds_over_the_whole_turn(name):  # noqa: C901
     base, changes = LIMITS[name]
     scene = Scene.from_dict(base).replace(**{"synthesis.pieces": 14, **changes})
     result, asked = free(scene), scene.synthesis

@@ -120,7 +120,7 @@ def places_of(stages, angular, y):
     return found
 
 
-def bodies(stages, angular, places, own):
+def bodies(stages, angular, places, own):  # noqa: C901, PLR0915
     """Every force by (stage, kind of name), from the tool back: own[joint] is what a joint itself asks."""
     turns = [angular]
     for name, keys in stages:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from camopt.smallest.prices import Price
 
 
-def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json: bool) -> None:
+def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json: bool) -> None:  # noqa: C901
     """The smallest cam of each law, with what binds it, and what that costs."""
     if as_json:
         by_law = {law: finite(row) for law, row in result.by_law.items()}

@@ -1,7 +1,7 @@
 """The package as folders, public names and exit codes."""
 
-import ast
 import re
+import tomllib
 from collections.abc import Iterator
 from importlib import import_module
 from inspect import cleandoc, isclass, isroutine
@@ -17,12 +17,10 @@ ROOT = Path(__file__).parents[3]
 
 def of_package() -> Iterator[str]:
     """The folders and modules of the package in the order of the data, each with what it says of itself."""
-    tree = ast.parse((ROOT / "tests" / "whole" / "test_house.py").read_text(encoding="utf-8"))
-    (value,) = [
-        node.value for node in tree.body if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "ROOMS"
-    ]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    (lines,) = (rule["layers"] for rule in project["tool"]["importlinter"]["contracts"] if rule["type"] == "layers")
     rows = []
-    for room in ast.literal_eval(value):
+    for room in (room for line in reversed(lines) for room in line.split(" | ")):
         said = (import_module(f"camopt.{room}").__doc__ or "").split("\n\n")[0]
         rows.append((f"`{room}`", " ".join(said.split())))
     return table(("room", "what is in it"), rows)
