@@ -27,16 +27,16 @@ from dataclasses import dataclass
 from math import inf, radians, sqrt
 from typing import Any, NamedTuple
 
+import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.measured.modelling import SOLVER_ENDS, cp, solve
 from camopt.measured.outline import ANGLE_DIGITS, IN_DWELL, Dwell, Outline, TurningPoint
 from camopt.measured.reading import FULL_TURN, MeasuredPoints, angle_from
 from camopt.measured.spline_chain import JOINED_ORDERS, SplineChain
 from camopt.mistakes import Unsolved
 from camopt.numerics import FloatArray
-from camopt.synthesis.convex import SOLVER_ERROR, failed
+from camopt.synthesis.solver import SOLVER_ENDS, SOLVER_ERROR, failed, solve
 
 LEAST_STROKE_KNOTS, MOST_STROKE_KNOTS = 32, 200  # about, inside a stroke
 CLOSEST = 0.5  # median steps of the points: the least distance of knots

@@ -11,6 +11,7 @@ from functools import cached_property, partial
 from math import inf
 from typing import Any, NamedTuple
 
+import cvxpy as cp
 import numpy as np
 
 from camopt.mistakes import Unsolved
@@ -19,13 +20,13 @@ from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.synthesis.cams import cam_for, programme_with, scene_with_laws, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
-from camopt.synthesis.convex import SOLVER_ERROR, Convex, convex
+from camopt.synthesis.convex import Convex, convex
 from camopt.synthesis.demand import LIMIT_MARGINS, Demand, tightened
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, iterate_of
 from camopt.synthesis.relaxation import RelaxedMotion
-from camopt.synthesis.rows import Parameter
 from camopt.synthesis.sequential_convex import SequentialConvex
+from camopt.synthesis.solver import SOLVER_ERROR
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesise import (
     PANEL_COUNTS,
@@ -61,7 +62,7 @@ class AxisMinimiser:
         demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
         self.keys = {name: key for name, key in quantities(demand.problem).items() if name in (first, *held)}
         self.demand = replace(demand, objective={} if first in self.keys else {first: 1.0})
-        self.held = {term: Parameter() for term in held if term in AXIS_TERMS}
+        self.held = {term: cp.Parameter() for term in held if term in AXIS_TERMS}
         self.known: list[Iterate] | None = None
 
     @cached_property

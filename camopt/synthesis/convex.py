@@ -6,30 +6,22 @@ optimum is a cam. ``relaxation`` makes it of values at nodes that every motion h
 The motion is in units of the highest lift and sizes in those of ``Demand.length``, so that numbers are near 1.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, pi, sqrt
-from typing import Any, NamedTuple
+from typing import Any
+
+import cvxpy as cp
 
 from camopt.mistakes import Unsolved
 from camopt.motion.table import DWELL
 from camopt.synthesis import residual
-from camopt.synthesis.conic import INFEASIBLE, NO_SOLUTION, SOLVED, SOLVER_ENDS, ConicProgramme
 from camopt.synthesis.demand import CROSSING_JERK, LOST_AREA, SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.fixed_motion import FixedMotion
-from camopt.synthesis.functions import ConvexFunction, LargestNorm, Linear, Magnitudes, Norm
 from camopt.synthesis.means import MeanConstraint
-from camopt.synthesis.rows import ConvexRows, LinearTerm, Parameter, Unknown, negated, times, value_of
+from camopt.synthesis.solver import INFEASIBLE, NO_SOLUTION, SOLVED, SOLVER_ENDS, failed, solve
 from camopt.synthesis.stroke_motion import DerivativeRange, MakeMotion, Ranges, Sizes, StrokeMotion
-
-
-class Epigraph(NamedTuple):
-    """An unknown that is at least a function: the least objective has it just so."""
-
-    top: Unknown
-    function: ConvexFunction
 
 
 @dataclass
@@ -37,22 +29,20 @@ class Convex:
     """A convex programme and its parts."""
 
     demand: Demand
-    goal: list[LinearTerm]
+    objective: cp.Expression
     """The objective over ``unit``."""
-    limits: ConvexRows
+    constraints: list[cp.Constraint]
     unit: float
     """What the objective is divided by in the problem, so that it is near 1."""
     sizes: Sizes
     motions: list[StrokeMotion]
-    largest: dict[str, Unknown]
+    largest: dict[str, cp.Variable]
     """What bounds a derivative over the turn, in units of the lift: those that something asks for."""
-    epigraphs: list[Epigraph]
-    """Of terms of the objective that are not linear."""
 
     @cached_property
-    def programme(self) -> ConicProgramme:
+    def programme(self) -> cp.Problem:
         """The programme itself."""
-        return ConicProgramme(self.goal, self.limits)
+        return cp.Problem(cp.Minimize(self.objective), self.constraints)
 
     def solve(self) -> float:
         """Solve it: the objective, in the units of the demand; infinite if nothing holds all limits.
@@ -62,38 +52,28 @@ class Convex:
         Unsolved
             If the solver fails.
         """
-        status = self.programme.solve()
+        status = solve(self.programme)
         if status in NO_SOLUTION:
             return inf
         if status not in SOLVER_ENDS:
             raise Unsolved(failed(status))
-        return self.unit * self.programme.value
-
-    @property
-    def cost(self) -> float:
-        """The objective over ``unit`` at the values of the unknowns."""
-        for each in self.epigraphs:
-            each.top.value = each.function.value
-        return float(value_of(self.goal)[0])
+        return self.unit * float(self.programme.value)
 
     @cached_property
-    def gentle(self) -> tuple[ConicProgramme, Parameter]:
-        """The programme of the least mean square of the jerk, and the parameter that bounds ``goal`` in it.
+    def gentle(self) -> tuple[cp.Problem, cp.Parameter]:
+        """The programme of the least mean square of the jerk, and the parameter that bounds the objective in it.
 
         Of a smooth motion it is the least variation of the jerk, from stroke to stroke as well.
         """
-        most, least, more = Parameter(), Unknown(), ConvexRows()
-        more.at_least((1.0, most), *negated(self.goal))
-        jerk: ConvexFunction
+        most = cp.Parameter()
         if self.demand.smooth:
-            ends = [each.end(3, last) or [] for each in self.motions for last in (False, True)]
+            ends = [each.end(3, last) for each in self.motions for last in (False, True)]
             joints = zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)
-            jumps = [[*after, *negated(before)] for before, after in joints]
-            jerk = Magnitudes([*jumps, *(each for motion in self.motions for each in motion.variation())])
+            jumps = [after - before for before, after in joints]
+            jerk = cp.norm1(cp.hstack([*jumps, *(each for motion in self.motions for each in motion.variation())]))
         else:
-            jerk = Norm([each for motion in self.motions for each in motion.square(3)])
-        jerk.below([(1.0, least)], more)
-        return ConicProgramme([(1.0, least)], self.limits, more), most
+            jerk = _root_of_squares(self.motions, 3)
+        return cp.Problem(cp.Minimize(jerk), [*self.constraints, self.objective <= most]), most
 
     def enough(self, least: float) -> float:
         """An objective that is as good as the least: what a smooth motion may have."""
@@ -105,64 +85,41 @@ class Convex:
         return self.programme.status in (SOLVED, INFEASIBLE)
 
 
-def failed(status: str) -> str:
-    """A message of a solver's status, which is none of ``SOLVER_ENDS``."""
-    words = re.sub(r"_|(?<=[a-z])(?=[A-Z])", " ", status).lower()
-    return f"the convex solver found no solution (it says {words})"
-
-
-SOLVER_ERROR = 1e-6  # relative, of an optimum
-
-
 def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = None) -> Convex:  # noqa: C901
     """The programme of a demand with motions of one make.
 
     ``held`` bounds further terms of the kind that an objective has, in their units, by numbers or parameters.
     """
     held = held or {}
-    sizes = Sizes(Unknown(), Unknown(), Unknown())
+    sizes = Sizes(cp.Variable(), cp.Variable(), cp.Variable())
     names = dict.fromkeys((*demand.objective, *held, *([] if demand.residual is None else [residual.TERM])))
-    largest = {name: Unknown() for name in names if name in (*TERM_ORDERS, CROSSING_JERK)}
+    largest = {name: cp.Variable() for name in names if name in (*TERM_ORDERS, CROSSING_JERK)}
     motions = [
         (make if stroke.is_free else FixedMotion)(demand, stroke, _ranges(demand, number, largest), sizes)
         for number, stroke in enumerate(demand.strokes)
     ]
-    terms = {name: _term(demand, name, sizes, motions, largest) for name in names}
-    rows = ConvexRows()
-    for each in (sizes.height, *largest.values()):
-        rows.at_least((1.0, each))
-    _of_sizes(demand, sizes, motions, rows)
-    _join(demand, motions, rows)
+    lowest = _lowest(demand, motions)
+    terms = {name: _term(demand, name, sizes, motions, lowest, largest) for name in names}
+    constraints = [each >= 0.0 for each in (sizes.height, *largest.values())]
+    constraints += _of_sizes(demand, sizes, lowest) + _joints(demand, motions)
     for number, partner in enumerate(demand.mirror or ()):
         if number <= partner:
             motions[number].mirrors(motions[partner])
     for crossing in demand.crossings if CROSSING_JERK in largest else ():
         motions[crossing.stroke].crosses(crossing, largest[CROSSING_JERK])
         for end in demand.ranges[crossing.stroke].get(3, ()):  # with more of it there is no more allowed
-            rows.at_least((-1.0, largest[CROSSING_JERK]), (abs(end) / demand.scale, 1.0))
+            constraints.append(largest[CROSSING_JERK] <= abs(end) / demand.scale)
     for one, other in demand.opposed:
         motions[one].opposes(motions[other], demand.both_starts(one, other))
     for motion in motions:
-        rows.add(motion.rows)
-    for name, bound in held.items():
-        terms[name].below([(1.0, bound)], rows)
+        constraints += motion.constraints
+    constraints += [terms[name] <= bound for name, bound in held.items()]
     if demand.residual is not None:
-        terms[residual.TERM].times(1.0 / demand.residual).below([(1.0, 1.0)], rows)
-    lowest = _lowest(demand, motions)
-    for mean in demand.means:
-        _hold_mean(mean, motions, lowest, demand.scale, rows)
+        constraints.append(terms[residual.TERM] / demand.residual <= 1.0)
+    constraints += [_held_mean(mean, motions, lowest, demand.scale) for mean in demand.means]
     unit = sum(weight * _order_of(demand, name) for name, weight in demand.objective.items()) or 1.0
-    goal, epigraphs = list[LinearTerm](), list[Epigraph]()
-    for name, weight in demand.objective.items():
-        term = terms[name].times(weight / unit)
-        if isinstance(term, Linear):
-            goal += term.terms
-        else:
-            top = Unknown()
-            term.below([(1.0, top)], rows)
-            goal.append((1.0, top))
-            epigraphs.append(Epigraph(top, term))
-    return Convex(demand, goal, rows, unit, sizes, motions, largest, epigraphs)
+    objective = sum((w / unit * terms[name] for name, w in demand.objective.items()), start=cp.Constant(0.0))
+    return Convex(demand, objective, constraints, unit, sizes, motions, largest)
 
 
 def _ranges(demand: Demand, number: int, largest: Mapping[str, Any]) -> Ranges:
@@ -177,49 +134,42 @@ def _ranges(demand: Demand, number: int, largest: Mapping[str, Any]) -> Ranges:
     return found
 
 
-def _of_sizes(demand: Demand, sizes: Sizes, motions: list[StrokeMotion], rows: ConvexRows) -> None:
+def _of_sizes(demand: Demand, sizes: Sizes, lowest: Any) -> list[cp.Constraint]:
     """The intervals of the sizes; the size is that where the follower is lowest."""
-    unit, height = demand.length, [(1.0, sizes.height)]
-    height += [(weight * (demand.scale / unit), lowest) for weight, lowest in _lowest(demand, motions)]
+    unit = demand.length
+    height = sizes.height + demand.scale / unit * lowest
+    found = [cp.norm(cp.hstack([sizes.lead, height])) <= sizes.prime if demand.traced else sizes.prime >= height]
     for size, (low, high) in ((sizes.lead, demand.lead), (sizes.prime, demand.prime)):
-        rows.at_least((1.0, size), (-low / unit, 1.0))
-        if high < inf:
-            rows.at_least((-1.0, size), (high / unit, 1.0))
-    if demand.traced:
-        rows.cone([(1.0, sizes.prime)], [[(1.0, sizes.lead)], height])
-    else:
-        rows.at_least((1.0, sizes.prime), *negated(height))
+        found += DerivativeRange(low / unit, high / unit).constraints(size)
+    return found
 
 
-def _lowest(demand: Demand, motions: list[StrokeMotion]) -> list[LinearTerm]:
+def _lowest(demand: Demand, motions: list[StrokeMotion]) -> Any:
     """The displacement where the follower is lowest, if no position that is given need be."""
     if demand.dip is None:
-        return []
+        return 0.0
     number, x = demand.place(demand.dip)
     return motions[number].lowest(x)
 
 
-def _join(demand: Demand, motions: list[StrokeMotion], rows: ConvexRows) -> None:
-    """Hold together where two strokes meet: at rest beside a dwell, or else as smooth as the demand says."""
+def _joints(demand: Demand, motions: list[StrokeMotion]) -> list[cp.Constraint]:
+    """What holds where two strokes meet: rest beside a dwell, or else a motion as smooth as the demand says."""
+    found = []
     for number, motion in enumerate(motions):
         before, stroke, last = motions[number - 1], demand.strokes[number], demand.strokes[number - 1]
         if not (stroke.is_free or last.is_free):
             continue
-        if stroke.is_move or last.is_move:
-            _equal(before, motion, 0, rows)
         if DWELL in (stroke.kind, last.kind):
             motion.rests(demand.rest, False)
             before.rests(demand.rest, True)
-            continue
-        for order in range(1, demand.continuity_at(last.end) + 1):
-            _equal(before, motion, order, rows)
-
-
-def _equal(before: StrokeMotion, after: StrokeMotion, order: int, rows: ConvexRows) -> None:
-    """Of two motions that meet, a derivative that goes on, if it is known."""
-    end, start = before.end(order, True), after.end(order, False)
-    if end is not None and start is not None:
-        rows.zero(*end, *negated(start))
+            smooth = 0
+        else:
+            smooth = demand.continuity_at(last.end)
+        for order in range(0 if stroke.is_move or last.is_move else 1, smooth + 1):
+            end, start = before.end(order, True), motion.end(order, False)
+            if end is not None and start is not None:
+                found.append(end == start)
+    return found
 
 
 def _order_of(demand: Demand, name: str) -> float:
@@ -236,45 +186,47 @@ def _order_of(demand: Demand, name: str) -> float:
 
 
 def _term(
-    demand: Demand, name: str, sizes: Sizes, motions: list[StrokeMotion], largest: Mapping[str, Unknown]
-) -> ConvexFunction:
+    demand: Demand,
+    name: str,
+    sizes: Sizes,
+    motions: list[StrokeMotion],
+    lowest: Any,
+    largest: Mapping[str, cp.Variable],
+) -> cp.Expression:
     """A term of the objective, in its own unit."""
     if name == "size":
-        return Linear([(demand.length, sizes.prime), (-demand.roller, 1.0)])
+        return demand.length * sizes.prime - demand.roller
     if name == residual.TERM:
-        return _left_over(motions).times(demand.per_unit[name])
+        return demand.per_unit[name] * _left_over(motions)
     factor = demand.scale * demand.per_unit[name]
     if name in largest:
-        return Linear([(factor, largest[name])])
+        return factor * largest[name]
     if name == LOST_AREA:
-        area = times(-factor, _area(motions, _lowest(demand, motions)))
-        return Linear([(demand.largest_area * demand.per_unit[name], 1.0), *area])
-    squares = [each for motion in motions for each in motion.square(SQUARES[name])]
-    return Norm(squares).times(factor / sqrt(2.0 * pi))
+        return demand.largest_area * demand.per_unit[name] - factor * _area(motions, lowest)
+    return factor / sqrt(2.0 * pi) * _root_of_squares(motions, SQUARES[name])
 
 
-def _left_over(motions: list[StrokeMotion]) -> ConvexFunction:
+def _root_of_squares(motions: list[StrokeMotion], order: int) -> cp.Expression:
+    """√∮(y⁽ᵏ⁾)² dθ, or no more than that."""
+    return cp.norm(cp.hstack([each for motion in motions for each in motion.square(order)]))
+
+
+def _left_over(motions: list[StrokeMotion]) -> cp.Expression:
     """The residual vibration, mm or rad: the largest over dwells; 0 where a motion does not say what it adds."""
     parts = [motion.left_over() for motion in motions]
     known = [part for part in parts if part]
     if not known or any(part is None for part in parts):
-        return Linear([(0.0, 1.0)])
-    return LargestNorm([Norm([[term for part in dwell for term in part]]) for dwell in zip(*known, strict=True)])
+        return cp.Constant(0.0)
+    return cp.max(cp.hstack([cp.norm(sum(dwell)) for dwell in zip(*known, strict=True)]))
 
 
-def _hold_mean(
-    mean: MeanConstraint, motions: list[StrokeMotion], lowest: list[LinearTerm], unit: float, rows: ConvexRows
-) -> None:
+def _held_mean(mean: MeanConstraint, motions: list[StrokeMotion], lowest: Any, unit: float) -> cp.Constraint:
     """The limit on motions in a unit; ``lowest`` is the displacement from which the area counts."""
     if mean.power == 1:
-        area = Linear(_area(motions, lowest)).times(mean.side)
-        area.below([(mean.side * 2.0 * pi * mean.bound / unit, 1.0)], rows)
-        return
-    squares = Norm([each for motion in motions for each in motion.square(mean.order)])
-    squares.below([(sqrt(2.0 * pi) * mean.bound / unit, 1.0)], rows)
+        return mean.side * _area(motions, lowest) <= mean.side * 2.0 * pi * mean.bound / unit
+    return _root_of_squares(motions, mean.order) <= sqrt(2.0 * pi) * mean.bound / unit
 
 
-def _area(motions: list[StrokeMotion], lowest: list[LinearTerm]) -> list[LinearTerm]:
+def _area(motions: list[StrokeMotion], lowest: Any) -> Any:
     """∮y dθ from the lowest displacement, in units of the lift."""
-    every = [term for motion in motions for term in motion.area()]
-    return [*every, *times(-2.0 * pi, lowest)]
+    return sum(motion.area() for motion in motions) - 2.0 * pi * lowest

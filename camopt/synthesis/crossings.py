@@ -31,9 +31,10 @@ from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import Problem
-from camopt.synthesis.convex import SOLVER_ERROR, convex
+from camopt.synthesis.convex import convex
 from camopt.synthesis.demand import CROSSING_JERK, LIMIT_MARGINS, Crossing, Demand, tightened
 from camopt.synthesis.relaxation import RelaxedMotion
+from camopt.synthesis.solver import SOLVER_ERROR
 from camopt.synthesis.spline_motion import SplineMotion
 
 FIRST, MOST = 8, 40  # parts of a stroke in which the force may turn round: at first, and in all

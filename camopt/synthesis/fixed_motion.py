@@ -2,13 +2,14 @@
 
 from typing import Any
 
+import cvxpy as cp
 import numpy as np
+from scipy import sparse
 
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.rows import ConvexRows, LinearSum, LinearTerm
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 
 
@@ -19,35 +20,32 @@ class FixedMotion:
         self.low, self.change = stroke.low / demand.scale, (stroke.high - stroke.low) / demand.scale
         self.angle = stroke.angle
         self.velocity = self.change / stroke.angle
-        self.rows = ConvexRows()
+        self.constraints: list[cp.Constraint] = []
         for each in ranges.get(1, []):
-            self.rows.at_least((self.velocity, 1.0), (-each.low, each.unit))
-            self.rows.at_least((-self.velocity, 1.0), (each.high, each.unit))
+            self.constraints += each.constraints(cp.Constant(self.velocity))
         kind = DWELL if stroke.kind == DWELL else RISE if self.change > 0.0 else RETURN
         ends = self.low if kind == DWELL else np.array([self.low, self.low + self.change])
         for floor in demand.floors:
             if floor.kinds & kind:
                 along = floor.displacement * ends + floor.velocity * self.velocity
-                self.rows.at_least((along, 1.0), *sizes.in_floor(floor, demand.scale))
+                self.constraints.append(cp.Constant(along) + sizes.in_floor(floor, demand.scale) >= 0.0)
 
-    def _at(self, order: int, last: bool) -> float:
+    def end(self, order: int, last: bool) -> float:
         return (self.low + self.change * last, self.velocity, 0.0, 0.0)[order]
-
-    def end(self, order: int, last: bool) -> list[LinearTerm]:
-        return [(self._at(order, last), 1.0)]
 
     def rests(self, rest: int, last: bool) -> None:
         """It does, or is no neighbour of a dwell that asks for it."""
 
-    def lowest(self, x: float) -> list[LinearTerm]:
-        return [(self.low + self.change * x, 1.0)]
+    def lowest(self, x: float) -> float:
+        return self.low + self.change * x
 
-    def at(self, x: FloatArray) -> list[LinearSum]:
+    def at(self, x: FloatArray) -> list[tuple[Any, FloatArray]]:
+        """y to y''' at x of the unit stroke: of no coefficients."""
         rows = [self.low + self.change * x, np.full_like(x, self.velocity), *np.zeros((2, x.size))]
-        return [[(row, 1.0)] for row in rows]
+        return [(sparse.csr_array((x.size, 0)), row) for row in rows]
 
     def samples(self, order: int) -> FloatArray:
-        return np.array([self._at(order, last) for last in (False, True)])
+        return np.array([self.end(order, last) for last in (False, True)])
 
     def mirrors(self, other: Any) -> None:
         """A straight line mirrors another as it is."""
@@ -58,15 +56,15 @@ class FixedMotion:
     def opposes(self, other: Any, both: float) -> None:
         """A straight line opposes another as it is."""
 
-    def variation(self) -> list[LinearSum]:
+    def variation(self) -> list[cp.Expression]:
         return []
 
-    def square(self, order: int) -> list[LinearSum]:
+    def square(self, order: int) -> list[cp.Expression]:
         return []
 
-    def area(self) -> list[LinearTerm]:
-        return [((self.low + self.change / 2.0) * self.angle, 1.0)]
+    def area(self) -> float:
+        return (self.low + self.change / 2.0) * self.angle
 
-    def left_over(self) -> list[LinearSum]:
+    def left_over(self) -> list[cp.Expression]:
         """What it leaves is part of the constant (``residual.LeftOver``)."""
         return []

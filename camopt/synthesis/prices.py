@@ -86,9 +86,9 @@ class PricedOptimum(NamedTuple):
     number: int
     margin: float
     point: list[Any]
-    """Of its unknowns."""
+    """Of its variables."""
     multipliers: list[FloatArray]
-    """Of its limits, and after these of the curves that are not convex."""
+    """Of its constraints, and after these of the curves that are not convex."""
     steps: SequentialConvex | None = None
     """The convex steps that end at the optimum, where curves that are not convex hold it."""
     at: Iterate | None = None
@@ -102,15 +102,15 @@ class PricedOptimum(NamedTuple):
         None if that scene has another number of curves: at its bound a limit may be one that no motion holds.
         """
         side = _programme(_demands(scene, self.sizes)[self.number], self.margin)
-        for unknown, value in zip(side.programme.unknowns, self.point, strict=True):
-            unknown.value = value
-        found = [side.limits.all]
+        for variable, value in zip(side.programme.variables(), self.point, strict=True):
+            variable.value = value
+        found = [each.expr.value for each in side.constraints]
         if self.steps is not None and self.at is not None:
             ceilings = ceilings_of(side.demand)
             if len(ceilings) != len(ceilings_of(self.model.demand)):
                 return None
             found += self.steps.curves(self.at, ceilings)
-        return side.unit * side.cost, found
+        return side.unit * float(side.objective.value), found
 
 
 def _demands(scene: Scene, sizes: tuple[float, float]) -> list[Demand]:
@@ -148,8 +148,8 @@ def _optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
 
 
 def _solution(model: Convex) -> tuple[list[Any], list[FloatArray]]:
-    """The unknowns of a solved programme, and the multipliers of its limits."""
-    return [each.value for each in model.programme.unknowns], [model.limits.multipliers]
+    """The variables of a solved programme, and the multipliers of its constraints."""
+    return [each.value for each in model.programme.variables()], [each.dual_value for each in model.constraints]
 
 
 def _local(optimum: PricedOptimum, result: Synthesis) -> PricedOptimum | None:

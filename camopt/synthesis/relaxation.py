@@ -21,17 +21,15 @@ A linear limit holds at each node and on the mean over each panel, and one on y 
 inequality. All of this is convex: the optimum under it bounds every cam from below, and closes on the truth as h².
 """
 
-from collections.abc import Sequence
 from math import isfinite, sqrt
 from typing import Any
 
+import cvxpy as cp
 import numpy as np
-from scipy import sparse
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Crossing, Demand, LinearConstraint
-from camopt.synthesis.rows import ConvexRows, LinearSum, LinearTerm, Unknown, negated, times
 from camopt.synthesis.stroke_motion import DerivativeRange, Ranges, Sizes
 
 AREA = {1: 1.0 / 4.0, 2: 1.0 / 12.0, 3: 1.0 / 192.0}
@@ -52,12 +50,9 @@ class RelaxedMotion:
         x = _nodes(panels, {end for _, part in parts for end in part} | turning)
         self.x, self.up = x, 1.0 if stroke.high > stroke.low else -1.0
         self.h = np.diff(x)
-        self.each = sparse.eye_array(x.size, format="csr")
-        self.first, self.last = self.each[:-1], self.each[1:]
-        self.change, self.both = self.last - self.first, self.last + self.first
-        self.y, self.v, self.a = (Unknown(x.size) for _ in range(3))
-        self.whole = Unknown()
-        self.rows = ConvexRows()
+        self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))
+        self.whole = cp.Variable()
+        self.constraints: list[cp.Constraint] = []
         self._area(ranges)
         if not stroke.is_move:
             self._unit_stroke(stroke, demand.monotone)
@@ -77,100 +72,80 @@ class RelaxedMotion:
     def _unit_stroke(self, stroke: Stroke, monotone: bool) -> None:
         """A rise or return goes from one end to the other, and not beyond."""
         start, end = stroke.low / self.unit, stroke.high / self.unit
-        self.rows.zero((self.each[:1], self.y), (-start, 1.0))
-        self.rows.zero((self.each[-1:], self.y), (-end, 1.0))
-        self._between([(self.each, self.y)], DerivativeRange(min(start, end), max(start, end)))
+        y = self.y
+        self.constraints += [y[0] == start, y[-1] == end, y >= min(start, end), y <= max(start, end)]
         if monotone:
             up = 1.0 if end > start else -1.0
-            self.rows.at_least((up * self.each, self.v))
-            self.rows.at_least((up * self.change, self.y))
+            self.constraints += [up * self.v >= 0.0, up * cp.diff(y) >= 0.0]
 
     def _range(self, order: int, limited: DerivativeRange, nodes: slice) -> None:
         """What nodes have if a derivative by rad is within a range from the first of them to the last."""
         limited, panels = limited.times(self.angle**order), slice(nodes.start, nodes.stop - 1)
-        h, change = self.h[panels], self.change[panels]
+        h, (y, v, a) = self.h[panels], (each[nodes] for each in (self.y, self.v, self.a))
         if order < 3:
-            self._between([(self.each[nodes], (self.y, self.v, self.a)[order])], limited)
+            self._between((y, v, a)[order], limited)
         if not h.size:
             return
         if order == 1:
-            self._between([(_by(1 / h, change), self.y)], limited)
+            self._between(cp.multiply(1 / h, cp.diff(y)), limited)
         elif order == 2:
-            self._chained(self.y, self.v, limited, panels)
+            self._chained(y, v, h, limited)
         elif order == 3:
-            self._chained(self.v, self.a, limited, panels)
-            first, both = self.first[panels], self.both[panels]
-            off = [(change, self.y), (-_by(h, first), self.v), (-_by(h**2 / 6, first + both), self.a)]
-            self._within(off, [(CUBIC * h**3 * limited.half, limited.unit)])
+            self._chained(v, a, h, limited)
+            off = cp.diff(y) - cp.multiply(h, v[:-1]) - cp.multiply(h**2 / 6, 2 * a[:-1] + a[1:])
+            self.constraints.append(cp.abs(off) <= CUBIC * h**3 * limited.half * limited.unit)
 
-    def _chained(self, value: Any, slope: Any, limited: DerivativeRange, panels: slice) -> None:
+    def _chained(self, value: Any, slope: Any, h: FloatArray, limited: DerivativeRange) -> None:
         """What a value and its slope have at neighbouring nodes if the slope of the slope is within a range."""
-        h, change = self.h[panels], self.change[panels]
-        spent = Unknown(h.size)  # ≥ turned²/(4·half·h), a rotated cone
-        used = (sparse.eye_array(h.size, format="csr"), spent)
-        turned: list[LinearTerm] = [(change, slope), (-h * limited.middle, limited.unit)]
-        off: list[LinearTerm] = [(_by(1 / h, change), value), (-0.5 * self.both[panels], slope)]
-        self.rows.at_least(used)
-        self._within(turned, [(h * limited.half, limited.unit)])
-        self.rows.product([used], [(4 * h * limited.half, limited.unit)], turned)
-        self._within(off, [(h / 4 * limited.half, limited.unit), *negated([used])])
+        most = h * limited.half * limited.unit
+        turned = cp.diff(slope) - h * limited.middle * limited.unit
+        off = cp.multiply(1 / h, cp.diff(value)) - (slope[:-1] + slope[1:]) / 2
+        spent = cp.Variable(h.size)  # ≥ turned²/(4·most)
+        product = cp.SOC(spent + 4 * most, cp.vstack([2 * turned, spent - 4 * most]))
+        self.constraints += [cp.abs(turned) <= most, product, cp.abs(off) <= most / 4 - spent]
 
     def _floor(self, floor: LinearConstraint, ranges: list[DerivativeRange]) -> None:
         """A linear limit at the nodes and over each panel; the ranges are those of a."""
-        velocity, acceleration = floor.velocity / self.angle, floor.acceleration / self.angle**2
-        sized = self.sizes.in_floor(floor, self.unit)
-        moving = [(floor.displacement * self.each, self.y), (velocity * self.each, self.v)]
+        displacement, velocity = floor.displacement, floor.velocity / self.angle
+        acceleration = floor.acceleration / self.angle**2
+        sized, (h, y, v, a) = self.sizes.in_floor(floor, self.unit), (self.h, self.y, self.v, self.a)
+        moving = displacement * y + velocity * v
         if acceleration == 0.0:
-            self.rows.at_least(*moving, *sized)
-            if floor.displacement > 0.0 and velocity:
-                self._groenwall(floor.displacement, velocity, sized)
+            self.constraints.append(moving + sized >= 0.0)
+            if displacement > 0.0 and velocity:
+                self._groenwall(displacement, velocity, sized)
             return
-        self.rows.at_least(*moving, (acceleration * self.each, self.a), *sized)
+        self.constraints.append(moving + acceleration * a + sized >= 0.0)
         for each in ranges:
-            largest = max(-each.low, each.high)
-            self.rows.at_least(
-                (floor.displacement * _by(self.h / 2, self.both), self.y),  # the mean
-                (abs(floor.displacement) * self.h**3 / 12 * largest, each.unit),  # by which the area may differ
-                (velocity * self.change, self.y),
-                (acceleration * self.change, self.v),
-                *((self.h * weight, size) for weight, size in sized),
-            )
+            mean = displacement * cp.multiply(h / 2, y[:-1] + y[1:])
+            missed = abs(displacement) * h**3 / 12 * max(-each.low, each.high) * each.unit  # by the area at most
+            change = velocity * cp.diff(y) + acceleration * cp.diff(v)
+            self.constraints.append(mean + missed + change + h * sized >= 0.0)
 
-    def _groenwall(self, displacement: float, velocity: float, sized: list[LinearTerm]) -> None:
+    def _groenwall(self, displacement: float, velocity: float, sized: Any) -> None:
         """With z = w₀·y + S and z ∓ w₁·y' ≥ 0, z grows by e^(w₀·h/w₁) at most, or falls by no more."""
         decay = np.exp(-displacement / abs(velocity) * self.h)
-        later, sooner = (self.first, self.last) if velocity < 0.0 else (self.last, self.first)
-        grown = (displacement * (later - _by(decay, sooner)), self.y)
-        self.rows.at_least(grown, *(((1.0 - decay) * weight, size) for weight, size in sized))
+        later, sooner = (self.y[:-1], self.y[1:]) if velocity < 0.0 else (self.y[1:], self.y[:-1])
+        grown = displacement * (later - cp.multiply(decay, sooner))
+        self.constraints.append(grown + (1.0 - decay) * sized >= 0.0)
 
-    def _within(self, values: Sequence[LinearTerm], most: Sequence[LinearTerm]) -> None:
-        """Hold magnitudes."""
-        self.rows.at_least(*negated(values), *most)
-        self.rows.at_least(*values, *most)
-
-    def _between(self, values: Sequence[LinearTerm], limited: DerivativeRange) -> None:
+    def _between(self, values: Any, limited: DerivativeRange) -> None:
         """Hold values within a range whose ends may be infinite."""
         if limited.low == limited.high:
-            self.rows.zero(*values, (-limited.low, limited.unit))
-            return
-        if isfinite(limited.low):
-            self.rows.at_least(*values, (-limited.low, limited.unit))
-        if isfinite(limited.high):
-            self.rows.at_least(*negated(values), (limited.high, limited.unit))
+            self.constraints.append(values == limited.low * limited.unit)
+        else:
+            self.constraints += limited.constraints(values)
 
-    def end(self, order: int, last: bool) -> list[LinearTerm] | None:
+    def end(self, order: int, last: bool) -> Any:
         values = {0: self.y, 1: self.v, 2: self.a}.get(order)
-        at = self.each[-1:] if last else self.each[:1]
-        return None if values is None else [(at / self.angle**order, values)]
+        return None if values is None else values[-1 if last else 0] / self.angle**order
 
     def rests(self, rest: int, last: bool) -> None:
-        at = self.each[-1:] if last else self.each[:1]
-        for values in (self.v, self.a)[:rest]:
-            self.rows.zero((at, values))
+        self.constraints += [values[-1 if last else 0] == 0.0 for values in (self.v, self.a)[:rest]]
 
-    def lowest(self, x: float) -> list[LinearTerm]:
+    def lowest(self, x: float) -> Any:
         """Another motion may be lower elsewhere: its size has no bound."""
-        return [(1.0, Unknown())]
+        return cp.Variable()
 
     def mirrors(self, other: Any) -> None:
         """The bound is one for all motions."""
@@ -181,64 +156,60 @@ class RelaxedMotion:
         self._bent(slice(high, self.x.size - 1), -self.up)
         if high < soon:
             self._range(3, DerivativeRange(-1.0, 1.0, jerk), slice(high, soon + 1))
-        start, end = self.each[[high]], self.each[[late]]
-        self.rows.at_least((self.up / self.angle**2 * start, self.a), (crossing.pulled, jerk))
-        gone: list[LinearTerm] = [(start - end, self.y), (crossing.window * start, self.v)]
-        self.rows.at_least(*times(self.up, gone), (crossing.missing, jerk), (-crossing.gap, 1.0))
-        self.rows.at_least((crossing.angle**3 / 6.0, jerk), (-crossing.gap, 1.0))
+        gone = self.y[high] - self.y[late] + crossing.window * self.v[high]
+        self.constraints += [
+            self.up / self.angle**2 * self.a[high] + crossing.pulled * jerk >= 0.0,
+            self.up * gone + crossing.missing * jerk >= crossing.gap,
+            crossing.angle**3 / 6.0 * jerk >= crossing.gap,
+        ]
 
     def _bent(self, panels: slice, way: float) -> None:
         """Hold y'' at 0 or above, or below it, over some panels."""
-        h, change = self.h[panels], self.change[panels]
-        self.rows.at_least((way * self.each[panels.start : panels.stop + 1], self.a))
+        nodes, h = slice(panels.start, panels.stop + 1), self.h[panels]
+        y, v, a = (way * each[nodes] for each in (self.y, self.v, self.a))
+        self.constraints.append(a >= 0.0)
         if h.size:
-            self.rows.at_least((way * change, self.v))
-            self.rows.at_least((way * change, self.y), (-way * _by(h, self.first[panels]), self.v))
-            self.rows.at_least((-way * change, self.y), (way * _by(h, self.last[panels]), self.v))
+            along_first, along_last = (cp.multiply(h, each) for each in (v[:-1], v[1:]))
+            self.constraints += [cp.diff(v) >= 0.0, cp.diff(y) >= along_first, cp.diff(y) <= along_last]
 
     def opposes(self, other: "RelaxedMotion", both: float) -> None:
         """At nodes; those of two strokes are the same unless conditions are asked of one alone."""
         if self.h.shape != other.h.shape or np.any(self.h != other.h):
             return
-        for own, there, total in ((self.y, other.y, both), (self.v, other.v, 0.0), (self.a, other.a, 0.0)):
-            self.rows.zero((self.each, own), (other.each, there), (-total, 1.0))
+        sums = [self.y + other.y == both, self.v + other.v == 0.0, self.a + other.a == 0.0]
+        self.constraints += sums
 
-    def variation(self) -> list[LinearSum]:
+    def variation(self) -> list[cp.Expression]:
         return []
 
-    def area(self) -> list[LinearTerm]:
-        return [(self.angle, self.whole)]
+    def area(self) -> Any:
+        return self.angle * self.whole
 
     def _area(self, ranges: Ranges) -> None:
         """How far the area below y may be from that below chords, or below cubics of the same ends and slopes."""
-        h, sides = self.h, sparse.csr_array(self.h[None] / 2.0 @ self.both)
-        chords: list[LinearTerm] = [(1.0, self.whole), (-sides, self.y)]
-        bent: list[LinearTerm] = [*chords, (sparse.csr_array(h[None] ** 2 / 12.0 @ self.change), self.v)]
+        h, y, v = self.h, self.y, self.v
+        chords = self.whole - h / 2.0 @ (y[:-1] + y[1:])
+        cubics = chords + h**2 / 12.0 @ cp.diff(v)
         for order, every in ranges.items():
             for each in every:
                 limited = each.times(self.angle**order)
                 largest = max(-limited.low, limited.high)
                 if order in AREA and isfinite(largest):
-                    most = AREA[order] * float(np.sum(h ** (order + 1))) * largest
-                    self._within(bent if order == 3 else chords, [(most, limited.unit)])
+                    most = AREA[order] * float(np.sum(h ** (order + 1))) * largest * limited.unit
+                    self.constraints.append(cp.abs(cubics if order == 3 else chords) <= most)
 
     def left_over(self) -> None:
         """Between its nodes a motion may add anything."""
 
-    def square(self, order: int) -> list[LinearSum]:
-        value, slope = {2: (self.y, self.v), 3: (self.v, self.a)}[order]
-        h, change, both = self.h, self.change, self.both
-        off = [(_by(np.sqrt(12 / h**3), change), value), (-_by(np.sqrt(3 / h), both), slope)]
-        parts: list[list[LinearTerm]] = [[(_by(1 / np.sqrt(h), change), slope)], off]
+    def square(self, order: int) -> list[cp.Expression]:
+        h, (value, slope) = self.h, {2: (self.y, self.v), 3: (self.v, self.a)}[order]
+        rise, both, change = cp.diff(value), slope[:-1] + slope[1:], cp.diff(slope)
+        off = cp.multiply(np.sqrt(12 / h**3), rise) - cp.multiply(np.sqrt(3 / h), both)
+        parts = [cp.multiply(1 / np.sqrt(h), change), off]
         if order == 3:
-            bent = [(_by(12 / h**2, change), self.y), (-_by(6 / h, both), self.v), (change, self.a)]
-            parts.append([(_by(np.sqrt(5 / h), matrix), values) for matrix, values in bent])
-        return [times(self.angle ** (0.5 - order), part) for part in parts]
-
-
-def _by(weights: FloatArray, matrix: Any) -> Any:
-    """The rows of a matrix, each times its weight."""
-    return sparse.diags_array(weights, format="csr") @ matrix
+            means = cp.multiply(12 / h**2, cp.diff(self.y)) - cp.multiply(6 / h, self.v[:-1] + self.v[1:])
+            parts.append(cp.multiply(np.sqrt(5 / h), means + change))
+        return [self.angle ** (0.5 - order) * part for part in parts]
 
 
 def _nodes(panels: int, ends: set[float]) -> FloatArray:

@@ -9,33 +9,24 @@ Source: Fletcher, Practical Methods of Optimization, ch. 14 (exact penalty, trus
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import inf
 from typing import Any
 
+import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
 from camopt.problem.zones import Off
 from camopt.synthesis.ceilings import Sampled, samples
-from camopt.synthesis.conic import SOLVER_ENDS, ConicProgramme
 from camopt.synthesis.convex import Convex
 from camopt.synthesis.demand import CROSSING_JERK, TERM_ORDERS
 from camopt.synthesis.iterate import Iterate, iterate_of, moving, sampled_motions
-from camopt.synthesis.rows import (
-    AffineRows,
-    ConvexRows,
-    LinearSum,
-    Parameter,
-    Unknown,
-    negated,
-    stacked,
-    times,
-    value_of,
-)
+from camopt.synthesis.solver import SOLVER_ENDS, CompiledProgramme, solve
 from camopt.synthesis.spline_motion import SplineMotion
 
 PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
@@ -51,22 +42,21 @@ class StrokePlanes:
     """The tangent planes of all curves over one stroke, curve by curve."""
 
     sampled: Sampled
-    moves: list[LinearSum]
-    """y to y''' at the samples of all curves, in units of the lift; e and s₀."""
-    values: list[AffineRows]
-    """The first four of these at the samples of one curve."""
+    motion: list[tuple[Any, FloatArray]]
+    """y to y''' at the samples of one curve, in units of the lift: a matrix of ``places`` and a constant each."""
     lowered: NDArray[np.bool_]
     """Which curves are minimised."""
-    size: int
-    """How many samples a curve has."""
     count: int
     """How many ceilings it has, the first ones."""
-    below: ConvexRows = field(default_factory=ConvexRows)
-    """Every plane below its bound, or below the level."""
 
-    def state(self, unit: float) -> FloatArray:
-        """y to y''' at the samples of one curve, mm, of coefficients set in the variables."""
-        return unit * np.array([each.value for each in self.values])
+    @property
+    def size(self) -> int:
+        """How many rows it has: one for each sample of each curve."""
+        return self.lowered.size * self.motion[0][1].size
+
+    def state(self, unit: float, place: FloatArray) -> FloatArray:
+        """y to y''' at the samples of one curve, mm."""
+        return unit * np.array([matrix @ place + constant for matrix, constant in self.motion])
 
 
 class SequentialConvex:
@@ -79,52 +69,47 @@ class SequentialConvex:
 
     def __init__(self, model: Convex, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> None:
         self.model, self.count = model, len(held)
-        self.missing, self.level = Unknown(), Unknown()
-        self.reach, self.price = Parameter(), PRICES[0]
+        self.missing, self.level = cp.Variable(), cp.Variable()
+        self.price = cp.Parameter(nonneg=True, value=PRICES[0])
         self.places = [model.sizes.lead, model.sizes.height, *(m.coefficients for m in moving(model))]
-        self.last = [Parameter(each.count if each.is_vector else None) for each in self.places]
         self.blocks = list(self._blocks(model.demand.problem, {}, [*held, *lowered]))
         for problem, off in model.demand.problem.others:
             self.blocks += self._blocks(problem, off, held)
-        self.within_reach, self.above_0 = ConvexRows(), ConvexRows()
-        away = [[(_one(u), u), (-_one(u), was)] for u, was in zip(self.places, self.last, strict=True)]
-        for each in away:
-            self.within_reach.at_least((1.0, self.reach), *each)
-            self.within_reach.at_least((1.0, self.reach), *negated(each))
-        for unknown in (self.missing, self.level) if lowered else (self.missing,):
-            self.above_0.at_least((1.0, unknown))
-        self.goal = [*model.goal, (1.0, self.level)] if lowered else model.goal
-        self.nearest = ConicProgramme([], model.limits, squares=away)
+        objective, above_0 = model.objective + self.price * self.missing, [self.missing >= 0.0]
+        if lowered:
+            objective, above_0 = objective + self.level, [*above_0, self.level >= 0.0]
+        priced = cp.Problem(cp.Minimize(objective), [*model.constraints, *above_0])
+        self.step = CompiledProgramme(priced, [*self.places, self.missing, *([self.level] if lowered else [])])
+        self.last = cp.Parameter(sum(each.size for each in self.places))
+        away = cp.sum_squares(cp.hstack(self.places) - self.last)
+        self.nearest = cp.Problem(cp.Minimize(away), model.constraints)
 
     def _blocks(self, problem: Problem, off: Off, ceilings: Sequence[Claim]) -> Iterator[StrokePlanes]:
         """A block for each stroke on which a curve of a cam counts."""
+        width, start = sum(each.size for each in self.places), 2
         for stroke, motion in zip(self.model.demand.strokes, sampled_motions(self.model), strict=True):
+            at = motion.at(samples(self.model.demand, stroke))
+            count = at[0][0].shape[1]
             sampled = Sampled(self.model.demand, stroke, problem, off)
             sides = [1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings if sampled.counts(c)]
             lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.counts(c)]
             if sides:
-                x = samples(self.model.demand, stroke)
-                sizes = [[(1.0, size)] for size in (self.model.sizes.lead, self.model.sizes.height)]
-                moves = [*motion.at(np.tile(x, sum(sides))), *sizes]
-                values = [stacked([each]) for each in motion.at(x)]
-                yield StrokePlanes(sampled, moves, values, np.repeat(lowered, sides), x.size, len(ceilings))
-
-    def _step(self) -> ConicProgramme:
-        """The programme of a step, with the planes of the last look."""
-        rows = (self.model.limits, self.above_0, self.within_reach, *(block.below for block in self.blocks))
-        return ConicProgramme([*self.goal, (self.price, self.missing)], *rows)
+                columns = sparse.eye_array(count, width, k=start, format="csr")
+                placed = [(sparse.csr_array(matrix @ columns), constant) for matrix, constant in at]
+                yield StrokePlanes(sampled, placed, np.repeat(lowered, sides), len(ceilings))
+            start += count
 
     def run(self, start: Iterate, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> Iterate:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
         self._set(start)
-        last = iterate_of(self.model) if self.nearest.solve() in SOLVER_ENDS else start
+        last = iterate_of(self.model) if solve(self.nearest) in SOLVER_ENDS else start
         lowered = _scaled(lowered, self._levels(last, held, lowered)[1])
         reach = FIRST_REACH
-        for self.price in PRICES:
+        for self.price.value in PRICES:
             last, reach, enough = self._descended(last, reach, held, lowered)
             if enough:
                 break
-        self.price = PRICES[0]
+        self.price.value = PRICES[0]
         return last
 
     def _descended(
@@ -137,15 +122,15 @@ class SequentialConvex:
         cost, top = self._priced(last, held, lowered)
         if cost == inf:
             return last, reach, False
-        self._look(last, held, lowered)
+        planes = self._planes(last, held, lowered)
+        self.step.take_parameters()
         for _ in range(MOST_CONVEX_STEPS):
-            self.reach.value, step = reach, self._step()
-            if step.solve() not in SOLVER_ENDS:
+            if self._solve_step(last, reach, planes) not in SOLVER_ENDS:
                 break
-            promise = cost - step.value
+            promise = cost - self.step.value
             if promise < LEAST_FALL * abs(cost):  # even the planes promise no more
                 break
-            if top <= 1.0 and self.missing.value > HELD_CLOSER and self.price < PRICES[-1]:
+            if top <= 1.0 and self.missing.value > HELD_CLOSER and self.price.value < PRICES[-1]:
                 return last, reach, False
             tried = iterate_of(self.model)
             found, above = self._priced(tried, held, lowered)
@@ -153,29 +138,33 @@ class SequentialConvex:
             reach *= 2.0 if gained > GOOD else 1.0 if gained > POOR else 0.25
             if gained > 0.0:
                 last, cost, top = tried, found, above
-                self._look(last, held, lowered)
-            else:
-                self._set(last)
+                planes = self._planes(last, held, lowered)
         return last, max(reach, FIRST_REACH), top <= 1.0
 
     def multipliers(self, at: Iterate, held: Sequence[Claim]) -> list[FloatArray] | None:
-        """The multipliers of all curves at a local optimum, block by block; the model's are in its limits.
+        """The multipliers of all curves at a local optimum, block by block; the model has those of its constraints.
 
         None if a step would go on as far as it may, or above a bound.
         """
-        self._look(at, held, ())
-        self.reach.value, self.price = FIRST_REACH, PRICES[-1]
-        status, self.price = self._step().solve(), PRICES[0]
+        planes = self._planes(at, held, ())
+        self.price.value = PRICES[-1]
+        self.step.take_parameters()
+        status, self.price.value = self._solve_step(at, FIRST_REACH, planes), PRICES[0]
         if status not in SOLVER_ENDS or self.missing.value > HELD_CLOSER:
             return None
-        pull = float(np.max(-self.within_reach.multipliers))
-        return [-block.below.multipliers for block in self.blocks] if pull < LEAST_MULTIPLIER else None
+        self.step.give_values()
+        rows = sum(block.size for block in self.blocks)
+        curves, pull = np.split(self.step.row_multipliers, [rows])
+        ends = np.cumsum([block.size for block in self.blocks])
+        return np.split(curves, ends[:-1]) if pull.max() < LEAST_MULTIPLIER else None
 
     def curves(self, at: Iterate, held: Sequence[Claim]) -> list[FloatArray]:
         """All curves over their bounds at a solution, block by block."""
         self._set(at)
-        scale = self.model.demand.scale
-        return [block.sampled.values(held, block.state(scale), self._sizes(at)).ravel() for block in self.blocks]
+        scale, place = self.model.demand.scale, _place(at)
+        return [
+            block.sampled.values(held, block.state(scale, place), self._sizes(at)).ravel() for block in self.blocks
+        ]
 
     def ranked(
         self, starts: Sequence[Iterate], held: Sequence[Claim], lowered: Sequence[Claim] = ()
@@ -185,34 +174,43 @@ class SequentialConvex:
 
         def price(start: Iterate) -> float:
             cost, _ = self._priced(start, held, lowered)
-            return cost + PRICES[0] * self.model.limits.broken_by
+            return cost + PRICES[0] * max(float(np.max(c.violation())) for c in self.model.constraints)
 
         return sorted(starts, key=price)
 
     def _set(self, at: Iterate) -> None:
-        """A solution in the variables, and in the parameter that a step starts from."""
+        """A solution in the variables, and in the parameter that the nearest motion is near to."""
         self.model.sizes.lead.value, self.model.sizes.height.value = at.lead, at.height
         for motion, values in zip(moving(self.model), at.coefficients, strict=True):
             motion.coefficients.value = values
-        for was, unknown in zip(self.last, self.places, strict=True):
-            was.value = unknown.value
+        self.last.value = _place(at)
 
-    def _look(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> None:
-        """The planes at a solution."""
-        self._set(at)
-        ceilings, scale = [*held, *lowered], self.model.demand.scale
+    def _planes(
+        self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]
+    ) -> tuple[sparse.csr_array, FloatArray]:
+        """The planes at a solution: rows of the variables of a step, and the most that they may have."""
+        ceilings, place, scale = [*held, *lowered], _place(at), self.model.demand.scale
+        rows, most = [], []
         for block in self.blocks:
-            planes = block.sampled.planes(ceilings[: block.count], block.state(scale), self._sizes(at))
-            slopes = (*planes.motion, planes.lead, planes.height)
-            rise = [
-                term for slope, move in zip(slopes, block.moves, strict=True) for term in times(slope.ravel(), move)
-            ]
-            constant = planes.values.ravel() - value_of(rise)
-            minimised = np.repeat(block.lowered, block.size).astype(float)
-            bound = [(1.0 - minimised, self.missing), ((1.0 - minimised) * (1.0 - HELD_CLOSER) - constant, 1.0)]
-            bound += [(minimised, self.level)] if any(block.lowered) else []
-            block.below = ConvexRows()
-            block.below.at_least(*bound, *negated(rise))
+            planes = block.sampled.planes(ceilings[: block.count], block.state(scale, place), self._sizes(at))
+            rise = sum(
+                sparse.diags_array(slope.ravel()) @ sparse.vstack([matrix] * len(slope))
+                for slope, (matrix, _) in zip(planes.motion, block.motion, strict=True)
+            )
+            by_sizes = np.stack([planes.lead.ravel(), planes.height.ravel()], axis=1)
+            rise = rise + sparse.hstack([by_sizes, sparse.csr_array((block.size, place.size - 2))])
+            minimised = np.repeat(block.lowered, block.motion[0][1].size).astype(float)
+            above = [1.0 - minimised, minimised][: len(self.step.variables) - len(self.places)]
+            rows.append(sparse.hstack([rise, *(sparse.csr_array(-each[:, None]) for each in above)]))
+            most.append(rise @ place - planes.values.ravel() + (1.0 - minimised) * (1.0 - HELD_CLOSER))
+        return sparse.vstack(rows, format="csr"), np.concatenate(most)
+
+    def _solve_step(self, last: Iterate, reach: float, planes: tuple[sparse.csr_array, FloatArray]) -> str:
+        """Solve a step from a solution, within reach of it and below planes: the status."""
+        (rows, most), place = planes, _place(last)
+        away = sparse.eye_array(place.size, rows.shape[1], format="csr")
+        every = sparse.vstack([rows, away, -away], format="csr")
+        return self.step.solve(every, np.concatenate([most, reach + place, reach - place]))
 
     def _sizes(self, at: Iterate) -> tuple[float, float]:
         """e and s₀, mm."""
@@ -221,10 +219,10 @@ class SequentialConvex:
 
     def _levels(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
         """The largest of the curves over their bounds: of those held, and of those minimised."""
-        self._set(at)
-        scale, tops = self.model.demand.scale, ([0.0], [0.0])
+        scale, place, tops = self.model.demand.scale, _place(at), ([0.0], [0.0])
         for block in self.blocks:
-            values = block.sampled.values([*held, *lowered][: block.count], block.state(scale), self._sizes(at))
+            state = block.state(scale, place)
+            values = block.sampled.values([*held, *lowered][: block.count], state, self._sizes(at))
             for row, which in zip(values, block.lowered, strict=True):
                 tops[int(which)].append(float(row.max()))
         return max(tops[0]), max(tops[1])
@@ -239,20 +237,21 @@ class SequentialConvex:
 
     def _priced(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
         """The objective at a solution, with the price of what is above its bound, and the highest of the curves."""
-        top, self.level.value = self._levels(at, held, lowered)
+        self._set(at)
+        top, level = self._levels(at, held, lowered)
         model, demand = self.model, self.model.demand
         reach = np.hypot(at.lead, at.height) if demand.traced else at.height
         model.sizes.prime.value = max(reach, demand.prime[0] / demand.length)
         for name, variable in model.largest.items():
             variable.value = self._largest(name)
-        level = self.level.value if lowered else 0.0
-        price = model.cost + level + self.price * max(0.0, top - 1.0 + HELD_CLOSER)
+        cost = float(model.objective.value) + (level if lowered else 0.0)
+        price = cost + self.price.value * max(0.0, top - 1.0 + HELD_CLOSER)
         return price if np.isfinite(price) else inf, top
 
 
-def _one(unknown: Unknown) -> Any:
-    """What gives an unknown as it is."""
-    return np.eye(unknown.count) if unknown.is_vector else 1.0
+def _place(at: Iterate) -> FloatArray:
+    """A solution as one vector."""
+    return np.concatenate([at[:2], *at.coefficients])
 
 
 def _scaled(ceilings: Sequence[Claim], level: float) -> tuple[Claim, ...]:

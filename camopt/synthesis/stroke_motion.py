@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any, NamedTuple, Protocol
+
+from cvxpy import Constraint, Expression
 
 from camopt.motion.stroke import Stroke
 from camopt.synthesis.demand import Crossing, Demand, LinearConstraint
-from camopt.synthesis.rows import ConvexRows, LinearSum, LinearTerm
 
 
 class DerivativeRange(NamedTuple):
@@ -28,6 +30,11 @@ class DerivativeRange(NamedTuple):
     def times(self, factor: float) -> "DerivativeRange":
         return DerivativeRange(factor * self.low, factor * self.high, self.unit)
 
+    def constraints(self, values: Expression) -> list[Constraint]:
+        """Values within the range."""
+        below = [values >= self.low * self.unit] if isfinite(self.low) else []
+        return below + ([values <= self.high * self.unit] if isfinite(self.high) else [])
+
 
 Ranges = dict[int, list[DerivativeRange]]
 """Ranges of a stroke's derivatives, by order; all of a list hold."""
@@ -41,25 +48,25 @@ class Sizes:
     height: Any
     prime: Any
 
-    def in_floor(self, floor: LinearConstraint, unit: float) -> list[LinearTerm]:
-        """What sizes and constants add to a linear limit, whose lengths are in a unit."""
+    def in_floor(self, floor: LinearConstraint, unit: float) -> Any:
+        """The sizes and the constant in a linear limit, whose lengths are in a unit."""
         parts = ((floor.lead, self.lead), (floor.height, self.height))
-        return [(floor.constant / unit, 1.0), *(part for part in parts if part[0])]
+        return floor.constant / unit + sum(weight * size for weight, size in parts if weight)
 
 
 class StrokeMotion(Protocol):
     """The motion of one stroke in units of the lift, by rad: its limits, and what others need of it."""
 
-    rows: ConvexRows
+    constraints: list[Constraint]
     """Its limits."""
 
-    def end(self, order: int, last: bool) -> list[LinearTerm] | None:
+    def end(self, order: int, last: bool) -> Any:
         """y or a derivative at an end of the stroke, or None if it is not known there."""
 
     def rests(self, rest: int, last: bool) -> None:
         """Make so many derivatives zero at an end, beside a dwell."""
 
-    def lowest(self, x: float) -> list[LinearTerm]:
+    def lowest(self, x: float) -> Any:
         """y at x of the unit stroke, where the motion is lowest; of a bound, anything."""
 
     def mirrors(self, other: Any) -> None:
@@ -71,16 +78,16 @@ class StrokeMotion(Protocol):
     def opposes(self, other: Any, both: float) -> None:
         """Make the displacements of it and of another such motion have a sum, in units of the lift."""
 
-    def variation(self) -> list[LinearSum]:
-        """Sums whose magnitudes are together the variation of the jerk over the stroke, or no less than that."""
+    def variation(self) -> list[Expression]:
+        """Vectors whose magnitudes are together the variation of the jerk over the stroke, or no less than that."""
 
-    def square(self, order: int) -> list[LinearSum]:
-        """Sums whose squares are together ∫ (y⁽ᵏ⁾)² dθ over the stroke, or no more than that."""
+    def square(self, order: int) -> list[Expression]:
+        """Vectors whose squares are together ∫ (y⁽ᵏ⁾)² dθ over the stroke, or no more than that."""
 
-    def area(self) -> list[LinearTerm]:
+    def area(self) -> Any:
         """∫ y dθ over the stroke; of a bound, what it may be."""
 
-    def left_over(self) -> list[LinearSum] | None:
+    def left_over(self) -> list[Expression] | None:
         """What it adds to the vibration at the start of each dwell, mm, two rows; None if that is not known."""
 
 

@@ -31,8 +31,7 @@ from camopt.synthesis.cams import (
     within,
 )
 from camopt.synthesis.ceilings import ceilings_of
-from camopt.synthesis.conic import SOLVER_ENDS
-from camopt.synthesis.convex import SOLVER_ERROR, Convex, convex
+from camopt.synthesis.convex import Convex, convex
 from camopt.synthesis.crossings import with_crossings
 from camopt.synthesis.demand import CROSSING_JERK, LIMIT_MARGINS, Demand, tightened
 from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
@@ -40,6 +39,7 @@ from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
 from camopt.synthesis.prices import prices_of_laws
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
+from camopt.synthesis.solver import SOLVER_ENDS, SOLVER_ERROR, solve
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.toleranced import with_offs
@@ -219,7 +219,7 @@ def gentlest(model: Convex, least: float) -> Iterate | None:
     """The laws of the least mean square of the jerk at nearly the least objective; None if the solver fails."""
     programme, most = model.gentle
     most.value = model.enough(least) / model.unit + GENTLE_SLACK
-    return iterate_of(model) if programme.solve() in SOLVER_ENDS else None
+    return iterate_of(model) if solve(programme) in SOLVER_ENDS else None
 
 
 def _by_convex_steps(

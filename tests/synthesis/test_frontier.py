@@ -18,11 +18,11 @@ from camopt.synthesis import foresight
 from camopt.synthesis.axis_minimiser import AxisMinimiser
 from camopt.synthesis.cams import within
 from camopt.synthesis.ceilings import ceilings_of
-from camopt.synthesis.conic import ConicProgramme
 from camopt.synthesis.files import write_frontier
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.frontier import _checked, _ends
 from camopt.synthesis.frontier_picture import AXIS_NAMES
+from camopt.synthesis.solver import CompiledProgramme
 from camopt.synthesis.units import unit_of
 
 COARSE = {
@@ -359,8 +359,8 @@ def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatc
     least, solved = AxisMinimiser(scene, axes, "size", axes[1:]), []
     value = {axes[1]: gentle.row[axes[1]] * (1 + 3e-4)}
     ceilings = ceilings_of(least._demand(value))
-    solve = ConicProgramme.solve
-    monkeypatch.setattr(ConicProgramme, "solve", lambda each: solved.append(each) or solve(each))
+    solve = CompiledProgramme.solve
+    monkeypatch.setattr(CompiledProgramme, "solve", lambda *given: solved.append(given) or solve(*given))
     reached = least.steps.run(gentle.laws, ceilings)
     assert least.steps._levels(reached, ceilings, ())[0] <= 1.0
     assert reached.height < gentle.laws.height

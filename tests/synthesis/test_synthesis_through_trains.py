@@ -13,7 +13,6 @@ from camopt.synthesis.cams import cam_for, programme_with, within
 from camopt.synthesis.ceilings import Sampled, ceilings_of
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.iterate import sampled_motions
-from camopt.synthesis.rows import stacked
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.synthesise import bound_of, solved, starting_laws
 
@@ -98,7 +97,7 @@ def test_planes_through_a_linkage_are_those_of_the_curves():
         if not any(map(sampled.counts, ceilings)) or not stroke.is_free:
             continue
         x = (np.arange(288) + 0.5) / 288
-        state = demand.scale * np.array([stacked([each]).value for each in motion.at(x)])
+        state = demand.scale * np.array([by @ motion.coefficients.value + rest for by, rest in motion.at(x)])
         sizes = 0.0, demand.length * start.height + 40.0
         planes = sampled.planes(ceilings, state, sizes)
         by = 1e-7 * demand.scale * rng.uniform(-1.0, 1.0, (4, 1)) / stroke.angle ** np.arange(4)[:, None]
