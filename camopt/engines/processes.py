@@ -1,108 +1,104 @@
-"""Processes of this machine: for work that is mostly Python.
+"""Processes of this machine, by loky: for work that is mostly Python.
 
-Each reads its work from a pipe. It ends when that is closed, as it is when the process that holds its other end is
-gone, however that came to pass: none outlives the process that started it.
+A process ends at once when its end of a pipe says that the process that started it is gone, however that came to
+pass.
 """
 
 import os
-import pickle
-import subprocess
-import sys
+import signal
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from subprocess import PIPE, Popen
-from threading import Lock, local
+from multiprocessing import Pipe
+from threading import Thread
 from typing import Any
 
+from loky import ProcessPoolExecutor
+from loky.backend import resource_tracker
+
 from camopt.engines import Item, Result
+from camopt.engines.interrupts import hold_interrupts
 
 ITEM_TRIES = 2  # for an item, each of which ends with a dead process
-ALONE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""What tells libraries how many threads they may have: those of a process share its part of the machine."""
-APART: dict[str, Any] = (
-    {"start_new_session": True}
-    if os.name == "posix"
-    else {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
-)
-"""Of a process: an interrupt from a terminal is for the one that started it."""
-PROGRAM = """
-import pickle, sys
-sys.path[:] = pickle.load(sys.stdin.buffer)
-from camopt.engines.process_worker import work
-work()
-"""
+THREAD_SETTINGS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""Environment variables by which a library limits its threads; processes share the cores."""
 
 
 class Processes:
-    """Processes that each work on one item at a time. A thread waits for each."""
+    """Processes that each work on one item at a time."""
 
     def __init__(self, workers: int) -> None:
-        self.workers, self._own, self._lock = workers, local(), Lock()
-        self._threads, self._started, self._ended = ThreadPoolExecutor(workers), list[Popen[bytes]](), False
+        self.workers = workers
+        self._ears, self._mouth = Pipe(duplex=False)  # the other end says that this process lives
+        self._executor = self._start()
 
     def in_order(
         self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[Result]:
-        """What work gives for each item, as ``Engine`` says. One item, or one process, is this process's own."""
+        """The result of each item, as ``Engine`` says; this process works itself on one item, or as one worker.
+
+        Raises
+        ------
+        OSError
+            If an item ends every process that works on it.
+        """
         if min(self.workers, len(items)) <= 1:
             yield from (work((item,)) for item in items)
             return
-        running: list[Future[Result]] = [self._threads.submit(self._done, work, item) for item in items]
-        for future in running:
-            yield future.result()
+        resource_tracker.ensure_running()  # its start lets interrupts in again
+        with hold_interrupts():  # processes inherit this
+            futures = [self._executor.submit(work, (item,)) for item in items]
+        for number in range(len(items)):
+            for _ in range(ITEM_TRIES):
+                try:
+                    result = futures[number].result()
+                    break
+                except BrokenProcessPool:
+                    self._executor.shutdown(kill_workers=True)
+                    self._executor = self._start()
+                    with hold_interrupts():
+                        futures = [
+                            future if has_result(future) else self._executor.submit(work, (item,))
+                            for future, item in zip(futures, items, strict=True)
+                        ]
+            else:
+                why = f"a process was ended from outside, for want of memory perhaps, {ITEM_TRIES} times"
+                raise OSError(why)
+            yield result
 
     def end(self) -> None:
         """End all processes at once, even in the middle of an item."""
-        with self._lock:
-            self._ended = True
-        for process in self._started:
-            process.kill()
-        self._threads.shutdown(cancel_futures=True)
-        for process in self._started:
-            process.communicate()
+        self._executor.shutdown(kill_workers=True)
+        self._mouth.close()
+        self._ears.close()
 
-    def _done(self, work: Callable[[Sequence[Item]], Result], item: Item) -> Result:
-        """The result of an item from the process of this thread, or from a new one if that dies."""
-        for _ in range(ITEM_TRIES):
-            process = self._process()
-            try:
-                send(process.stdin, (work, (item,)))
-                result, error = pickle.load(process.stdout)  # type: ignore[arg-type]
-            except (EOFError, OSError, pickle.UnpicklingError):
-                process.kill()
-                self._own.process = None
-                continue
-            if error:
-                raise error[0] from RuntimeError(error[1])  # where it was, as text
-            return result  # type: ignore[no-any-return]
-        how = f"its end had the code {process.wait()}"
-        raise OSError(f"a process was ended from outside, for want of memory perhaps, {ITEM_TRIES} times; {how}")
-
-    def _process(self) -> Popen[bytes]:
-        """The process of this thread."""
-        if getattr(self._own, "process", None) is None:
-            threads = str(max(1, (os.cpu_count() or 1) // self.workers))
-            environment = dict.fromkeys(ALONE, threads) | os.environ
-            with self._lock:
-                if self._ended:
-                    raise RuntimeError("the processes have ended")
-                self._own.process = Popen(
-                    [sys.executable, "-c", PROGRAM],
-                    stdin=PIPE,
-                    stdout=PIPE,
-                    env=environment,
-                    **APART,
-                )
-                self._started.append(self._own.process)
-            send(self._own.process.stdin, sys.path)
-        return self._own.process  # type: ignore[no-any-return]
+    def _start(self) -> ProcessPoolExecutor:
+        """Processes, which begin with the first item."""
+        threads = str(max(1, (os.cpu_count() or 1) // self.workers))
+        environment = {name: threads for name in THREAD_SETTINGS if name not in os.environ}
+        return ProcessPoolExecutor(
+            self.workers, initializer=end_with_parent, initargs=(self._ears,), env=environment
+        )
 
 
-def send(pipe: Any, what: Any) -> None:
-    """Write to another process."""
-    pickle.dump(what, pipe)
-    pipe.flush()
+def has_result(future: "Future[Any]") -> bool:
+    """Whether an item is done: its process did not die of it or beside it."""
+    return future.done() and not isinstance(future.exception(), BrokenProcessPool)
+
+
+def end_with_parent(ears: Any) -> None:
+    """Have this process end when its parent is gone. Interrupts and standard output are the parent's alone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+    def wait() -> None:
+        try:
+            ears.recv()
+        finally:
+            os._exit(1)
+
+    Thread(target=wait, daemon=True).start()
 
 
 @contextmanager

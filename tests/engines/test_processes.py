@@ -1,4 +1,4 @@
-"""Processes that work for another one: what they give, and that none outlives it."""
+"""Processes that work for another one: their results, and that none outlives it."""
 
 import os
 import signal
@@ -8,17 +8,18 @@ import time
 from functools import partial
 from pathlib import Path
 
+import psutil
 import pytest
 
 from camopt import BadInput
-from camopt.engines.processes import processes
+from camopt.engines.processes import THREAD_SETTINGS, processes
 from camopt.mistakes import Mistake
 
 FOLDER = str(Path(__file__).parent)
 
 
 def squares(items):
-    print("in the way of a result")
+    print("no part of what the command prints")
     return [os.getpid(), *(item**2 for item in items)]
 
 
@@ -26,13 +27,8 @@ def bad(items):
     raise BadInput([Mistake("here", "key", items[0], "another")])
 
 
-class Odd(Exception):
-    def __init__(self, one, two):
-        super().__init__(one + two)
-
-
-def odd(items):
-    raise Odd("can be ", "no pickle")
+def limits_of_threads(items):
+    return [os.environ.get(name) for name in THREAD_SETTINGS]
 
 
 def killed_once(folder, items):
@@ -63,12 +59,24 @@ def engine():
         yield engine
 
 
-def test_results_are_in_order(engine):
+def test_results_are_in_order(engine, capfd):
+    workers = set()
     for _ in range(2):
         found = list(engine.in_order(squares, range(6)))
         assert [value for _, value in found] == [0, 1, 4, 9, 16, 25]
-        assert os.getpid() not in {process for process, _ in found}
-    assert len(engine._started) == 2  # the same for more than one call
+        workers |= {process for process, _ in found}
+    assert os.getpid() not in workers
+    assert len(workers) <= 2  # the same for more than one call
+    assert capfd.readouterr() == ("", "")
+
+
+def test_processes_share_the_cores(monkeypatch):
+    monkeypatch.setattr(os, "cpu_count", lambda: 7)
+    monkeypatch.setenv(THREAD_SETTINGS[0], "5")  # set by the user
+    for name in THREAD_SETTINGS[1:]:
+        monkeypatch.delenv(name, raising=False)
+    with processes(2) as engine:
+        assert [*engine.in_order(limits_of_threads, range(2))] == 2 * [["5", "3", "3", "3"]]
 
 
 @pytest.mark.parametrize(("count", "items"), [(1, 3), (2, 1)])
@@ -81,8 +89,6 @@ def test_an_exception_is_that_of_the_work(engine):
     with pytest.raises(BadInput, match="here: key = 3: must be another") as error:
         list(engine.in_order(bad, [3, 4]))
     assert "test_processes.py" in str(error.value.__cause__)
-    with pytest.raises(RuntimeError, match="Odd: can be no pickle"):
-        list(engine.in_order(odd, [3, 4]))
 
 
 def test_what_a_killed_process_did_is_done_by_another(engine, tmp_path):
@@ -98,7 +104,9 @@ def test_the_end_of_the_block_ends_what_they_are_at():
     with processes(2) as engine:
         found = engine.in_order(slow_but_first, range(9))
         assert next(found) == 0
-    assert {process.returncode for process in engine._started} == {-signal.SIGKILL}
+        workers = [each for each in psutil.Process().children() if "LokyProcess" in " ".join(each.cmdline())]
+        assert len(workers) == 2
+    assert not [each for each in workers if each.is_running()]
     with pytest.raises(RuntimeError, match="after shutdown"):
         list(engine.in_order(slow_but_first, range(9)))
 
