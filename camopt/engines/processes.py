@@ -9,7 +9,7 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing import Pipe
 from threading import Thread
 from typing import Any
@@ -20,7 +20,7 @@ from loky.backend import resource_tracker
 from camopt.engines import Item, Result
 from camopt.engines.interrupts import hold_interrupts
 
-ITEM_TRIES = 2  # for an item, each of which ends with a dead process
+ITEM_TRIES = 2  # for an item alone, each of which ends with a dead process
 THREAD_SETTINGS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Environment variables by which a library limits its threads; processes share the cores."""
 
@@ -46,25 +46,16 @@ class Processes:
         if min(self.workers, len(items)) <= 1:
             yield from (work((item,)) for item in items)
             return
-        resource_tracker.ensure_running()  # its start lets interrupts in again
-        with hold_interrupts():  # processes inherit this
-            futures = [self._executor.submit(work, (item,)) for item in items]
-        for number in range(len(items)):
-            for _ in range(ITEM_TRIES):
-                try:
-                    result = futures[number].result()
-                    break
-                except BrokenProcessPool:
-                    self._executor.shutdown(kill_workers=True)
-                    self._executor = self._start()
-                    with hold_interrupts():
-                        futures = [
-                            future if has_result(future) else self._executor.submit(work, (item,))
-                            for future, item in zip(futures, items, strict=True)
-                        ]
-            else:
-                why = f"a process was ended from outside, for want of memory perhaps, {ITEM_TRIES} times"
-                raise OSError(why)
+        futures = [self._submit(work, item) for item in items]
+        for number, item in enumerate(items):
+            try:
+                result = futures[number].result()
+            except BrokenProcessPool:
+                result = self._result_alone(work, item)
+                rest = zip(futures[number + 1 :], items[number + 1 :], strict=True)
+                futures[number + 1 :] = [
+                    future if has_result(future) else self._submit(work, other) for future, other in rest
+                ]
             yield result
 
     def end(self) -> None:
@@ -72,6 +63,26 @@ class Processes:
         self._executor.shutdown(kill_workers=True)
         self._mouth.close()
         self._ears.close()
+
+    def _submit(self, work: Callable[[Sequence[Item]], Result], item: Item) -> "Future[Result]":
+        """Begin with an item, in new processes if there are none."""
+        resource_tracker.ensure_running()  # its start lets interrupts in again
+        with hold_interrupts():  # processes inherit this
+            submitted: Future[Result] = self._executor.submit(work, (item,))
+        return submitted
+
+    def _result_alone(self, work: Callable[[Sequence[Item]], Result], item: Item) -> Result:
+        """The result of an item in new processes, where nothing else can end them."""
+        for _ in range(ITEM_TRIES):
+            self._restart()
+            with suppress(BrokenProcessPool):
+                return self._submit(work, item).result()
+        self._restart()
+        raise OSError(f"a process was ended from outside, for want of memory perhaps, {ITEM_TRIES} times")
+
+    def _restart(self) -> None:
+        self._executor.shutdown(kill_workers=True)
+        self._executor = self._start()
 
     def _start(self) -> ProcessPoolExecutor:
         """Processes, which begin with the first item."""
