@@ -4,6 +4,7 @@ An engine gives work a few items that follow each other, on whatever of its work
 of them in the order of the items, never far ahead of the reader. Results do not depend on the engine.
 """
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
@@ -13,6 +14,7 @@ from camopt.mistakes import BadInput, Mistake
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 LOCAL = "local"
+SCHEDULER = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
 
 
 class Engine(Protocol):
@@ -35,7 +37,7 @@ class Engine(Protocol):
         items : sequence
             The items.
         sample : sequence
-            A few items that call for all kernels. Workers of a cluster do them before they are ready.
+            A few items, of which a cluster learns how many make a task.
         """
         ...
 
@@ -44,8 +46,7 @@ class Engine(Protocol):
 def cluster(scheduler: str = LOCAL, workers: int | None = None) -> Iterator[Engine]:
     """Connect to a Dask cluster, an engine for ``sweep`` and ``frontier`` within the block.
 
-    Workers may join later, and die. Each needs the same camopt, numpy and scipy as this machine; it is ready when a
-    sample of the work has given the same rows as here, with numbers that differ by 1e-13 at most.
+    Workers may join later, and die. Each needs the same camopt, numpy, scipy, numba and Python as this machine.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ def cluster(scheduler: str = LOCAL, workers: int | None = None) -> Iterator[Engi
     Raises
     ------
     BadInput
-        If Dask is not installed, for another ``scheduler``, or if a worker is unlike this machine.
+        If Dask is not installed, for another ``scheduler``, or if a worker has other versions than this machine.
     OSError
         If no scheduler answers, or it has no workers; if one task ends all workers that try it.
 
@@ -80,6 +81,15 @@ def cluster(scheduler: str = LOCAL, workers: int | None = None) -> Iterator[Engi
     >>> swept.designs, swept.feasible
     (3, 1)
     """
+    mistakes = []
+    if scheduler != LOCAL and not SCHEDULER.fullmatch(scheduler):
+        allowed = f'the address of a Dask scheduler, such as tcp://host:8786, or "{LOCAL}"'
+        mistakes.append(Mistake("camopt", "scheduler", scheduler, allowed))
+    if scheduler != LOCAL and workers is not None:
+        why = f'belongs to the scheduler "{LOCAL}"; a cluster has the workers that it has'
+        mistakes.append(Mistake("camopt", "workers", workers, why, bare=True))
+    if mistakes:
+        raise BadInput(mistakes)
     try:
         from camopt.engines.dask_cluster import connected
     except ModuleNotFoundError as missing:

@@ -7,17 +7,18 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from socket import socket
+from time import sleep
 
 import numpy as np
 import psutil
 import pytest
+import scipy
 from distributed import CancelledError
 
 import camopt
 from camopt.cli import exits
 from camopt.cli.main import main
-from camopt.engines import cluster, dask_cluster, dask_worker
-from camopt.engines.dask_cluster import BYTES, RATE, TASK_SECONDS, items_of_task
+from camopt.engines import cluster, dask_cluster
 from camopt.front import journal
 from camopt.mistakes import BadInput
 
@@ -50,18 +51,18 @@ def death(items: Sequence[int]) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
+def counted(folder: Path, items: Sequence[int]) -> int:
+    """Has a file for each item that was done."""
+    (folder / str(items[0])).touch()
+    return items[0]
+
+
+def bytes_of(size: int, items: Sequence[int]) -> bytes:
+    return size * b" "
+
+
 def fault(items: Sequence[int]) -> None:
     raise ZeroDivisionError(f"of item {items[0]}")
-
-
-def process_of_a_sample(items: Sequence[int]) -> int:
-    """Another number in each process."""
-    return os.getpid()
-
-
-def rounded_by_process(items: Sequence[int]) -> list[np.ndarray]:
-    """Another last digit in each process."""
-    return [np.array([1.0 + os.getpid() % 16 * 2.0**-52])]
 
 
 def allow_failures(engine, number):
@@ -115,44 +116,35 @@ def test_what_fails_in_a_worker_fails_here(engine):
         list(engine.in_order(fault, range(3)))
 
 
-def test_a_worker_that_computes_other_numbers_is_refused(engine):
-    with pytest.raises(BadInput, match="other numbers"):
-        list(engine.in_order(process_of_a_sample, range(3), sample=[0]))
-
-
-def test_a_worker_whose_processor_rounds_otherwise_is_taken(engine):
-    found = flat(engine.in_order(rounded_by_process, range(3), sample=[0]))
-    assert np.ptp([each[0] for each in found]) < 1e-14
-
-
-SIZES, LAWS = np.array([30.0, 1e-13, np.inf, np.nan]), np.array(["a", "b"])
-
-
-@pytest.mark.parametrize(
-    ("sizes", "laws", "counts", "same"),
-    [
-        (SIZES, LAWS, (2, 0.5), True),
-        (np.array([30.0 + 2e-12, 3e-13, np.inf, np.nan]), LAWS, (2, 0.5), True),
-        (np.array([30.0 + 2e-11, 1e-13, np.inf, np.nan]), LAWS, (2, 0.5), False),
-        (np.array([30.0, 1e-13, 1.0, np.nan]), LAWS, (2, 0.5), False),
-        (np.array([np.nan, 1e-13, np.inf, np.nan]), LAWS, (2, 0.5), False),
-        (SIZES[:3], LAWS, (2, 0.5), False),
-        (SIZES, np.array(["a", "c"]), (2, 0.5), False),
-        (SIZES, LAWS, (3, 0.5), False),
-        (SIZES, LAWS, (2, 0.5, 1), False),
-        (SIZES, LAWS, (2, 0), False),
-    ],
-)
-def test_results_are_alike_but_for_rounding(sizes, laws, counts, same):
-    expected = {"columns": {"size": SIZES, "law": LAWS}, "counts": (2, 0.5)}
-    assert dask_worker.is_alike(expected, {"columns": {"size": sizes, "law": laws}, "counts": counts}) is same
-
-
-def test_a_worker_with_other_software_is_refused(engine, monkeypatch):
-    here = dask_worker.installed()
-    monkeypatch.setattr(dask_worker, "installed", lambda: {**here, "kernels": "others"})
-    with pytest.raises(BadInput, match=f"its kernels is {here['kernels']}, and here it is others"):
+@pytest.mark.parametrize("share", ["camopt 1.2.3", "numpy 1.2.3"])
+def test_a_worker_with_other_versions_is_refused(engine, monkeypatch, share):
+    own, other = dask_cluster.versions(), f"{share}, and more"
+    monkeypatch.setattr(dask_cluster, "versions", lambda: other)
+    with pytest.raises(BadInput) as refusal:
         list(engine.in_order(sines, range(3)))
+    (line,) = str(refusal.value).splitlines()
+    worker, why = line.removeprefix("camopt: scheduler = 'tcp://127.0.0.1:").split("': ")
+    assert worker.isdecimal()
+    assert why == f"must be a worker like this machine, which has {other}; it has {own}"
+
+
+def test_the_versions_are_all_on_which_a_result_depends(monkeypatch):
+    own = dask_cluster.versions()
+    for package in (np, scipy):
+        with monkeypatch.context() as patch:
+            patch.setattr(package, "__version__", "1.2.3")
+            assert dask_cluster.versions() != own
+    monkeypatch.setattr(dask_cluster, "version_of_rows", lambda: "1.2.3")  # camopt, kernels, numba and Python
+    assert dask_cluster.versions() != own
+
+
+def test_few_results_wait_to_be_read(engine, tmp_path):
+    work = partial(counted, tmp_path)
+    found = engine.in_order(work, range(1000))
+    assert [next(found) for _ in range(3)] == [0, 1, 2]
+    sleep(0.3)
+    assert len([*tmp_path.iterdir()]) <= 3 + dask_cluster.AHEAD * engine.workers
+    found.close()
 
 
 def test_a_task_that_ends_every_worker_is_given_up(engine):
@@ -167,8 +159,6 @@ def test_a_reader_that_stops_leaves_nothing_behind(engine):
     next(found)
     found.close()
     assert flat(engine.in_order(sines, range(10))) == sines(range(10))
-    plugins = engine.client.run_on_scheduler(lambda dask_scheduler: [*dask_scheduler.worker_plugins])
-    assert not [name for name in plugins if name.startswith("camopt")]
 
 
 SCENE = camopt.find_scene("roller-1000rpm").replace(
@@ -236,19 +226,13 @@ class Bereaved:
     def nthreads(self):
         return {"tcp://10.0.0.2:40000": 1}
 
-    def wait_for_workers(self, number, timeout):
+    def submit(self, *arguments, pure):
         self.status = "connecting"
         raise OSError("Timed out trying to connect to tcp://10.0.0.1:8786 after 20 s")
 
 
 class BereavedLater(Bereaved):
     """A client whose scheduler dies while tasks are under way."""
-
-    def wait_for_workers(self, number, timeout):
-        pass
-
-    def register_plugin(self, plugin):
-        pass
 
     def submit(self, *arguments, pure):
         return self
@@ -268,24 +252,20 @@ def test_a_scheduler_that_dies_is_told_as_one(client, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("items", "threads", "seconds", "size", "expected"),
+    ("seconds", "size", "items", "expected"),
     [
-        (10_000, 2, TASK_SECONDS / 10.0, 0.0, 10),
-        (10_000, 2, 10.0 * TASK_SECONDS, 0.0, 1),
-        (
-            10**9,
-            int(5 * TASK_SECONDS * RATE),
-            TASK_SECONDS / 10.0,
-            0.0,
-            50,
-        ),  # so many workers that the scheduler is spared
-        (10_000, 2, 0.0, 0.0, 1250),  # some tasks for each thread
-        (3, 2, 0.0, 0.0, 1),
-        (10_000, 2, 0.0, BYTES / 5.0, 5),
+        (dask_cluster.TASK_SECONDS / 5.0, 0, 10_000, 10),
+        (20.0 * dask_cluster.TASK_SECONDS, 0, 10_000, 1),
+        (0.0, dask_cluster.TASK_BYTES / 6.9, 10_000, 13),
+        (0.0, 0, 10_000, 2500),  # some tasks for each thread
+        (0.0, 0, 3, 1),
     ],
 )
-def test_a_task_has_items_for_a_second_or_two(items, threads, seconds, size, expected):
-    assert items_of_task(items, threads, seconds, size) == expected
+def test_a_task_has_items_for_a_second_or_two(monkeypatch, seconds, size, items, expected):
+    monkeypatch.setattr(dask_cluster, "monotonic", iter([1.0, 1.0 + seconds]).__next__)
+    work = partial(bytes_of, int(size))
+    one = dask_cluster.Cluster(Bereaved(), "with one thread")
+    assert one._items_of_task(work, items, range(2)) == expected
 
 
 @pytest.mark.parametrize(
