@@ -85,7 +85,7 @@ class Convex:
         return self.programme.status in (SOLVED, INFEASIBLE)
 
 
-def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = None) -> Convex:  # noqa: C901
+def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = None) -> Convex:
     """The programme of a demand with motions of one make.
 
     ``held`` bounds further terms of the kind that an objective has, in their units, by numbers or parameters.
