@@ -70,7 +70,7 @@ def test_a_command_that_is_done_needs_no_package_but_that_of_its_options(argumen
     *said, modules = done.stderr.strip().splitlines()
     assert "camopt: already done" in said[-1]
     assert done.stdout == first[1]
-    assert eval(modules) == {"camopt", "click"}
+    assert eval(modules) == {"camopt", "click", "lazy_loader"}
 
 
 def test_it_computes_for_another_question_and_for_who_asks_it_to(command):
