@@ -24,7 +24,7 @@ from camopt.scene.scene import Scene
 from camopt.smallest.optimise import SECONDS, Optimum, optimise
 from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
-from camopt.synthesis.crossings import crossing_jerk
+from camopt.synthesis.crossing_jerk import crossing_jerk
 from camopt.synthesis.demand import CROSSING_JERK, LOST_AREA, SIZE_WORDS, SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.synthesised import Synthesis, free_names

@@ -22,7 +22,7 @@ from camopt.scene.synthesis import SynthesisSettings
 from camopt.smallest.closed_form import least_size
 from camopt.synthesis import residual
 from camopt.synthesis.conditions import Ground, conditions_of, ground_of
-from camopt.synthesis.crossings import check_crossings
+from camopt.synthesis.crossing_jerk import check_crossings
 from camopt.synthesis.demand import CROSSING_JERK, TERM_ORDERS, Demand, LowHigh, roller_of
 from camopt.synthesis.linear_constraints import floors_of, is_linear
 from camopt.synthesis.means import means_of

@@ -9,7 +9,8 @@ from camopt import Scene, evaluate, prices, synthesise
 from camopt.mistakes import BadInput, Unmet
 from camopt.problem.problem import resolve
 from camopt.synthesis.convex import convex
-from camopt.synthesis.crossings import crossing_jerk, with_crossings
+from camopt.synthesis.crossing_jerk import crossing_jerk
+from camopt.synthesis.crossings import with_crossings
 from camopt.synthesis.demand import tightened
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.spline_motion import SplineMotion
