@@ -1,8 +1,11 @@
 """Points of measured cams as people save them: the same numbers whatever the file, one line for each bad one."""
 
+import re
 import sys
 from io import BytesIO
+from struct import pack
 from zipfile import ZIP_DEFLATED, ZipFile
+from zlib import crc32
 
 import numpy as np
 import openpyxl
@@ -13,7 +16,7 @@ from hypothesis import strategies as st
 from camopt import BadInput
 from camopt.measured.columns import TableColumns
 from camopt.measured.reading import angle_from, read_points
-from camopt.measured.workbook_extent import check_archive
+from camopt.measured.workbook import workbook_rows
 from camopt.motion import LAWS
 
 ANGLES = np.arange(0.0, 360.0, 5.0)
@@ -127,7 +130,8 @@ def archive(**parts):
     data = BytesIO()
     with ZipFile(data, "w", ZIP_DEFLATED) as into:
         for name, content in parts.items():
-            into.writestr(".".join(name.replace("__", "/").rsplit("_", 1)), content)  # mimetype has no ending
+            place = name if "." in name else ".".join(name.replace("__", "/").rsplit("_", 1))
+            into.writestr(place, content)  # mimetype has no ending
     return data.getvalue()
 
 
@@ -152,15 +156,6 @@ def open_document(rows, before="", after=""):
     return archive(mimetype=kind, content_xml=content, **{"META-INF__manifest_xml": manifest})
 
 
-def binary_sheet(row, column):
-    """A sheet of .xlsb with a blank cell in its last corner and a number elsewhere."""
-    blank, number = (1048575, 16383, 1), (row - 1, column - 1, 5)
-    records = b""
-    for at, across, kind in (number, blank):
-        records += bytes([0, 4]) + at.to_bytes(4, "little") + bytes([kind, 4]) + across.to_bytes(4, "little")
-    return records
-
-
 def cell_in_the_corner():
     book, data = openpyxl.Workbook(), BytesIO()
     book["Sheet"].append((0, 1))
@@ -169,27 +164,58 @@ def cell_in_the_corner():
     return data.getvalue()
 
 
-def corner_of_an_open_document():
-    rest = '<table:table-row table:number-rows-repeated="1000000"><table:table-cell/></table:table-row>'
-    far = '<table:table-cell table:number-columns-repeated="16000"/><table:table-cell office:value-type="float" office:value="1"/>'
-    return open_document([(0, 1)], after=f"{rest}<table:table-row>{far}</table:table-row>")
+def archive_that_lies(size):
+    """The directory says that a part of so many bytes ends after the first tag, and has the checksum of this."""
+    tag = b"<workbook/>"
+    content = tag.ljust(size)
+    data = archive(xl__workbook_xml=content)
+    for true, said in ((size, len(tag)), (crc32(content), crc32(tag))):
+        data = data.replace(true.to_bytes(4, "little"), said.to_bytes(4, "little"))
+    return data
 
 
-def archive_that_lies():
-    """The directory says that a part of a mebibyte has ten bytes."""
-    data = archive(xl__workbook_xml=b"<" + bytes(1 << 20))
-    size = ((1 << 20) + 1).to_bytes(4, "little")
-    place = data.rindex(size)
-    return data[:place] + (10).to_bytes(4, "little") + data[place + 4 :]
+def record(kind, content=b""):
+    return bytes([*([kind] if kind < 128 else [kind & 127 | 128, kind >> 7]), len(content)]) + content
 
 
+def binary_workbook(cells, relation="a"):
+    """A workbook of .xlsb with numbers in cells: row, column and number of each."""
+    related = f'<Relationships><Relationship Id="{relation}" Target="worksheets/sheet1.bin"/></Relationships>'
+    names = b"".join(pack("<I", len(text)) + text.encode("utf-16-le") for text in ("a", "cam"))
+    sheet = record(0x94, bytes(16)) + record(0x91)
+    for row, column, number in cells:
+        sheet += record(0, pack("<II", row - 1, 0)) + record(5, pack("<IId", column - 1, 0, number))
+    return archive(
+        **{"xl/_rels/workbook.bin.rels": related},
+        xl__workbook_bin=record(0x9C, pack("<II", 0, 1) + names) + record(0x90) + record(0x9D),
+        xl__worksheets__sheet1_bin=sheet + record(0x92),
+    )
+
+
+def sheet_of(rows):
+    """A workbook of .xlsx with a sheet of rows that are given as XML."""
+    data = BytesIO()
+    with ZipFile(BytesIO(workbook([(1, 2)]))) as book, ZipFile(data, "w", ZIP_DEFLATED) as into:
+        for name in book.namelist():
+            content = book.read(name)
+            if name.endswith("sheet2.xml"):
+                content = re.sub(
+                    rb"<sheetData>.*</sheetData>", b"<sheetData>%s</sheetData>" % rows.encode(), content
+                )
+            into.writestr(name, content)
+    return data.getvalue()
+
+
+FIRST = '<row r="1"><c r="A1"><v>1</v></c></row>'
 TOO_LARGE = {
     "a cell in the last corner": (cell_in_the_corner, r"has a sheet as far as row 1048576 and column 16384; the most are 2000000 cells"),
-    "a corner of .ods": (corner_of_an_open_document, r"has a sheet as far as row 1000002 and column 16001"),
-    "a corner of .xlsb": (lambda: archive(xl__worksheets__sheet1_bin=binary_sheet(1048576, 16384)), r"has a sheet as far as row 1048576 and column 16384"),
-    "much that is unpacked": (lambda: archive(xl__media__picture_png=bytes(65 << 20)), r"is a workbook of 65 MiB when unpacked; the most are 64: save the table as CSV"),
-    "a directory that lies": (archive_that_lies, r"is no workbook that can be read: Bad CRC-32"),
-    "broken XML": (lambda: archive(xl__workbook_xml="<a><b></a>"), r"is no workbook that can be read: mismatched tag"),
+    "a cell in single quotes": (lambda: sheet_of(FIRST + "<row r='2'><c r = 'XFD1048576'><v>1</v></c></row>"), r"has a sheet as far as row 1048576 and column 16384"),
+    "a comment before the number": (lambda: sheet_of(FIRST + '<row r="2"><c r="XFD1048576"><!-- --><v>1</v></c></row>'), r"has a sheet as far as row 1048576 and column 16384"),
+    "cells that name no place": (lambda: sheet_of(FIRST + '<row r="1048576">' + 16384 * "<c><v>1</v></c>" + "</row>"), r"has a sheet as far as row 1048576 and column 16384"),
+    "a row beyond the sheet": (lambda: sheet_of(FIRST + '<row r="4294967295"><c r="A4294967295"><v>1</v></c></row>'), r"has a sheet as far as row 4294967295 and column 1"),
+    "a corner of .xlsb": (lambda: binary_workbook([(1, 1, 5.0), (1048576, 16384, 6.0)]), r"has a sheet as far as row 1048576 and column 16384"),
+    "much that is unpacked": (lambda: archive(xl__media__picture_png=bytes(65 << 20)), r"is a workbook of more than 64 MiB when unpacked: save the table as CSV"),
+    "a directory that lies": (lambda: archive_that_lies(65 << 20), r"is a workbook of more than 64 MiB when unpacked: save the table as CSV"),
 }  # fmt: skip
 
 
@@ -213,26 +239,36 @@ def test_what_has_nothing_in_it_makes_no_workbook_large(tmp_path):
     book["Sheet"].cell(1_048_576, 16_384).font = openpyxl.styles.Font(bold=True)
     book.save(data)
     agree(points_of(data.getvalue(), tmp_path, "cam.xlsx"))
-    check_archive(archive(xl__worksheets__sheet1_bin=binary_sheet(1000, 2000)))
 
 
-@given(row=st.integers(1, 1_048_576), column=st.integers(1, 16_384))
-def test_the_last_cell_of_a_workbook_is_found(row, column):
-    """By its name in .xlsx (by openpyxl), by repeats in .ods, by numbers in .xlsb."""
+def test_a_binary_workbook(tmp_path):
+    cells = (
+        (k + 3, k2 + 2, x) for k, row in enumerate(zip(ANGLES, LIFTS, strict=True)) for k2, x in enumerate(row)
+    )
+    agree(points_of(binary_workbook(cells), tmp_path, "cam.xlsb"))
+
+
+def test_a_damaged_binary_workbook_is_refused(tmp_path):
+    """calamine panics, which is no Exception of Python."""
+    data = binary_workbook([(1, 1, 5.0)], relation="b")
+    with pytest.raises(BadInput, match="file: is no workbook that can be read"):
+        points_of(data, tmp_path, "cam.xlsb")
+
+
+@given(row=st.integers(1, 1_048_576), column=st.integers(1, 16_384), binary=st.booleans())
+def test_the_last_cell_of_a_workbook_is_found(row, column, binary):
+    """Its name is openpyxl's."""
     place = f"{openpyxl.utils.get_column_letter(column)}{row}"
-    inside = f'<sheetData><row r="{row}"><c r="{place}"><v>1</v></c></row></sheetData>'
-    far = f'<table:table-cell table:number-columns-repeated="{column}" office:value-type="float" office:value="1"/>'
-    last = f'<table:table-row table:number-rows-repeated="{row}">{far}</table:table-row>'
-    for data in (
-        archive(xl__worksheets__sheet1_xml=f"<worksheet>{inside}</worksheet>"),
-        open_document([], after=last),
-        archive(xl__worksheets__sheet1_bin=binary_sheet(row, column)),
-    ):
-        if row * column <= 2_000_000:
-            check_archive(data)
-        else:
-            with pytest.raises(ValueError, match=f"row {row} and column {column};"):
-                check_archive(data)
+    sheet = f'<x:row r="{row}"><x:c s="1" r="{place}" t="n"><x:v>1</x:v></x:c></x:row>'
+    data = binary_workbook([(row, column, 1.0)]) if binary else archive(xl__worksheets__sheet1_xml=sheet)
+    if row * column > 2_000_000:
+        with pytest.raises(ValueError, match=f"row {row} and column {column};"):
+            workbook_rows(data)
+    elif binary:
+        assert workbook_rows(data)[-1].number == row
+    else:
+        with pytest.raises(ValueError, match="is no workbook that can be read"):
+            workbook_rows(data)
 
 
 def test_a_workbook_without_its_reader(tmp_path, monkeypatch):
@@ -276,6 +312,7 @@ BAD = {
     "microns": ("Angle,Lift µm\n" + "\n".join(ROWS), "column 'Lift µm': is in µm, and mm is taken; only mm, inch, deg can be read"),
     "radians": ("Angle [rad],Lift\n" + "\n".join(ROWS), "column 'Angle [rad]': is in rad, and deg is taken; give the unit of the angles as rad"),
     "no text": (b"\x00\x01\x02" * 100, "file: is no text, and no workbook"),
+    "broken XML": (archive(xl__workbook_xml="<a><b></a>"), "file: is no workbook that can be read"),
     "a broken workbook": (b"PK\x03\x04 and no more", "file: is no workbook that can be read"),
     "a workbook of words": (workbook([("a", "b")]), "rows: has no row of numbers"),
     "a date": (workbook([(a, "2026-05-01" if a == 45 else y) for a, y in zip(ANGLES, LIFTS, strict=True)]), "row 10 = '2026-05-01': is no number"),
