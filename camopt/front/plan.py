@@ -17,7 +17,6 @@ from camopt.front.blocks import BLOCK, SHARING_BLOCK, Batch, Blocks, merged
 from camopt.front.curve_numbers import CurveNumbers, curve_numbers
 from camopt.front.curve_verdicts import curves_tell_all
 from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.numerics.distinct import distinct
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import VERDICT
 from camopt.problem.sample import searched_space
@@ -171,7 +170,7 @@ class SweepPlan:
 
     def batches(self, numbers: range, engine: Engine) -> Iterator[Batch]:
         """The results of blocks on an engine, some at a time, in order."""
-        sample = distinct(np.linspace(0, len(self.blocks) - 1, SAMPLE, dtype=int)).tolist()
+        sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE, dtype=int)).tolist()
         return engine.in_order(self.evaluated, numbers, sample)
 
     def numbers(self, part: int = 1, parts: int = 1) -> range:

@@ -34,7 +34,6 @@ from camopt.motion.table import (
 )
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray, IntArray
-from camopt.numerics.distinct import distinct
 from camopt.numerics.panels import TABLE_DEGREE
 from camopt.numerics.piecewise import (
     MotionTable,
@@ -221,7 +220,7 @@ class Programme:
         out = np.zeros((order + 1, *angles.shape))
         edges = np.array([s.start for s in self.strokes])
         index = np.searchsorted(edges, angles, side="right") - 1
-        for k in distinct(index[index >= 0]):
+        for k in np.unique(index[index >= 0]):
             here = index == k
             out[:, here] = self.strokes[k].motion(angles[here], order)
         return out

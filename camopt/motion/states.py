@@ -11,7 +11,6 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from camopt.numerics import FloatArray, IntArray
-from camopt.numerics.distinct import distinct
 from camopt.numerics.quadratic import least_miss, least_within, solutions_of
 
 SINGLE_NUMBER = 1e-12  # of the run's largest number: ranges no wider are single numbers
@@ -110,7 +109,7 @@ class States:
 
     @cached_property
     def free(self) -> IntArray:
-        return distinct(self.place.ravel()[~self.is_fixed])
+        return np.unique(self.place.ravel()[~self.is_fixed])
 
     def _limits(self, equal: bool) -> tuple[FloatArray, FloatArray]:
         """Rows on the free numbers, and what they are at least, or equal to."""

@@ -10,7 +10,6 @@ from numpy.polynomial import polynomial
 
 from camopt.motion.law import Law, derivatives_of
 from camopt.numerics import UNIT, FloatArray, IntArray
-from camopt.numerics.distinct import distinct
 from camopt.numerics.panels import TABLE_DEGREE
 from camopt.numerics.piecewise import sign_changes
 from camopt.numerics.quadrature import chebyshev_projection, chebyshev_series
@@ -132,6 +131,6 @@ def turnings(law: Law, panels: int) -> tuple[float, ...]:
     centre, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
     velocity = polynomial.polyder(series.T) / half
     turns = [centre[k] + half[k] * u for k, u in sign_changes(velocity)]
-    places = distinct(np.array([*ends, *turns]))
+    places = np.unique(np.array([*ends, *turns]))
     signs = np.sign(np.diff(law.displacement(places)))
     return tuple(float(x) for x in places[1:-1][signs[1:] != signs[:-1]])

@@ -31,7 +31,6 @@ from camopt.kernels.compile import (
 from camopt.numerics import LEAST, UNIT, FloatArray
 from camopt.numerics.climbing import Ask, allowed_gain, first_and_last, orient
 from camopt.numerics.curves import WITH_LOAD
-from camopt.numerics.distinct import distinct
 from camopt.numerics.evaluating import CURVE, evaluator
 from camopt.numerics.jet import larger
 from camopt.numerics.piecewise import PANEL_RECORD, MotionTable, Panels, panels_of
@@ -233,7 +232,7 @@ def _search_in_python(curve, first, count, panels, question, precision, work):
     kinds, goal = question
     begin(panels, kinds, goal, precision.floor, count, work)
     PLAIN_RUN.go_on()
-    look_at_rows(curve, first, count, panels, distinct(panels.group), work)
+    look_at_rows(curve, first, count, panels, np.unique(panels.group), work)
     panel, piece = perhaps_open(panels, kinds, goal, count, work)
     look_at_rows(curve, first, count, panels, panel, work)
     for p, q in zip(panel.tolist(), piece.tolist(), strict=True):
