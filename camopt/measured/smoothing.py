@@ -16,12 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
+from scipy.interpolate import BSpline
 from scipy.linalg import eigh
 
 from camopt.measured.reading import FULL_TURN, MeasuredPoints
 from camopt.measured.spline_chain import CHAIN_DEGREE
 from camopt.numerics import FloatArray
-from camopt.numerics.bsplines import basis_matrix, derivative_matrix
+from camopt.numerics.bsplines import derivative_matrix
 
 SMOOTHED_ORDER = 3  # the order of the derivative that is smoothed
 MOST_KNOTS = 360
@@ -84,7 +85,8 @@ def _basis(x: FloatArray) -> tuple[sparse.csr_array, sparse.csr_array]:
         np.diff(around[CHAIN_DEGREE:-CHAIN_DEGREE])[:, None] / 2.0,
     )
     inside = (starts + half * (1.0 + nodes)).ravel()
-    jerk = basis_matrix(around[SMOOTHED_ORDER:-SMOOTHED_ORDER], CHAIN_DEGREE - SMOOTHED_ORDER, inside) @ change
+    trimmed, degree = around[SMOOTHED_ORDER:-SMOOTHED_ORDER], CHAIN_DEGREE - SMOOTHED_ORDER
+    jerk = BSpline.design_matrix(inside, trimmed, degree, extrapolate=True) @ change
     weighted = sparse.diags_array(np.sqrt(half * weights).ravel()) @ jerk
     turned = knots[0] + np.mod(x - knots[0], 1.0)
-    return basis_matrix(around, CHAIN_DEGREE, turned) @ closed, weighted.T @ weighted
+    return BSpline.design_matrix(turned, around, CHAIN_DEGREE, extrapolate=True) @ closed, weighted.T @ weighted

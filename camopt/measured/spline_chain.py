@@ -15,9 +15,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
+from scipy.interpolate import BSpline
 
 from camopt.numerics import FloatArray
-from camopt.numerics.bsplines import basis_matrix
 
 CHAIN_DEGREE, JOINED_ORDERS = 5, 4
 
@@ -48,7 +48,7 @@ class SplineChain:
     def at(self, x: ArrayLike, order: int = 0) -> sparse.csr_array:
         """The matrix from the coefficients of a derivative to its values at x."""
         knots = self.knots[order : self.knots.size - order]
-        return basis_matrix(knots, CHAIN_DEGREE - order, np.asarray(x, dtype=float))
+        return BSpline.design_matrix(x, knots, CHAIN_DEGREE - order, extrapolate=True)
 
     @cached_property
     def square(self) -> sparse.csr_array:

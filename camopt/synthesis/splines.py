@@ -14,11 +14,12 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.interpolate import BSpline
 
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.numerics.bsplines import basis_matrix, derivative_matrix
+from camopt.numerics.bsplines import derivative_matrix
 
 SPAN_PARTS = 2  # of a span
 LEAST_PIECE = 0.25  # of an equal piece: no piece is shorter than that
@@ -73,7 +74,8 @@ class Splines:
         """The matrix from coefficients to values of a derivative at x, from 0 to 1."""
         inner = self.knots[order : self.knots.size - order]
         by_knots = derivative_matrix(self.knots, self.degree, order)
-        return without_rounding(basis_matrix(inner, self.degree - order, x) @ by_knots)
+        basis = BSpline.design_matrix(x, inner, self.degree - order, extrapolate=True)
+        return without_rounding(basis @ by_knots)
 
     def bernstein(self, order: int) -> sparse.csr_array:
         """The matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""

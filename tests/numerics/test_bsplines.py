@@ -1,4 +1,4 @@
-"""B-splines as matrices, against scipy's and against their identities."""
+"""The derivative of a B-spline as a matrix, against scipy's values."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from camopt.numerics.bsplines import basis_matrix, derivative_matrix
+from camopt.numerics.bsplines import derivative_matrix
 
 
 @st.composite
@@ -19,17 +19,6 @@ def knot_rows(draw):
     return degree, np.array([0.0] * ends + sorted(np.repeat(inner, often) / 100.0) + [1.0] * ends)
 
 
-@given(knot_rows(), st.lists(st.floats(0.0, 1.0), max_size=30))
-def test_values_are_those_of_scipy_and_their_sum_is_1(row, x):
-    degree, knots = row
-    x = np.array([*x, 0.0, 1.0])
-    matrix = basis_matrix(knots, degree, x).toarray()
-    np.testing.assert_allclose(matrix, BSpline.design_matrix(x, knots, degree).toarray(), rtol=1e-12, atol=1e-15)
-    np.testing.assert_allclose(matrix.sum(axis=1), 1.0, rtol=1e-13)
-    assert matrix.min() >= 0.0
-    assert basis_matrix(knots, degree, x[:0]).shape == (0, knots.size - degree - 1)
-
-
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
 @given(row=knot_rows(), seed=st.integers(0, 10**6))
 def test_derivatives_are_those_of_scipy(order, row, seed):
@@ -39,6 +28,7 @@ def test_derivatives_are_those_of_scipy(order, row, seed):
     rng = np.random.default_rng(seed)
     coefficients, x = rng.normal(size=knots.size - degree - 1), rng.uniform(size=20)
     inner = knots[order : knots.size - order]
-    values = basis_matrix(inner, degree - order, x) @ (derivative_matrix(knots, degree, order) @ coefficients)
+    basis = BSpline.design_matrix(x, inner, degree - order)
+    values = basis @ (derivative_matrix(knots, degree, order) @ coefficients)
     expected = BSpline(knots, coefficients, degree)(x, order)
     np.testing.assert_allclose(values, expected, rtol=1e-9, atol=1e-9 * max(np.abs(expected).max(), 1.0))
