@@ -59,7 +59,7 @@ def _sweep(job: Job, threads: int, runs: int = RUNS) -> Task:
 
 def _smallest() -> Task:
     """The smallest radius, against a root of 3600 samples."""
-    scene = smallest_cam("cycloidal", "radial")
+    scene = smallest_cam("cycloidal")
     return Task(lambda: optimise(scene), lambda: by_brentq("cycloidal"))
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camopt import optimise
 from camopt.mechanisms import MECHANISMS
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
@@ -22,6 +23,7 @@ import sides
 import tasks
 import track
 from rival_motion import ALL_LAWS, motion_table
+from smallest_cams import by_brentq, smallest_cam
 from throughput import jobs
 
 from camopt.motion import LAWS
@@ -80,6 +82,14 @@ def test_the_excess_of_a_front_over_itself_is_nothing():
     shifted = exact[100:-100:7] + np.array([0.25, 0.0, 0.003])
     expected = 0.25 + 600.0 / exact[100:-100:7, 2] - 600.0 / shifted[:, 2]
     assert fronts.excess(shifted, exact) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("law", ["cycloidal", "harmonic"])
+def test_a_root_of_samples_is_next_to_the_smallest_radius(law):
+    """The largest sample is never above the truth, so that the rival's cam is the smaller one."""
+    radius = optimise(smallest_cam(law)).best["base_radius_mm"]
+    assert by_brentq(law) == pytest.approx(radius, abs=1e-3)
+    assert by_brentq(law) < radius
 
 
 @pytest.mark.parametrize("law", ALL_LAWS)
