@@ -1,4 +1,4 @@
-"""The rival in C (``rival.c``): compiled where there is a compiler, else the same arithmetic by numba.
+"""The rival in C (``rival.c``).
 
 It looks at samples of a tabulated turn, as most programs do. What it finds is never too large, and misses the truth
 by what lies between two samples; camopt encloses the extremes of the continuous turn to 1e-9.
@@ -45,7 +45,7 @@ class Rival:
         """The largest |tan β|, and the least and the largest curvature (of a flat face: radius), (designs, 3).
 
         ``sizes`` is (designs, 6) in the order of ``SIZES``, ``motion`` (5, samples); mm and rad. The designs are
-        shared out evenly between the threads: neither C nor numba holds Python's lock.
+        shared out evenly between the threads: C does not hold Python's lock.
         """
         found, motion = np.empty((len(sizes), 3), self.number), np.ascontiguousarray(motion, self.number)
         parts = np.array_split(np.ascontiguousarray(sizes, self.number), threads)
@@ -57,12 +57,10 @@ class Rival:
 
 @cache
 def rival(number: str) -> Rival:
-    """The rival in C for a type of number; where there is no C compiler, that in numba, which takes doubles."""
+    """The rival in C for a type of number."""
     compiler = c_compiler()
     if compiler is None:
-        import rival_numba
-
-        return Rival(rival_numba.NAME, np.float64, {each: rival_numba.work_of(each) for each in MECHANISMS})
+        raise SystemExit("the rival needs a C compiler, cc or that of the variable CC")
     flags = [*FLAGS, f"-DNUMBER={number}"]
     library = c_library("rival.c", flags)
     works = {each: _work(getattr(library, f"{each}_extremes"), number) for each in MECHANISMS}
