@@ -12,11 +12,12 @@ from functools import partial
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
+from random_cams import by_numpy, random_cams
 from rival_c import MECHANISMS, rival
 from smallest_cams import by_brentq, smallest_cam
-from throughput import Job, default_job, jobs
+from throughput import Job, carried_job, default_job, jobs, loaded_job
 
-from camopt import optimise
+from camopt import evaluate_designs, optimise
 
 STEPS, RUNS = 100, 15
 CORES = os.cpu_count() or 1
@@ -63,6 +64,12 @@ def _smallest() -> Task:
     return Task(lambda: optimise(scene), lambda: by_brentq("cycloidal"))
 
 
+def _evaluation() -> Task:
+    """Three extremes of each of many cams, against numpy at the same accuracy."""
+    scene, frame = random_cams("cycloidal")
+    return Task(lambda: evaluate_designs(scene, frame), lambda: by_numpy("cycloidal", frame), len(frame))
+
+
 def _run(command: Sequence[str]) -> None:
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 
@@ -81,14 +88,16 @@ def _command(name: str, first: bool) -> Task:
 
 
 SWEEPS: dict[str, Callable[[], Task]] = {
-    name.replace("_", " "): lambda name=name: _sweep(jobs(STEPS)[name], 1) for name in MECHANISMS
+    **{name.replace("_", " "): lambda name=name: _sweep(jobs(STEPS)[name], 1) for name in MECHANISMS},
+    "limit on a load": lambda: _sweep(loaded_job(STEPS), 1),
+    "through a train": lambda: _sweep(carried_job(STEPS), 1),
 }
-"""Sweeps of each mechanism on one thread."""
+"""Sweeps of each mechanism on one thread, one with a limit on a load, and one through a train."""
 
 COUNTED = {**SWEEPS, "default sweep": lambda: _sweep(default_job(), 1, runs=2)}
 """Tasks whose instructions can be counted: on one thread."""
 
-QUICK: dict[str, Callable[[], Task]] = {**SWEEPS, "smallest radius": _smallest}
+QUICK: dict[str, Callable[[], Task]] = {**SWEEPS, "smallest radius": _smallest, "evaluation": _evaluation}
 
 TASKS: dict[str, Callable[[], Task]] = {
     **QUICK,

@@ -116,6 +116,20 @@ def jobs(steps: int) -> dict[str, Job]:
     return {name: Job(name, scene) for name, scene in scenes.items()}
 
 
+def loaded_job(steps: int) -> Job:
+    """A sweep with a limit on a load, which about half of the designs hold that hold the others."""
+    job = jobs(steps)["disc_translating"]
+    dynamics = {"mass": 0.5, "spring_rate": 20.0, "preload": 800.0}
+    scene = job.scene.replace(**{"follower.dynamics": dynamics, "limits.side_thrust": 750.0})
+    return Job(job.mechanism, scene)
+
+
+def carried_job(steps: int) -> Job:
+    """A sweep through a four-bar. The rival samples the same number of cams of a follower without a train."""
+    train = [{"stage": "four-bar", "crank": 110, "coupler": 200, "rocker": 100, "ground": 220, "angle": 70}]
+    return Job("disc_oscillating", jobs(steps)["disc_oscillating"].scene.replace(train=train))
+
+
 def default_job() -> Job:
     """The default sweep."""
     return Job("disc_translating", find_scene("roller-1000rpm"))

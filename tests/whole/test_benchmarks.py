@@ -23,9 +23,11 @@ import sides
 import tasks
 import track
 from c_library import c_compiler
+from random_cams import QUANTITIES, by_numpy, random_cams
 from rival_motion import ALL_LAWS, motion_table
+from rival_numpy import LAWS as LAWS_IN_NUMPY
 from smallest_cams import by_brentq, smallest_cam
-from throughput import KEYS, jobs
+from throughput import KEYS, carried_job, jobs, loaded_job
 
 from camopt.motion import LAWS
 
@@ -91,6 +93,23 @@ def test_a_root_of_samples_is_next_to_the_smallest_radius(law):
     radius = optimise(smallest_cam(law)).best["base_radius_mm"]
     assert by_brentq(law) == pytest.approx(radius, abs=1e-3)
     assert by_brentq(law) < radius
+
+
+@pytest.mark.parametrize("law", LAWS_IN_NUMPY)
+def test_numpy_agrees_on_random_cams(law):
+    """Of the two curvatures relative to the larger one: the flattest place of a cam may have next to none."""
+    scene, frame = random_cams(law, 2000)
+    found, expected = evaluate_designs(scene, frame), by_numpy(law, frame)
+    angle, *curvatures = (expected[name] for name in QUANTITIES)
+    for name, scale in zip(QUANTITIES, (angle, *[np.max(np.abs(curvatures), axis=0)] * 2), strict=True):
+        assert (np.abs(found[name].to_numpy() - expected[name]) <= 1e-9 * scale).all()
+
+
+@pytest.mark.parametrize("job", [loaded_job, carried_job])
+def test_a_sweep_of_the_record_has_designs_that_are_feasible_and_others(job):
+    swept = job(9).swept(1)()
+    assert swept.designs == job(9).designs == 100
+    assert 0 < swept.feasible < swept.designs
 
 
 @pytest.mark.parametrize("law", ALL_LAWS)
