@@ -16,6 +16,7 @@ import callgrind
 import differences
 import history_picture
 import measuring
+import optimisers
 import prices
 import record
 import rival_c
@@ -93,6 +94,14 @@ def test_a_root_of_samples_is_next_to_the_smallest_radius(law):
     radius = optimise(smallest_cam(law)).best["base_radius_mm"]
     assert by_brentq(law) == pytest.approx(radius, abs=1e-3)
     assert by_brentq(law) < radius
+
+
+@pytest.mark.parametrize("name", optimisers.PROBLEMS)
+def test_the_smallest_cam_holds_what_the_rivals_see_and_no_smaller_one_does(name):
+    scene, problem = optimisers.PROBLEMS[name]
+    best = optimisers.by_camopt(scene)
+    assert problem.excess(best) <= 1e-9
+    assert problem.excess(np.array([best[0] * (1.0 - 1e-6), *best[1:]])) > 0.0
 
 
 @pytest.mark.parametrize("law", LAWS_IN_NUMPY)

@@ -1,0 +1,277 @@
+"""The smallest cam with more than the size free, beside general optimisers: ``python benchmarks/optimisers.py``.
+
+Offset, angles, arm and centre distance, or a flat face's offset are free. A rival samples the turn, so that its cam
+may be too small: the table says by how many mm, and by what share it breaks a limit between the samples.
+"""
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from rival_numpy import LAWS, Array
+from scipy import optimize
+
+from camopt import Scene, find_scene
+from camopt import optimise as smallest
+
+ANGLES = 720  # samples of the turn
+LAW, ROLLER = "cycloidal", 5.0
+SIZES = (1.0, 200.0)
+LIMITS = (30.0, 30.0)
+SWING_LIMITS = (35.0, 40.0)
+SWING = [
+    {"segment": "rise", "angle": 120, "lift": 20, "law": LAW},
+    {"segment": "dwell", "angle": 30},
+    {"segment": "return", "angle": 100, "lift": 20, "law": LAW},
+    {"segment": "dwell", "angle": 110},
+]
+LEAST_RADIUS = 10.0
+FREE = {
+    "offset": "offset_mm",
+    "face_offset": "face_offset_mm",
+    "arm_length": "arm_length_mm",
+    "centre_distance": "centre_distance_mm",
+}
+"""Columns of free sizes by their keys, in the order of the rivals."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Make x[0], the size, small within bounds; ``usage`` (x, samples) is how far limits are used, at most 1."""
+
+    bounds: tuple[tuple[float, float], ...]
+    usage: Callable[[Array, int], Array]
+
+    def room(self, x: Array) -> Array:
+        """At least 0 where the limits hold, at every sample."""
+        return 1.0 - np.nan_to_num(self.usage(np.asarray(x), ANGLES), nan=1e3, posinf=1e3)
+
+    def least_room(self, x: Array) -> float:
+        return float(self.room(x).min())
+
+    def excess(self, x: Array) -> float:
+        """By how much, relatively, a cam breaks its limits on a dense turn."""
+        return float(np.max(self.usage(np.asarray(x), 200_000))) - 1.0
+
+
+Stroke = tuple[Array, Array, Array]
+
+
+def strokes(rise: float, fall: float, lift: float, samples: int) -> tuple[Stroke, Stroke]:
+    """y, y' and y'' of a rise and a return over angles in deg."""
+    s, v, a = LAWS[LAW](np.linspace(0.0, 1.0, samples // 2))
+    up, down = np.radians(rise), np.radians(fall)
+    return (lift * s, lift / up * v, lift / up**2 * a), (lift * (1.0 - s), -lift / down * v, -lift / down**2 * a)
+
+
+def translating(offset: bool, angles: bool) -> tuple[Scene, Problem]:
+    """50 mm in 120°, back in 90°."""
+    search: dict[str, Any] = {"law": [LAW]}
+    bounds = [SIZES]
+    if offset:
+        search["offset"] = {"start": -40, "stop": 40}
+        bounds.append((-40.0, 40.0))
+    if angles:
+        search |= {f"angle_{kind}": {"start": 60, "stop": 150} for kind in ("rise", "return")}
+        bounds.append((60.0, 150.0))
+    sizes = {"follower.offset": 0, "follower.roller_radius": ROLLER}
+    limits = dict(zip(("pressure_angle", "pressure_angle_return"), LIMITS, strict=True))
+    scene = find_scene("roller-1000rpm").replace(**sizes, limits=limits, search=search)
+
+    def usage(x: Array, samples: int) -> Array:
+        lead, rise = (x[1] if offset else 0.0), (x[-1] if angles else 120.0)
+        height = np.sqrt(max((x[0] + ROLLER) ** 2 - lead**2, 0.0))
+        turn = strokes(rise, 210.0 - rise, 50.0, samples)
+        pairs = zip(turn, LIMITS, strict=True)
+        parts = [np.abs((y1 - lead) / (height + y + 1e-12)) / np.tan(np.radians(lim)) for (y, y1, _), lim in pairs]
+        return np.concatenate(parts)
+
+    return scene, Problem(tuple(bounds), usage)
+
+
+def oscillating(arm: bool, centre: bool) -> tuple[Scene, Problem]:
+    """20° in 120°, back in 100°, ccw, a roller of 10 mm on an arm."""
+    ranges = {"arm_length": (80.0, 140.0), "centre_distance": (100.0, 160.0)}
+    fixed = {"arm_length": 120.0, "centre_distance": 130.0}
+    free = [name for name, wanted in zip(ranges, (arm, centre), strict=True) if wanted]
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "base_radius": 40},
+            "follower": {"motion": "oscillating", "contact": "roller", "roller_radius": 10, **fixed},
+            "motion": SWING,
+            "limits": dict(zip(("pressure_angle", "pressure_angle_return"), SWING_LIMITS, strict=True)),
+            "search": {name: dict(zip(("start", "stop"), ranges[name], strict=True)) for name in free},
+        }
+    )
+
+    def usage(x: Array, samples: int) -> Array:
+        l, c = ({**fixed, **dict(zip(free, x[1:], strict=True))}[name] for name in ranges)  # noqa: E741
+        cosine = (c**2 + l**2 - (x[0] + 10.0) ** 2) / (2 * c * l)
+        turn = strokes(120.0, 100.0, np.radians(20.0), samples)
+        if not -1.0 < cosine < 1.0 or np.arccos(cosine) + np.radians(20.0) >= np.pi:
+            return np.full(2 * (samples // 2), 10.0 + abs(cosine))
+        parts = []
+        for (y, y1, _), limit in zip(turn, SWING_LIMITS, strict=True):
+            psi = np.arccos(cosine) + y
+            parts.append(np.abs((l * (1 + y1) - c * np.cos(psi)) / (c * np.sin(psi))) / np.tan(np.radians(limit)))
+        return np.concatenate(parts)
+
+    return scene, Problem((SIZES, *(ranges[name] for name in free)), usage)
+
+
+def flat() -> tuple[Scene, Problem]:
+    """The same swing of a flat face, its offset and the centre distance free: curvature decides."""
+    ranges = {"face_offset": (-10.0, 15.0), "centre_distance": (100.0, 160.0)}
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "base_radius": 40},
+            "follower": {"motion": "oscillating", "contact": "flat", "face_offset": 5, "centre_distance": 130},
+            "motion": SWING,
+            "limits": {"curvature_radius": LEAST_RADIUS},
+            "search": {name: dict(zip(("start", "stop"), ends, strict=True)) for name, ends in ranges.items()},
+        }
+    )
+
+    def usage(x: Array, samples: int) -> Array:
+        radius, f, c = x
+        sine = (radius - f) / c
+        if not -1.0 < sine < 1.0 or np.arcsin(sine) + np.radians(20.0) >= np.pi / 2:
+            return np.full(2 * (samples // 2), 10.0 + abs(sine))
+        parts = []
+        for y, y1, y2 in strokes(120.0, 100.0, np.radians(20.0), samples):
+            psi, q = np.arcsin(sine) + y, 1 + y1
+            curvature = f + c * (np.sin(psi) * (2 * q - 1) / q**2 + np.cos(psi) * y2 / q**3)
+            parts.append(2.0 - curvature / LEAST_RADIUS)
+        return np.concatenate(parts)
+
+    return scene, Problem((SIZES, *ranges.values()), usage)
+
+
+PROBLEMS = {
+    "offset": translating(offset=True, angles=False),
+    "angles": translating(offset=False, angles=True),
+    "offset and angles": translating(offset=True, angles=True),
+    "arm": oscillating(arm=True, centre=False),
+    "arm and centre": oscillating(arm=True, centre=True),
+    "face and centre": flat(),
+}
+
+
+def by_slsqp(problem: Problem) -> Array:
+    """Sequential quadratic programming with a constraint at every sample, from many starts."""
+    rng, found = np.random.default_rng(1), []
+    low, high = np.transpose(problem.bounds)
+    for start in rng.uniform(low, high, (16, len(low))):
+        result = optimize.minimize(
+            lambda x: x[0],
+            start,
+            bounds=problem.bounds,
+            constraints={"type": "ineq", "fun": problem.room},
+            method="SLSQP",
+            options={"ftol": 1e-10, "maxiter": 300},
+        )
+        if problem.least_room(result.x) >= -1e-6:
+            found.append(result.x)
+    return min(found, key=lambda x: float(x[0]), default=np.array(high))
+
+
+def by_differential_evolution(problem: Problem) -> Array:
+    held = optimize.NonlinearConstraint(problem.least_room, 0.0, np.inf)
+    result = optimize.differential_evolution(
+        lambda x: x[0], problem.bounds, constraints=held, rng=1, tol=1e-10, maxiter=300, polish=False
+    )
+    return np.asarray(result.x)
+
+
+def by_shgo(problem: Problem) -> Array:
+    constraint = {"type": "ineq", "fun": problem.least_room}
+    result = optimize.shgo(
+        lambda x: x[0],
+        problem.bounds,
+        constraints=constraint,
+        n=256,
+        iters=3,
+        sampling_method="sobol",
+    )
+    return np.asarray(result.x) if result.x is not None else np.array([b for _, b in problem.bounds])
+
+
+def by_nsga2(problem: Problem) -> Array:
+    """pymoo's NSGA-II with the size as its one objective."""
+    from pymoo.algorithms.moo.nsga2 import NSGA2
+    from pymoo.core.problem import ElementwiseProblem
+    from pymoo.optimize import minimize
+
+    low, high = map(np.array, zip(*problem.bounds, strict=True))
+
+    class Sized(ElementwiseProblem):  # type: ignore[misc]
+        def __init__(self) -> None:
+            super().__init__(n_var=low.size, n_obj=1, n_ieq_constr=1, xl=low, xu=high)
+
+        def _evaluate(self, x: Array, out: dict[str, float], *args: object, **kwargs: object) -> None:
+            out["F"], out["G"] = x[0], -problem.least_room(x)
+
+    result = minimize(Sized(), NSGA2(pop_size=60), ("n_gen", 200), seed=1)
+    return np.array(high) if result.X is None else np.atleast_2d(result.X)[0]
+
+
+Rival = Callable[[Problem], Array]
+
+
+def quietly(rival: Rival, problem: Problem) -> Array:
+    """A rival's answer without its warnings."""
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        return rival(problem)
+
+
+RIVALS: dict[str, Rival] = {
+    "SLSQP × 16": by_slsqp,
+    "evolution": by_differential_evolution,
+    "SHGO": by_shgo,
+    "NSGA-II": by_nsga2,
+}
+
+
+def by_camopt(scene: Scene) -> Array:
+    """The smallest cam by camopt, as the rivals give it."""
+    best = smallest(scene).best
+    assert best is not None
+    assert best["proved"]
+    x = [best["base_radius_mm"]]
+    for key, name in FREE.items():
+        if key in scene.to_dict()["search"]:
+            x.append(best[name] * (-1.0 if key == "offset" else 1.0))  # the cam turns clockwise
+    return np.array(x + best.get("angles_deg", [])[:1])
+
+
+def timed(run: Callable[[], Array], rounds: int) -> tuple[float, Array]:
+    """The least seconds of some runs, and the answer."""
+    times = []
+    for _ in range(rounds):
+        start = perf_counter()
+        answer = run()
+        times.append(perf_counter() - start)
+    return min(times), answer
+
+
+def main() -> None:
+    """Print the table."""
+    print(f"| free | camopt, mm | s | {' | '.join(f'{name}: radius, mm, excess, times' for name in RIVALS)} |")
+    print("|---|---:|---:|" + "---|" * len(RIVALS))
+    for name, (scene, problem) in PROBLEMS.items():
+        own, best = timed(lambda: by_camopt(scene), 9)  # noqa: B023
+        cells = [name, f"{best[0]:.6f}", f"{own:.4f}"]
+        for rival in RIVALS.values():
+            taken, answer = timed(lambda: quietly(rival, problem), 2)  # noqa: B023
+            excess = problem.excess(answer)
+            told = "held" if excess <= 0.0 else f"{excess:+.0e}"
+            cells.append(f"{answer[0] - best[0]:+.0e}, {told}, {taken / own:.2g}")
+        print(f"| {' | '.join(cells)} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
