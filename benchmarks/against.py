@@ -3,7 +3,7 @@
     .ci/against REF [--quick] [--answers | --speed]
 
 installs both, asks both the same cases (``cases.py``), and names each difference that ``differences.py`` does not
-allow; then it measures both in turns (``track.py``), and names what takes more than 1.10 times the CPU time, or 3 %
+allow; then it measures both in turns (``speed.py``), and names what takes more than 1.10 times the CPU time, or 3 %
 more instructions where valgrind is.
 ``--quick`` asks fewer cases, and measures what runs in one process. Uncommitted changes count as HEAD's.
 """
@@ -26,8 +26,8 @@ from typing import Any
 from cases import write_cases
 from differences import Difference, differences, read_accepted
 from sides import ENVIRONMENTS, Side, commit_of, git, say, side_of
+from speed import compared, countable, verdict
 from tasks import QUICK, TASKS
-from track import compared, countable, verdict
 
 MOST_SHOWN = 60
 PLACE = re.compile(r"\[\d+\]|#\d+")

@@ -8,12 +8,11 @@ from typing import Any
 from record import Record, ratio
 from tasks import SWEEPS
 
-PICTURE = Path(__file__).with_name("history.png")
 SIZE, DOTS = (11.0, 14.0), 110  # inches, and dots an inch
 BESIDE_C = {*SWEEPS, "default sweep"}
 
 
-def drawn(records: list[Record], picture: Path = PICTURE) -> Path:
+def drawn(records: list[Record], picture: Path) -> Path:
     """Draw ratios to the rivals, instructions of kernels, and Python's share, commit by commit."""
     from matplotlib.figure import Figure
 
@@ -23,7 +22,7 @@ def drawn(records: list[Record], picture: Path = PICTURE) -> Path:
     series(others, records, ratio, lambda task: task not in BESIDE_C)
     ratios.axhline(1.0, color="black", linewidth=0.8)
     ratios.set(title="Speed of sweeps beside 360 samples in C: higher is faster; 1 is as fast as C")
-    others.set(title="Speed of commands beside importing numpy, and of the smallest radius beside scipy's brentq")
+    others.set(title="Speed of commands beside importing numpy, of the rest beside numpy and scipy")
     for axes in (ratios, others):
         axes.set(yscale="log", ylabel="CPU time of the rival / of camopt")
         axes.legend(*axes.get_legend_handles_labels(), loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -10,7 +10,6 @@ from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
-HISTORY = Path(__file__).with_name("history")
 TIMES = ("seconds", "cpu_seconds", "rival_seconds", "rival_cpu_seconds")
 COUNTS = {"instructions": "all instructions", "kernel_instructions": "those of kernels"}
 Measures = dict[str, dict[str, float]]
@@ -36,6 +35,11 @@ def _of_each(rounds: Iterable[Measures], chosen: Callable[[list[float]], float])
             for name, value in numbers.items():
                 values.setdefault(task, {}).setdefault(name, []).append(value)
     return {task: {name: chosen(some) for name, some in numbers.items()} for task, numbers in values.items()}
+
+
+def with_counts(times: Measures, counts: Measures) -> Measures:
+    """Times, and counts of the same tasks beside them."""
+    return {task: numbers | counts.get(task, {}) for task, numbers in times.items()}
 
 
 def ratio(numbers: Mapping[str, float]) -> float:
@@ -89,7 +93,7 @@ def table(found: Iterable[Change]) -> str:
     return "\n".join(lines)
 
 
-def written(record: Record, folder: Path = HISTORY) -> Path:
+def written(record: Record, folder: Path) -> Path:
     """Write the record of a commit to a file of its own, so that records merge without conflicts."""
     folder.mkdir(exist_ok=True)
     moment = "".join(mark for mark in record["date"][:19] if mark.isdigit())
@@ -98,6 +102,6 @@ def written(record: Record, folder: Path = HISTORY) -> Path:
     return file
 
 
-def records(folder: Path = HISTORY) -> list[Record]:
+def records(folder: Path) -> list[Record]:
     """All records, in the order of their commits' dates."""
     return [json.loads(file.read_text(encoding="utf-8")) for file in sorted(folder.glob("*.json"))]

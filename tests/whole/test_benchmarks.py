@@ -21,8 +21,8 @@ import prices
 import record
 import rival_c
 import sides
+import speed
 import tasks
-import track
 from c_library import c_compiler
 from random_cams import QUANTITIES, by_numpy, random_cams
 from rival_motion import ALL_LAWS, motion_table
@@ -222,9 +222,9 @@ def test_of_several_rounds_each_number_is_the_least():
 
 def test_one_lucky_round_of_the_base_is_no_slower_head():
     steady, lucky = measures(), measures(cpu_seconds=0.1)
-    assert track.failing(track.seen([[steady, lucky, steady], [steady] * 3])) == []
-    assert track.failing(track.seen([[lucky] * 3, [steady] * 3])) == ["sweep"]
-    assert track.failing(track.seen([[steady] * 3, [steady] * 3], [measures(), measures(instructions=9e6)])) == [
+    assert speed.failing(speed.seen([[steady, lucky, steady], [steady] * 3])) == []
+    assert speed.failing(speed.seen([[lucky] * 3, [steady] * 3])) == ["sweep"]
+    assert speed.failing(speed.seen([[steady] * 3, [steady] * 3], [measures(), measures(instructions=9e6)])) == [
         "sweep"
     ]
 
@@ -238,15 +238,17 @@ def test_of_several_rounds_the_middle_is_the_median():
 
 
 def test_what_seems_slower_is_measured_again_until_it_is_not():
-    asked, times = [], {"steady": [1.0] * 99, "noisy": [1.3, 1.2, 1.15, 1.05], "slower": [1.2] * 99}
+    asked, times = [], {"steady": [1.0] * 99, "noisy": [1.3] * speed.ROUNDS + [1.2, 1.05], "slower": [1.2] * 99}
     best = dict.fromkeys(times, 9.9)
 
     def measure(turn, names):
         asked.append(names)
         best.update({name: min(best[name], times[name][turn]) for name in names})
 
-    track.repeated(list(times), 2, measure, lambda: [name for name in best if best[name] > 1.1])
-    assert asked == [list(times)] * 2 + [["noisy", "slower"]] * 2 + [["slower"]] * (track.MOST_ROUNDS - 4)
+    speed.repeated(list(times), measure, lambda: [name for name in best if best[name] > 1.1])
+    assert asked == [list(times)] * speed.ROUNDS + [["noisy", "slower"]] * 2 + [["slower"]] * (
+        speed.MOST_ROUNDS - speed.ROUNDS - 2
+    )
 
 
 def test_records_are_files_in_the_order_of_their_commits(tmp_path):
@@ -292,42 +294,6 @@ def test_a_package_in_the_place_of_another_is_refused(tmp_path):
         sides.Side("none", tmp_path / "elsewhere").warm([])
 
 
-def test_without_a_record_there_is_nothing_to_check(monkeypatch):
-    monkeypatch.setattr(track, "records", list)
-    with pytest.raises(SystemExit, match="there is no record"):
-        track.checked(["disc translating"], [])
-
-
-LIKE, OTHER = {}, {"processor": "another one"}
-
-
-@pytest.mark.parametrize(
-    ("machine", "pace", "slower", "code"),
-    [(LIKE, 1.0, 1.25, 0), (LIKE, 1.0, 1.35, 1), (LIKE, 1.25, 1.35, 1)]
-    + [(each, pace, slower, slower > 3.0) for each, pace in ((OTHER, 1.0), (LIKE, 1.4)) for slower in (2.9, 3.1)],
-)
-def test_the_working_tree_is_held_against_the_newest_record(machine, pace, slower, code, monkeypatch, capsys):
-    newest = {"commit": "a" * 40, "rival": track.rival("float").name, "tasks": measures()}
-    monkeypatch.setattr(track, "records", lambda: [{**newest, "machine": {**track.machine(), **machine}}])
-    times = {name: value * pace for name, value in TIMES.items()}
-    own = {"cpu_seconds": times["cpu_seconds"] * slower}
-    monkeypatch.setattr(sides.Side, "timed", lambda *_: {"sweep": times | own, "smallest": times})
-    assert track.verdict(track.checked(["sweep", "smallest"], [])) == code
-    printed = capsys.readouterr()
-    assert ("costs too much: sweep" in printed.out) == bool(code)
-    assert ("the record is of another machine" in printed.err) == (machine is OTHER or pace > track.PACE)
-
-
-@pytest.mark.parametrize(("more", "code"), [(1.25, 0), (1.35, 1)])
-def test_instructions_are_held_against_the_record_on_any_machine(more, code, monkeypatch):
-    newest = {"commit": "a" * 40, "rival": "C", "machine": {"processor": "another one", "cores": 1}}
-    monkeypatch.setattr(track, "records", lambda: [{**newest, "tasks": measures()}])
-    monkeypatch.setattr(sides.Side, "timed", lambda *_: {"sweep": TIMES})
-    counted = {"sweep": {"instructions": more * measures()["sweep"]["instructions"]}}
-    monkeypatch.setattr(sides.Side, "counted", lambda self, names: counted if names else {})
-    assert track.verdict(track.checked(["sweep"], ["sweep"])) == code
-
-
 def test_a_slower_commit_fails_when_it_is_measured_in_turns_with_its_base(monkeypatch):
     def timed(side, names, verb):
         rounds.append(side.name)
@@ -337,11 +303,11 @@ def test_a_slower_commit_fails_when_it_is_measured_in_turns_with_its_base(monkey
     base, head = (sides.Side(name, Path()) for name in slower)
     monkeypatch.setattr(sides.Side, "warm", lambda *arguments: None)
     monkeypatch.setattr(sides.Side, "timed", timed)
-    assert track.failing(track.compared([base, head], ["sweep"], [])) == ["sweep"]
+    assert speed.failing(speed.compared([base, head], ["sweep"], [])) == ["sweep"]
     assert rounds[:4] == ["base", "head", "head", "base"]
-    assert len(rounds) == 2 * track.MOST_ROUNDS
-    assert track.failing(track.compared([base, base], ["sweep"], [])) == []
-    assert len(rounds) == 2 * (track.MOST_ROUNDS + track.ROUNDS)
+    assert len(rounds) == 2 * speed.MOST_ROUNDS
+    assert speed.failing(speed.compared([base, base], ["sweep"], [])) == []
+    assert len(rounds) == 2 * (speed.MOST_ROUNDS + speed.ROUNDS)
 
 
 def test_every_task_of_the_record_is_measured(monkeypatch, capsys):
