@@ -1,4 +1,4 @@
-"""What measures is right itself: rivals, prices, fronts."""
+"""What measures is right itself: rivals, fronts, comparisons."""
 
 import json
 import sys
@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 
 from camopt import evaluate_designs, optimise
-from camopt.mechanisms import MECHANISMS
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import callgrind
@@ -17,7 +16,6 @@ import differences
 import history_picture
 import measuring
 import optimisers
-import prices
 import record
 import rival_c
 import sides
@@ -31,24 +29,6 @@ from smallest_cams import by_brentq, smallest_cam
 from throughput import KEYS, carried_job, jobs, loaded_job
 
 from camopt.motion import LAWS
-
-
-def test_the_price_list_has_a_line_for_every_mechanism(monkeypatch):
-    for name, value in {"DESIGNS": 32, "PROVED": 1, "RUNS": 1}.items():
-        monkeypatch.setattr(prices, name, value)
-    heads, _, *rows = prices.lines()
-    assert "proved in balls" in heads
-    assert len(rows) == len(prices.SCENES) >= len(MECHANISMS)
-    for row in rows:
-        numbers = [float(cell) for cell in row.strip("| ").split("|")[1:]]
-        assert all(number > 0.0 for number in numbers)
-
-
-@pytest.mark.parametrize("name", prices.SCENES)
-def test_every_price_is_of_a_cam_that_can_be_assembled(name):
-    cam, follower = prices.SCENES[name]
-    problem = prices.resolve(prices.Scene.from_dict({"cam": cam, "follower": follower, "motion": prices.MOTION}))
-    assert len(prices.random_designs(problem)) > prices.DESIGNS // 2
 
 
 def test_the_rival_of_the_fronts_sees_the_cams_of_the_sweep(tmp_path):
