@@ -11,9 +11,9 @@ from random import Random
 from typing import Any
 
 import numpy as np
-import slow_scenes
 import tomli_w
 from answers import write_case
+from support import loaded_scenes
 from support.cams import cam_with
 from support.pairs import pair, yoke
 from support.references import REFERENCE
@@ -66,6 +66,8 @@ def write_cases(folder: Path, quick: bool) -> None:
             ask("shipped", text, name)
     for name, entry in REFERENCE.items():
         ask(f"reference {name}", EVERY_SCENE[0], "cam.toml", entry["scene"])
+    for name, scene in loaded_scenes.named_scenes().items():
+        ask(f"slow {name}", FEW_SCENES[1], "cam.toml", scene)
     for number, scene in enumerate(random_scenes(FEW if quick else SCENES)):
         for changes, text in random_questions(number, scene):
             ask(f"random {number}", text, "cam.toml", scene | changes)
@@ -118,7 +120,7 @@ def random_scene(random: Random) -> dict[str, Any]:
     rng, seed = np.random.default_rng(random.getrandbits(64)), random.getrandbits(32)
     match random.choice(("loads", "train", "drive", "shipped")):
         case "loads":
-            _, data = slow_scenes.random_scene(seed)
+            _, data = loaded_scenes.random_scene(seed)
         case "train":
             stages, _, angular = random_train(rng)
             data = cam_with("arm" if angular else random.choice(("roller", "flat", "groove")))

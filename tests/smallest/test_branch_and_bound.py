@@ -1,12 +1,11 @@
 """Scenes whose proof once took minutes: few boxes prove them, and no design near the answer is smaller."""
 
-import sys
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
+from support.loaded_scenes import random_scene
 
 from camopt import Scene
 from camopt.effects import Case
@@ -21,9 +20,6 @@ from camopt.smallest.result import gap_of
 from camopt.smallest.smallest import smallest
 from camopt.verdicts.screening import feasible
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-import slow_scenes
-
 MOST_BOXES = {
     43: 50_000,  # knife on an arm, three free sizes: two peaks of the side thrust hold it; 375,000 did not prove it
     45: 1_000,  # groove with an arm: the force changes by 1e-8 of itself where the size does by 1e-3 mm
@@ -34,7 +30,7 @@ MOST_BOXES = {
 @pytest.mark.parametrize("seed", [43, pytest.param(45, marks=pytest.mark.long)])
 def test_few_boxes_prove_the_smallest_cam(seed, monkeypatch):
     monkeypatch.setattr(BoxSearch, "most_boxes", MOST_BOXES[seed])
-    problem = exactly(resolve(Scene.from_dict(slow_scenes.random_scene(seed)[1])))
+    problem = exactly(resolve(Scene.from_dict(random_scene(seed)[1])))
     (bounds,) = boxes_of(problem)
     found = smallest(problem, bounds)
     assert found.proved
@@ -54,7 +50,7 @@ def smaller_than(design, bounds):
 
 def test_what_has_no_bound_is_not_looked_at_to_the_last_part(monkeypatch):
     """The load of a mushroom on an undercut flank has none over half a stroke: 83,000 parts were looked at."""
-    problem = exactly(resolve(Scene.from_dict(slow_scenes.random_scene(129)[1])))
+    problem = exactly(resolve(Scene.from_dict(random_scene(129)[1])))
     undercut = replace(problem.design, size=np.array([25.8107]), roller_radius=np.array([66.365]))
     parts, looked_at = [], evaluating.part_jets
     monkeypatch.setattr(evaluating, "part_jets", lambda *given: parts.append(1) or looked_at(*given))

@@ -1,23 +1,13 @@
-"""How long `optimise` takes where loads decide: scenes that once took minutes, and random ones.
+"""Scenes where loads decide the size: those whose proof once took minutes, and random ones.
 
-    python benchmarks/slow_scenes.py [RANDOM] [SECONDS]
-
-RANDOM is a number of random scenes beside the named ones, or the numbers of some, such as 40:60. Each scene runs
-twice, in processes of their own with so many CPU seconds at most. The second run counts, for the
-first may compile kernels. A random scene takes a random cam and sets its limits a few per cent around what that
-cam has.
+A random scene takes a random cam and sets its limits a few per cent around what that cam has.
 """
 
-import multiprocessing
-import resource
-import sys
-from collections.abc import Iterator
-from time import process_time
 from typing import Any
 
 import numpy as np
 
-from camopt import BadInput, Scene, evaluate, optimise
+from camopt import BadInput, Scene, evaluate
 from camopt.problem.limits import LOAD_LIMITS
 
 STEEL = {"cam": "steel", "follower": "steel", "face_width": 10}
@@ -199,59 +189,3 @@ def _search(rng: Any, raw: Raw) -> Raw:
             "stop": cam[own] * float(rng.uniform(1.2, 5)),
         }
     return search
-
-
-def free_sizes(raw: Raw) -> int:
-    """How many sizes are free, the cam's own among them."""
-    return len({"size", *(key for key in raw.get("search", {}) if key not in ("base_radius", "mean_radius"))})
-
-
-def _solve(raw: Raw, seconds: int, answer: Any) -> None:
-    """CPU seconds of an optimisation, and its size, proved or not, and what holds it, or what stops every cam."""
-    scene, start = Scene.from_dict(raw), process_time()
-    resource.setrlimit(resource.RLIMIT_CPU, (int(start) + seconds + 1, int(start) + seconds + 2))
-    try:
-        found = optimise(scene)
-    except BadInput as refused:
-        answer.put((process_time() - start, f"refused: {refused}"))
-        return
-    taken, best = process_time() - start, found.best
-    if best is None:
-        answer.put((taken, "none: " + "; ".join(found.obstacles.values())))
-        return
-    size = best.get("base_radius_mm", best.get("mean_radius_mm"))
-    proof = "proved" if best["proved"] else f"gap {best['gap_mm']:.2g}"
-    answer.put((taken, f"{size:.7f} {proof} by {', '.join(best['binding'])}"))
-
-
-def measured(raw: Raw, seconds: int) -> tuple[float, str]:
-    """As ``_solve``, in a process of its own."""
-    context = multiprocessing.get_context("fork")
-    answer = context.Queue()
-    process = context.Process(target=_solve, args=(raw, seconds, answer))
-    process.start()
-    process.join()
-    return (float(seconds), "not ended") if answer.empty() else answer.get()
-
-
-def scenes(random: str) -> Iterator[tuple[str, Raw]]:
-    """The scenes by name and so many random ones, or some of the random ones alone."""
-    first, colon, last = random.rpartition(":")
-    if not colon:
-        yield from named_scenes().items()
-    for seed in range(int(first or 0), int(last)):
-        yield random_scene(seed)
-
-
-def main(random: str = "40", seconds: str = "60") -> None:
-    longest: dict[int, float] = {}
-    for name, raw in scenes(random):
-        free, (_, (taken, answer)) = free_sizes(raw), [measured(raw, int(seconds)) for _ in range(2)]
-        longest[free] = max(longest.get(free, 0.0), taken)
-        print(f"{taken:8.2f} s  {free} free  {name:60s} {answer}", flush=True)
-    for free, taken in sorted(longest.items()):
-        print(f"{taken:8.2f} s at most with {free} free")
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])
