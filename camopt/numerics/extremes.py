@@ -32,6 +32,7 @@ from camopt.numerics import LEAST, UNIT, FloatArray
 from camopt.numerics.climbing import Ask, allowed_gain, first_and_last, orient
 from camopt.numerics.curves import WITH_LOAD
 from camopt.numerics.evaluating import CURVE, evaluator
+from camopt.numerics.foreseen import plain_evaluator
 from camopt.numerics.jet import larger
 from camopt.numerics.piecewise import PANEL_RECORD, MotionTable, Panels, panels_of
 from camopt.numerics.same import Same
@@ -309,6 +310,7 @@ def search_all(curve, panels, questions, precision, answers, work):
 
 @search_all.uncompiled
 def _search_all_in_python(curve, panels, questions, precision, answers, work):
+    curve = plain_evaluator(curve)
     search_all.py_func(curve, panels, questions, precision, answers, plain_workspace(panels))
 
 

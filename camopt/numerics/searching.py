@@ -10,7 +10,6 @@ import numpy as np
 from camopt.kernels.by_address import call
 from camopt.kernels.compile import called_by_kernels, inlined
 from camopt.numerics.climbing import Ends, allowed_gain, begin_climb, climb_all
-from camopt.numerics.foreseen import Prefetched
 from camopt.numerics.halving import CLIMBS, UNSETTLED, all_looked_at, looked_at, put, split, taken
 from camopt.numerics.jet import larger
 
@@ -105,7 +104,7 @@ def _split_all_in_python(curve, first, many, panels, panel, ask, work):
     parts = zip((first + work.parts.design[:many]).tolist(), work.parts.ends[:many].tolist(), strict=True)
     places = [(design, 0.5 * (low + high), 0.5 * (high - low)) for design, (low, high, *_) in parts]
     if places:
-        foreseen = Prefetched(curve, panel, ask.sign, places)
+        foreseen = curve.prefetched(panel, places)
         curve = curve._replace(part=foreseen.part, point=foreseen.point)
         split_all.py_func(curve, first, many, panels, panel, ask, work)
 

@@ -15,7 +15,7 @@ from camopt.effects.loads import contact_load, torque_curve
 from camopt.effects.surface import thinness_curve
 from camopt.kernels.by_address import address_of_values
 from camopt.numerics.evaluating import evaluator
-from camopt.numerics.foreseen import HALF_LEVELS, Prefetched
+from camopt.numerics.foreseen import HALF_LEVELS, plain_evaluator
 from camopt.problem.problem import resolve
 
 DEEPEST = 2 * HALF_LEVELS  # halvings: more than are evaluated in advance
@@ -65,7 +65,7 @@ def test_together_and_alone_are_the_same_bits(contact, places, asked, share, sig
         _, table = curve.made[0]
         panel = int(share * (table.centre.size - 1))
         with np.errstate(all="ignore"):
-            foreseen = Prefetched(curve, panel, sign, places)
+            foreseen = plain_evaluator(curve).prefetched(panel, places)
             for design, middle, reach in (*places, *asked, *((i, 0.0, 1.0) for i, _, _ in places)):
                 alone = curve.part(curve.made, panel, middle, reach, design)
                 assert np.array_equal(
