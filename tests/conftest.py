@@ -78,14 +78,7 @@ def _boxes():
 
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_for_many():
-    """Tests share what is compiled: it pays for fewer designs, and after plain runs, or one, of half a second.
-
-    Compiling takes a second; of the kernels that reach half of one, most are called for longer. It is done by the
-    process that asks for it: one beside two workers would get no time for it.
-    """
+    """Tests share what is compiled: it pays after a fifth of the work."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compile, "SMALL_ARRAY", 20_000)
-        patch.setattr(compile, "PAYS", 10.0)
-        patch.setattr(compile, "ALONE", 0.05)
-        patch.setattr(compile, "PATIENCE", 0.5)
+        patch.setattr(compile, "COMPILATION", 0.2 * compile.COMPILATION)
         yield

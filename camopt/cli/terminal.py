@@ -23,7 +23,7 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
 
     def tell() -> None:
         if not quiet:
-            say("camopt: compiling kernels, this first time only …")
+            say("camopt: compiling kernels (once) …")
 
     with announced(tell), ExitStack() as shown:
         if quiet or not unit:

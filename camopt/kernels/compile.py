@@ -1,22 +1,26 @@
 """Marks for the parts of kernels, and the rule when a kernel is compiled.
 
 Everything here runs without numba: what is marked runs as it is written, with the same bits. A kernel for many
-designs that has run so for some seconds, in whatever processes, is compiled by a process of its own (``beside``),
-and taken from disk once it is there.
+designs is compiled, in this process, once per machine, when its uncompiled runs would take longer than that.
+
+Both are known as work, not as seconds of the clock: on a busy machine the same is compiled as on an idle one. The
+unit of work is the value of a simple curve at one cam angle of one design, evaluated by numpy among many: about
+20 ns. A run counts its work as it goes. It is given up, and the kernel compiled, when the runs of this process have
+done the work for which the kernel could have been compiled, so no command does more than twice what was needed.
 """
 
 import os
 import sys
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cached_property, update_wrapper
+from functools import cached_property, partial, update_wrapper
 from threading import RLock, local
-from time import thread_time
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from camopt.kernels.arguments import kind_of
+from camopt.kernels.arguments import Record, kind_of
 from camopt.kernels.compiling import READY
 
 if TYPE_CHECKING:
@@ -27,12 +31,10 @@ Value = TypeVar("Value")
 Kinds = tuple[Any, ...]
 """The types of a kernel's arguments."""
 
-SMALL_ARRAY = 1_000_000  # numbers in the largest array to fill: for more, a kernel is compiled at once
-MANY = 10_000  # numbers in it, for which a plain run takes longer than importing llvmlite
-PAYS = 1.2  # seconds of plain runs of a kernel, whenever, after which it is compiled: four of another core, once
-ALONE = 8.0  # times as long: then it is compiled here, for no other process does, or it gets no time for it
-PATIENCE = 10.0  # seconds of one plain run, after which it is given up and the kernel compiled
-LINKER = 0.05  # seconds of plain runs of all kernels after which llvmlite is imported, which takes about as long
+FORMULA_CALL = 8_000  # work: the calls of numpy that evaluate a simple curve, for however few values
+COMPILATION = 40e6  # work done uncompiled in the time in which a small kernel is compiled
+CURVE_SHARE = 0.125  # of that: each curve of which a curve is made
+LOADING = 1e6  # work done in the time in which llvmlite is imported, which loads machine code
 NEVER = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # whether everything runs as it is written
 COMPILE_LOCK = RLock()
 
@@ -62,10 +64,15 @@ class KernelPart:
 
 
 class Kernel(KernelPart):
-    """A kernel that is compiled when it is called, and kept on disk. It returns nothing and raises nothing."""
+    """A kernel that is compiled when it is called, and kept on disk. It returns nothing and raises nothing.
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    ``size`` says how many times as long as a small kernel it takes to compile.
+    """
+
+    def __init__(self, function: Callable[..., Any], *, size: float = 1.0) -> None:
         super().__init__(function)
+        self.size = size
+        self.plain_work: Counter[Kinds] = Counter()
         self.made: dict[Kinds, MachineCode] = {}
         self.files: dict[Kinds, KernelFile] = {}
 
@@ -91,14 +98,11 @@ class Kernel(KernelPart):
         return MachineCode(kinds, file.read() or self._compiled(kinds, file))
 
     def _compiled(self, kinds: Kinds, file: "KernelFile") -> "ObjectCode":
-        """By numba; or by another process, if one was at it."""
-        with file.one_process():
-            code = file.read()
-            if code is None:
-                from camopt.kernels.dispatchers import object_code
+        """By numba, and kept. Of two processes that compile the same at the same time, the file of one stays."""
+        from camopt.kernels.dispatchers import object_code
 
-                code = object_code(self, kinds)
-                file.write(code)
+        code = object_code(self, kinds)
+        file.write(code)
         return code
 
     def file(self, kinds: Kinds) -> "KernelFile":
@@ -109,20 +113,29 @@ class Kernel(KernelPart):
             self.files[kinds] = KernelFile(self.py_func, kinds, kernel_folder())
         return self.files[kinds]
 
+    def is_at_hand(self, kinds: Kinds) -> bool:
+        """Whether its machine code is loaded or on disk."""
+        return kinds in self.made or self.file(kinds).exists
+
+    def work_until_compiled(self, kinds: Kinds) -> float:
+        """The work that uncompiled runs of this process may still do before it pays to compile the kernel."""
+        cost = COMPILATION * self.size * (1.0 + CURVE_SHARE * curves_in(kinds[0]))
+        return cost - self.plain_work[kinds]
+
 
 class TooLong(Exception):
-    """A plain run has taken so long that it is given up."""
+    """An uncompiled run has done so much work that it is given up."""
 
 
 class PlainRun(local):
-    """The plain run of a thread."""
+    """The uncompiled run of a thread: the work it has done, the most it may do, and how much a value counts."""
 
-    end = np.inf
-    """The thread's time at which it is given up."""
+    work, most, weight = 0.0, np.inf, 1.0
 
-    def go_on(self) -> None:
-        """Raise ``TooLong`` if the run is to be given up."""
-        if thread_time() > self.end:
+    def count(self, values: float) -> None:
+        """Count the work of one formula for some values, or raise ``TooLong`` if that is more than it may do."""
+        self.work += self.weight * (FORMULA_CALL + values)
+        if self.work > self.most:
             raise TooLong
 
 
@@ -130,67 +143,76 @@ PLAIN_RUN = PlainRun()
 
 
 class KernelForMany(Kernel):
-    """A kernel that runs plainly until plain runs have taken as long as compiling, and is compiled then.
+    """A kernel that runs uncompiled until it pays to compile it. Both give the same bits.
 
-    Both give the same bits. A kernel that is on disk is taken at once, but where all that is asked takes no longer
-    than to import what loads it.
+    A kernel that is on disk is taken at once, but where all that is asked takes no longer than to import what loads
+    it. ``work`` is the least that an uncompiled run does for each number that it fills.
     """
 
-    seconds = 0.0
-    """Of plain runs of all kernels."""
+    whole_work = 0.0
+    """Of uncompiled runs of all kernels."""
+
+    def __init__(self, function: Callable[..., Any], *, size: float = 1.0, work: float = 1.0) -> None:
+        super().__init__(function, size=size)
+        self.work = work
 
     def __call__(self, *arguments: Any) -> None:
         if NEVER:
-            self.plain(arguments, np.inf)
+            self.run_uncompiled(arguments, np.inf)
             return
         kinds = tuple(map(kind_of, arguments))
-        if not (kinds in self.made or filled(arguments) > SMALL_ARRAY or self.pays(kinds, arguments)):
+        while kinds not in self.made:
+            called = self.called(kinds, arguments)
+            least = self.work * filled(arguments) * curves_in(kinds[0])
+            most = self.most_work(called, least)
+            if least >= most:
+                break
             with suppress(TooLong):
-                self._run_plainly(kinds, arguments)
+                self._run_and_count(called, arguments, least, most)
                 return
         self.machine_code(kinds)(arguments)
-
-    def _run_plainly(self, kinds: Kinds, arguments: tuple[Any, ...]) -> None:
-        seconds = self.plain(arguments, PATIENCE if np.isfinite(PAYS) else np.inf)
-        KernelForMany.seconds += seconds
-        if self.linker(arguments):
-            self.file(kinds).ran_plainly(seconds)
-            if self.file(kinds).plain_seconds > PAYS:
-                from camopt.kernels.beside import compile_beside
-
-                compile_beside(self.called(kinds, arguments))
-
-    def linker(self, arguments: tuple[Any, ...]) -> bool:
-        """Whether what loads machine code is imported, or cheap beside a plain run, or beside those that were."""
-        return self.seconds > LINKER or "llvmlite" in sys.modules or filled(arguments) > MANY
-
-    def pays(self, kinds: Kinds, arguments: tuple[Any, ...]) -> bool:
-        """Whether machine code is on disk, or plain runs have taken far longer than compiling does."""
-        if not self.linker(arguments):
-            return False
-        there = all(kernel.file(asked).exists for kernel, asked in self.called(kinds, arguments))
-        return there or self.file(kinds).plain_seconds > ALONE * PAYS
 
     def called(self, kinds: Kinds, arguments: tuple[Any, ...]) -> "list[tuple[Kernel, Kinds]]":
         """The kernel and those that it calls by their address, each with the types of its arguments."""
         others = [(each.kernel, each.code.arguments) for each in arguments if hasattr(each, "kernel")]
         return [*others, (self, kinds)]
 
-    def plain(self, arguments: tuple[Any, ...], patience: float) -> float:
-        """Seconds of a run as it is written, or ``TooLong`` after some."""
-        start = thread_time()
-        PLAIN_RUN.end = start + patience
+    def most_work(self, called: "list[tuple[Kernel, Kinds]]", least: float) -> float:
+        """The most work that a run may do uncompiled, of which it does ``least``; 0 where kernels are on disk."""
+        unloaded = LOADING - self.whole_work
+        if unloaded > least and "llvmlite" not in sys.modules:
+            return unloaded
+        missing = [kernel.work_until_compiled(kinds) for kernel, kinds in called if not kernel.is_at_hand(kinds)]
+        return max(missing, default=0.0)
+
+    def _run_and_count(self, called: Any, arguments: tuple[Any, ...], least: float, most: float) -> None:
+        try:
+            self.run_uncompiled(arguments, most)
+        finally:
+            done = max(PLAIN_RUN.work, least)
+            KernelForMany.whole_work += done
+            for kernel, kinds in called:
+                kernel.plain_work[kinds] += done
+
+    def run_uncompiled(self, arguments: tuple[Any, ...], most: float) -> None:
+        """Run the function as it is written, or raise ``TooLong`` after so much work."""
+        PLAIN_RUN.work, PLAIN_RUN.most, PLAIN_RUN.weight = 0.0, most, curves_in(kind_of(arguments[0]))
         try:
             with np.errstate(all="ignore"):  # as machine code
                 self.py_func(*arguments)
         finally:
-            PLAIN_RUN.end = np.inf
-        return thread_time() - start
+            PLAIN_RUN.most = np.inf
 
 
 def filled(arguments: tuple[Any, ...]) -> int:
     """The numbers in the largest array that a call has to fill."""
     return max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0)
+
+
+def curves_in(kind: Any) -> int:
+    """How many curves a curve is made of: itself, and those in its fields."""
+    fields = kind.fields if isinstance(kind, Record) else ()
+    return 1 + sum(curves_in(each) for each in fields if isinstance(each, Record))
 
 
 def inlined(function: Callable[..., Any]) -> Any:
@@ -204,8 +226,10 @@ called_by_kernels: Callable[..., Any] = KernelPart
 compiled: Callable[..., Any] = Kernel
 """Compile a kernel with numba, cached on disk."""
 
-compiled_for_many: Callable[..., Any] = KernelForMany
-"""As ``compiled``, but plain Python where a call fills arrays of a few numbers."""
+
+def compiled_for_many(*, work: float) -> Callable[..., Any]:
+    """As ``compiled``, once that pays; ``work`` is the least of an uncompiled run for each number that it fills."""
+    return partial(KernelForMany, work=work)
 
 
 VALUE_TYPES: list[tuple[type, tuple[str, ...]]] = []

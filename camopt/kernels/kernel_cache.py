@@ -4,16 +4,17 @@ A file emptied by a power failure must not stop every later run, nor one with a 
 something else. Each file starts with its digest. A file that is odd in any way is as none: the kernel is compiled,
 and the file written, anew. A folder or disk that takes no files is no trouble either.
 
-Beside it is a file as long as the kernel has run uncompiled, a byte for each tenth of a second: what is called a
-little by each of many processes is compiled once that pays.
+What is in the folder runs in this process. So it is a folder of this user, closed to all others, or it is not used.
+numba has a cache of its own, which serves only those who import numba: half a second in every command.
 """
 
 import inspect
 import os
 import shutil
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
-from functools import cache, cached_property
+import stat
+import sys
+from contextlib import suppress
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from time import time
@@ -21,14 +22,13 @@ from typing import Any
 
 from platformdirs import user_cache_path
 
-from camopt.kernels.locking import lock_in_time
 from camopt.kernels.machine_code import ObjectCode, processor
 from camopt.kernels.version import version_of_kernels
 
 DIGEST_SIZE = sha256().digest_size
 UNUSED = 30 * 24 * 3600.0  # seconds after which a folder of another version is removed
-TENTH = 0.1
-CLAIMED = 60.0  # seconds after which a process that was to compile a kernel is taken for dead
+PRIVATE = 0o700
+NOWHERE = Path(os.devnull)
 
 
 def checked(content: bytes) -> bytes:
@@ -56,7 +56,6 @@ class KernelFile:
         self._key = sha256(repr((kinds, processor())).encode() + source).digest()
         stem = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
         self._file = folder / f"{stem}-{self._key.hex()[:16]}.kernel"
-        self._beyond = 0.0  # seconds of plain runs that are no byte yet
 
     @property
     def exists(self) -> bool:
@@ -73,17 +72,6 @@ class KernelFile:
         name, _, code = content[DIGEST_SIZE:].partition(b"\n")
         return ObjectCode(name.decode(), code)
 
-    @contextmanager
-    def one_process(self) -> Iterator[None]:
-        """A block that one process at a time is in: others wait, but go on if it takes that one too long."""
-        path = self._file.with_suffix(".lock")
-        with ExitStack() as stack:
-            with suppress(OSError):
-                file = stack.enter_context(path.open("ab"))
-                stack.callback(_remove, path)
-                lock_in_time(file.fileno(), CLAIMED)
-            yield
-
     def write(self, code: ObjectCode) -> None:
         """Keep a kernel that is whole, if there is room for it."""
         if not code.whole:
@@ -97,36 +85,6 @@ class KernelFile:
             finally:
                 partial.unlink(missing_ok=True)
 
-    @cached_property
-    def plain_seconds(self) -> float:
-        """Of runs of the function as it is written, in this process and those before it."""
-        try:
-            return self._runs.stat().st_size * TENTH
-        except OSError:
-            return 0.0
-
-    def ran_plainly(self, seconds: float) -> None:
-        """Remember that the function ran for so long."""
-        self.plain_seconds += seconds
-        tenths, self._beyond = divmod(self._beyond + seconds, TENTH)
-        if tenths:
-            with suppress(OSError), self._runs.open("ab") as file:
-                file.write(b"." * int(tenths))
-
-    def claim(self) -> bool:
-        """Whether this process may have the kernel compiled: none other that may be at it has asked before."""
-        claim = self._file.with_suffix(".claim")
-        with suppress(OSError):
-            if claim.exists() and time() - claim.stat().st_mtime > CLAIMED:
-                claim.unlink()
-            claim.touch(exist_ok=False)
-            return True
-        return False
-
-    @property
-    def _runs(self) -> Path:
-        return self._file.with_suffix(".plain")
-
 
 @cache
 def kernel_folder() -> Path:
@@ -136,28 +94,38 @@ def kernel_folder() -> Path:
 
 def cache_root(named: str) -> Path:
     """The folder of kernels: as configured, or in the user's folder; None for a user without a home folder."""
-    nowhere = Path(os.devnull)
     try:
         root = Path(named) if named else user_cache_path("camopt")
     except RuntimeError:
-        return nowhere
-    return root if named or root.is_absolute() else nowhere
+        return NOWHERE
+    return root if named or root.is_absolute() else NOWHERE
 
 
 def opened_folder(root: Path, version: str) -> Path:
-    """The folder of a version of the kernels, made if it can be; those of other versions go when long unused."""
+    """The folder of a version of the kernels, made if it can be; those of other versions go when long unused.
+
+    If others may have put files into it, it is not used, and a line on standard error says so.
+    """
     folder = root / version
     with suppress(OSError):
         if not folder.is_dir():
-            folder.mkdir(parents=True, exist_ok=True)
+            root.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(PRIVATE, exist_ok=True)
             _remove_unused(root, len(version))
-        os.utime(folder)  # in use
-    return folder
+        if is_private(folder):
+            with suppress(OSError):
+                os.utime(folder)  # in use
+            return folder
+        print(f"camopt: {folder} is not used: it is not a folder of yours with mode 0700", file=sys.stderr)
+    return NOWHERE
 
 
-def _remove(path: Path) -> None:
-    with suppress(OSError):  # Windows removes no open files
-        path.unlink()
+def is_private(folder: Path) -> bool:
+    """Whether a folder belongs to this user and is closed to all others. Windows has no such modes."""
+    if not hasattr(os, "geteuid"):
+        return True
+    found = folder.lstat()
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and stat.S_IMODE(found.st_mode) == PRIVATE
 
 
 def _remove_unused(root: Path, length: int) -> None:

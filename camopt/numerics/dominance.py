@@ -19,6 +19,7 @@ from camopt.numerics import FloatArray, IntArray
 
 BRANCHES = 8
 GROWN = 0.25  # after which the large tree is made anew
+WORK = 30.0  # values of a curve that numpy evaluates while it compares one cost with a tree
 COMPARED_AT_ONCE = 8192  # points, so that what is compared fits the cache
 
 
@@ -62,7 +63,7 @@ def _by_branches(costs: FloatArray) -> FloatArray:
     return _filled(costs).reshape(-1, BRANCHES, costs.shape[1])
 
 
-@compiled_for_many
+@compiled_for_many(work=WORK)
 def find_dominated(tree, costs, found, stack):
     """Mark the points that a tree dominates."""
     look_for_dominators(tree, costs, found, stack)

@@ -15,7 +15,7 @@ import numpy as np
 
 from camopt.kernels.arguments import ADDRESS, COUNT, NONE, NUMBER, Record
 from camopt.kernels.by_address import code_of, evaluates
-from camopt.kernels.compile import inlined
+from camopt.kernels.compile import PLAIN_RUN, inlined
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.jet import known_bound
@@ -30,6 +30,8 @@ from camopt.numerics.piecewise import (
     row_jets,
 )
 from camopt.numerics.workspace import BOUNDS, ROWS
+
+JET = 3  # values: the work of evaluating a jet, uncompiled
 
 
 class PartBounds(NamedTuple):
@@ -67,6 +69,7 @@ def nodes(made, first, count, values):
 @nodes.uncompiled
 def _nodes_in_python(made, first, count, values):
     f, table = made[0]
+    PLAIN_RUN.count(len(table.nodes) * count)
     at = node_motion(of_all_rows(table), ...)
     values[: len(table.nodes), :count] = curve(f, slice(first, first + count), at)[0]
 
@@ -88,6 +91,7 @@ def row(made, place, half_width, first, count, bounds):
 def _rows_in_python(made, place, half_width, first, count, bounds):
     """Some rows of the table at once: ``place`` (rows,), ``half_width`` (rows, 1)."""
     f, table = made[0]
+    PLAIN_RUN.count(JET * len(place) * count)
     at, eighth = row_jets(of_some_rows(table, place), ...), 0.5 * half_width * half_width
     jet = curve(f, slice(first, first + count), at)[0]
     bounds.excess[place, :count] = known_bound(eighth * jet.second + jet.error)
@@ -114,6 +118,7 @@ def node(made, place, sign, first, designs, count, out):
 @node.uncompiled
 def _node_in_python(made, place, sign, first, designs, count, out):
     f, table = made[0]
+    PLAIN_RUN.count(count)
     out[0, :count], out[1, :count] = oriented(f, first + designs[:count], node_motion(table, place), sign)
 
 
@@ -128,6 +133,7 @@ def panel(made, place, angles, sign, first, designs, count, out):
 
 @panel.uncompiled
 def _panel_in_python(made, place, angles, sign, first, designs, count, out):
+    PLAIN_RUN.count(count)
     out[0, :count], out[1, :count] = many_points(made, place, angles[:count], sign, first + designs[:count])
 
 

@@ -14,20 +14,14 @@ one by one. Every answer is the largest value found, and a bound of what the tru
 All this is compiled once. What evaluates a curve is compiled for each curve, and called by its address.
 """
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record, lasting
 from camopt.kernels.by_address import Reached, address_of_values, call
-from camopt.kernels.compile import (
-    PLAIN_RUN,
-    called_by_kernels,
-    compiled,
-    compiled_for_many,
-    inlined,
-)
+from camopt.kernels.compile import called_by_kernels, compiled, compiled_for_many, inlined
 from camopt.numerics import LEAST, UNIT, FloatArray
 from camopt.numerics.climbing import Ask, allowed_gain, first_and_last, orient
 from camopt.numerics.curves import WITH_LOAD
@@ -40,6 +34,8 @@ from camopt.numerics.searching import blurred, look_again, search_panel
 from camopt.numerics.workspace import PLAIN_TILE, WORK, keep_freed_memory, plain_workspace, workspace
 
 SHARP = 0.25  # of the error asked: the rounding error allowed of a part that is looked at again
+SEARCH_SIZE = 5.0  # times as long as a curve takes to compile: the search, and numba is imported
+LEAST_WORK = 60.0  # values of a curve that a search evaluates for an answer, a bound or a cam angle
 TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
 
 
@@ -232,7 +228,6 @@ def search(curve, first, count, panels, question, precision, work):
 def _search_in_python(curve, first, count, panels, question, precision, work):
     kinds, goal = question
     begin(panels, kinds, goal, precision.floor, count, work)
-    PLAIN_RUN.go_on()
     look_at_rows(curve, first, count, panels, np.unique(panels.group), work)
     panel, piece = perhaps_open(panels, kinds, goal, count, work)
     look_at_rows(curve, first, count, panels, panel, work)
@@ -292,7 +287,7 @@ def _give_in_python(found, count, goal, value, where, width):
     width[:count] = larger(found.top[:count] - best, 0.0) + 2.0 * found.rounding[:count]
 
 
-@compiled
+@partial(compiled, size=SEARCH_SIZE)
 def search_all(curve, panels, questions, precision, answers, work):
     """Answer questions about a curve, an ``Evaluator``: answers (3, K, designs)."""
     designs, tile = answers.shape[2], work.middle.size
@@ -314,7 +309,7 @@ def _search_all_in_python(curve, panels, questions, precision, answers, work):
     search_all.py_func(curve, panels, questions, precision, answers, plain_workspace(panels))
 
 
-@compiled_for_many
+@compiled_for_many(work=LEAST_WORK)
 def search_curve(f, table, panels, questions, precision, answers, work, search_all):
     """As ``search_all``, which is called by its address, from a curve and a motion table."""
     made = (f, table)

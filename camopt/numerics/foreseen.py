@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.numerics.evaluating import Evaluator, PartBounds, many_parts, many_points
+from camopt.kernels.compile import PLAIN_RUN
+from camopt.numerics.evaluating import JET, Evaluator, PartBounds, many_parts, many_points
 from camopt.numerics.halving import POINT_WIDTH
 
 HALF_LEVELS = 7  # of halves of a single part, that part included, which are evaluated together
@@ -34,6 +35,7 @@ class Prefetched:
         designs = sorted({i for i, _, _ in places if (i, *WHOLE_PANEL) not in self.bounds})
         if designs:
             together = np.array(designs) if len(designs) > 1 else designs[0]  # an array of one takes longer
+            PLAIN_RUN.count(JET * len(designs))
             whole = self.curve.part(self.curve.made, self.panel, *WHOLE_PANEL, together)
             self._keep([(design, *WHOLE_PANEL) for design in designs], whole)
         self.first = places  # looked at when one of them is asked for: often the whole panel settles them
@@ -42,6 +44,7 @@ class Prefetched:
         """As ``evaluating.part``."""
         place = (design, middle, reach)
         if reach == POINT_WIDTH:  # which is not halved
+            PLAIN_RUN.count(JET)
             return self.curve.part(made, panel, middle, reach, design)  # type: ignore[no-any-return]
         if place not in self.bounds:
             self._look(self.first if place in self.first else [place])
@@ -50,6 +53,7 @@ class Prefetched:
     def point(self, made: Any, panel: int, u: float, sign: float, design: int) -> tuple[float, float]:
         """As ``evaluating.point``."""
         if (design, u) not in self.points:
+            PLAIN_RUN.count(1)
             return self.curve.point(made, panel, u, sign, design)  # type: ignore[no-any-return]
         value, slope = self.points[design, u]
         return sign * value, sign * slope
@@ -60,6 +64,8 @@ class Prefetched:
         for _ in range(max(HALF_LEVELS + 1 - len(places).bit_length(), LEAST_LEVELS) - 1):
             level = [(i, m + side * r / 2, r / 2) for i, m, r in level for side in (-1.0, 1.0)]
             every = every + level
+        PLAIN_RUN.count(len(every))
+        PLAIN_RUN.count(JET * len(every))
         designs, middles, reaches = map(np.array, zip(*every, strict=True))
         values, slopes = many_points(self.curve.made, self.panel, middles, 1.0, designs)
         for (design, middle, _), *found in zip(every, values, slopes, strict=True):

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from camopt.kernels.compile import called_by_kernels, compiled_for_many
 from camopt.numerics import FloatArray, IntArray
 
+WORK = 0.1  # of the value of a curve: numpy compares a few numbers for each design
+
 
 class Range(NamedTuple):
     """From and to, of each curve (curves,)."""
@@ -81,7 +83,7 @@ def gathered_of(known: Curves, block: Block, counts: Counts, most: FloatArray, e
     return Gathered(found.held[: count[0]], found.cheap[: count[0]], found.open)
 
 
-@compiled_for_many
+@compiled_for_many(work=WORK)
 def count_block(known, curves, bodies, place, least, counts):
     """Fill the counts of a block and the least costs of each size."""
     count_designs(known, curves, bodies, place, least, counts)
@@ -116,7 +118,7 @@ def _within(those, at, bodies):
     return (those.least[at] <= bodies) & (bodies <= those.most[at])
 
 
-@compiled_for_many
+@compiled_for_many(work=WORK)
 def gather_block(known, curves, bodies, place, most, every, found, count):
     """Fill the designs of a block that are wanted, and how many of those hold all limits for certain."""
     gather_designs(known, curves, bodies, place, most, every, found, count)

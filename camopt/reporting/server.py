@@ -20,7 +20,7 @@ from socket import SHUT_RDWR
 from threading import Lock
 from typing import Any, ClassVar
 
-from camopt.kernels.plainly import without_compiler
+from camopt.kernels.compile_rule import compile_never
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import resolve_design
 from camopt.reporting.session import ASKED, Session, answer_to
@@ -133,7 +133,7 @@ def serving(scene: Scene, folder: Path, port: int = 0, told: Callable[[str], Non
     resolve_design(scene)
     if scene is not given:
         told("The scene leaves sizes to be found; the page opens with its smallest cam.")
-    without_compiler()  # a slider would wait for it
+    compile_never()  # a slider would wait for it
     return Server(Session(scene, folder), port, told)
 
 

@@ -16,7 +16,7 @@ LOPSIDED = ("follower", "phase", "face_tilt")
 @pytest.fixture(autouse=True)
 def plain(monkeypatch):
     """Few designs, of so many mechanisms that their kernels would be compiled."""
-    monkeypatch.setattr(compile, "PAYS", np.inf)
+    monkeypatch.setattr(compile, "COMPILATION", np.inf)
 
 
 def lopsided(given):

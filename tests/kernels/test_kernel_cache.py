@@ -2,11 +2,10 @@
 
 import ast
 import os
+import stat
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
-from subprocess import PIPE
 from time import time
 
 import numpy as np
@@ -18,7 +17,7 @@ from hypothesis import strategies as st
 from camopt.kernels import kernel_cache
 from camopt.kernels.arguments import NUMBER, kind_of
 from camopt.kernels.compile import NEVER, Kernel
-from camopt.kernels.kernel_cache import CLAIMED, DIGEST_SIZE, UNUSED, KernelFile, cache_root, opened_folder
+from camopt.kernels.kernel_cache import DIGEST_SIZE, UNUSED, KernelFile, cache_root, opened_folder
 from camopt.kernels.machine_code import ObjectCode, processor
 from camopt.kernels.version import KERNEL_FOLDERS
 
@@ -50,49 +49,6 @@ def test_machine_code_is_kept(tmp_path):
     assert [loaded(tmp_path) for _ in range(3)] == [False, True, True]
     (file,) = tmp_path.iterdir()
     assert file.suffix == ".kernel"
-
-
-HOLD = """
-import sys
-from camopt.kernels.locking import lock
-file = open(sys.argv[1], "ab")
-print(lock(file.fileno()), flush=True)
-input()
-"""
-
-
-@pytest.fixture
-def other(tmp_path):
-    """Another process, which is compiling the kernel until it is killed."""
-    pytest.importorskip("fcntl")
-    path = KernelFile(total, KINDS, tmp_path)._file.with_suffix(".lock")
-    with subprocess.Popen([sys.executable, "-c", HOLD, path], stdin=PIPE, stdout=PIPE, text=True) as process:
-        assert process.stdout.readline() == "True\n"
-        yield process
-        process.kill()
-
-
-@compiles
-@pytest.mark.parametrize("end", ["done", "killed"])
-def test_a_kernel_that_another_process_is_compiling_is_waited_for(tmp_path, other, end):
-    (tmp_path / "other").mkdir()
-    if end == "done":
-        loaded(tmp_path / "other")
-    with ThreadPoolExecutor() as pool:
-        waiting = pool.submit(loaded, tmp_path)
-        assert wait([waiting], timeout=0.2).not_done
-        for file in (tmp_path / "other").glob("*"):
-            file.rename(tmp_path / file.name)
-        other.kill()
-        assert waiting.result() == (end == "done")
-    assert [file.suffix for file in tmp_path.iterdir() if file.is_file()] == [".kernel"]
-
-
-@compiles
-def test_nobody_waits_for_long_for_a_process_that_hangs(tmp_path, other, monkeypatch):
-    monkeypatch.setattr(kernel_cache, "CLAIMED", 0.1)
-    assert [loaded(tmp_path) for _ in range(2)] == [False, True]
-    assert other.poll() is None
 
 
 DAMAGE = {
@@ -145,26 +101,6 @@ def test_a_file_of_something_else_is_none(tmp_path):
     assert file.read() is None
 
 
-def test_seconds_of_plain_runs_are_kept_by_tenths(tmp_path):
-    file = KernelFile(total, KINDS, tmp_path)
-    for _ in range(7):
-        file.ran_plainly(0.05)
-    assert file.plain_seconds == pytest.approx(0.35)
-    assert KernelFile(total, KINDS, tmp_path).plain_seconds == pytest.approx(0.3)
-    nowhere = KernelFile(total, KINDS, Path(os.devnull))
-    nowhere.ran_plainly(1.0)
-    assert nowhere.plain_seconds == 1.0
-
-
-def test_one_process_claims_a_kernel_until_it_is_taken_for_dead(tmp_path):
-    claims = [KernelFile(total, KINDS, tmp_path).claim for _ in range(3)]
-    assert [claim() for claim in claims] == [True, False, False]
-    (file,) = tmp_path.iterdir()
-    os.utime(file, (time() - 1.1 * CLAIMED,) * 2)
-    assert [claim() for claim in claims] == [True, False, False]
-    assert not KernelFile(total, KINDS, Path(os.devnull)).claim()
-
-
 @compiles
 @pytest.mark.parametrize(
     "trouble", [OSError(28, "No space left on device"), PermissionError(13, "Permission denied")]
@@ -193,7 +129,7 @@ def test_a_user_without_a_home_keeps_nothing(tmp_path, monkeypatch, relative):
     monkeypatch.setattr(kernel_cache, "user_cache_path", homeless)
     folder = opened_folder(cache_root(""), "0" * 16)
     assert [loaded(folder) for _ in range(2)] == [False, False]
-    assert folder.name == "0" * 16
+    assert folder == kernel_cache.NOWHERE
     assert not [*tmp_path.iterdir()]
     assert cache_root("named") == Path("named")
 
@@ -221,6 +157,41 @@ def test_another_processor_has_files_of_its_own(tmp_path, monkeypatch):
     assert len(list(tmp_path.iterdir())) == 2
 
 
+def test_a_new_folder_is_private(tmp_path, capsys):
+    folder = opened_folder(tmp_path / "root", "0" * 16)
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    assert opened_folder(tmp_path / "root", "0" * 16) == folder
+    assert capsys.readouterr().err == ""
+
+
+def opened_wide(folder, monkeypatch):
+    folder.chmod(0o755)
+
+
+def given_away(folder, monkeypatch):
+    monkeypatch.setattr(os, "geteuid", lambda: folder.stat().st_uid + 1)
+
+
+def linked_from_elsewhere(folder, monkeypatch):
+    folder.rename(folder.with_name("elsewhere"))
+    folder.symlink_to("elsewhere")
+
+
+@compiles
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders have no modes")
+@pytest.mark.parametrize("change", [opened_wide, given_away, linked_from_elsewhere])
+def test_code_in_a_folder_of_others_is_not_run(change, tmp_path, monkeypatch, capsys):
+    folder = opened_folder(tmp_path, "0" * 16)
+    loaded(folder)
+    before = [*folder.iterdir()]
+    change(folder, monkeypatch)
+    refused = opened_folder(tmp_path, "0" * 16)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == f"camopt: {folder} is not used: it is not a folder of yours with mode 0700"
+    assert [loaded(refused) for _ in range(2)] == [False, False]
+    assert [*folder.iterdir()] == before
+
+
 def test_folders_of_versions_long_unused_go(tmp_path):
     old, recent, other = tmp_path / ("a" * 16), tmp_path / ("b" * 16), tmp_path / "not-a-version"
     for folder in (old, recent, other):
@@ -233,6 +204,7 @@ def test_folders_of_versions_long_unused_go(tmp_path):
     assert sorted(path.name[0] for path in tmp_path.iterdir()) == ["b", "c", "d", "n"]
     assert (other / "file").exists()
     os.utime(recent, (time() - 9 * UNUSED,) * 2)
+    recent.chmod(0o700)
     assert opened_folder(tmp_path, "b" * 16) == recent  # its use keeps it
     assert opened_folder(tmp_path, "e" * 16).is_dir()
     assert recent.is_dir()
@@ -241,7 +213,7 @@ def test_folders_of_versions_long_unused_go(tmp_path):
 @pytest.mark.long  # it compiles twice; kernels alone are tested above
 def test_a_command_survives_a_torn_cache(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    compiling = "from camopt.kernels import compile; compile.SMALL_ARRAY = -1"
+    compiling = "from camopt.kernels.compile_rule import compile_at_once; compile_at_once()"
     main = f"{compiling}; from camopt.cli.main import main; raise SystemExit(main())"
     command = [sys.executable, "-c", main, "sweep", "roller-1000rpm", "--quiet", "--out"]
 

@@ -3,6 +3,7 @@
 import ast
 import os
 import sys
+import time
 from functools import partial
 from pathlib import Path
 
@@ -14,22 +15,23 @@ from support.cams import WORN, cam_with
 import camopt
 from camopt.effects import Case
 from camopt.effects.surface import thinness_curve
-from camopt.kernels import beside, compile, dispatchers, kernel_cache
-from camopt.kernels.arguments import COUNT, NUMBER, Kind
+from camopt.kernels import compile, dispatchers, kernel_cache
+from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record
 from camopt.kernels.by_address import Reached, address_of_values, call, code_of, evaluates
 from camopt.kernels.compile import (
+    FORMULA_CALL,
     PLAIN_RUN,
+    KernelForMany,
     called_by_kernels,
     compiled,
     compiled_for_many,
+    curves_in,
     inlined,
 )
-from camopt.kernels.compiling import COMPILING
-from camopt.kernels.kernel_cache import KernelFile, opened_folder
-from camopt.kernels.version import version_of_kernels
+from camopt.kernels.kernel_cache import KernelFile
 from camopt.mechanisms import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, workspace
-from camopt.numerics.extremes import search_all, search_curve
+from camopt.numerics.extremes import LEAST_WORK, search_all, search_curve
 from camopt.numerics.jet import Jet, power
 from camopt.numerics.workspace import TILE
 from camopt.problem.problem import exactly, resolve
@@ -43,12 +45,21 @@ def half(x):
     return 0.5 * x
 
 
-def kernel_of_halves():
+def kernel_of_halves(work=0.0, size=1.0):
+    """A kernel, each run of which does ``work`` uncompiled, but does not say so before."""
+
+    def start():
+        pass
+
+    begin = called_by_kernels(start)
+    begin.uncompiled(lambda: PLAIN_RUN.count(work - FORMULA_CALL))
+
     def halves(x, out):
+        begin()
         for i in range(out.size):
             out[i] = half(x[i])
 
-    return compiled_for_many(halves)
+    return KernelForMany(halves, size=size, work=1.0)
 
 
 def halved(kernel, count):
@@ -59,6 +70,11 @@ def halved(kernel, count):
     return bool(kernel.made)
 
 
+def cost_of(kernel):
+    """The work for which it is compiled."""
+    return kernel.work_until_compiled((Kind(NUMBER.name, 1),) * 2)
+
+
 @pytest.fixture
 def _no_disk(monkeypatch):
     """No kernel is found in the cache, and none is written."""
@@ -66,103 +82,72 @@ def _no_disk(monkeypatch):
 
 
 @pytest.mark.usefixtures("_no_disk")
-def test_a_few_numbers_compile_nothing_and_many_do():
+def test_a_few_numbers_compile_nothing_and_many_do(monkeypatch):
+    """A run that does more work than compiling, as its numbers alone tell, is not begun."""
+    monkeypatch.setattr(compile, "COMPILATION", 997.0)
     kernel = kernel_of_halves()
-    assert [halved(kernel, count) for count in (compile.SMALL_ARRAY, 1, compile.SMALL_ARRAY + 1, 1)] == [0, 0, 1, 1]
+    many = int(cost_of(kernel))
+    assert [halved(kernel, count) for count in (many // 2, many // 3, many, 1)] == [False, False, True, True]
+    assert PLAIN_RUN.work == 0.0
 
 
-@pytest.fixture
-def asked(monkeypatch):
-    """What another process is asked to compile, and does not."""
-    kernels = []
-    monkeypatch.setattr(beside, "compile_beside", lambda called: kernels.append([kernel for kernel, _ in called]))
-    return kernels
+@pytest.mark.usefixtures("_no_disk")
+@pytest.mark.parametrize("size", [0.37, 1.0, 5.3])
+def test_a_kernel_is_compiled_when_its_runs_have_done_the_work_of_that(size):
+    kernel = kernel_of_halves(work=0.31 * compile.COMPILATION, size=size)
+    runs = int(cost_of(kernel) / (0.31 * compile.COMPILATION))
+    assert [halved(kernel, 3) for _ in range(runs + 1)] == [False] * runs + [True]
 
 
-@pytest.fixture
-def _slow(monkeypatch):
-    """Each plain run takes three quarters of what compiling is worth; another process has as long as in use."""
-    monkeypatch.setattr(compile, "ALONE", 2.5)
-    clock = iter(np.arange(0.0, 999.0, 0.75 * compile.PAYS))
-    monkeypatch.setattr(compile, "thread_time", lambda: next(clock))
+@pytest.mark.usefixtures("_no_disk")
+def test_a_run_that_takes_longer_than_compiling_is_given_up():
+    kernel = kernel_of_halves(work=1.01 * compile.COMPILATION * (1.0 + compile.CURVE_SHARE))
+    assert halved(kernel, 3)
+    assert kernel.plain_work.total() > compile.COMPILATION
 
 
-@pytest.mark.usefixtures("_no_disk", "_slow")
-def test_what_has_run_plainly_for_long_is_compiled_by_another_process_or_at_last_here(asked):
-    kernel = kernel_of_halves()
-    calls = int(compile.ALONE / 0.75) + 1
-    assert [halved(kernel, 1) for _ in range(calls + 1)] == [False] * calls + [True]
-    assert asked == [[kernel]] * (calls - 1)
+@pytest.mark.usefixtures("_no_disk")
+def test_the_same_is_compiled_whatever_the_clock_says(monkeypatch):
+    """Seconds decide nothing: a machine that is a thousand times as slow compiles no earlier."""
+    for name in ("thread_time", "perf_counter", "monotonic", "process_time", "time"):
+        clock = iter(np.arange(0.0, 1e9, 1e3))
+        monkeypatch.setattr(time, name, lambda clock=clock: next(clock))
+    kernel = kernel_of_halves(work=0.09 * compile.COMPILATION)
+    assert [halved(kernel, 2) for _ in range(10)] == [False] * 10
+
+
+def test_curves_of_curves_take_longer_to_compile():
+    curve = Record(tuple, (NUMBER, Record(tuple, (NUMBER, Record(tuple, (NUMBER,)))), Record(tuple, (NUMBER,))))
+    assert [curves_in(kind) for kind in (NUMBER, Record(tuple, (NUMBER, NUMBER)), curve)] == [1, 1, 4]
 
 
 def test_a_kernel_on_disk_is_taken_at_once(monkeypatch, tmp_path):
     monkeypatch.setattr(kernel_cache, "kernel_folder", lambda: tmp_path)
-    assert halved(kernel_of_halves(), compile.SMALL_ARRAY + 1)
+    monkeypatch.setattr(compile, "LOADING", 0.0)
+    with monkeypatch.context() as patch:
+        patch.setattr(compile, "COMPILATION", 0.0)
+        assert halved(kernel_of_halves(), 1)
     again = kernel_of_halves()
     assert halved(again, 1)
     assert "dispatcher" not in vars(again)
 
 
-@pytest.mark.usefixtures("_slow")
-def test_what_plain_runs_have_cost_is_remembered_by_the_next_process(monkeypatch, tmp_path, asked):
-    """Each process has kernels of its own, which find on disk what those before them have run."""
+def test_the_work_of_a_process_is_no_matter_to_the_next(monkeypatch, tmp_path):
+    """Each process has kernels of its own; nothing of them is on disk but machine code."""
     monkeypatch.setattr(kernel_cache, "kernel_folder", lambda: tmp_path)
-    assert [halved(kernel_of_halves(), 1) for _ in range(3)] == [False] * 3
-    assert len(asked) == 2
-
-
-@pytest.mark.usefixtures("_no_disk")
-def test_a_plain_run_that_takes_too_long_is_given_up(monkeypatch):
-    monkeypatch.setattr(compile, "PATIENCE", -1.0)
-    tried = []
-
-    def each(x):
-        return 0.5 * x
-
-    part = called_by_kernels(each)
-
-    @part.uncompiled
-    def _in_python(x):
-        tried.append(x)
-        PLAIN_RUN.go_on()
-
-    def halves(x, out):
-        for i in range(out.size):
-            out[i] = part(x[i])
-
-    assert halved(compiled_for_many(halves), 3)
-    assert tried == [0.0]
-
-
-def test_a_process_of_its_own_compiles_a_kernel_once(monkeypatch, tmp_path):
-    """The files of another process are for this one, and it is not asked twice."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    folder, kinds = opened_folder(tmp_path, version_of_kernels()), (Kind(NUMBER.name, 1),)
-    file = KernelFile(halve_all.py_func, kinds, folder)
-    monkeypatch.setattr(halve_all, "files", {kinds: file})
-    monkeypatch.setattr(beside, "PROCESSES", [])
-    before = COMPILING.seconds
-    for _ in range(2):
-        beside.compile_beside([(halve_all, kinds)])
-    (process,) = beside.PROCESSES
-    assert process.wait(timeout=300) == 0
-    beside.compile_beside([(halve_all, kinds)])
-    (same,) = beside.PROCESSES
-    assert same is process
-    assert COMPILING.seconds == before
-    x, fresh = np.ones(2), compiled(halve_all.py_func)
-    fresh.files[kinds] = file
-    fresh(x)
-    assert x.tolist() == [0.5, 0.5]
-    assert "dispatcher" not in vars(fresh)
+    assert [halved(kernel_of_halves(0.75 * compile.COMPILATION), 1) for _ in range(3)] == [False] * 3
+    assert [*tmp_path.iterdir()] == []
 
 
 def test_a_process_that_runs_little_imports_nothing_to_load_kernels(monkeypatch):
     monkeypatch.delitem(sys.modules, "llvmlite")
-    monkeypatch.setattr(compile.KernelForMany, "seconds", 0.0)
+    monkeypatch.setattr(compile.KernelForMany, "whole_work", 0.0)
     kernel = kernel_of_halves()
     assert not halved(kernel, 1)
     assert not kernel.files
+    monkeypatch.setattr(compile.KernelForMany, "whole_work", compile.LOADING)
+    assert not halved(kernel, 1)
+    assert kernel.files
 
 
 def test_evaluating_a_design_compiles_nothing(monkeypatch):
@@ -172,7 +157,7 @@ def test_evaluating_a_design_compiles_nothing(monkeypatch):
     monkeypatch.setattr(KernelFile, "exists", False)
     monkeypatch.setattr(dispatchers.Dispatcher, "compile", refuse)
     problem = exactly(resolve(find_scene("roller-1000rpm")))
-    fresh = compiled_for_many(search_curve.py_func)
+    fresh = compiled_for_many(work=LEAST_WORK)(search_curve.py_func)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", fresh)
     found = curve_of(problem, problem.setup.mechanism.pressure, 1)
     assert np.isfinite(found.value).all()
@@ -196,7 +181,7 @@ def test_compiled_and_plain_extremes_are_the_same_bits(name, curve, monkeypatch)
     """Of more designs than there are in a tile; that of the plain form is made as small as the other one."""
     problem = exactly(resolve(find_scene(name)))
     make = getattr(problem.setup.mechanism, curve)
-    monkeypatch.setattr(compile, "SMALL_ARRAY", 0)
+    monkeypatch.setattr(compile, "COMPILATION", 0.0)
     compiled = curve_of(problem, make, TILE + 1)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
     monkeypatch.setattr(workspace, "PLAIN_TILE", TILE)
@@ -214,7 +199,7 @@ def test_a_film_has_the_same_bits_compiled_and_plain(monkeypatch, contact, desig
     """
     problem = exactly(resolve(Scene.from_dict(cam_with(contact, materials=WORN))))
     film = partial(thinness_curve, problem.setup)
-    monkeypatch.setattr(compile, "SMALL_ARRAY", 0)
+    monkeypatch.setattr(compile, "COMPILATION", 0.0)
     compiled = curve_of(problem, film, designs)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
     plain = curve_of(problem, film, designs)
@@ -239,11 +224,7 @@ def test_what_kernels_call_becomes_machine_code_with_them_only(part):
         for i in range(out.size):
             out[i] = part(x[i])
 
-    kernel, x, out = (
-        compiled_for_many(parts),
-        np.arange(compile.SMALL_ARRAY + 1.0),
-        np.empty(compile.SMALL_ARRAY + 1),
-    )
+    kernel, x, out = compiled(parts), np.arange(11.0), np.empty(11)
     kernel(x, out)
     assert np.array_equal(out, [part.py_func(number) for number in x])
     assert [machine_code(one) for one in part.dispatcher.overloads.values()] == [0]
@@ -251,7 +232,7 @@ def test_what_kernels_call_becomes_machine_code_with_them_only(part):
 
 
 def test_one_compiled_search_serves_every_curve(monkeypatch):
-    monkeypatch.setattr(compile, "SMALL_ARRAY", 0)
+    monkeypatch.setattr(compile, "COMPILATION", 0.0)
     problem = exactly(resolve(find_scene("roller-1000rpm")))
     mechanism = problem.setup.mechanism
     for make in (mechanism.pressure, mechanism.curvature, mechanism.sliding):

@@ -247,13 +247,13 @@ def test_lines_have_the_extremes_of_their_polynomials():
         assert np.all(width[:, i] <= 1e-12 * np.abs(exact).max())
 
 
-@pytest.mark.parametrize("compiled_for", [8, 700])
+@pytest.mark.parametrize(("designs", "compilation"), [(8, np.inf), (700, 0.0)])
 @pytest.mark.parametrize("goal", [LEAST, LARGEST, LARGEST_MAGNITUDE])
-def test_no_extreme_is_below_a_floor(goal, compiled_for, monkeypatch):
+def test_no_extreme_is_below_a_floor(goal, designs, compilation, monkeypatch):
     """Random lines with floors near their extremes, against the roots of each panel's derivative."""
-    monkeypatch.setattr(compile, "SMALL_ARRAY", 100)
+    monkeypatch.setattr(compile, "COMPILATION", compilation)
     turn, rng = programme("poly4567", angular=False), np.random.default_rng(7)
-    f = Linear(*rng.normal(size=(3, compiled_for)), np.zeros(compiled_for))
+    f = Linear(*rng.normal(size=(3, designs)), np.zeros(designs))
     ends = [span(turn, tuple(float(x[i]) for x in f[:3]), ALL_STROKES) for i in range(8)]
     extreme = {
         LEAST: lambda end: -end[0],
@@ -262,9 +262,7 @@ def test_no_extreme_is_below_a_floor(goal, compiled_for, monkeypatch):
     }
     exact = np.array([extreme[goal](end) for end in ends])
     for floor in (*exact[:4] * (1 + 1e-6), *exact[4:] * (1 - 1e-6), -np.inf, 1e3):
-        value, _, width = extremes(
-            f, compiled_for, turn.table, [(ALL_STROKES, goal)], Precision(1e-9, np.inf, floor)
-        )
+        value, _, width = extremes(f, designs, turn.table, [(ALL_STROKES, goal)], Precision(1e-9, np.inf, floor))
         found, expected = (-value if goal == LEAST else value)[0, :8], np.maximum(exact, floor)
         assert np.all(expected <= found + width[0, :8] + 1e-12 * expected)
         assert np.all(found <= expected * (1 + 1e-12))

@@ -301,7 +301,7 @@ def test_why_there_is_no_smallest_cam(changes, why):
 @pytest.fixture
 def _plainly(monkeypatch):
     """Serving sets when kernels are compiled for the whole process."""
-    monkeypatch.setattr(compile, "PAYS", compile.PAYS)
+    monkeypatch.setattr(compile, "COMPILATION", compile.COMPILATION)
 
 
 @contextmanager

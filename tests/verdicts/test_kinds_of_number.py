@@ -194,7 +194,7 @@ CASES = [(contact, key, side) for contact, key in PAIRS for side in sides_of(con
 @pytest.fixture(autouse=True)
 def plain(monkeypatch):
     """Single designs, of so many problems that their kernels would be compiled."""
-    monkeypatch.setattr(compile, "PAYS", np.inf)
+    monkeypatch.setattr(compile, "COMPILATION", np.inf)
 
 
 def test_every_limit_is_met_on_some_mechanism():

@@ -340,7 +340,7 @@ def test_lengths_out_of_range_are_refused(k):
     "name", ["roller-1000rpm", pytest.param("oscillating-roller", marks=pytest.mark.long), "flat-reciprocating"]
 )
 def test_compiled_and_uncompiled_agree_bit_for_bit(name, monkeypatch):
-    monkeypatch.setattr(compile, "SMALL_ARRAY", -1)
+    monkeypatch.setattr(compile, "COMPILATION", 0.0)
     command = [sys.executable, "-m", "camopt", "evaluate", name, "--json"]
     plain = subprocess.run(
         command, capture_output=True, text=True, check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
