@@ -52,17 +52,13 @@ def say(text: str) -> None:
             print(line_of(line), file=sys.stderr, flush=True)
 
 
-def exit_code(scene: Any, half_width: float) -> int:
-    """The exit code for the accuracy that was reached."""
-    return 0 if half_width <= scene.accuracy.relative_error else NOT_REACHED
-
-
 def reached(scene: Any, half_width: float) -> int:
-    """The same; a message if it is worse than what was asked."""
-    if code := exit_code(scene, half_width):
-        asked = scene.accuracy.relative_error
-        say(f"camopt: relative error of {asked:g} not reached; values are exact to {half_width:.2g}")
-    return code
+    """The exit code for the accuracy that was reached; a message if it is worse than what was asked."""
+    asked = scene.accuracy.relative_error
+    if half_width <= asked:
+        return 0
+    say(f"camopt: relative error of {asked:g} not reached; values are exact to {half_width:.2g}")
+    return NOT_REACHED
 
 
 def _say_warning(message: Warning | str, *_: Any, **__: Any) -> None:

@@ -272,10 +272,9 @@ def outputs_option(command: Callable[..., Any]) -> Callable[..., Any]:
     )(command)
 
 
-def again_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Whether to do what is done already."""
-    told = "Compute anew, even if the result is there already, whole, of the same question and version."
-    return click.option("--again", is_flag=True, help=told)(command)
+again_option = click.option("--again", is_flag=True, help="Recompute, even if --out is up to date.")
+former_again_option = click.option("--again", is_flag=True, hidden=True, expose_value=False)
+"""What commands took that told an earlier result again: now each computes it anew."""
 
 
 def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:

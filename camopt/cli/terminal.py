@@ -161,9 +161,9 @@ def say_note(sentence: str) -> None:
 
 def say_lost(sentence: str) -> None:
     """Of what to know before the work only what is lost: whoever wants no messages wants this one."""
-    from camopt.front.journal import Lost
+    from camopt.front.store import LossWarning
 
-    if isinstance(sentence, Lost):
+    if isinstance(sentence, LossWarning):
         say_note(sentence)
 
 

@@ -21,7 +21,7 @@ from camopt.comparing.sides import Side, side_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
-from camopt.storage.sealed import no_table
+from camopt.storage.tables import no_table
 from camopt.tables.designs import DESIGNS, PARETO
 
 SHOWN_DESIGNS = 5

@@ -12,7 +12,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
-from camopt.storage.sealed import SCENE_KEY, TYPES, table_facts
+from camopt.storage.tables import SCENE_KEY, TYPES, table_facts
 from camopt.tables.columns import DERIVED, axes_of
 
 LAW_COLUMN, OWN_SCENE, FREE_COLUMN = "law_rise", "scene", "free"

@@ -12,7 +12,7 @@ from pyarrow import csv
 from camopt.comparing.design_table import DesignTable
 from camopt.comparing.designs import Matching, as_text
 from camopt.storage.files import check_writable, checked_suffix, path_of, whole_file
-from camopt.storage.sealed import write_table
+from camopt.storage.tables import write_table
 from camopt.storage.version import VERSION
 
 PARQUET, CSV = ".parquet", ".csv"

@@ -3,7 +3,7 @@
 import os
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial, singledispatch
+from functools import singledispatch
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,9 @@ from camopt.front.result import Sweep
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.scene import RESULTS, Scene, scene_named
 from camopt.storage.files import checked_path
-from camopt.storage.manifest import of_one_run, settled_file, settled_paths
-from camopt.storage.sealed import SCENE_KEY as SCENE_OF_TABLE
-from camopt.storage.sealed import TableFile, no_table
+from camopt.storage.manifest import Manifest, manifest_of, result_paths, whole_result_file
+from camopt.storage.tables import SCENE_KEY as SCENE_OF_TABLE
+from camopt.storage.tables import TableFile, no_table
 from camopt.synthesis.files import KNOWN_FILE, SCENE_FILE, frontier_table
 from camopt.synthesis.traded import Frontier
 from camopt.tables.designs import OPTIMUM
@@ -107,22 +107,21 @@ def _of_a_path(what: str | os.PathLike[str], stack: ExitStack) -> Side:
     return Side(str(what), {ONE_SCENE: scene_named(str(what), "result", RESULTS)}, {})
 
 
-def _opened(path: Path, stack: ExitStack) -> TableFile:
-    return TableFile(path, stack.enter_context(settled_file(path)))
+def _opened(path: Path, stack: ExitStack, manifest: Manifest | None = None) -> TableFile:
+    return TableFile(path, stack.enter_context(whole_result_file(path, manifest)))
 
 
 def _of_a_folder(folder: Path, stack: ExitStack) -> Side:
     """The tables of designs and the scenes in a folder, of one run: later ones do not change open files."""
-    return of_one_run(folder, partial(_found_in, folder, stack))
-
-
-def _found_in(folder: Path, stack: ExitStack) -> Side:
-    files = {path.name: _opened(path, stack) for path in settled_paths(folder, "*.parquet")}
+    manifest = manifest_of(folder)
+    files = {path.name: _opened(path, stack, manifest) for path in result_paths(folder, "*.parquet", manifest)}
     tables = {
         name: _of_a_file(str(folder / name), file) for name, file in files.items() if is_of_designs(file.layout)
     }
     scenes = {name: table.scene for name, table in tables.items()}
-    scenes |= {path.name: Scene.from_toml(path) for names in SCENES for path in settled_paths(folder, names)}
+    for path in (path for names in SCENES for path in result_paths(folder, names, manifest)):
+        with whole_result_file(path, manifest):
+            scenes[path.name] = Scene.from_toml(path)
     if not scenes:
         why = "a folder with scenes or tables of designs that a command wrote"
         raise BadInput([Mistake("camopt", "result", str(folder), why)])

@@ -262,7 +262,7 @@ def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.Path
 def _write_parquet(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
     import pyarrow as pa
 
-    from camopt.storage.sealed import write_table
+    from camopt.storage.tables import write_table
 
     fields = [pa.field(name, pa.float64(), nullable=False, metadata=_about(name)) for name in columns]
     layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})

@@ -3,21 +3,22 @@
 import os
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 
 from camopt.engines.progress import Progress, report_progress
+from camopt.front.designs import check_designs
 from camopt.front.every_cam import COLUMN
-from camopt.front.forged_rows import table_oddities
-from camopt.front.plan import column_names
+from camopt.mistakes import BadInput
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows
 from camopt.problem.settings import problems_of
 from camopt.problem.space import Space
-from camopt.storage.publishing import revised
-from camopt.storage.sealed import no_table, read_table, write_table
-from camopt.tables.table import arrow_schema, scene_in
+from camopt.storage.publishing import finish_publishing, revision
+from camopt.storage.tables import no_table, write_table
+from camopt.tables.table import arrow_schema, read_quantities, scene_in
 from camopt.verdicts.certify import certify_cams, summary
 
 
@@ -30,23 +31,26 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     Raises
     ------
     BadInput
-        If the file is no table of a sweep: other columns than its scene asks for, other types, numbers or laws
-        that are none of a design, or damage.
+        If the file is no table of a sweep: it lacks columns that tell its designs, has numbers or laws there that
+        are none of its scene, or is damaged.
     Stopped
         If ``progress``, called with (rows done, rows in all), returned False; the table stays as it was.
     OSError
         If there is no such file, it cannot be read or written, or another run writes to its folder.
     """
-    table = read_table(path)
+    finish_publishing(Path(path).parent)
+    table = read_quantities(path)
     if COLUMN in table.column_names:
         table = table.drop_columns([COLUMN])
     scene = scene_in(table.schema, path)
     problem = resolve(scene)
-    for why in table_oddities(table, column_names(problem), scene, problem):
-        raise no_table(path, why)
+    try:
+        check_designs(scene, table.to_pandas())
+    except BadInput as bad:
+        raise no_table(path, f"its designs have mistakes, such as {bad.mistakes[0]}") from None
     rows = Rows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)
     space = Space(problem, problems_of(problem), {})
-    with revised(path) as place:
+    with revision(path) as place:
         verdicts = _verdicts(space, rows, progress)
         field = arrow_schema((COLUMN,), "").field(COLUMN)
         write_table(table.append_column(field, pa.array(verdicts, type=pa.string())), place)

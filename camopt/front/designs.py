@@ -26,6 +26,7 @@ from camopt.scene.complaints import mistakes_of
 from camopt.scene.scene import Scene
 from camopt.scene.tables import Cam, Drive, Dynamics, Follower, Materials, SceneTable
 from camopt.scene.train import TrainStage
+from camopt.tables.columns import DERIVED
 from camopt.verdicts.judging import CERTIFIED, evaluate_with_effort, excesses
 from camopt.verdicts.running import run_effects
 
@@ -102,6 +103,19 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
     found = found[[*columns, *(f"{EXCESS}{limit.name}" for limit in problem.limits)]]
     found.attrs = {"units": {name: QUANTITIES[name].unit for name in columns}}
     return found
+
+
+def check_designs(scene: Scene, designs: "pd.DataFrame") -> None:
+    """BadInput unless the columns of a table that tell its designs can be those of a scene; others may be there."""
+    problem = resolve(scene)
+    columns = _columns(problem)
+    if lacking := sorted(problem.sizes - {*DERIVED, *designs}):
+        raise BadInput([Mistake(FILE, name, None, "missing", bare=True) for name in lacking])
+    telling = designs[[name for name in designs if name in columns or name in LAW_KEYS]]
+    varied = _varied(problem, telling)
+    _given(problem, telling, varied)
+    if not telling.empty:
+        _searching(scene, varied, telling)
 
 
 def _columns(problem: Problem) -> dict[str, Variable]:

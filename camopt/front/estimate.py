@@ -10,14 +10,14 @@ import numpy as np
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.front.journal import Journal, Tell
 from camopt.front.plan import TABLED, SweepPlan
+from camopt.front.store import Store, Tell, batch_bytes
 from camopt.numerics.clock import now
 from camopt.tables.cells import duration
 
 LEAST_BLOCKS = 512  # blocks: a sweep of fewer has ended before anyone wonders
 BLOCKS_A_THREAD = 4  # blocks of the sample, a thread
-TABLE_AND_JOURNAL = 2  # what is kept is in both until the end
+TABLE_AND_BATCHES = 2  # what is kept is in both until the end
 
 
 class Estimate(NamedTuple):
@@ -33,7 +33,7 @@ class Estimate(NamedTuple):
     @property
     def needed(self) -> float:
         """Bytes on the disk while it runs."""
-        return TABLE_AND_JOURNAL * self.table
+        return TABLE_AND_BATCHES * self.table
 
     def __str__(self) -> str:
         time = f"{self.designs:,} designs take about {duration(self.seconds)}"
@@ -62,9 +62,7 @@ def estimated(plan: SweepPlan, numbers: range, own: Threads, workers: int, folde
     share = len(numbers) / len(timed)
     kept = 0
     if plan.keep in TABLED:
-        from camopt.front.batch_bytes import encoded
-
-        kept = sum(len(encoded(batch, plan.row_names)) for batch in batches)
+        kept = sum(len(batch_bytes(batch, plan.row_names)) for batch in batches)
     designs = plan.blocks.designs_before(numbers.stop) - plan.blocks.designs_before(numbers.start)
     return Estimate(designs, share * seconds, share * kept, shutil.disk_usage(folder).free)
 
@@ -83,14 +81,14 @@ def size_in_words(size: float) -> str:
     return f"{size / 1000**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"
 
 
-def foresee(journal: Journal, own: Threads, engine: Engine, tell: Tell | None) -> None:
+def foresee(store: Store, own: Threads, engine: Engine, tell: Tell | None) -> None:
     """Tell what a long sweep will take; an OSError if there is no room for it. Threads of this process time it.
 
-    Where a journal is, it was told already, and the room that it takes is not free any more.
+    Where some of it is on disk, it was told already, and the room that it takes is not free any more.
     """
-    if not journal.path.exists():
-        estimate = estimated(journal.plan, journal.numbers, own, engine.workers, journal.path.parent)
+    if not store.files():
+        estimate = estimated(store.plan, store.numbers, own, engine.workers, store.folder)
         if estimate and tell:
             tell(str(estimate))
         if estimate:
-            check_room(estimate, journal.path.parents[1])
+            check_room(estimate, store.folder.parents[1])

@@ -77,23 +77,18 @@ class FrontSearch:
     """Designs in boxes that were dropped."""
     effort: Effort = field(default_factory=Effort)
     reached: float = 0.0
-    started: bool = False
-    """Whether there were boxes to begin with."""
 
     def __post_init__(self) -> None:
         self.grid, self.objectives = Grid(self.space), self.space.problem.objectives
         self.archive, self.known = Archive(self.objectives, EVALUATED_AT_ONCE), Known(len(self.objectives))
 
-    def run(self, after_step: Callable[["FrontSearch"], None] | None = None) -> Seen:
-        """The front, its rows in the order of the space. What is called after each step may keep the state."""
+    def run(self) -> Seen:
+        """The front, its rows in the order of the space."""
         self.pool = ThreadPoolExecutor(self.workers)
         try:
-            if not self.started:
-                self.start()
+            self.start()
             while self.waiting:
                 self.step()
-                if after_step:
-                    after_step(self)
         finally:
             self.pool.shutdown(cancel_futures=True)
         rows = self.archive.given_up()
@@ -123,7 +118,6 @@ class FrontSearch:
             boxes = boxes.halved(np.argmax(boxes.high - boxes.low, axis=1))
         self.evaluate(boxes.motion[:0], boxes.motion[:0])  # a front without rows has columns
         self.waiting.append(boxes)
-        self.started = True
 
     def step(self) -> None:
         """Halve the boxes that were made last, some at a time, and evaluate small ones."""

@@ -3,43 +3,39 @@
 import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from camopt.engines import Engine
 from camopt.engines.progress import Progress, with_progress_bar
 from camopt.engines.threads import Threads
 from camopt.front.blocks import Batch
 from camopt.front.estimate import foresee
-from camopt.front.journal import (
-    Broken,
-    Tell,
-    all_batches,
-    interrupted,
-    journal_at,
-    question_of,
-    recalled,
-    what_is_kept,
-    whole_batches,
-)
-from camopt.front.plan import SWEEP_PARTS, SweepKey, SweepPlan, plan_of_key, sweep_plan
+from camopt.front.plan import SWEEP_PARTS, SweepKey, SweepPlan, key_of, plan_of_key, sweep_plan
 from camopt.front.result import Sweep
+from camopt.front.store import (
+    BATCH_FILES,
+    QUESTION_FILE,
+    BrokenBatch,
+    Store,
+    Tell,
+    batch_files,
+    interrupted_question,
+    read_batch,
+    saved_at_the_end,
+)
 from camopt.front.streaming import Seen, gathered
-from camopt.front.sweep import Beside, Keeps, Write, result_of, swept_already
+from camopt.front.sweep import SWEEP_COMMAND, Write, result_of, swept_already, up_to_date
 from camopt.mistakes import BadInput, Mistake
 from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
-from camopt.storage.files import regular_file
-from camopt.storage.manifest import settled_paths
-from camopt.storage.publishing import published
-from camopt.storage.records import damage_of
-from camopt.storage.unit import PART_ENDING, name_of_part
+from camopt.storage.manifest import DamagedManifest, Manifest, has_entry, manifest_of, readable_manifest
+from camopt.storage.publishing import publication, published_answer
 from camopt.verdicts.judging import Effort
 
 PART_COMMAND = "part"
-PART_NAME = re.compile(rf"part-(\d{{1,9}})-of-(\d{{1,9}}){re.escape(PART_ENDING)}")
+PART_FOLDER = re.compile(r"part-\d{1,9}-of-\d{1,9}")
 PART_COUNTS = ("designs", "impossible", "feasible")
 BLOCKS_OF_A_PART = 8  # at least: parts are of equal size, but for one block
 MOST_NAMED = 20  # parts that a message names
@@ -63,8 +59,8 @@ class SweepPart(HasHtml):
         Feasible designs.
     effort : Effort
         Designs that were looked at again.
-    file : pathlib.Path
-        What ``merge`` reads.
+    folder : pathlib.Path
+        What ``merge`` reads: a manifest, and files with the finished batches.
     already_done : bool
         Whether it was there already.
 
@@ -84,8 +80,13 @@ class SweepPart(HasHtml):
     impossible: int
     feasible: int
     effort: Effort
-    file: Path = field(repr=False)
+    folder: Path = field(repr=False)
     already_done: bool = False
+
+    @property
+    def file(self) -> Path:
+        """The old name of ``folder``."""
+        return self.folder
 
     def __repr__(self) -> str:
         return f"<Part {self.part} of {self.parts} of a sweep of {self.scene.name}: {self.designs:,} designs>"
@@ -102,7 +103,6 @@ def sweep_part(  # noqa: PLR0913
     engine: Engine | None = None,
     tell: Tell | None = None,
     again: bool = False,
-    beside: Beside | None = None,
 ) -> SweepPart:
     """Evaluate one of several equal parts of a sweep; ``merge`` puts them together.
 
@@ -128,13 +128,11 @@ def sweep_part(  # noqa: PLR0913
         As for ``sweep``.
     again : bool, default False
         As for ``sweep``.
-    beside : callable, optional
-        As for ``sweep``.
 
     Returns
     -------
     SweepPart
-        Counts, and the file.
+        Counts, and the folder.
 
     Raises
     ------
@@ -152,30 +150,32 @@ def sweep_part(  # noqa: PLR0913
     3
     """
     plan, own = _part_of(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
-    folder, name = Path(out) / name_of_part(*part), f"{name_of_part(*part)}{PART_ENDING}"
-    question, journal = plan.question(*part), None
-
-    def found(answer: Any) -> SweepPart:
-        effort = Effort(*answer["effort"])
-        counts = {name: answer[name] for name in PART_COUNTS}
-        return SweepPart(plan.scene, *part, **counts, effort=effort, file=folder / name, already_done=True)
-
-    if not again and (done := recalled(folder, PART_COMMAND, question, found, tell)):
-        return done
-    with ExitStack() as stack:
-        stack.enter_context(what_is_kept(lambda: journal.kept if journal else ""))
-        unit = stack.enter_context(published(folder, PART_COMMAND, (name,), question=question.plain))
-        journal = stack.enter_context(journal_at(unit.journal, plan, *part, tell))
-        foresee(journal, own, engine or own, tell)
-        batches = all_batches(journal, engine or own, tell)
-        seen = gathered(plan.space, batches, plan.block, lambda rows: None, progress)
-        journal.finish(unit.path(name))
+    folder, question = Path(out) / name_of_part(*part), plan.question(*part)
+    if not again and (answer := published_answer(folder, PART_COMMAND, question.plain)):
+        with suppress(LookupError, TypeError):  # a manifest may say anything
+            counts = {name: answer[name] for name in PART_COUNTS} | {"effort": Effort(*answer["effort"])}
+            if tell:
+                tell(up_to_date(folder))
+            return SweepPart(plan.scene, *part, **counts, folder=folder, already_done=True)
+    kept = (BATCH_FILES, QUESTION_FILE)
+    with publication(folder, PART_COMMAND, (BATCH_FILES,), question=question.plain, keeps=kept) as unit:
+        store = Store(unit.staging, plan, question, tell)
+        with saved_at_the_end(store):
+            foresee(store, own, engine or own, tell)
+            seen = gathered(plan.space, store.batches(engine or own), plan.block, lambda rows: None, progress)
+        store.save()
+        if store.trouble:
+            raise store.trouble
         existing, feasible = seen.existing or 0, seen.feasible or 0
         impossible = seen.evaluated - existing
-        result = SweepPart(plan.scene, *part, seen.evaluated, impossible, feasible, seen.effort, folder / name)
+        result = SweepPart(plan.scene, *part, seen.evaluated, impossible, feasible, seen.effort, folder)
         unit.answer = {name: getattr(result, name) for name in PART_COUNTS} | {"effort": [*seen.effort]}
-        unit.answer |= beside(result) if beside else {}
     return result
+
+
+def name_of_part(part: int, parts: int) -> str:
+    """What the folder of a part is called."""
+    return f"part-{part}-of-{parts}"
 
 
 def _part_of(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
@@ -205,12 +205,12 @@ def merge(
     tell: Tell | None = None,
     again: bool = False,
 ) -> Sweep:
-    """Put the parts of a sweep together: the same result, and files byte for byte, as of one run.
+    """Put the parts of a sweep together: the same result, and tables row for row, as of one run.
 
     Parameters
     ----------
     parts : str, os.PathLike or a sequence of these
-        Folders with parts in them, or in folders inside them; or the files of parts. All parts of one sweep.
+        Folders of parts, or folders with these inside. All parts of one sweep.
     out : str or os.PathLike, optional
         Folder for the tables, as for ``sweep``; None writes nothing.
     progress : callable or True, optional
@@ -242,23 +242,23 @@ def merge(
     ['designs.parquet', 'pareto.parquet', 'scene.toml']
     """
     places = [parts] if isinstance(parts, (str, os.PathLike)) else [*parts]
-    questions, damaged = _questions(_files(places))
-    plan = _checked(questions, damaged)
+    questions, files, refused = _questions(_folders(places))
+    plan = _checked(questions, refused)
     if out is not None:
         _check_folder(Path(out), plan)
     if out is not None and not again and (done := swept_already(plan, out, tell)):
         return done
-    in_order = sorted(questions, key=lambda path: questions[path].part)
+    in_order = sorted(questions, key=lambda folder: questions[folder].part)
 
     def batches() -> Iterator[Batch]:
-        for path in in_order:
-            question = questions[path]
-            try:
-                yield from whole_batches(path, question, plan)
-            except Broken as why:
-                raise BadInput([_no_part(path, str(why))]) from None
+        for folder in in_order:
+            for _, path in batch_files(folder / name for name in files[folder]):
+                try:
+                    yield read_batch(path, plan)
+                except BrokenBatch as why:
+                    raise BadInput([_no_part(path, f"this is {why}")]) from None
 
-    def searched(kept: Keeps | None, write: Write) -> Seen:
+    def searched(store: Store | None, write: Write) -> Seen:
         return gathered(plan.space, batches(), plan.block, write, progress)
 
     return result_of(plan, out, searched, Threads(os.cpu_count() or 1), progress)
@@ -266,73 +266,84 @@ def merge(
 
 def _check_folder(folder: Path, plan: SweepPlan) -> None:
     """BadInput if an interrupted sweep of another question is kept in a folder: it would go."""
-    found = interrupted(folder, "sweep")
+    found = interrupted_question(folder, SWEEP_COMMAND)
     if found and found.asks_other_than(plan.question()):
         why = "another folder: an interrupted sweep is kept in this one, which would go"
         raise BadInput([Mistake("camopt", "out", str(folder), why)])
 
 
-def _files(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
-    """The files of parts in some folders, in folders inside them, or named."""
+def _folders(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
+    """The folders of parts among some, and inside them, by their manifest or their name."""
     found: dict[Path, None] = {}
     for place in map(Path, places):
         place.stat()  # an OSError if there is none
-        if not place.is_dir():
-            found[place] = None
-            continue
-        folders = [place, *sorted(each for each in place.iterdir() if each.is_dir())]
-        files = [file for folder in folders for file in settled_paths(folder, f"*{PART_ENDING}")]
-        if not files:
+        folders = [place, *sorted(each for each in place.iterdir() if each.is_dir())] if place.is_dir() else []
+        parts = [each for each in folders if PART_FOLDER.fullmatch(each.name) or _has_part(each)]
+        if not parts:
             raise BadInput([Mistake("camopt", "part", str(place), "a folder with parts of a sweep; this has none")])
-        found |= dict.fromkeys(files)
+        found |= dict.fromkeys(parts)
     return [*found]
 
 
-def _questions(files: Iterable[Path]) -> tuple[dict[Path, SweepKey], list[Mistake]]:
-    """The keys of files, and messages for files that are no parts, or damaged."""
+def _has_part(folder: Path) -> bool:
+    return PART_COMMAND in readable_manifest(folder).results
+
+
+def _questions(
+    folders: Iterable[Path],
+) -> tuple[dict[Path, SweepKey], dict[Path, Iterable[str]], list[Mistake]]:
+    """The keys of parts and their files by folder, and messages for what is no whole part."""
     questions: dict[Path, SweepKey] = {}
+    files: dict[Path, Iterable[str]] = {}
     mistakes: list[Mistake] = []
-    scenes: dict[SweepKey, str] = {}
-    for path in files:
-        with regular_file(path) as file:
-            damage = damage_of(file)
-        question = question_of(path)
+    plans: dict[SweepKey, SweepPlan | str] = {}
+    for folder in folders:
+        try:
+            result = (manifest_of(folder) or Manifest()).results.get(PART_COMMAND)
+        except DamagedManifest:
+            mistakes.append(_no_part(folder, "its manifest is damaged, or of another version of camopt"))
+            continue
+        if result is None:
+            mistakes.append(_no_part(folder, "it has no manifest of one: its sweep has not ended"))
+            continue
+        question = key_of(result.question)
         if question is None:
-            mistakes.append(_no_part(path, "this is none, or damaged at its beginning"))
+            mistakes.append(_no_part(folder, "nothing tells what it was asked"))
             continue
-        if question.whole not in scenes:
-            scenes[question.whole] = _oddity(question.whole)
-        if odd := scenes[question.whole] or _other_than_named(path, question):
-            mistakes.append(_no_part(path, odd))
+        if question.whole not in plans:
+            plans[question.whole] = _plan_or_fault(question.whole)
+        plan = plans[question.whole]
+        if isinstance(plan, str):
+            mistakes.append(_no_part(folder, plan))
             continue
-        questions[path] = question
-        if damage:
-            mistakes.append(_no_part(path, f"this is {damage}"))
-    return questions, mistakes
+        questions[folder], files[folder] = question, result.files
+        for name, entry in result.files.items():
+            if not (folder / name).exists():
+                mistakes.append(_no_part(folder / name, "this is missing"))
+            elif not has_entry(folder / name, entry):
+                mistakes.append(_no_part(folder / name, "this is damaged, was changed, or is of another run"))
+        if not _covers(result.files, plan.numbers(question.part, question.parts)):
+            mistakes.append(_no_part(folder, "its files are not those of all of its designs"))
+    return questions, files, mistakes
 
 
-def _oddity(question: SweepKey) -> str:
-    """The fault of the key of a part; empty if there is none."""
+def _covers(names: Iterable[str], numbers: range) -> bool:
+    """Whether files of batches have all blocks, each once."""
+    position = numbers.start
+    for blocks, _ in batch_files(map(Path, names)):
+        if blocks.start != position:
+            return False
+        position = blocks.stop
+    return position == numbers.stop
+
+
+def _plan_or_fault(question: SweepKey) -> SweepPlan | str:
+    """The plan of parts, or the fault of their key."""
     try:
-        plan_of_key(question)
+        return plan_of_key(question)
     except BadInput as refused:
         first = refused.mistakes[0]
         return f"its scene has mistakes, such as {first.key}: {first.allowed}"
-    return ""
-
-
-def _other_than_named(path: Path, question: SweepKey) -> str:
-    """The part that a file really is, if its name says otherwise; empty if they agree."""
-    named = _named(path)
-    if named in (None, (question.part, question.parts)):
-        return ""
-    return f"it says of itself that it is part {question.part} of {question.parts}"
-
-
-def _named(path: Path) -> tuple[int, int] | None:
-    """The number of a part and of all parts, by the name of a file."""
-    found = PART_NAME.fullmatch(path.name)
-    return (int(found[1]), int(found[2])) if found else None
 
 
 def _no_part(path: Path, why: str) -> Mistake:
@@ -345,7 +356,7 @@ def _checked(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepP
         raise BadInput(mistakes or [Mistake("camopt", "part", None, "missing", bare=True)])
     first = next(iter(questions))
     whole, parts = questions[first].whole, questions[first].parts
-    refused = {named[0] for each in mistakes if (named := _named(Path(str(each.value))))}
+    refused = {int(number) for each in mistakes for number in re.findall(r"part-(\d+)-of-", str(each.value))}
     by_part: dict[int, list[Path]] = {}
     for path, question in questions.items():
         if question.whole != whole or question.parts != parts:

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,6 @@ from camopt.problem.zones import Off
 from camopt.quantities import QUANTITIES, in_order, motion_quantity
 from camopt.scene.mapping import leaves
 from camopt.scene.scene import Scene
-from camopt.storage.manifest import question_in
 from camopt.storage.version import version_of_rows
 
 FRONT_ONLY = "front-only"
@@ -70,6 +68,7 @@ class SweepKey:
             raise ValueError("no question of a sweep")
         if not (1 <= found["part"] <= found["parts"] <= SWEEP_PARTS and found["block"] >= 1):
             raise ValueError("no part of a sweep")
+        tomllib.loads(found["scene"])
         return cls(**found)
 
     def other_than(self, other: "SweepKey") -> list[str]:
@@ -90,8 +89,13 @@ class SweepKey:
 
     @property
     def plain(self) -> dict[str, Any]:
-        """The question as a manifest keeps it; of a whole sweep without its own blocks, on which no row depends."""
-        return asdict(self if self.parts > 1 else replace(self, block=BLOCK))
+        """The question as a manifest of a part keeps it."""
+        return asdict(self)
+
+    @property
+    def plain_in_any_blocks(self) -> dict[str, Any]:
+        """The question as the manifest of a whole sweep keeps it: no row depends on the size of blocks."""
+        return asdict(self) | {"block": BLOCK}
 
 
 @dataclass(frozen=True)
@@ -190,11 +194,10 @@ def boxes_are_sooner(plan: SweepPlan) -> bool:
     return plan.blocks.curves + A_DESIGN * len(plan.space) >= least * len(plan.space.problems)
 
 
-def key_of_result(folder: Path, command: str) -> SweepKey | None:
-    """The key of the sweep whose result is in a folder; None if there is none, or it is unknown."""
-    found = question_in(folder, command)
+def key_of(question: Any) -> SweepKey | None:
+    """The key that a manifest has as its question; None if it is none."""
     with suppress(ValueError, TypeError):
-        return found and SweepKey.decoded(json.dumps(found).encode())
+        return SweepKey.decoded(json.dumps(question).encode())
     return None
 
 

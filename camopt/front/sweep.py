@@ -1,20 +1,18 @@
 """The sweep: every design of a space through the kernels, block by block, and its Pareto set.
 
 A scene becomes a plan (``plan``): the space of designs, and what to keep of it. An engine evaluates its blocks
-(``blocks``), one batch of them after another; a journal keeps each finished batch, so that a stopped sweep goes on
-from there (``journal``). ``streaming`` gathers what they give, rows for the table and the front so far. In the end
+(``blocks``), one batch of them after another; finished batches are kept on disk, so that a stopped sweep goes on
+from there (``store``). ``streaming`` gathers what they give, rows for the table and the front so far. In the end
 people's rows get the digits of ``evaluate`` (``compared``), and tables and result appear together (``result``).
-Where the front alone is wanted of a large space, boxes of designs are bounded in place of blocks (``front_search``,
-with a ``checkpoint``).
+Where the front alone is wanted of a large space, boxes of designs are bounded in place of blocks, which takes
+seconds, and keeps nothing (``front_search``).
 """
 
 import os
 from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from camopt.engines import Engine
 from camopt.engines.progress import Progress, with_progress_bar
@@ -22,32 +20,22 @@ from camopt.engines.threads import Threads
 from camopt.front.compared import best_of_each_law, half_width_of, nearest_miss_of_space
 from camopt.front.estimate import foresee
 from camopt.front.every_cam import COLUMN, proved
-from camopt.front.journal import Journal, Tell, all_batches, journal_at, recalled, what_is_kept
 from camopt.front.pareto import front_of
 from camopt.front.plan import FRONT_ONLY, TABLED, SweepPlan, sweep_plan
 from camopt.front.result import Sweep
+from camopt.front.store import BATCH_FILES, QUESTION_FILE, Store, Tell, saved_at_the_end
 from camopt.front.streaming import Seen, gathered
 from camopt.front.summary import from_summary, summary_of
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
 from camopt.scene.scene import Scene
 from camopt.storage.files import write_text
-from camopt.storage.publishing import published
-from camopt.storage.unit import Unit
+from camopt.storage.publishing import Publication, publication, published_answer
 from camopt.tables.cells import to_json
 from camopt.tables.designs import Design
 from camopt.tables.writing import TableWriter, table_file
 
-if TYPE_CHECKING:
-    from camopt.front.checkpoint import Checkpoint
-
 SWEEP_COMMAND, SWEEP_SCENE = "sweep", "scene.toml"
-SWEEP_FILES = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", SWEEP_SCENE)
-"""Names of files that sweeps write, each some of them."""
-
-
-Beside = Callable[[Any], dict[str, Any]]
-"""What gives what is kept with a result in its manifest, in what JSON takes."""
 
 
 @with_progress_bar("designs")
@@ -61,7 +49,6 @@ def sweep(  # noqa: PLR0913
     engine: Engine | None = None,
     tell: Tell | None = None,
     again: bool = False,
-    beside: Beside | None = None,
 ) -> Sweep:
     """Evaluate every design of the grid or the sample that a scene's ``[search]`` asks for; find the Pareto front.
 
@@ -95,9 +82,6 @@ def sweep(  # noqa: PLR0913
     again : bool, default False
         Whether to compute anew what is in the folder already. If not, and the result there is of the same question
         and version, and its files are whole, that is what is returned.
-    beside : callable, optional
-        Called with the result before it is published. What it gives, in what JSON takes, is kept in the manifest:
-        there the command keeps what it prints, for whoever asks again.
 
     Returns
     -------
@@ -130,62 +114,43 @@ def sweep(  # noqa: PLR0913
     if out is not None and not again and (done := swept_already(plan, out, tell)):
         return done
     if plan.by_boxes and not counted and not engine:
-        from camopt.front.checkpoint import checkpoint_at
         from camopt.front.front_search import FrontSearch
 
         search = FrontSearch(plan.space, plan.names, own.workers, progress)
+        return result_of(plan, out, lambda store, write: search.run(), own, progress)
 
-        def found(checkpoint: "Checkpoint | None", write: Write) -> Seen:
-            if checkpoint is None:
-                return search.run()
-            checkpoint.restore(search, tell)
-            return search.run(checkpoint.offer)
+    def searched(store: Store | None, write: Write) -> Seen:
+        if store is None:
+            batches = plan.batches(plan.numbers(), engine or own)
+        else:
+            foresee(store, own, engine or own, tell)
+            batches = store.batches(engine or own)
+        return gathered(plan.space, batches, plan.block, write, progress)
 
-        return result_of(plan, out, found, own, progress, lambda path: checkpoint_at(path, plan, tell), beside)
-
-    def searched(journal: Journal | None, write: Write) -> Seen:
-        if journal is None:
-            return gathered(plan.space, plan.batches(plan.numbers(), engine or own), plan.block, write, progress)
-        foresee(journal, own, engine or own, tell)
-        return gathered(plan.space, all_batches(journal, engine or own, tell), plan.block, write, progress)
-
-    return result_of(plan, out, searched, own, progress, lambda path: journal_at(path, plan, tell=tell), beside)
+    return result_of(plan, out, searched, own, progress, lambda folder: Store(folder, plan, plan.question(), tell))
 
 
 Write = Callable[[Rows], None]
 """What takes rows for the table of designs."""
 
 
-class Keeps(Protocol):
-    """An object that keeps finished work of a stopped sweep, and says so in words."""
-
-    @property
-    def kept(self) -> str: ...
-
-
-Keeper = TypeVar("Keeper", bound=Keeps)
-
-
 def result_of(
     plan: SweepPlan,
     out: str | os.PathLike[str] | None,
-    search: Callable[[Keeper | None, Write], Seen],
+    search: Callable[[Store | None, Write], Seen],
     own: Threads,
     progress: Progress | None,
-    keep: Callable[[Path], AbstractContextManager[Keeper]] | None = None,
-    beside: Beside | None = None,
+    open_store: Callable[[Path], Store] | None = None,
 ) -> Sweep:
-    """The result of a search, written to a folder if there is one, with what is kept ``beside`` it.
-
-    There ``keep`` opens what keeps the work of the search, in a file, and stays open until the tables are whole.
-    """
-    scene, space, kept = plan.scene, plan.space, None
-    with what_is_kept(lambda: kept.kept if kept else ""), ExitStack() as stack:
-        unit = None if out is None else stack.enter_context(_published(out, plan))
-        kept = stack.enter_context(keep(unit.journal)) if unit and keep else None
+    """The result of a search, written to a folder if there is one; a store may keep finished work there."""
+    scene, space, store = plan.scene, plan.space, None
+    with ExitStack() as stack:
+        unit = None if out is None else stack.enter_context(_publication(out, plan))
+        store = open_store(unit.staging) if unit and open_store else None
+        stack.enter_context(saved_at_the_end(store))
         tables = _tables(stack, unit, plan) if unit else {}
         rows_of_search = tables["designs"] if tables and plan.keep in TABLED else None
-        seen = search(kept, rows_of_search.append if rows_of_search else _nowhere)
+        seen = search(store, rows_of_search.append if rows_of_search else _nowhere)
         if rows_of_search:
             rows_of_search.end()
         found = proved(plan, seen, own, progress)
@@ -221,7 +186,7 @@ def result_of(
                 if table in tables and (table != "designs" or plan.keep == "pareto"):
                     tables[table].append(shown)
             write_text(unit.path(SWEEP_SCENE), scene.to_toml())
-            unit.answer = summary_of(result) | (beside(result) if beside else {})
+            unit.answer = summary_of(result)
     return result
 
 
@@ -233,20 +198,27 @@ def _obstacle(space: Space, assembled: bool) -> str:
     return "" if assembled else space.problem.setup.mechanism.assembly
 
 
-def _published(out: str | os.PathLike[str], plan: SweepPlan) -> AbstractContextManager[Unit]:
-    """Where a sweep writes its files."""
-    return published(out, SWEEP_COMMAND, files_of(plan), stale=SWEEP_FILES, question=plan.question().plain)
+def _publication(out: str | os.PathLike[str], plan: SweepPlan) -> AbstractContextManager[Publication]:
+    """Where a sweep writes its files, and keeps finished work if it ends early."""
+    kept = (BATCH_FILES, QUESTION_FILE)
+    return publication(out, SWEEP_COMMAND, files_of(plan), question=plan.question().plain_in_any_blocks, keeps=kept)
 
 
 def swept_already(plan: SweepPlan, out: str | os.PathLike[str], tell: Tell | None) -> Sweep | None:
     """The result of a sweep that is in a folder already; None if it is not."""
-
-    def found(answer: Any) -> Sweep:
+    answer = published_answer(out, SWEEP_COMMAND, plan.question().plain_in_any_blocks)
+    with suppress(LookupError, TypeError, ValueError, AttributeError):  # a manifest may say anything
         numbers = from_summary(answer, plan.scene)
+        if tell:
+            tell(up_to_date(out))
         files = _places(plan, Path(out))
         return Sweep(scene=plan.scene, designs=len(plan.space), files=files, already_done=True, **numbers)
+    return None
 
-    return recalled(out, SWEEP_COMMAND, plan.question(), found, tell)
+
+def up_to_date(folder: str | os.PathLike[str]) -> str:
+    """The message when a folder has the result already."""
+    return f"{os.fspath(folder)} is up to date; `again` computes it anew"
 
 
 def _nowhere(rows: Rows) -> None:
@@ -258,15 +230,13 @@ def file_name(table: str) -> str:
     return f"{table}.parquet"
 
 
-def _tables(stack: ExitStack, unit: Unit, plan: SweepPlan) -> dict[str, TableWriter]:
+def _tables(stack: ExitStack, unit: Publication, plan: SweepPlan) -> dict[str, TableWriter]:
     """The tables of a sweep by name, open until the stack is left."""
     scene = plan.scene.to_toml()
-    tables = {}
-    for table, kept in _columns(plan).items():
-        name = file_name(table)
-        tell = partial(unit.facts.__setitem__, name)
-        tables[table] = stack.enter_context(table_file(unit.path(name), kept, scene, tell))
-    return tables
+    return {
+        table: stack.enter_context(table_file(unit.path(file_name(table)), columns, scene))
+        for table, columns in _columns(plan).items()
+    }
 
 
 def _columns(plan: SweepPlan) -> dict[str, tuple[str, ...]]:

@@ -2,9 +2,9 @@
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from dataclasses import replace
-from functools import partial, singledispatch
+from functools import singledispatch
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from camopt.storage.files import (
     text_of,
     write_text,
 )
-from camopt.storage.manifest import of_one_run, settled_path, settled_paths
+from camopt.storage.manifest import Manifest, manifest_of, result_paths, whole_result_file
 from camopt.synthesis.compare import known_laws_of
 from camopt.synthesis.files import FRONTIER, KNOWN_FILE, SCENE_FILE, SUMMARY_FILE, TOLD
 from camopt.synthesis.synthesised import Synthesis
@@ -169,11 +169,11 @@ def _of_a_path(what: str | os.PathLike[str]) -> Iterable[ShownCam | ResultRows]:
     return _of_a_scene(scene_named(str(what), "what", RESULTS))
 
 
-def _of_a_table(path: Path) -> Iterable[ShownCam | ResultRows]:
+def _of_a_table(path: Path, manifest: Manifest | None = None) -> Iterable[ShownCam | ResultRows]:
     """A table of designs; of one design its cam."""
-    from camopt.tables.table import load
+    from camopt.tables.table import frame_of
 
-    frame = load(path)
+    frame = frame_of(path, manifest)
     if frame.empty:
         why = "a table with a design in it; no design was feasible, and others were not kept"
         raise BadInput([Mistake("camopt", "table", str(path), why)])
@@ -183,35 +183,41 @@ def _of_a_table(path: Path) -> Iterable[ShownCam | ResultRows]:
 
 
 def _of_a_folder(folder: Path) -> Iterable[ShownCam | ResultRows]:
-    """The result that a command left in a folder."""
-    return of_one_run(folder, partial(_found_in, folder))
+    """The result that a command left in a folder: files that its manifest names, if there is one."""
+    from camopt.tables.table import frame_of
 
-
-def _found_in(folder: Path) -> Iterable[ShownCam | ResultRows]:
-    from camopt.tables.table import load
-
-    pareto, designs = settled_path(folder / PARETO), settled_path(folder / DESIGNS)
-    if pareto.exists() and designs.exists():
-        frame = load(designs)
-        return _of_a_table(designs) if len(frame) < 2 else [of_frame(folder.name, frame, load(pareto))]
-    for table in (pareto, settled_path(folder / FRONTIER)):
-        if table.exists():
-            return _of_a_table(table)
-    if settled_path(folder / SCENE_FILE).exists():
-        return list(_of_a_synthesis(folder))
-    scenes = settled_paths(folder, OPTIMUM)
-    if scenes:
-        return _smallest([ShownCam(path.stem.removeprefix("optimum-"), Scene.from_toml(path)) for path in scenes])
+    manifest = manifest_of(folder)
+    there = {path.name for path in result_paths(folder, "*", manifest)}
+    if {PARETO, DESIGNS} <= there:
+        frame = frame_of(folder / DESIGNS, manifest)
+        if len(frame) < 2:
+            return _of_a_table(folder / DESIGNS, manifest)
+        return [of_frame(folder.name, frame, frame_of(folder / PARETO, manifest))]
+    for table in (PARETO, FRONTIER):
+        if table in there:
+            return _of_a_table(folder / table, manifest)
+    if SCENE_FILE in there:
+        return list(_of_a_synthesis(folder, manifest, there))
+    if optima := result_paths(folder, OPTIMUM, manifest):
+        return _smallest(
+            [ShownCam(path.stem.removeprefix("optimum-"), _scene_in(path, manifest)) for path in optima]
+        )
     why = f"a folder that a command wrote: with {PARETO}, {FRONTIER}, {SCENE_FILE} or {OPTIMUM}"
     raise BadInput([Mistake("camopt", "what", str(folder), why)])
 
 
-def _of_a_synthesis(folder: Path) -> Iterable[ShownCam]:
+def _scene_in(path: Path, manifest: Manifest | None) -> Scene:
+    """A scene of a result, as its manifest names it."""
+    with whole_result_file(path, manifest):
+        return Scene.from_toml(path)
+
+
+def _of_a_synthesis(folder: Path, manifest: Manifest | None, there: Container[str]) -> Iterable[ShownCam]:
     """The smallest cam of the best known law, and that of the new laws."""
-    summary = _summary(settled_path(folder / SUMMARY_FILE))
-    if settled_path(folder / KNOWN_FILE).exists():
-        yield ShownCam(f"known law: {summary.get('known_law')}", Scene.from_toml(folder / KNOWN_FILE))
-    yield ShownCam("new laws", Scene.from_toml(folder / SCENE_FILE), str(summary.get(TOLD[system_shown()], "")))
+    summary = _summary(folder / SUMMARY_FILE)
+    if KNOWN_FILE in there:
+        yield ShownCam(f"known law: {summary.get('known_law')}", _scene_in(folder / KNOWN_FILE, manifest))
+    yield ShownCam("new laws", _scene_in(folder / SCENE_FILE, manifest), str(summary.get(TOLD[system_shown()], "")))
 
 
 def _summary(path: Path) -> dict[str, Any]:

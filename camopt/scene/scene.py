@@ -60,7 +60,6 @@ from camopt.scene.tolerances import Tolerances, read_measured
 from camopt.scene.train import MOST_STAGES, TrainStage, tool_turns
 from camopt.scene.turn import read_searched_laws
 from camopt.storage.files import read_bytes
-from camopt.storage.manifest import settled_path
 
 SCENES = "a TOML file or a shipped scene"
 RESULTS = "a TOML file, a shipped scene, a table of designs (.parquet) or a folder that a command wrote"
@@ -321,7 +320,7 @@ class Scene(HasHtml, Drawn, SceneTable):
             If there is no such file, or it cannot be read.
         """
         name = os.fsdecode(path)
-        data = parsed(read_bytes(settled_path(name)), name)
+        data = parsed(read_bytes(name), name)
         data = plain({"name": printable(Path(name).stem), **data}, name)
         scene, changes = cls.__new__(cls), changes or {}
         try:
@@ -466,7 +465,7 @@ def scene_named(
     if word in shipped_scenes():
         return _shipped_scene(word).replace(**changes) if changes else _shipped_scene(word)
     path = Path(word)
-    if settled_path(path).is_file():
+    if path.is_file():
         return Scene.from_toml(word, changes)
     if word and path.exists():
         why = "this is a folder, pipe or device"

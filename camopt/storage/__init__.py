@@ -1,3 +1,3 @@
-"""Files on disk: whole or not there, published as one result, tables with a seal, records, and checks of all.
+"""Files on disk: whole or not there, published as one result, checked by its manifest.
 
 The version that is written into them is here too."""

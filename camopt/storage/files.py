@@ -13,7 +13,6 @@ from tempfile import TemporaryFile
 from time import time
 from warnings import warn
 
-from camopt.kernels.locking import lock
 from camopt.mistakes import BadInput, Mistake
 
 LARGEST_TEXT = 1 << 24
@@ -132,7 +131,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A temporary path beside ``path``, renamed to it if the block ends well, and removed if not.
 
     The file is on disk before it gets its name. The mode of an earlier file stays; so does a link, which then leads
-    to the new file. Temporary files of runs that died are removed.
+    to the new file. Temporary files that runs left that died more than a day ago are removed.
 
     Raises
     ------
@@ -145,24 +144,21 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         If the file has its name, and something failed after that.
     """
     path = Path(path)
-    target = target_of(path)
-    partial = partial_of(target)
+    target = Path(os.path.realpath(path)) if path.is_symlink() else path
+    partial = target.with_name(f".{target.name}.{os.urandom(8).hex()}{PARTIAL}")
     with naming(path, partial), ExitStack() as stack:
         check_replaceable(target)
         _remove_orphans(target)
         stack.callback(_remove, partial)
-        file = stack.enter_context(partial.open("xb"))
-        if lock(file.fileno()) is None:  # Windows renames no open files
-            file.close()
+        partial.open("xb").close()
         yield partial
         synced(partial)
-        keep_mode(target, partial)
+        with suppress(OSError):
+            partial.chmod(S_IMODE(target.stat().st_mode))
         os.replace(partial, target)
         try:
             synced(target.parent)
         except OSError as trouble:
-            if WORK_FOLDER in path.parts:
-                raise  # nothing is published yet
             tell_untidy(trouble, path)
 
 
@@ -196,33 +192,12 @@ def named(trouble: OSError, reason: str, path: Path) -> OSError:
     return found
 
 
-def random_name() -> str:
-    """A name that no other process chooses, on any machine."""
-    return os.urandom(8).hex()
-
-
-def partial_of(path: Path) -> Path:
-    """A temporary name beside a path."""
-    return path.with_name(f".{path.name}.{random_name()}{PARTIAL}")
-
-
-def target_of(path: Path) -> Path:
-    """The file to replace: the one that a link leads to, or the path itself."""
-    return Path(os.path.realpath(path)) if path.is_symlink() else path
-
-
 def check_replaceable(target: Path) -> None:
     """An OSError if something else than a file is there: a folder, a pipe, a device."""
     if target.is_dir():
         raise IsADirectoryError(EISDIR, os.strerror(EISDIR))
     if target.exists() and not target.is_file():
         raise OSError(EINVAL, os.strerror(EINVAL))
-
-
-def keep_mode(old: Path, new: Path) -> None:
-    """Give a new file the mode of the one that it replaces, where there is one, and where there are modes."""
-    with suppress(OSError):
-        new.chmod(S_IMODE(old.stat().st_mode))
 
 
 def synced(path: Path) -> None:
@@ -246,19 +221,12 @@ def synced(path: Path) -> None:
         os.close(descriptor)
 
 
-def forgotten(path: Path) -> bool:
-    """Whether a file or a folder has been unused for so long that its writer is gone, where there are no locks."""
-    return time() - path.lstat().st_mtime > FORGOTTEN
-
-
 def _remove_orphans(target: Path) -> None:
-    """Remove temporary files of a target whose writers died."""
+    """Remove temporary files of a target whose writers are gone since long."""
     with suppress(OSError):
         for partial in target.parent.glob(f".{escape(target.name)}.*{PARTIAL}"):
-            with suppress(OSError), partial.open("rb") as file:
-                held = lock(file.fileno())
-                if held or (held is None and forgotten(partial)):
-                    partial.unlink()
+            if time() - partial.lstat().st_mtime > FORGOTTEN:
+                _remove(partial)
 
 
 def _remove(partial: Path) -> None:

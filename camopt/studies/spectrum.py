@@ -187,7 +187,7 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     OSError
         If a file cannot be written.
     """
-    from camopt.storage.sealed import write_table
+    from camopt.storage.tables import write_table
     from camopt.tables.table import schema_of, to_table
 
     table, picture = (Path(folder) / name for name in SPECTRUM)

@@ -12,7 +12,7 @@ from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import INCH, MM, shown_in
 from camopt.scene.written import write_scene
 from camopt.storage.files import whole_file, write_text
-from camopt.storage.sealed import write_table
+from camopt.storage.tables import write_table
 from camopt.storage.version import VERSION
 from camopt.synthesis.told import bound_in_words
 from camopt.synthesis.units import unit_of

@@ -1,4 +1,4 @@
-"""Tables on disk: Parquet with units, symbols, scene and version in its metadata, sealed; pandas at the door."""
+"""Tables on disk: Parquet with units, symbols, scene and version in its metadata; pandas at the door."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -8,14 +8,24 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from camopt.mistakes import BadInput
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES, Quantity
 from camopt.scene.scene import Scene
-from camopt.storage.seal import ROWS_IN_GROUP, Tell, sealed
-from camopt.storage.sealed import SCENE_KEY, TYPES, no_table, read_table, table_facts, write_table
+from camopt.storage.manifest import Manifest
+from camopt.storage.tables import (
+    PARQUET,
+    ROWS_IN_GROUP,
+    SCENE_KEY,
+    TYPES,
+    no_table,
+    read_table,
+    table_facts,
+    write_table,
+)
 from camopt.storage.version import VERSION
 
 if TYPE_CHECKING:
@@ -50,7 +60,7 @@ class Column(Protocol):
 
 
 def write_columns(columns: Mapping[str, Column], scene: Scene, path: str | os.PathLike[str]) -> None:
-    """Write columns of numbers as a table with their units and the scene, sealed."""
+    """Write columns of numbers as a table with their units and the scene."""
     about = [{"unit": each.unit, "description": each.sentence} for each in columns.values()]
     names = zip(columns, about, strict=True)
     fields = [pa.field(name, pa.float64(), nullable=False, metadata=facts) for name, facts in names]
@@ -118,11 +128,14 @@ def parquet_options(layout: pa.Schema) -> dict[str, Any]:
 
 
 @contextmanager
-def row_groups(path: Path, names: tuple[str, ...], about: Mapping[str, str], tell: Tell) -> Iterator["RowGroups"]:
-    """What writes rows of some quantities to a file, which is sealed when the block ends well."""
+def row_groups(path: Path, names: tuple[str, ...], about: Mapping[str, str]) -> Iterator["RowGroups"]:
+    """What writes rows of some quantities to a file."""
     layout = schema_of((QUANTITIES[name] for name in names), **about)
-    with sealed(path, layout, tell, **parquet_options(layout)) as add:
-        yield RowGroups(add, layout)
+    with (
+        pa.OSFile(os.fspath(path), "wb") as file,  # Python's would wait for the interpreter in each write
+        pq.ParquetWriter(file, layout, **PARQUET, **parquet_options(layout)) as parquet,
+    ):
+        yield RowGroups(lambda table: parquet.write_table(table, row_group_size=ROWS_IN_GROUP), layout)
 
 
 class RowGroups:
@@ -179,7 +192,7 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     Raises
     ------
     BadInput
-        If the file is no table of camopt's, or damaged: digests of all its bytes are verified.
+        If the file is no table of camopt's, or damaged, or not the one that ``manifest.json`` beside it names.
     OSError
         If there is no such file, or it cannot be read.
 
@@ -192,7 +205,21 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     >>> len(designs), designs.attrs["units"]["base_radius_mm"]
     (9, 'mm')
     """
-    table = read_table(path)
+    return frame_of(path)
+
+
+def read_quantities(path: str | os.PathLike[str], manifest: Manifest | None = None) -> pa.Table:
+    """The same as an Arrow table, as ``read_table`` gives it: columns of quantities have their types."""
+    table = read_table(path, manifest)
+    for column in table.schema:
+        if column.name in QUANTITIES and column.type != TYPES[QUANTITIES[column.name].kind]:
+            raise no_table(path, f"its column {column.name} has the type {column.type}")
+    return table
+
+
+def frame_of(path: str | os.PathLike[str], manifest: Manifest | None = None) -> "pd.DataFrame":
+    """The same of one of several tables of a folder, which have to be of one run: those of its manifest."""
+    table = read_quantities(path, manifest)
     frame: pd.DataFrame = table.replace_schema_metadata(None).to_pandas()
     frame.attrs = table_facts(table.schema)
     return frame

@@ -5,11 +5,10 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from camopt.problem.rows import Rows
 from camopt.storage.files import naming, whole_file
-from camopt.storage.manifest import Fact
 
 if TYPE_CHECKING:
     from camopt.tables.table import RowGroups
@@ -18,15 +17,10 @@ WAITING = 2  # batches of rows that wait in memory while another is written
 
 
 @contextmanager
-def table_file(
-    path: Path, names: tuple[str, ...], scene: str, tell: Callable[[Fact], Any] = lambda fact: None
-) -> Iterator["TableWriter"]:
-    """A Parquet file of some quantities that grows by batches, and takes its final name only when whole.
-
-    ``tell`` is called with the manifest's record of it before that.
-    """
+def table_file(path: Path, names: tuple[str, ...], scene: str) -> Iterator["TableWriter"]:
+    """A Parquet file of some quantities that grows by batches, and takes its final name only when whole."""
     with whole_file(path) as partial, ExitStack() as open_file:
-        writer = TableWriter(path, partial, open_file, names, {"camopt_scene": scene}, tell)
+        writer = TableWriter(path, partial, open_file, names, {"camopt_scene": scene})
         with writer.thread:
             yield writer
             writer.finish()
@@ -42,10 +36,9 @@ class TableWriter:
         open_file: ExitStack,
         names: tuple[str, ...],
         about: dict[str, str],
-        tell: Callable[[Fact], Any],
     ) -> None:
         self._path, self._partial, self._open_file = path, partial, open_file
-        self._names, self._about, self._tell = names, about, tell
+        self._names, self._about = names, about
         self.thread = ThreadPoolExecutor(1)
         self._writing: deque[Future[None]] = deque()
         self._groups: RowGroups | None = None
@@ -61,7 +54,7 @@ class TableWriter:
             self._have_done(lambda: self._opened().append(rows))
 
     def end(self) -> None:
-        """Take no more rows: those that fill no group and the seal are written while other work goes on."""
+        """Take no more rows: those that fill no group are written while other work goes on."""
         if not self._ended:
             self._ended = True
             self._have_done(self._close)
@@ -84,9 +77,7 @@ class TableWriter:
         if self._groups is None:
             from camopt.tables.table import row_groups
 
-            self._groups = self._open_file.enter_context(
-                row_groups(self._partial, self._names, self._about, self._tell)
-            )
+            self._groups = self._open_file.enter_context(row_groups(self._partial, self._names, self._about))
         return self._groups
 
     def _close(self) -> None:

@@ -172,7 +172,7 @@ def test_sweep_counts_writes_and_gives_the_best(run_json):
     assert found["best"]["feasible"] is True
     files = ["there/designs.parquet", "there/pareto.parquet", "there/scene.toml"]
     assert sorted(Path(file).as_posix() for file in found["files"]) == files
-    assert files_here() == sorted([*files, "there/manifest.json"])
+    assert files_here() == sorted([*files, "there/.camopt/lock", "there/manifest.json"])
     assert len(pd.read_parquet("there/designs.parquet")) == found["feasible"]
     front = camopt.load("there/pareto.parquet")
     assert len(front) == found["pareto"]

@@ -200,13 +200,14 @@ def test_a_file_that_cannot_be_written_is_found_out_before_the_scene_is_read(run
 def test_a_pipe_is_no_part_of_a_sweep(run):
     os.mkfifo("pipe")  # which nobody writes to: to open it would take for ever
     code, err = run("merge", "pipe")
-    assert (code, "must be a regular file, no folder, pipe" in err) == (exits.BAD_INPUT, True)
+    assert (code, "must be a folder with parts of a sweep; this has none" in err) == (exits.BAD_INPUT, True)
 
 
 def test_a_tilde_is_the_home_folder(monkeypatch, tmp_path, capsys):
     monkeypatch.setenv("HOME", str(tmp_path))
     assert main([*WORK, "--out=~/cams", "--quiet"]) == 0
     assert sorted(path.name for path in (tmp_path / "cams").iterdir()) == [
+        ".camopt",
         "designs.parquet",
         "manifest.json",
         "pareto.parquet",

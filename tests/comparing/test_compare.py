@@ -20,7 +20,7 @@ from camopt.comparing.compare import SHOWN_DESIGNS, compare
 from camopt.comparing.fronts import compared_fronts
 from camopt.comparing.settings import differing
 from camopt.front.pareto import REFERENCE_POINT, undominated
-from camopt.storage.sealed import read_table, write_table
+from camopt.storage.tables import read_table, write_table
 from camopt.synthesis.files import write_frontier
 
 SCENE = find_scene("roller-1000rpm")

@@ -19,7 +19,7 @@ import camopt
 from camopt.cli import exits
 from camopt.cli.main import main
 from camopt.engines import cluster, dask_cluster
-from camopt.front import journal
+from camopt.front import store
 from camopt.mistakes import BadInput
 
 
@@ -191,7 +191,7 @@ def test_a_sweep_writes_the_files_of_one_thread_though_a_worker_is_killed(engine
 
 
 def test_a_sweep_that_is_stopped_goes_on_without_the_cluster_and_with_it(engine, tmp_path, monkeypatch):
-    monkeypatch.setattr(journal, "RECORD_SECONDS", 0.0)
+    monkeypatch.setattr(store, "SAVE_SECONDS", 0.0)
     one = camopt.sweep(SCENE, tmp_path / "one", block=100, workers=1)
     for share, used in ((0.3, engine), (0.6, None)):
         with pytest.raises(camopt.Stopped, match="designs are done and kept"):

@@ -272,7 +272,8 @@ def test_nothing_feasible_leaves_an_empty_front(tmp_path):
 def test_a_sweep_that_is_not_to_refine_writes_what_it_always_did(tmp_path):
     result = sweep(ROLLER.replace(**{"search.refine": None}), tmp_path)
     assert [file.name for file in result.files] == ["designs.parquet", "pareto.parquet", "scene.toml"]
-    assert sorted(file.name for file in tmp_path.iterdir()) == sorted([*(f.name for f in result.files), MANIFEST])
+    names = [".camopt", *(file.name for file in result.files), MANIFEST]
+    assert sorted(file.name for file in tmp_path.iterdir()) == sorted(names)
     table = load(tmp_path / "pareto.parquet")
     assert "refined" not in table
     assert table.attrs["front"] == result.front.to_dict()

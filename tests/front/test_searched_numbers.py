@@ -37,7 +37,7 @@ from camopt.problem.unused import unused
 from camopt.quantities import QUANTITIES, number_quantities
 from camopt.scene.sizes import SEARCHED
 from camopt.scene.tables import Cam, Dynamics, Materials
-from camopt.storage.sealed import read_table
+from camopt.storage.tables import read_table
 
 TABLES = {"cam": Cam, "follower.dynamics": Dynamics, "materials": Materials}
 NUMBERS = {
@@ -295,9 +295,10 @@ def test_numbers_that_nothing_uses_are_named():
 @pytest.mark.parametrize("value", [-1.0, 1e300, float("inf"), float("nan")])
 def test_a_table_with_numbers_that_no_scene_has_is_refused(value, tmp_path):
     sweep(VALVE.replace(**{"search.base_radius": [80]}), tmp_path)
-    path = tmp_path / "designs.parquet"
-    path.write_bytes(hostile.in_bytes(hostile.with_first(read_table(path), "preload_N", value), seal=True))
-    with pytest.raises(BadInput, match="its column preload_N has values that"):
+    table, path = read_table(tmp_path / "designs.parquet"), tmp_path / "alone" / "t.parquet"
+    path.parent.mkdir()
+    path.write_bytes(hostile.in_bytes(hostile.with_first(table, "preload_N", value)))
+    with pytest.raises(BadInput, match=r"its designs have mistakes, such as designs: preload_N"):
         certify_table(path)
 
 

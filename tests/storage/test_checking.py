@@ -18,8 +18,7 @@ from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
 from camopt.cli.main import main
 from camopt.front.certified import certify_table
 from camopt.storage.manifest import manifest_of
-from camopt.storage.records import JOURNAL_MAGIC as JOURNAL
-from camopt.storage.sealed import read_table
+from camopt.storage.tables import read_table
 
 SEARCH = {"search.offset": [10], "search.roller_radius": [5], "search.law": ["harmonic", "cycloidal"]}
 FILES = ("designs.parquet", "manifest.json", "pareto.parquet", "scene.toml")
@@ -68,7 +67,7 @@ def test_a_flipped_bit_in_any_file_is_found(result, name, trials):
     for bit in sorted(places):
         (result / name).write_bytes(hostile.flipped(whole, bit))
         (found,) = check(result / name)
-        expected = "changed" if name == "scene.toml" else "damaged"
+        expected = "damaged" if name == "manifest.json" else "changed"
         assert (found.state, found.is_whole) == (expected, False), (bit, found)
 
 
@@ -85,24 +84,28 @@ def test_files_that_are_missing_or_of_another_run_are_told(made, result):
     shutil.copy(made / "other" / "designs.parquet", result)
     assert states(result) == {**WHOLE, "scene.toml": "missing", "designs.parquet": "changed"}
     told = {each.file.name: each.told for each in check(result)}
-    assert told["designs.parquet"] == "whole, but not the one that manifest.json names: it is of another run"
+    assert told["designs.parquet"].startswith("damaged or changed since it was written, or of another run (")
     assert told["scene.toml"] == "missing, though manifest.json names it"
 
 
 def test_a_table_that_is_certified_stays_a_part_of_its_result(made, result):
-    before = read_table(result / "designs.parquet")
-    assert certify_table(result / "designs.parquet").total() == before.num_rows
+    table = result / "designs.parquet"
+    before = read_table(table)
+    assert certify_table(table).total() == before.num_rows
     assert states(result) == WHOLE
-    assert sorted(os.listdir(result)) == sorted(FILES)
-    assert read_table(result / "designs.parquet").drop_columns(["proof"]).equals(before)
-    shutil.copy(made / "other" / "manifest.json", result)  # and where the manifest is that of another run
-    certify_table(result / "designs.parquet")
-    assert states(result)["designs.parquet"] == "whole"
-    for text in ("{}", "", '{"camopt": "0.1.0", "results"'):
+    assert sorted(os.listdir(result)) == [".camopt", *sorted(FILES)]
+    assert read_table(table).drop_columns(["proof"]).equals(before)
+    shutil.copy(made / "other" / "manifest.json", result)
+    with pytest.raises(BadInput, match=r"it is not the one that manifest\.json names"):
+        certify_table(table)
+    for text in ("", '{"camopt": "0.1.0", "results"'):
         (result / "manifest.json").write_text(text, encoding="utf-8")
-        certify_table(result / "designs.parquet")
+        with pytest.raises(BadInput, match="damaged, or of another version"):
+            certify_table(table)
         assert (result / "manifest.json").read_text(encoding="utf-8") == text
-        assert states(result)["designs.parquet"] == "whole"
+    (result / "manifest.json").write_text("{}", encoding="utf-8")  # another program's says nothing of it
+    assert certify_table(table).total() == before.num_rows
+    assert (result / "manifest.json").read_text(encoding="utf-8") == "{}"
 
 
 def test_what_nothing_is_known_of_is_not_whole(result, tmp_path):
@@ -120,7 +123,7 @@ def test_what_nothing_is_known_of_is_not_whole(result, tmp_path):
 
 def test_folders_inside_a_folder_are_checked_and_hidden_ones_are_not(made, result, tmp_path):
     shutil.copytree(made / "other", result / "inner" / "other")
-    (result / ".camopt").mkdir()
+    (result / ".camopt").mkdir(exist_ok=True)
     (result / ".camopt" / "left").write_text("x", encoding="utf-8")
     (result / "inner" / "again").symlink_to(result)
     found = check(tmp_path)
@@ -140,40 +143,32 @@ def test_a_folder_that_cannot_be_read_is_told(result, monkeypatch):
     assert [(each.file, each.state) for each in check(result)] == [(result, "unreadable")]
 
 
-def test_a_table_is_whole_without_a_manifest(result, made):
+def test_nothing_is_known_to_be_whole_without_a_manifest(result):
     (result / "manifest.json").unlink()
-    assert states(result) == {"designs.parquet": "whole", "pareto.parquet": "whole", "scene.toml": "unknown"}
+    assert states(result) == dict.fromkeys({*FILES} - {"manifest.json"}, "unknown")
     (result / "manifest.json").write_text("{}", encoding="utf-8")
-    assert states(result)["manifest.json"] == "unknown"
+    assert states(result) == dict.fromkeys(FILES, "unknown")
 
 
 @pytest.fixture(scope="module")
 def part(tmp_path_factory):
     scene = find_scene("roller-1000rpm").replace(**SEARCH, **{"search.base_radius": [60, 100]})
-    return camopt.sweep_part(scene, (1, 2), tmp_path_factory.mktemp("part")).file
+    return camopt.sweep_part(scene, (1, 2), tmp_path_factory.mktemp("part")).folder
 
 
-def test_a_part_of_a_sweep_is_known_wherever_it_is(part, tmp_path):
-    whole = part.read_bytes()
-    for name in ("part.sweep", "renamed"):
-        shutil.copy(part, tmp_path / name)
-        assert states(tmp_path / name) == {name: "whole"}
-    copy = tmp_path / "part.sweep"
-    for bit in {*np.linspace(0, 8 * len(whole) - 1, 300).astype(int).tolist(), *range(0, 8 * 150, 3)}:
-        copy.write_bytes(hostile.flipped(whole, bit))
-        assert check(copy)[0].state == "damaged", bit
-    for length in {*np.linspace(0, len(whole) - 1, 100).astype(int).tolist(), *range(60), len(whole) - 1}:
-        copy.write_bytes(whole[:length])
-        assert check(copy)[0].state == "damaged", length
-    copy.write_bytes(whole + b"\0")
-    assert check(copy)[0].told == f"damaged, or cut short, after {len(whole):,} bytes"
-
-
-def test_a_record_says_how_long_it_is_and_no_memory_is_taken_for_that(part, tmp_path):
-    whole = part.read_bytes()
-    for place in range(len(JOURNAL), len(JOURNAL) + 8):
-        (tmp_path / "long.sweep").write_bytes(hostile.flipped(whole, 8 * place + 7))
-        assert check(tmp_path / "long.sweep")[0].told == f"damaged, or cut short, after {len(JOURNAL)} bytes"
+def test_a_part_of_a_sweep_is_checked_by_its_manifest(part, tmp_path):
+    copy = shutil.copytree(part, tmp_path / "renamed")
+    assert {*states(copy).values()} == {"whole"}
+    for file in copy.iterdir():
+        if file.is_file():
+            whole = file.read_bytes()
+            for bit in {*np.linspace(0, 8 * len(whole) - 1, 100).astype(int).tolist()}:
+                file.write_bytes(hostile.flipped(whole, bit))
+                assert check(file)[0].state in ("changed", "damaged"), (file.name, bit)
+            for length in {*np.linspace(0, len(whole) - 1, 30).astype(int).tolist(), len(whole) - 1}:
+                file.write_bytes(whole[:length])
+                assert check(file)[0].state in ("changed", "damaged"), (file.name, length)
+            file.write_bytes(whole)
 
 
 def test_all_files_are_checked_after_a_bad_one(result, tmp_path, capsys):
@@ -183,7 +178,7 @@ def test_all_files_are_checked_after_a_bad_one(result, tmp_path, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition(": ")[0] for line in lines] == [str(path) for path in paths]
     assert lines[0].endswith(": no such file")
-    assert ": cut short after " in lines[1]
+    assert ": damaged or changed since it was written, or of another run (" in lines[1]
     assert lines[2].endswith(": whole, 4 rows")
 
 
@@ -209,13 +204,13 @@ def test_the_json_document_is_plain(result, monkeypatch):
     ]
 
 
-def test_no_hostile_table_is_whole(made, tmp_path):
-    """Without a seal, or damaged; one that is rightly sealed by another hand is as that hand wrote it."""
-    table, path = read_table(made / "one" / "designs.parquet"), tmp_path / "t.parquet"
+def test_no_hostile_table_is_the_one_that_the_manifest_names(made, result):
+    path = result / "designs.parquet"
+    table, whole = read_table(path), path.read_bytes()
     for what, bytes_of in hostile.tables(table):
-        path.write_bytes(bytes_of())
-        sealed = what.endswith(", sealed")
-        assert (check(path)[0].state in ("damaged", "unknown")) != sealed, what
+        if (data := bytes_of()) != whole:
+            path.write_bytes(data)
+            assert check(path)[0].state == "changed", what
 
 
 JSON = st.recursive(
@@ -230,8 +225,8 @@ JSON = st.recursive(
 
 @settings(max_examples=times(60, deep=2000), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
-    name=st.sampled_from(["a.parquet", "a.sweep", "a.toml", "manifest.json"]),
-    start=st.sampled_from([b"", b"PAR1", JOURNAL, b'{"camopt": "1", "results": ']),
+    name=st.sampled_from(["a.parquet", "a.toml", "manifest.json"]),
+    start=st.sampled_from([b"", b"PAR1", b'{"camopt": "1", "results": ']),
     content=st.binary(max_size=80) | JSON.map(lambda value: json.dumps(value).encode()),
     end=st.sampled_from([b"", b"}", b"PAR1", b"\x10\0\0\0PAR1"]),
 )
@@ -247,7 +242,7 @@ def test_a_disk_that_fails_is_told(result, monkeypatch):
     def failing(path):
         raise OSError(5, "Input/output error", os.fspath(path))
 
-    monkeypatch.setattr("camopt.storage.checking.settled_file", failing)
+    monkeypatch.setattr("camopt.storage.checking.regular_file", failing)
     assert states(result) == {**dict.fromkeys(FILES, "unreadable"), "manifest.json": "whole"}
     assert main(["check", str(result)]) == FILE_TROUBLE
 
@@ -255,7 +250,7 @@ def test_a_disk_that_fails_is_told(result, monkeypatch):
 def test_names_with_escapes_are_told_in_a_line(tmp_path, capsys):
     path = tmp_path / "[red]\x1b[31m\nname.parquet"
     path.write_bytes(b"PAR1")
-    assert main(["check", str(path)]) == FILE_TROUBLE
+    assert main(["check", str(path)]) == BAD_INPUT
     out = capsys.readouterr().out
     assert out.count("\n") == 1
     assert "\x1b" not in out

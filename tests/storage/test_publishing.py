@@ -6,7 +6,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from errno import EBADF, EINVAL, EIO, ENOSPC, ENOTSUP, EXDEV
+from errno import EBADF, EINVAL, EIO, ENOSPC, ENOTSUP
 from hashlib import sha256
 from pathlib import Path
 from unittest.mock import patch
@@ -20,24 +20,21 @@ from support.depth import times
 from camopt import BadInput
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
-from camopt.storage.files import WORK_FOLDER, whole_file, write_text
+from camopt.storage.files import WORK_FOLDER, write_text
 from camopt.storage.manifest import (
     MANIFEST,
-    Damaged,
+    DamagedManifest,
     manifest_of,
-    of_one_run,
-    settled_file,
-    settled_path,
-    settled_paths,
+    whole_result_file,
 )
-from camopt.storage.publishing import published, revised
-from camopt.storage.sealed import write_table
+from camopt.storage.publishing import finish_publishing, publication, published_answer, revision
+from camopt.storage.tables import write_table
 
 MAY_WRITE = ("a.txt", "b.txt", "c.txt")
 
 
 def publish(folder, texts, command="sweep", may_write=MAY_WRITE, then=lambda unit: None):
-    with published(folder, command, may_write) as unit:
+    with publication(folder, command, may_write) as unit:
         for name, text in texts.items():
             write_text(unit.path(name), text)
         then(unit)
@@ -53,7 +50,7 @@ def seen(folder):
 
 
 def names(folder):
-    return sorted(path.name for path in folder.iterdir())
+    return sorted(path.name for path in folder.iterdir() if path.name != WORK_FOLDER)
 
 
 def test_files_get_their_names_and_the_manifest_names_them(tmp_path):
@@ -72,13 +69,6 @@ def test_a_result_replaces_the_earlier_one_as_a_whole(tmp_path):
     publish(tmp_path, {})
     assert seen(tmp_path) == {}
     assert manifest_of(tmp_path).results["sweep"].files == {}
-
-
-def test_an_earlier_result_without_a_manifest_is_replaced_too(tmp_path):
-    (tmp_path / "a.txt").write_text("old")
-    (tmp_path / "mine.txt").write_text("mine")
-    publish(tmp_path, {"b.txt": "2"})
-    assert seen(tmp_path) == {"b.txt": "2", "mine.txt": "mine"}
 
 
 def own_table(path):
@@ -113,49 +103,39 @@ def test_files_of_the_user_are_neither_replaced_nor_removed(tmp_path, kind, of_a
     if of_a_run:
         publish(tmp_path, {"b.parquet": "1"}, may_write=TABLES)
     FOREIGN[kind](tmp_path / "a.parquet")
-    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    with pytest.raises(BadInput, match=r"a\.parquet.* camopt did not write"), published(tmp_path, "sweep", TABLES):
+    before = {name: (tmp_path / name).read_bytes() for name in names(tmp_path)}
+    with pytest.raises(BadInput, match=r"a\.parquet.* no manifest names"), publication(tmp_path, "sweep", TABLES):
         raise AssertionError("nothing is worked at before")
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert {name: (tmp_path / name).read_bytes() for name in names(tmp_path)} == before
     for text in "23":
-        with published(tmp_path, "sweep", ("b.parquet",), stale=TABLES) as unit:
+        with publication(tmp_path, "sweep", ("b.parquet",)) as unit:
             write_text(unit.path("b.parquet"), text)
         assert (tmp_path / "a.parquet").read_bytes() == before["a.parquet"]
         assert (tmp_path / "b.parquet").read_text() == text
-        assert manifest_of(tmp_path).results["sweep"].replaces == ()
-
-
-def test_tables_that_camopt_wrote_go_without_a_manifest(tmp_path):
-    for name in TABLES:
-        write_table(pa.table({"x": [1.0]}), tmp_path / name)
-    publish(tmp_path, {"a.parquet": "new"}, may_write=TABLES)
-    assert seen(tmp_path) == {"a.parquet": "new"}
 
 
 def test_a_text_that_was_edited_is_neither_replaced_nor_removed(tmp_path):
     publish(tmp_path, {"cam-1.txt": "1"}, may_write=("cam-*.txt",))
     (tmp_path / "cam-1.txt").write_text("edited")
     for may_write in (MAY_WRITE, ("cam-*.txt",)):
-        with pytest.raises(BadInput, match=r"cam-1\.txt.* edited"), published(tmp_path, "sweep", may_write):
+        with pytest.raises(BadInput, match=r"cam-1\.txt.* edited"), publication(tmp_path, "sweep", may_write):
             raise AssertionError("nothing is worked at before")
     (tmp_path / "cam-1.txt").rename(tmp_path / "cam-mine.txt")
     publish(tmp_path, {"cam-2.txt": "2"}, may_write=("cam-*.txt",))
     assert seen(tmp_path) == {"cam-2.txt": "2", "cam-mine.txt": "edited"}
-    with pytest.raises(BadInput, match=r"cam-mine\.txt.* did not write"):
+    with pytest.raises(BadInput, match=r"cam-mine\.txt.* no manifest names"):
         publish(tmp_path, {"cam-mine.txt": "3"}, may_write=("cam-*.txt",))
     assert seen(tmp_path) == {"cam-2.txt": "2", "cam-mine.txt": "edited"}
 
 
 def test_a_file_that_is_edited_during_the_work_is_not_replaced_and_the_work_is_kept(tmp_path):
     def edit(unit):
-        unit.journal.write_text("done")
         (tmp_path / "a.txt").write_text("edited")
 
     publish(tmp_path, {"a.txt": "1"})
     with pytest.raises(BadInput, match="edited"):
         publish(tmp_path, {"a.txt": "2"}, then=edit)
     assert seen(tmp_path) == {"a.txt": "edited"}
-    assert names(tmp_path / WORK_FOLDER) == ["sweep.journal"]
 
 
 def test_a_damaged_table_is_replaced(tmp_path):
@@ -177,7 +157,7 @@ def test_a_sweep_leaves_tables_of_the_user_alone(tmp_path, capsys):
     capsys.readouterr()
     assert main([*command, "--refine"]) == BAD_INPUT
     assert capsys.readouterr().err == (
-        f"camopt: --out = {str(own)!r}: camopt did not write this as it is, and it would be replaced; "
+        f"camopt: --out = {str(own)!r}: no manifest names this as a file of camopt, and it would be replaced; "
         "choose another folder, or move the file\n"
     )
     assert names(tmp_path) == ["designs.parquet", MANIFEST, "pareto-grid.parquet", "pareto.parquet", "scene.toml"]
@@ -228,8 +208,8 @@ def test_a_run_with_nothing_leaves_no_folder(tmp_path):
 
 
 def test_the_second_of_two_runs_is_told_of_the_first(tmp_path):
-    with published(tmp_path, "sweep", MAY_WRITE):
-        with pytest.raises(BlockingIOError, match=f"process {os.getpid()} on ") as caught:
+    with publication(tmp_path, "sweep", MAY_WRITE):
+        with pytest.raises(BlockingIOError, match="another run writes to this folder") as caught:
             publish(tmp_path, {"a.txt": "2"})
         assert caught.value.filename == str(tmp_path)
     publish(tmp_path, {"a.txt": "3"})
@@ -239,96 +219,21 @@ def test_the_second_of_two_runs_is_told_of_the_first(tmp_path):
 DIES = """
 import os, sys
 from pathlib import Path
-from camopt.storage.publishing import published, revised
-with published(sys.argv[1], "sweep", ("a.txt",)) as unit:
+from camopt.storage.publishing import finish_publishing, publication, published_answer, revision
+with publication(sys.argv[1], "sweep", ("a.txt",), keeps=("blocks-*",)) as unit:
     unit.path("a.txt").write_text("lost")
-    unit.journal.write_text("kept")
+    (unit.staging / "blocks-1").write_text("kept")
     os._exit(9)
 """
 
 
-def test_a_lock_and_files_of_a_dead_run_go_but_not_its_journal(tmp_path):
+def test_files_of_a_dead_run_go_but_not_its_finished_work(tmp_path):
     assert subprocess.run([sys.executable, "-c", DIES, str(tmp_path)], check=False).returncode == 9
-    assert len(names(tmp_path / WORK_FOLDER)) == 3
     publish(tmp_path, {"d.txt": "1"}, "frontier", ("d.txt",))
-    assert names(tmp_path / WORK_FOLDER) == ["sweep.journal"]
-    with published(tmp_path, "sweep", MAY_WRITE) as unit:
-        assert unit.journal.read_text() == "kept"
+    with publication(tmp_path, "sweep", MAY_WRITE, keeps=("blocks-*",)) as unit:
+        assert {each.name: each.read_text() for each in unit.staging.iterdir()} == {"blocks-1": "kept"}
         write_text(unit.path("a.txt"), "2")
     assert (names(tmp_path), seen(tmp_path)) == (["a.txt", "d.txt", MANIFEST], {"a.txt": "2", "d.txt": "1"})
-
-
-@pytest.mark.parametrize("placed", range(3))
-def test_files_that_wait_for_their_names_are_read_and_get_them(tmp_path, placed):
-    """As after a death in the middle of giving names."""
-    publish(tmp_path, {"a.txt": "2", "b.txt": "2"})
-    result = manifest_of(tmp_path).results["sweep"]
-    result.waiting(tmp_path).mkdir(parents=True)
-    for name in list(result.files)[placed:]:
-        (tmp_path / name).rename(result.waiting(tmp_path, name))
-    (tmp_path / "c.txt").write_text("old")
-    assert [settled_path(tmp_path / name).read_text() for name in ("a.txt", "b.txt")] == ["2", "2"]
-    assert not settled_path(tmp_path / "c.txt").exists()
-    assert [path.name for path in settled_paths(tmp_path, "*.txt")] == ["a.txt", "b.txt"]
-    with pytest.raises(RuntimeError, match="no result"):
-        publish(tmp_path, {}, "frontier", then=failing)
-    assert seen(tmp_path) == {"a.txt": "2", "b.txt": "2"}
-    assert names(tmp_path) == ["a.txt", "b.txt", MANIFEST]
-
-
-def test_files_that_are_read_while_others_are_published_are_of_one_run(tmp_path):
-    publish(tmp_path, {"a.txt": "1", "b.txt": "1"})
-    runs = iter("23")
-
-    def read():
-        first = (tmp_path / "a.txt").read_text()
-        for run in runs:
-            publish(tmp_path, {"a.txt": run, "b.txt": run})
-            break
-        return first, (tmp_path / "b.txt").read_text()
-
-    assert of_one_run(tmp_path, read) == ("3", "3")
-
-
-def test_files_that_go_while_they_are_read_are_read_again(tmp_path):
-    publish(tmp_path, {"a.txt": "1", "b.txt": "1"})
-    runs = iter([{"b.txt": "2"}])
-
-    def read():
-        found = settled_paths(tmp_path, "*.txt")
-        for texts in runs:
-            publish(tmp_path, texts)
-        return [path.read_text() for path in found]
-
-    assert of_one_run(tmp_path, read) == ["2"]
-
-
-def test_a_file_that_gets_its_name_while_it_is_opened_is_read(tmp_path):
-    publish(tmp_path, {"a.txt": "1"})
-    found = iter([tmp_path / WORK_FOLDER / "run" / "a.txt"])  # where it waited a moment ago
-    with (
-        patch("camopt.storage.manifest.settled_path", lambda path: next(found, path)),
-        settled_file(tmp_path / "a.txt") as file,
-    ):
-        assert file.read() == b"1"
-    with pytest.raises(FileNotFoundError, match=r"b\.txt"), settled_file(tmp_path / "b.txt"):
-        pass
-
-
-def test_modes_and_links_stay(tmp_path):
-    (tmp_path / "far").mkdir()
-    (tmp_path / "far" / "real.txt").write_text("old")
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "a.txt").symlink_to(tmp_path / "far" / "real.txt")
-    (tmp_path / "out" / "b.txt").write_text("old")
-    (tmp_path / "out" / "b.txt").chmod(0o640)
-    publish(tmp_path / "out", {"a.txt": "new", "b.txt": "new"})
-    assert (tmp_path / "out" / "a.txt").is_symlink()
-    assert (tmp_path / "far" / "real.txt").read_text() == "new"
-    assert (tmp_path / "out" / "b.txt").stat().st_mode & 0o777 == 0o640
-    write_text(tmp_path / "out" / "a.txt", "newer")
-    assert (tmp_path / "far" / "real.txt").read_text() == "newer"
-    assert names(tmp_path / "far") == ["real.txt"]
 
 
 def test_new_files_have_the_mode_that_the_user_wants(tmp_path):
@@ -353,10 +258,10 @@ def test_a_damaged_manifest_is_told_and_replaced(tmp_path):
     whole = (tmp_path / MANIFEST).read_text()
     for damaged in (whole.replace("a.txt", "b.txt"), whole[:-9], whole.replace('"bytes": 1', '"bytes": 2')):
         (tmp_path / MANIFEST).write_text(damaged)
-        with pytest.raises(Damaged, match="damaged"):
+        with pytest.raises(DamagedManifest, match="damaged"):
             manifest_of(tmp_path)
-        publish(tmp_path, {"a.txt": "1"})
-        assert (tmp_path / MANIFEST).read_text() == whole
+        with pytest.raises(BadInput, match="no manifest names"):  # what is there may be anyone's
+            publish(tmp_path, {"a.txt": "1"})
 
 
 def test_a_manifest_that_is_no_json_is_damaged_wherever_it_is_cut(tmp_path):
@@ -364,18 +269,16 @@ def test_a_manifest_that_is_no_json_is_damaged_wherever_it_is_cut(tmp_path):
     whole = (tmp_path / MANIFEST).read_bytes()
     for damaged in (*(whole[:length] for length in range(len(whole))), bytes(len(whole)), b"\xff" * 9):
         (tmp_path / MANIFEST).write_bytes(damaged)
-        with pytest.raises(Damaged, match="damaged"):
+        with pytest.raises(DamagedManifest, match="damaged"):
             manifest_of(tmp_path)
-    publish(tmp_path, {"a.txt": "1"})
-    assert (tmp_path / MANIFEST).read_bytes() == whole
 
 
 @pytest.mark.parametrize("text", ["null", "[]", "{}", '{"camopt": 1}', "[" * 100_000])
 def test_json_that_camopt_did_not_write_is_of_another_program(tmp_path, text):
     (tmp_path / MANIFEST).write_text(text)
-    with pytest.raises(BadInput, match="another program's") as caught:
-        manifest_of(tmp_path)
-    assert not isinstance(caught.value, Damaged)
+    assert manifest_of(tmp_path) is None
+    with pytest.raises(BadInput, match="another program's"):
+        publish(tmp_path, {"a.txt": "1"})
 
 
 def test_what_is_no_folder_is_told_so(tmp_path):
@@ -401,10 +304,10 @@ def test_a_manifest_names_no_files_elsewhere(tmp_path, name):
     publish(tmp_path, {"a.txt": "1"})
     about = json.loads((tmp_path / MANIFEST).read_text())
     del about["digest"]
-    about["results"]["sweep"]["replaces"] = [name]
+    about["results"]["sweep"]["files"] = {name: {"sha256": "0" * 64, "bytes": 1}}
     digest = sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
     (tmp_path / MANIFEST).write_text(json.dumps({**about, "digest": digest}))
-    with pytest.raises(Damaged, match="this is damaged"):
+    with pytest.raises(DamagedManifest, match="this is damaged"):
         manifest_of(tmp_path)
 
 
@@ -429,17 +332,6 @@ def test_trouble_names_the_file_of_the_result(tmp_path):
     assert caught.value.filename == str(tmp_path / "b.txt")
 
 
-def test_partial_files_of_dead_runs_go_and_those_of_others_stay(tmp_path):
-    (tmp_path / ".a.txt.0011223344556677.partial").write_text("dead")
-    (tmp_path / ".b.txt.0011223344556677.partial").write_text("of another file")
-    with whole_file(tmp_path / "a.txt") as first, whole_file(tmp_path / "a.txt") as second:
-        assert first != second
-        first.write_text("1")
-        second.write_text("2")
-    assert (tmp_path / "a.txt").read_text() == "1"  # the outer one ends last
-    assert names(tmp_path) == [".b.txt.0011223344556677.partial", "a.txt"]
-
-
 @pytest.mark.parametrize("place", ["pipe", "device"])
 def test_a_file_replaces_no_pipe_and_no_device(tmp_path, place):
     path = tmp_path / place
@@ -455,20 +347,18 @@ def test_a_file_replaces_no_pipe_and_no_device(tmp_path, place):
 
 def test_a_file_is_written_anew_as_a_part_of_the_result_that_has_it(tmp_path):
     publish(tmp_path, {"a.txt": "1", "b.txt": "1"})
-    with published(tmp_path, "sweep", MAY_WRITE, revises=True) as unit:
-        unit.journal.write_text("of a sweep to go on with")
-        publish_in_vain = revised(tmp_path / "a.txt")
+    with publication(tmp_path, "sweep", MAY_WRITE, revises=True):
+        publish_in_vain = revision(tmp_path / "a.txt")
         with pytest.raises(BlockingIOError, match="another run writes to this folder"):
             publish_in_vain.__enter__()
-    with revised(tmp_path / "a.txt") as place:
+    with revision(tmp_path / "a.txt") as place:
         write_text(place, "22")
     assert seen(tmp_path) == {"a.txt": "22", "b.txt": "1"}
     assert {name: fact.bytes for name, fact in manifest_of(tmp_path).results["sweep"].files.items()} == {
         "a.txt": 2,
         "b.txt": 1,
     }
-    assert names(tmp_path / WORK_FOLDER) == ["sweep.journal"]
-    with revised(tmp_path / "other.txt") as place:
+    with revision(tmp_path / "other.txt") as place:
         write_text(place, "3")
     assert seen(tmp_path) == {"a.txt": "22", "b.txt": "1", "other.txt": "3"}
 
@@ -495,34 +385,6 @@ def test_a_disk_that_fails_to_sync_takes_none(tmp_path, trouble):
     assert seen(tmp_path) == {"a.txt": "1"}
 
 
-def test_without_locks_results_are_published_and_what_may_be_of_another_run_stays(tmp_path):
-    (tmp_path / WORK_FOLDER / "0011").mkdir(parents=True)
-    with patch("fcntl.flock", side_effect=OSError(ENOTSUP, "no locks")):
-        publish(tmp_path, {"a.txt": "1"})
-        assert (names(tmp_path / WORK_FOLDER), seen(tmp_path)) == (["0011"], {"a.txt": "1"})
-        os.utime(tmp_path / WORK_FOLDER / "0011", (0, 0))
-        publish(tmp_path, {"a.txt": "2"})
-    assert (names(tmp_path), seen(tmp_path)) == (["a.txt", MANIFEST], {"a.txt": "2"})
-
-
-def test_a_link_to_another_disk_is_followed_by_a_copy(tmp_path):
-    (tmp_path / "far.txt").write_text("old")
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "a.txt").symlink_to(tmp_path / "far.txt")
-    replace = os.replace
-
-    def on_one_disk(source, target):
-        if WORK_FOLDER in Path(source).parts and Path(target).name == "far.txt":
-            raise OSError(EXDEV, "another disk")
-        replace(source, target)
-
-    with patch("os.replace", on_one_disk):
-        publish(tmp_path / "out", {"a.txt": "new"})
-    assert (tmp_path / "far.txt").read_text() == "new"
-    assert names(tmp_path) == ["far.txt", "out"]
-    assert names(tmp_path / "out") == ["a.txt", MANIFEST]
-
-
 def test_runs_at_the_same_time_do_not_disturb_each_other(tmp_path):
     def run(number):
         with suppress(BlockingIOError):
@@ -532,13 +394,6 @@ def test_runs_at_the_same_time_do_not_disturb_each_other(tmp_path):
         list(pool.map(run, range(times(100, 1000))))
     assert names(tmp_path) == ["a.txt", "b.txt", MANIFEST]
     assert len({*seen(tmp_path).values()}) == 1
-
-
-def test_a_lock_that_leads_nowhere_is_an_error(tmp_path):
-    (tmp_path / WORK_FOLDER).mkdir()
-    (tmp_path / WORK_FOLDER / "lock").symlink_to(tmp_path / "none" / "lock")
-    with pytest.raises(FileNotFoundError, match="lock"):
-        publish(tmp_path, {"a.txt": "1"})
 
 
 def test_trouble_after_a_result_is_published_is_told_and_the_command_has_succeeded(tmp_path, capsys):
@@ -557,19 +412,77 @@ def test_trouble_after_a_result_is_published_is_told_and_the_command_has_succeed
     assert names(tmp_path / "out") == ["designs.parquet", MANIFEST, "pareto.parquet", "scene.toml"]
 
 
-def test_files_that_do_not_get_their_names_are_an_error_and_are_found(tmp_path):
-    publish(tmp_path, {"a.txt": "1"})
-    replace = os.replace
+def kept_in(unit):
+    (unit.staging / "blocks-1.txt").write_text("done")
 
-    def fails(source, target):
-        if Path(target).name == "a.txt" and Path(target).parent == tmp_path:
-            raise OSError(EIO, "Input/output error")
+
+def test_finished_work_is_kept_where_a_run_fails_and_goes_where_one_ends_well(tmp_path):
+    for then in (failing, lambda unit: (tmp_path / "a.txt").write_text("edited")):
+        with (
+            suppress(RuntimeError, BadInput),
+            publication(tmp_path, "sweep", MAY_WRITE, keeps=("blocks-*",)) as unit,
+        ):
+            kept_in(unit)
+            write_text(unit.path("a.txt"), "1")
+            then(unit)
+        assert names(tmp_path / WORK_FOLDER / "sweep") == ["blocks-1.txt"]
+    (tmp_path / "a.txt").unlink()
+    with publication(tmp_path, "sweep", MAY_WRITE, keeps=("blocks-*",)) as unit:
+        assert (unit.staging / "blocks-1.txt").read_text() == "done"
+    assert names(tmp_path / WORK_FOLDER) == ["lock"]
+
+
+@pytest.mark.parametrize("renamed", range(4))
+def test_a_run_that_died_while_it_published_is_finished_by_the_next_one(tmp_path, renamed):
+    """Killed between any two renames: plain readers find one result, ours refuse what no manifest names."""
+    publish(tmp_path, {"a.txt": "1", "b.txt": "1", "c.txt": "1"})
+    replace, count = os.replace, iter(range(9))
+
+    def dies(source, target):
+        if Path(source).parent.name == "sweep" and Path(target).parent == tmp_path and next(count) == renamed:
+            raise KeyboardInterrupt
         replace(source, target)
 
-    message = "published, but its files wait for their names"
-    with pytest.raises(OSError, match=message) as caught, patch("os.replace", fails):
-        publish(tmp_path, {"a.txt": "2"})
-    assert caught.value.filename == str(tmp_path)
-    assert settled_path(tmp_path / "a.txt").read_text() == "2"
-    publish(tmp_path, {"b.txt": "3"}, "frontier", ("b.txt",))
-    assert seen(tmp_path) == {"a.txt": "2", "b.txt": "3"}
+    with suppress(KeyboardInterrupt), patch("os.replace", dies):
+        publish(tmp_path, {"a.txt": "2", "b.txt": "2"})
+    assert {*seen(tmp_path).values()} <= {"2"}
+    for name in seen(tmp_path) if renamed < 3 else ():
+        with pytest.raises(BadInput, match="not the one that manifest"), whole_result_file(tmp_path / name):
+            pass
+    finish_publishing(tmp_path)
+    assert seen(tmp_path) == {"a.txt": "2", "b.txt": "2"}
+    assert {*manifest_of(tmp_path).results["sweep"].files} == {"a.txt", "b.txt"}
+
+
+def test_an_answer_is_given_to_the_same_question_where_each_file_is_whole(tmp_path):
+    with publication(tmp_path, "sweep", MAY_WRITE, question={"of": "a"}) as unit:
+        write_text(unit.path("a.txt"), "1")
+        unit.answer = {"rows": 3}
+    assert published_answer(tmp_path, "sweep", {"of": "a"}) == {"rows": 3}
+    assert published_answer(tmp_path, "sweep", {"of": "b"}) is None
+    assert published_answer(tmp_path, "optimise", {"of": "a"}) is None
+    (tmp_path / "a.txt").write_text("2")
+    assert published_answer(tmp_path, "sweep", {"of": "a"}) is None
+
+
+def test_what_the_manifest_does_not_name_or_that_differs_is_not_read(tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    with whole_result_file(tmp_path / "mine.txt") as file:
+        assert file.read() == b"mine"
+    publish(tmp_path, {"a.txt": "1"})
+    with pytest.raises(BadInput, match="does not name it"), whole_result_file(tmp_path / "mine.txt"):
+        pass
+    with whole_result_file(tmp_path / "a.txt") as file:
+        assert file.read() == b"1"
+    (tmp_path / "a.txt").write_text("2")
+    with pytest.raises(BadInput, match="not the one"), whole_result_file(tmp_path / "a.txt"):
+        pass
+
+
+def test_a_link_in_the_place_of_the_lock_is_not_followed(tmp_path):
+    (tmp_path / WORK_FOLDER).mkdir()
+    (tmp_path / "precious").write_text("mine")
+    (tmp_path / WORK_FOLDER / "lock").symlink_to(tmp_path / "precious")
+    with pytest.raises(OSError, match=r"lock|link"):
+        publish(tmp_path, {"a.txt": "1"})
+    assert (tmp_path / "precious").read_text() == "mine"

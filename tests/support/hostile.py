@@ -2,27 +2,20 @@
 
 import io
 from collections.abc import Callable, Iterator
-from itertools import product
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.storage.seal import BLANK, SEAL_KEYS, close_seal
-from camopt.storage.sealed import SCENE_KEY
+from camopt.storage.tables import SCENE_KEY
 
 Change = Callable[[pa.Table], pa.Table]
 
 
-def in_bytes(table: pa.Table, seal: bool = False) -> bytes:
-    """A table as another program saves it; or with the digests that it should have, by someone who knows how."""
+def in_bytes(table: pa.Table) -> bytes:
+    """A table as camopt or another program saves it."""
     sink = io.BytesIO()
-    with pq.ParquetWriter(sink, table.schema, compression="zstd", write_page_checksum=True) as parquet:
-        parquet.write_table(table)
-        if seal:
-            parquet.add_key_value_metadata(dict.fromkeys(SEAL_KEYS, BLANK))
-    if seal:
-        close_seal(sink)
+    pq.write_table(table, sink, compression="zstd", write_page_checksum=True)
     return sink.getvalue()
 
 
@@ -113,16 +106,14 @@ def changes(table: pa.Table) -> Iterator[tuple[str, Change]]:
     for version in (None, b"0.0.1", b"99", b"\xff"):
         yield f"version {version!r}", lambda t, v=version: with_metadata(t, b"camopt_version", v)
     yield "pandas metadata of nothing", lambda t: with_metadata(t, b"pandas", b"{")
-    for key in SEAL_KEYS:
-        yield f"a {key} of nothing", lambda t, k=key: with_metadata(t, k.encode(), BLANK.encode())
     yield "no metadata", lambda t: t.replace_schema_metadata(None)
 
 
 def tables(table: pa.Table) -> Iterator[tuple[str, Callable[[], bytes]]]:
-    """Hostile tables by name, each as a function that makes its bytes; without and with a seal."""
-    for (what, change), seal in product(changes(table), (False, True)):
-        yield f"{what}{', sealed' if seal else ''}", lambda c=change, s=seal: in_bytes(c(table), s)
-    whole = in_bytes(table, seal=True)
+    """Hostile tables by name, each as a function that makes its bytes."""
+    for what, change in changes(table):
+        yield what, lambda c=change: in_bytes(c(table))
+    whole = in_bytes(table)
     for share in np.linspace(0.0, 0.999, 24):
         yield f"cut after {share:.1%}", lambda s=share: whole[: int(s * len(whole))]
     for number, place in enumerate(np.linspace(0, len(whole) - 1, 160).astype(int)):

@@ -19,7 +19,7 @@ from camopt.front.box_bounds import is_bounded
 from camopt.mistakes import BadInput
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
-from camopt.storage.sealed import read_table
+from camopt.storage.tables import read_table
 from support.cams import CONTACTS, STEEL, UNGUIDED, cam_with
 from support.ways import boxes_for_front_only
 

@@ -228,6 +228,7 @@ def test_every_law_has_a_file_of_its_own(capsys):
     Path("mine.toml").write_text(find_scene("roller-1000rpm").replace(**{"search.law": laws}).to_toml())
     run(capsys, "optimise", "mine.toml", "--out", "best", "--max-pressure", 30)
     assert sorted(path.name for path in Path("best").iterdir()) == [
+        ".camopt",
         "manifest.json",
         *(f"optimum-{law}.toml" for law in laws),
     ]

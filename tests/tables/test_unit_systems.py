@@ -270,7 +270,7 @@ def test_a_result_that_is_there_in_mm_is_told_in_inch_when_asked(capsys, tmp_pat
     search = ["--base-radius", "60:70:5", "--offset", "0:0:1", "--law", "cycloidal", "--out", tmp_path]
     _, plain, _ = run(capsys, "sweep", "roller-1000rpm", *search)
     _, asked, said = run(capsys, "sweep", "roller-1000rpm", *search, "--units", "inch")
-    assert "already" in said
+    assert "up to date" in said
     assert "in " in asked != plain
     assert run(capsys, "sweep", "roller-1000rpm", *search)[1] == plain
 

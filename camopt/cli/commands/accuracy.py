@@ -1,6 +1,5 @@
 """``camopt accuracy``."""
 
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ from camopt.cli.options import (
     DEFAULT_SCENE,
     Command,
     OutputPlace,
-    again_option,
+    former_again_option,
     output_options,
     refuse_without,
     scene_options,
@@ -30,24 +29,21 @@ from camopt.cli.options import (
     help="Folder for the table and the pictures.",
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of processes of --scheduler local.")
-@again_option
+@former_again_option
 @scheduler_option
-def accuracy(
-    scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | None, again: bool, engine: Any
-) -> int:
+def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | None, engine: Any) -> int:
     """Measure how much time accuracy costs, as a table and a picture."""
     from camopt.cli import terminal
     from camopt.cli.commands.accuracy_report import show_accuracy
-    from camopt.cli.once import Once, Report, once
+    from camopt.storage.publishing import publication
     from camopt.studies.accuracy import ACCURACY, measure, write_accuracy
 
     if engine is None:
         refuse_without("--scheduler", {"workers": workers})
-
-    def work(unit: Any) -> Report:
-        with terminal.progress(quiet, "laws") as advance:
-            rows = measure(scene, advance, engine)
-            write_accuracy(rows, scene, unit.staging)
-        return Report(partial(show_accuracy, rows, scene), 0)
-
-    return once(Once(out, "accuracy", ACCURACY, {}), scene, again, as_json, quiet, work)
+    with publication(out, "accuracy", ACCURACY) as unit, terminal.progress(quiet, "laws") as advance:
+        rows = measure(scene, advance, engine)
+        write_accuracy(rows, scene, unit.staging)
+    show_accuracy(rows, scene, as_json)
+    if not quiet:
+        terminal.say_written(unit.files)
+    return 0

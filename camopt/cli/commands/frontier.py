@@ -1,25 +1,24 @@
 """``camopt frontier``."""
 
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 
 from camopt.cli.exits import NOTHING_FEASIBLE
-from camopt.cli.once import Once, OnceCommand, Report, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
+    Command,
     OutputPlace,
     Renamed,
-    again_option,
+    former_again_option,
     output_options,
     scene_options,
     scheduler_option,
 )
 
 
-@click.command(cls=OnceCommand, place=lambda out, **_: (out, "frontier"))
+@click.command(cls=Command)
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @output_options
@@ -47,7 +46,7 @@ from camopt.cli.options import (
     help="Folder for the table and the picture.",
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of processes; one per core by default.")
-@again_option
+@former_again_option
 @scheduler_option
 def frontier(
     scene: Any,
@@ -57,28 +56,25 @@ def frontier(
     points: int,
     out: Path,
     workers: int | None,
-    again: bool,
     engine: Any,
 ) -> int:
     """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
     from camopt.cli import terminal
     from camopt.cli.commands.frontier_report import show_frontier
+    from camopt.drawing.plot import plot
+    from camopt.storage.publishing import publication
     from camopt.synthesis.files import FRONTIER, PICTURE, write_frontier
+    from camopt.synthesis.frontier import frontier as run
     from camopt.synthesis.ramps import lost_ramps
 
+    if not quiet:
+        terminal.say_notes(lost_ramps(scene))
     traded = [axis.strip() for axis in axes.split(",")]
-
-    def work(unit: Any) -> Report:
-        from camopt.drawing.plot import plot
-        from camopt.synthesis.frontier import frontier as run
-
-        with terminal.progress(quiet, "points") as advance:
-            tell = None if quiet else terminal.say_note
-            found = run(scene, traded, points, workers, advance, engine, tell)
-            write_frontier(found, unit.staging)
-            plot(found, unit.path(PICTURE))
-        return Report(partial(show_frontier, found), 0 if found.rows else NOTHING_FEASIBLE)
-
-    asked = {"axes": traded, "points": points}
-    made = Once(out, "frontier", (FRONTIER, PICTURE), asked, tuple(lost_ramps(scene)))
-    return once(made, scene, again, as_json, quiet, work)
+    with publication(out, "frontier", (FRONTIER, PICTURE)) as unit, terminal.progress(quiet, "points") as advance:
+        found = run(scene, traded, points, workers, advance, engine, None if quiet else terminal.say_note)
+        write_frontier(found, unit.staging)
+        plot(found, unit.path(PICTURE))
+    show_frontier(found, as_json)
+    if not quiet:
+        terminal.say_written(unit.files)
+    return 0 if found.rows else NOTHING_FEASIBLE

@@ -1,29 +1,28 @@
 """``camopt optimise``."""
 
 from collections.abc import Iterator
-from functools import partial
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import click
 
 from camopt.cli.exits import NOTHING_FEASIBLE, reached
-from camopt.cli.once import Once, OnceCommand, Report, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
+    Command,
     OutputPlace,
-    again_option,
     check_folder,
+    former_again_option,
     output_options,
     outputs_option,
-    refuse_without,
     scene_options,
 )
 
 NO_SECONDS = 1e-9  # over at once: where none are left, bounds have prices, and nothing is sought without them
 
 
-@click.command(cls=OnceCommand, place=lambda out, **_: out and (out, "optimise"))
+@click.command(cls=Command)
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @outputs_option
@@ -38,8 +37,8 @@ NO_SECONDS = 1e-9  # over at once: where none are left, bounds have prices, and 
     show_default=True,
     help="Time for the searches. After it, the smallest cam so far is shown, and how much smaller one might be.",
 )
-@again_option
-def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float, again: bool) -> int:
+@former_again_option
+def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float) -> int:
     """Find the smallest cam of each motion law that meets every limit."""
     from camopt.cli import terminal
     from camopt.cli.commands.optimise_report import show_optimum
@@ -47,31 +46,26 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     from camopt.scene.oddities import no_wall
     from camopt.smallest.optimise import optimise as run
     from camopt.smallest.prices import prices
+    from camopt.storage.publishing import publication
     from camopt.tables.designs import OPTIMUM, write_scenes
 
-    def work(unit: Any) -> Report:
-        with terminal.progress(quiet, "laws") as advance:
-            end = now() + seconds
-            result = run(scene, advance, seconds)
-            if unit:
-                write_scenes(result.by_law, unit.staging)
-            costs = prices(result, max(end - now(), NO_SECONDS))
-        code = reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
-        walls = no_wall(scene, result.best.get("base_radius_mm")) if result.best else ()
-        return Report(partial(show_optimum, result, costs), code, (*result.warnings, *walls))
-
-    before = (*terminal.unused_of(scene), *_other_objectives(scene))
     if out:
         check_folder(scene, out, OPTIMUM)
-        made = Once(out, "optimise", (OPTIMUM,), {"seconds": seconds}, before)
-        return once(made, scene, again, as_json, quiet, work)
-    refuse_without("--out", {"again": again or None})
-    terminal.say_notes(() if quiet else before)
-    report = work(None)
-    report.show(as_json)
     if not quiet:
-        terminal.say_notes(report.notes)
-    return report.code
+        terminal.say_notes((*terminal.unused_of(scene), *_other_objectives(scene)))
+    written = publication(out, "optimise", (OPTIMUM,)) if out else nullcontext()
+    with written as unit, terminal.progress(quiet, "laws") as advance:
+        end = now() + seconds
+        result = run(scene, advance, seconds)
+        if unit:
+            write_scenes(result.by_law, unit.staging)
+        costs = prices(result, max(end - now(), NO_SECONDS))
+    show_optimum(result, costs, as_json)
+    if not quiet:
+        walls = no_wall(scene, result.best.get("base_radius_mm")) if result.best else ()
+        terminal.say_notes((*result.warnings, *walls))
+        terminal.say_written(unit.files if unit else ())
+    return reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
 
 
 def _other_objectives(scene: Any) -> Iterator[str]:

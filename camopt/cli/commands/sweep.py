@@ -1,16 +1,16 @@
 """``camopt sweep``."""
 
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
-from camopt.cli.exits import NOT_REACHED, NOTHING_FEASIBLE, exit_code, reached
-from camopt.cli.once import OnceCommand, Report, words_read
+from camopt.cli.exits import NOTHING_FEASIBLE, reached
 from camopt.cli.options import (
     DEFAULT_SCENE,
     Axis,
+    Command,
     FreeNumber,
     OutputPlace,
     Share,
@@ -24,10 +24,12 @@ from camopt.cli.options import (
     scene_options,
     scheduler_option,
 )
-from camopt.cli.resumed import place_of, resumed
+
+SAME_SWEEP = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json", "again"}
+"""Options that do not ask for another sweep."""
 
 
-@click.command(cls=OnceCommand, place=lambda out, part, **_: place_of(out, part))
+@click.command(cls=Command)
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @outputs_option
@@ -73,7 +75,7 @@ from camopt.cli.resumed import place_of, resumed
 @click.option(
     "--resume",
     is_flag=True,
-    help="Go on with the sweep in the folder, whatever it was asked, or begin. The same command does so anyway.",
+    help="Resume the unfinished sweep in --out, or start one. The same command does so anyway.",
 )
 @click.option(
     "--part", type=Share(), help="Evaluate one of N equal parts, on any machine; `camopt merge` puts them together."
@@ -95,51 +97,71 @@ def sweep(
 ) -> int:
     """Evaluate every design of a grid, or a sample; write the feasible ones and the Pareto front as tables.
 
-    An interrupted sweep keeps what it has done: the same command goes on from there. If it is done already, the
-    same command says so.
+    An interrupted sweep keeps what it has done: the same command goes on from there. If the result is up to date,
+    the same command prints it again.
     """
     from camopt.cli import terminal
     from camopt.cli.commands.sweep_report import show_part, show_sweep
+    from camopt.front.parts import sweep_part
     from camopt.front.plan import TABLED, sweep_plan
     from camopt.front.sweep import sweep as run
     from camopt.problem.unused import constant_objectives
 
-    words, scene = words_read(), changed(scene, _searched(**asked))
+    scene = changed(scene, _searched(**asked))
     if resume:
-        scene, keep = resumed(scene, keep, out, part)
+        scene, keep = _unfinished(scene, keep, out, part)
     check_folder(scene, out)
     notify = terminal.say_lost if quiet else terminal.say_note
     by_boxes = keep not in TABLED and not part and not engine and sweep_plan(scene, keep).by_boxes
-    unit = "boxes of designs" if by_boxes else "designs"
-
-    def report_of(made: Any) -> Report:
-        notes = (*terminal.unused_of(scene), *constant_objectives(scene))
-        if part:
-            return Report(partial(show_part, made), 0, notes)
-        code = exit_code(scene, made.reached) if made.pareto else NOTHING_FEASIBLE
-        return Report(partial(show_sweep, made), code, notes)
-
-    def beside(made: Any) -> dict[str, Any]:
-        reports.append(report_of(made))
-        kept.update(reports[0].kept(words))
-        return kept
-
-    kept: dict[str, Any] = {}
-    reports: list[Report] = []
     made: Any
-    with terminal.progress(quiet, unit) as advance:
+    with terminal.progress(quiet, "boxes of designs" if by_boxes else "designs") as advance:
         if part:
-            from camopt.front.parts import sweep_part
-
-            made = sweep_part(scene, part, out, keep, workers, advance, engine, notify, again, beside)
+            made = sweep_part(scene, part, out, keep, workers, advance, engine, notify, again)
         else:
-            made = run(scene, out, keep, workers, advance, engine=engine, tell=notify, again=again, beside=beside)
-    report = reports[0] if reports else report_of(made)  # of what was done already
-    report.tell(as_json, kept)
+            made = run(scene, out, keep, workers, advance, engine=engine, tell=notify, again=again)
+    (show_part if part else show_sweep)(made, as_json)
     if not quiet:
-        terminal.say_notes(report.notes)
-        terminal.say_written([] if made.already_done else [made.file] if part else made.files)
-    return reached(scene, made.reached) if report.code == NOT_REACHED else report.code
+        terminal.say_notes((*terminal.unused_of(scene), *constant_objectives(scene)))
+        terminal.say_written([] if made.already_done else [made.folder] if part else made.files)
+    if part:
+        return 0
+    return reached(scene, made.reached) if made.pareto else NOTHING_FEASIBLE
+
+
+def _unfinished(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Any, str]:
+    """The scene of the sweep in a folder, unfinished or whole, and what it keeps; what is given if there is none.
+
+    BadInput if options ask for something else than it was asked, or nothing tells what it was asked.
+    """
+    from camopt.front.parts import PART_COMMAND, name_of_part
+    from camopt.front.plan import KEPT, key_of, plan_of_key, sweep_plan
+    from camopt.front.store import interrupted_question
+    from camopt.front.sweep import SWEEP_COMMAND
+    from camopt.mistakes import BadInput, Mistake
+    from camopt.scene.scene import find_scene
+    from camopt.storage.manifest import readable_manifest
+
+    folder, command = (out / name_of_part(*part), PART_COMMAND) if part else (out, SWEEP_COMMAND)
+    result = readable_manifest(folder).results.get(command)
+    question = interrupted_question(folder, command) or (key_of(result.question) if result else None)
+    context = click.get_current_context()
+    sources = {name: context.get_parameter_source(name) for name in context.params}
+    asks = any(source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in SAME_SWEEP)
+    if question is None:
+        if result and not asks:
+            why = "needs a scene: nothing tells what the sweep in this folder was asked"
+            raise BadInput([Mistake("camopt", "--resume", str(folder), why, bare=True)])
+        return scene, keep
+    if asks:
+        asked = sweep_plan(scene, keep).question(*(part or (1, 1)))
+        other = asked.asks_other_than(question)
+        if sources.get("scene") is not ParameterSource.COMMANDLINE:  # options alone: those that differ
+            plain = sweep_plan(find_scene(DEFAULT_SCENE), KEPT[0]).question(*(part or (1, 1)))
+            other = [key for key in other if key in asked.other_than(plain)]
+        if other:
+            why = f"goes on with the sweep in {folder}, which differs in {', '.join(other)}"
+            raise BadInput([Mistake("camopt", "--resume", None, why, bare=True)])
+    return plan_of_key(question).scene, question.keep
 
 
 def _searched(

@@ -124,7 +124,7 @@ def tolerance(
     """
     from camopt.cli import terminal
     from camopt.cli.commands.tolerance_report import print_json, show
-    from camopt.storage.publishing import published
+    from camopt.storage.publishing import publication
     from camopt.tolerances.allocation import allocate as find_grades
     from camopt.tolerances.batch import sample_cams
     from camopt.tolerances.tolerance import tolerance as run
@@ -154,7 +154,7 @@ def tolerance(
         show(result, batch, allocation)
     written = [picture] if picture else []
     if out:
-        with published(out, "tolerance", FILES) as unit:
+        with publication(out, "tolerance", FILES) as unit:
             _write(unit, result, allocation, batch)
         written += unit.files
     if not quiet:

@@ -22,7 +22,7 @@ from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import problems_of
 from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
-from camopt.storage.sealed import write_table
+from camopt.storage.tables import write_table
 from camopt.storage.version import VERSION
 from camopt.studies.accuracy.methods import METHODS
 from camopt.studies.accuracy.reference import EQUAL_DIGITS

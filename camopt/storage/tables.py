@@ -1,4 +1,4 @@
-"""Sealed tables: the seal shows that camopt wrote a table, and that it is intact."""
+"""Tables of camopt as Parquet files: written whole or not at all, refused if damaged or something else."""
 
 import json
 import os
@@ -7,27 +7,29 @@ from contextlib import contextmanager
 from typing import Any, BinaryIO
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from camopt.mistakes import BadInput, Mistake
-from camopt.storage.damage import ARROW_ERRORS, TableFault, open_table, raise_if_of_the_disk
 from camopt.storage.files import whole_file
-from camopt.storage.manifest import settled_file
-from camopt.storage.seal import sealed, without_seal
+from camopt.storage.manifest import Manifest, whole_result_file
 
 TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
 COLUMN_TYPES = (*TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
-SCENE_KEY = b"camopt_scene"
+SCENE_KEY, VERSION_KEY = b"camopt_scene", b"camopt_version"
+ROWS_IN_GROUP = 1 << 17
+ARROW_ERRORS = (pa.ArrowException, ValueError, OSError, MemoryError)
+"""What pyarrow raises of a file that is no good."""
+PARQUET: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
 
 
 def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
-    """Write a table with its seal, whole or not at all."""
-    plain: Any = {"use_compliant_nested_type": False}  # the items of lists keep their name
-    with whole_file(path) as partial, sealed(partial, table.schema, **plain) as add:
-        add(table)
+    """Write a table, whole or not at all."""
+    with whole_file(path) as partial:  # items of lists keep their name
+        pq.write_table(table, partial, row_group_size=ROWS_IN_GROUP, use_compliant_nested_type=False, **PARQUET)
 
 
-def read_table(path: str | os.PathLike[str]) -> pa.Table:
-    """A table that camopt wrote, each byte as it was written.
+def read_table(path: str | os.PathLike[str], manifest: Manifest | None = None) -> pa.Table:
+    """A table that camopt wrote, as the manifest beside it names it, if there is one.
 
     Raises
     ------
@@ -36,7 +38,7 @@ def read_table(path: str | os.PathLike[str]) -> pa.Table:
     OSError
         If there is no such file, or it cannot be read.
     """
-    with settled_file(path) as file:
+    with whole_result_file(path, manifest) as file:
         return TableFile(path, file).read()
 
 
@@ -46,9 +48,11 @@ class TableFile:
     def __init__(self, path: str | os.PathLike[str], file: BinaryIO) -> None:
         self._path = path
         with _refused(path):
-            self._parquet = open_table(file)
-            self.layout: pa.Schema = without_seal(self._parquet.schema_arrow)
+            self._parquet = pq.ParquetFile(file, page_checksum_verification=True)
+            self.layout: pa.Schema = self._parquet.schema_arrow
             self.count: int = self._parquet.metadata.num_rows
+            if VERSION_KEY not in (self.layout.metadata or {}):
+                raise no_table(path, f"another program ({self._parquet.metadata.created_by}) wrote this")
             if why := _oddity(self.layout):  # before the data, of which odd types may be
                 raise no_table(path, why)
 
@@ -56,8 +60,7 @@ class TableFile:
         """Some columns, or all."""
         with _refused(self._path):
             # threads that hold a file of Python abort a process that ends just then (apache/arrow#34314)
-            table = self._parquet.read(columns, use_threads=False)
-            return table.replace_schema_metadata(without_seal(table.schema).metadata)
+            return self._parquet.read(columns, use_threads=False)
 
 
 @contextmanager
@@ -67,11 +70,10 @@ def _refused(path: str | os.PathLike[str]) -> Iterator[None]:
         yield
     except BadInput:
         raise
-    except TableFault as fault:
-        raise no_table(path, f"this is {fault}") from None
     except ARROW_ERRORS as trouble:
-        raise_if_of_the_disk(trouble)
-        why = f"this is none: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
+        if isinstance(trouble, OSError) and trouble.errno:
+            raise  # of the disk
+        why = f"this is none, or damaged: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
         raise no_table(path, why) from None
 
 
