@@ -151,11 +151,11 @@ def entry_of(file: BufferedReader) -> FileEntry:
 
 
 def has_entry(path: Path, entry: FileEntry) -> bool:
-    """Whether a file is there, and is as its entry says."""
+    """Whether a file is there, and is as its entry says. OSError if it cannot be read."""
     try:
         with regular_file(path) as file:
             return os.fstat(file.fileno()).st_size == entry.bytes and entry_of(file) == entry
-    except (BadInput, OSError):
+    except (BadInput, FileNotFoundError, NotADirectoryError):
         return False
 
 

@@ -486,3 +486,14 @@ def test_a_link_in_the_place_of_the_lock_is_not_followed(tmp_path):
     with pytest.raises(OSError, match=r"lock|link"):
         publish(tmp_path, {"a.txt": "1"})
     assert (tmp_path / "precious").read_text() == "mine"
+
+
+def test_a_file_that_cannot_be_read_is_not_called_edited(tmp_path, monkeypatch):
+    publish(tmp_path, {"a.txt": "1"})
+
+    def failing(path):
+        raise OSError(EIO, os.strerror(EIO), os.fspath(path))
+
+    monkeypatch.setattr("camopt.storage.manifest.regular_file", failing)
+    with pytest.raises(OSError, match=os.strerror(EIO)):
+        publish(tmp_path, {"a.txt": "2"})
