@@ -104,6 +104,7 @@ def test_the_svg_moves_the_follower_by_the_displacement(name):
         assert not follower[:, 0].any()
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", [name for name in SCENES if SCENES[name].cam.form == "disc"])
 def test_the_contact_is_on_the_turned_profile_and_on_the_follower(name):
     picture, stage, _ = staged(name)

@@ -77,7 +77,7 @@ def picture(tmp_path_factory):
     return drawn
 
 
-@pytest.mark.one_in(7)
+@pytest.mark.one_in(14)
 @pytest.mark.parametrize("name", DRAWN)
 def test_the_texts_of_a_cam_are_apart_on_the_page_and_texts(name, picture):
     faults, written = picture(name)

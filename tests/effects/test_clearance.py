@@ -181,6 +181,7 @@ def flown(problem, walls, angle, side, jumps):
     return abs(found.y_events[met][0, 1] - (after - before) / (2 * step) * omega), time
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("form", [*FORMS, *RIBS])
 @pytest.mark.parametrize(
     "seed", [pytest.param(s, marks=[] if s < CHECKED else pytest.mark.long) for s in range(25)]

@@ -46,7 +46,7 @@ def as_cut(scene, points):
     return -points.conjugate() if scene.whole_part.stands_on_hub else points
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(10)
 @pytest.mark.parametrize("control", DIALECTS)
 @pytest.mark.parametrize(("name", "direction"), CAMS)
 def test_a_program_cuts_the_profile(tmp_path, control, name, direction):

@@ -277,7 +277,7 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
         same_rows(rows, feasible(curves, first))
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6), few=st.sampled_from([1, 2, 9]))
 @settings(max_examples=times(3, deep=40))

@@ -52,6 +52,7 @@ def _runs_here(processor):
         pytest.skip(f"numpy itself does not run here as on {processor}")
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.usefixtures("_runs_here")
 @pytest.mark.parametrize("processor", OTHERS)
 def test_fronts_keep_all_ties_on_every_processor(processor):

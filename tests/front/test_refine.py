@@ -159,6 +159,7 @@ def test_the_end_of_the_front_is_the_proved_optimum(swept):
     assert rows.column("base_radius_mm").min() == pytest.approx(best["base_radius_mm"], abs=1e-6)
 
 
+@pytest.mark.one_in(2)
 @of("closed form")
 @pytest.mark.parametrize(
     "coarser",

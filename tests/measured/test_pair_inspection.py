@@ -46,6 +46,7 @@ def read_as(points, form="xy", sense=1.0):
     return MeasuredProfile(np.column_stack([angles, np.abs(points)]), form)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("kind", "form"), [*((kind, "xy") for kind in MOUNTED), ("oscillating", "polar"), ("breadth", "polar")]
 )

@@ -170,7 +170,7 @@ def in_the_plane(follower, rotation, probe):
     return rows, fit(MeasuredProfile(xy(centres), "xy", probe), cam_of(follower, rotation), band=0.005)
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(10)
 @pytest.mark.parametrize(
     ("cam", "probe"), covering(PROBED, lambda case: [case[0], (case[0][0], case[1]), (case[0][1], case[1])])
 )
@@ -202,7 +202,7 @@ def with_errors(follower, rotation):
     return centres, fit(MeasuredProfile(xy(centres), "xy", 2.0), cam_of(follower, rotation))
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(10)
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_noise_and_outliers_are_those_of_the_points(follower, rotation):
     _, fitted = with_errors(follower, rotation)
@@ -233,7 +233,7 @@ def worn_points():
     return centres, fit(MeasuredProfile(xy(centres), "xy", 3.0), cam_of(WORN), band=0.01)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("order", ORDERS)
 def test_the_order_and_the_sense_of_points_do_not_matter(order):
     centres, first = worn_points()
@@ -267,7 +267,7 @@ def test_distances_alone_are_in_equal_steps():
     )
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_polar_angles_are_cam_angles_whichever_way_the_cam_turns(follower, rotation):
     """Where a radial follower meets the centre of the ball: of a cam that turns cw, the other way round on it."""
@@ -288,7 +288,7 @@ ROUNDED = [(follower, FORMS[(n + d) % 2], d) for n, follower in enumerate(FOLLOW
 ROUNDED += [case for case in product(FOLLOWERS, FORMS, (1, 2, 3)) if case not in ROUNDED]
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(10)
 @pytest.mark.parametrize(("follower", "form", "digits"), covering(ROUNDED, lambda case: combinations(case, 2)))
 def test_rounded_points_have_the_noise_of_their_step(follower, form, digits):
     curve, step = curve_of(problem_of(follower)), 10.0**-digits
@@ -439,7 +439,7 @@ def test_any_cam_is_found_within_its_band(data, base, lift, probe, turned):
 # --------------------------------------------------------------------------------------- far from the profile
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_the_points_are_as_near_to_the_profile_of_the_result(follower, rotation):
     """By the points of the scene alone, as it is exported: no part of the fit is in this."""

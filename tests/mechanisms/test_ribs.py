@@ -66,6 +66,7 @@ def nearest(problem, which, angles):
     return found, np.abs(found - centre[:, 0])
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("form", "motion"), KINDS)
 def test_both_rollers_of_a_rigid_follower_touch_the_rib_all_the_turn(form, motion):
     """And what is told of each flank is what the flank and its roller have there."""
@@ -610,6 +611,7 @@ def test_files_of_a_disc_have_its_rib(motion, tmp_path):
     assert np.all(((xy[1] - xy[0]) * normals[1].conj()).real > 0.0)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("direction", ["climb", "conventional"])
 def test_a_program_goes_round_the_rib_of_a_disc_and_then_within_it(direction, tmp_path):
     """Run by an interpreter, its cutter touches each flank all the turn, and never cuts into the rib."""

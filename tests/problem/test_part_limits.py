@@ -42,6 +42,7 @@ def test_all_limits_on_the_part_are_tried():
     assert {key for contact, key in CASES if contact in GROOVED} == {*KEYS} - {"area", "unbalance", "cutter_radius"}
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("contact", "key"), covering(CASES, lambda case: case))
 def test_a_limit_is_held_up_to_its_quantity_and_no_further(contact, key):
     """Beside the bound evaluate and certify agree; of the mass of a groove certify says that it does not know."""

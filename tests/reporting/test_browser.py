@@ -90,7 +90,7 @@ def page_of_all(browser, folder):
         yield page
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", mechanisms())
 def test_the_page_draws_the_curves_of_the_cam(name, page_of_all, folder, monkeypatch):
     """The formulas of the page against those of the mechanisms: pitch curve and profile, at every sample."""
@@ -144,7 +144,7 @@ GROOVED["follower"] = {"motion": "oscillating", "contact": "roller", "roller_rad
 TRAINS = [("slide-by-bell-crank", GROOVED, 3), ("valve-with-rocker", {}, 5), ("slide-by-bell-crank", {}, 3)]
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(("name", "changes", "links"), TRAINS)
 def test_the_train_moves_with_the_cam(name, changes, links, page_of_all, folder):
     """What is drawn as the slide is as far as the tool, at positions that the page has and between two of them."""
@@ -357,6 +357,7 @@ def squeezed(text):
     return re.sub(r"\s", "", text)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("kind", ["a cam", "cams", "a sweep", "a frontier"])
 def test_a_page_prints_whole(kind, browser, printable):
     """Every diagram as far as 360°, every row of every table and every word, inside the margins of the paper."""

@@ -96,7 +96,7 @@ def texts(name):
     return [mark.text for mark in sheet(name).marks if isinstance(mark, Words)]
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", CHECKED)
 def test_nothing_is_on_top_of_anything_or_beyond_the_frame(name):
     found = sheet(name)
@@ -536,7 +536,7 @@ PRINTED = [
 ]
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", [*PRINTED, "feeder-with-stop"])
 def test_a_pdf_is_a_sheet_of_its_size_with_its_texts(name, page):
     found, told = page(name)
@@ -546,7 +546,7 @@ def test_a_pdf_is_a_sheet_of_its_size_with_its_texts(name, page):
     assert [text for text in texts(name) if text not in words] == []
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", PRINTED)
 def test_the_profile_in_a_pdf_is_that_of_the_cam_at_its_scale(name, page):
     found, told = page(name)

@@ -58,7 +58,7 @@ def states(scene):
 # ------------------------------------------------------------------------------------------- what they hold
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(15)
 @pytest.mark.parametrize("name", MOVES)
 @pytest.mark.parametrize("minimise", ["acceleration", "jerk_rms"])
 def test_free_moves_hold_every_limit_join_smoothly_and_are_no_worse_than_the_scenes_own(name, minimise):
@@ -92,6 +92,7 @@ def test_the_states_that_a_scene_asks_for_are_met_and_stretches_keep_their_veloc
         assert other.law.NAME.startswith("free")
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", MOVES)
 def test_a_scene_with_free_moves_is_read_again_and_asks_the_same(name):
     scene, result = free(name, "acceleration")

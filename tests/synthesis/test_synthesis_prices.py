@@ -75,7 +75,7 @@ def least(case):
     return min(convex(tightened(d, 1e-7), SplineMotion).solve() for d in by_offset(demand_of(case)))
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", CASES)
 def test_a_price_is_the_derivative_of_the_least_objective(name):
     case = CASES[name]

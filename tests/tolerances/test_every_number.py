@@ -165,7 +165,7 @@ def test_every_key_of_every_stage_is_among_them():
     assert set().union(*({**CARRIED_BY[moves], **more} for *_, moves, more in ALL_KEYS)) >= {*CARRIED}
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize(("contact", "row", "moves", "more"), ALL_KEYS)
 def test_every_key_of_every_stage_may_have_a_tolerance(contact, row, moves, more, command, tmp_path, monkeypatch):
     """Of sizes that are not round, by each command that reads tolerances."""

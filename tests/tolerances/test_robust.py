@@ -60,6 +60,7 @@ def assert_smallest(scene):
     return best, size
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("contact", GIVEN)
 def test_a_robust_cam_is_the_smallest_of_which_no_cam_within_the_tolerances_breaks_a_limit(contact):
     scene = scene_of(contact)
@@ -192,7 +193,7 @@ SECOND |= {"follower.arm_length": 0.02}
 LINKED = {"train.1.coupler": 0.05, "follower.arm_length": 0.03, "phase": 0.02, "profile": 0.01}
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     ("name", "given", "limit", "keys"),
     [
@@ -222,6 +223,7 @@ def test_an_error_that_is_infinite_whatever_the_size_stops_a_search_at_once():
     assert camopt.optimise(scene).obstacles == {"parabolic": "acceleration_error"}
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("order", ["position", "velocity"])
 def test_limits_on_errors_are_those_of_the_nominal_cam_at_its_speed(order):
     """The table of errors, margins, certify and robust searches agree."""

@@ -257,7 +257,7 @@ def test_limits_on_loads_through_a_train_are_decided_next_to_their_bounds(name, 
         assert (key in evaluate(scene)["violated"].split(",")) != holds
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", ["a rocker", "a rubbing slide", "a slide with a load"])
 @pytest.mark.parametrize("quantity", ["torque_rms_N_m", "torque_mean_N_m"])
 def test_means_through_a_train_are_decided_next_to_their_bounds(name, quantity):

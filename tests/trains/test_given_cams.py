@@ -44,7 +44,7 @@ def driving(name, train, **more):
     return scene.replace(train=train, **turned, **at_follower, **more)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize(("name", "train"), GIVEN.values(), ids=GIVEN)
 def test_the_tool_goes_where_closed_loops_have_it(name, train):
     """With its first three derivatives, by the chain rule from those of the follower and of the loops."""
