@@ -345,4 +345,3 @@ def test_the_command_prints_the_table_by_station(command):
     assert third["displacement"] == pytest.approx(20)
     assert third["point"][0] == pytest.approx(hypot(12.5, (37.5**2 - 12.5**2) ** 0.5 + 20))
     assert command("plot", "two-pauses", "cam.svg", "--steps")[0] == 2
-    assert command("plot", "two-pauses", "turning.gif", "--quiet")[0] == 0

@@ -417,7 +417,7 @@ def test_moves_of_the_largest_lift_area_are_no_worse_than_the_scenes_own_within_
 
 
 def test_more_lift_area_than_any_motion_has_is_said():
-    too_much = Scene.from_dict(VALVE).replace(**{"limits.lift_area_mm_deg": 1300})
+    too_much = Scene.from_dict(VALVE).replace(**{"limits.lift_area_mm_deg": 1300, "synthesis.pieces": 12})
     with pytest.raises(Unmet, match=r"limits\.lift_area_mm_deg"):
         synthesise(too_much)
 
