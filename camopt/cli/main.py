@@ -12,6 +12,7 @@ COMMANDS = (
     *("new", "scenes", "keys", "schema", "laws", "evaluate", "plot", "effects", "timing", "harmonics", "tolerance"),
     *("sweep", "merge", "optimise"),
     *("synthesise", "frontier", "certify", "export", "report", "serve", "fit", "compare", "check", "accuracy"),
+    "warm",
 )
 """Names of the commands, and of their modules."""
 

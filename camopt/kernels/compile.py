@@ -87,23 +87,15 @@ class Kernel(KernelPart):
         if kinds not in self.made:
             with COMPILE_LOCK:
                 if kinds not in self.made:
-                    self.made[kinds] = self._loaded(kinds)
+                    self.made[kinds] = self.file(kinds).machine_code(self.object_code)
                     READY.append(self.py_func.__qualname__)
         return self.made[kinds]
 
-    def _loaded(self, kinds: Kinds) -> "MachineCode":
-        from camopt.kernels.machine_code import MachineCode
-
-        file = self.file(kinds)
-        return MachineCode(kinds, file.read() or self._compiled(kinds, file))
-
-    def _compiled(self, kinds: Kinds, file: "KernelFile") -> "ObjectCode":
-        """By numba, and kept. Of two processes that compile the same at the same time, the file of one stays."""
+    def object_code(self, kinds: Kinds) -> "ObjectCode":
+        """Compile the kernel by numba."""
         from camopt.kernels.dispatchers import object_code
 
-        code = object_code(self, kinds)
-        file.write(code)
-        return code
+        return object_code(self, kinds)
 
     def file(self, kinds: Kinds) -> "KernelFile":
         """Where machine code is kept on disk."""

@@ -13,6 +13,7 @@ import os
 import shutil
 import stat
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from hashlib import sha256
@@ -22,7 +23,7 @@ from typing import Any
 
 from platformdirs import user_cache_path
 
-from camopt.kernels.machine_code import ObjectCode, processor
+from camopt.kernels.machine_code import MachineCode, ObjectCode, processor
 from camopt.kernels.version import version_of_kernels
 
 DIGEST_SIZE = sha256().digest_size
@@ -53,9 +54,18 @@ class KernelFile:
 
     def __init__(self, function: Any, kinds: tuple[Any, ...], folder: Path) -> None:
         source = Path(inspect.getfile(function)).read_bytes()
+        self._kinds = kinds
         self._key = sha256(repr((kinds, processor())).encode() + source).digest()
         stem = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
         self._file = folder / f"{stem}-{self._key.hex()[:16]}.kernel"
+
+    def machine_code(self, compile_code: Callable[[tuple[Any, ...]], ObjectCode]) -> MachineCode:
+        """The machine code from disk, or compiled and kept. Of two processes that do so at once, one file stays."""
+        code = self.read()
+        if code is None:
+            code = compile_code(self._kinds)
+            self.write(code)
+        return MachineCode(self._kinds, code)
 
     @property
     def exists(self) -> bool:

@@ -1,0 +1,26 @@
+"""``camopt warm``."""
+
+import click
+
+from camopt.cli.options import Command, output_options
+
+
+@click.command(cls=Command)
+@click.argument("scenes", nargs=-1)
+@output_options
+def warm(scenes: tuple[str, ...], as_json: bool, quiet: bool) -> int:
+    """Compile what first runs need, and keep it on this machine.
+
+    SCENES are TOML files or shipped scenes; without any, all shipped scenes. Commands then compile nothing for
+    these, nor for others with the same followers and quantities. Run it once in an image of a container or in CI.
+    """
+    from camopt.cli import terminal
+    from camopt.studies.first_runs import compile_scenes
+
+    with terminal.progress(quiet, "scenes") as advance:
+        kernels, folder = compile_scenes(scenes, advance)
+    if as_json:
+        terminal.print_json({"kernels": kernels, "folder": str(folder)})
+    else:
+        terminal.show(f"{kernels} kernels are in {folder}.")
+    return 0
