@@ -39,7 +39,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         assert mechanism.profile_radius is not None
         curves = ((mechanism.profile_radius, ALL_STROKES),)
         radius = Peak(curves, LEAST, jumps=pointed, unit=size_of, open_at_zero=True)
-        return {CONVEX: radius._replace(rises_with_body=mechanism.alike is not itself)}
+        return {CONVEX: radius._replace(per_body=0.0 if mechanism.alike is itself else 1.0)}
     curves = ((mechanism.curvature, ALL_STROKES),)
     both = mechanism.two_sided  # either flank may be the sharper one
     most, least = (pointed, notched) if flank.bulge > 0.0 else (notched, pointed)

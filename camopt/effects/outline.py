@@ -4,6 +4,9 @@ The farthest point of a profile has its normal along the radius. So it is where 
 |C| − R_r; under a flat face, where the face is farthest: at R_b + y if it translates, at f + c·sin ψ if it swings.
 That is so for a profile that is not undercut; of one that is, this is an upper bound.
 
+Each of these rises with the displacement y and depends on nothing else of the motion: from the base circle to the
+highest position ψ stays below π of an arm, below π/2 of a face. So the farthest is that at the highest position.
+
 The pivot of a follower that oscillates is at the distance c from the cam's axis. The turning cam stays from it by
 
     c − R_out
@@ -28,6 +31,7 @@ from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.peak import Peak, size_of
 from camopt.effects.peak_columns import peak_column
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import itself
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST, FloatArray
@@ -92,12 +96,15 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.outline is None:
         return {}
     outline, edge = partial(_outermost, setup), (setup.solid.outer_diameter or 0.0) / 2.0
+    per_body = 0.0 if setup.mechanism.alike is itself else -1.0 if setup.mechanism.flat_faced else 1.0
     found = {
         RADIUS: Peak(((outline, ALL_STROKES),), LARGEST),
-        CLEARANCE: Peak(((partial(_to_pivot, outline), ALL_STROKES),), LEAST, unit=_centre_distance),
+        CLEARANCE: Peak(
+            ((partial(_to_pivot, outline), ALL_STROKES),), LEAST, unit=_centre_distance, per_body=per_body
+        ),
         EDGE_WALL: Peak(((partial(_to_edge, outline, edge), ALL_STROKES),), LEAST, unit=size_of),
     }
-    return {name: found[name] for name in offers(setup) if name not in lacks(setup)}
+    return {name: found[name]._replace(at_highest=True) for name in offers(setup) if name not in lacks(setup)}
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:

@@ -421,9 +421,11 @@ class Peak(NamedTuple):
     """The quantities that are the largest and the least of its curves, where a bound is compared with these."""
     open_at_zero: bool = False
     """Whether a bound of 0 is not met at 0."""
-    rises_with_body: bool = False
-    """Whether it is as much larger as the body that touches the cam: its curve is that of a body of none, and so
-    much more (``Mechanism.parallel``)."""
+    per_body: float = 0.0
+    """By how much it rises per mm of the body that touches the cam (``Mechanism.parallel``), from that of a body of
+    none. 0 where it does not rise in proportion."""
+    at_highest: bool = False
+    """Whether its curves depend on the displacement alone and have their extreme where this is highest."""
     bodies: BodiesOfCurves | None = None
     """Of profiles that are not undercut: with which bodies it is no larger than designs are allowed."""
 

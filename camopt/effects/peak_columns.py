@@ -9,7 +9,9 @@ from camopt.effects.case import Bounded, Case
 from camopt.effects.known import furthest
 from camopt.effects.peak import Peak
 from camopt.numerics import LEAST, FloatArray
+from camopt.numerics.curves import curve
 from camopt.numerics.extremes import Extremes
+from camopt.numerics.state import State
 
 
 class ExtremeOfEach(NamedTuple):
@@ -49,6 +51,11 @@ def extreme_of(
 
 def _of_sound(case: Case, peak: Peak, *, located: bool, floor: float) -> ExtremeOfEach:
     """The same of designs that all are sound."""
+    if peak.at_highest and not located:
+        ((make, _),) = peak.curves
+        highest = State(case.programme.lift, 0.0, 0.0, 0.0)
+        value, _ = curve(make(case.designs, case.programme), ..., highest)
+        return ExtremeOfEach(value, *np.zeros((3, len(case.designs))))
     numbers = [k for k, (_, kinds) in enumerate(peak.curves) if case.programme.has(kinds)]
     each = []
     for k in numbers:

@@ -283,7 +283,7 @@ class QuantityLimit(Limit):
 
     @cached_property
     def of_curves(self) -> tuple[str, ...] | None:
-        if isinstance(self._weight, OfBody) or self._rises_with_body or self._bodies:
+        if isinstance(self._weight, OfBody) or self._per_body or self._bodies:
             return ()
         effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
         return self.needs if all(effect.run is nothing for effect in effects) else None
@@ -295,8 +295,8 @@ class QuantityLimit(Limit):
         return peak.scale.weight(self.bound) if isinstance(peak, Peak) and peak.extremes else None
 
     @property
-    def _rises_with_body(self) -> bool:
-        return isinstance(self.form, Peak) and self.form.rises_with_body
+    def _per_body(self) -> float:
+        return self.form.per_body if isinstance(self.form, Peak) and not self.further else 0.0
 
     @property
     def _bodies(self) -> BodiesOfCurves | None:
@@ -311,7 +311,7 @@ class QuantityLimit(Limit):
 
     def on_curves(self, case: Case, bodies: Bodies) -> OnCurves | None:
         peak, weight = self.form, self._weight
-        if isinstance(peak, Peak) and peak.rises_with_body and not case.programme.radii:
+        if isinstance(peak, Peak) and self._per_body and not case.programme.radii:
             return self._with_more(case, peak)
         if self._bodies and not case.programme.radii:
             return OnCurves(*self._bodies(case, self._share, bodies))
@@ -325,11 +325,13 @@ class QuantityLimit(Limit):
         return OnCurves(weight.bodies(far, CLEAR), weight.bodies(near, -CLEAR))
 
     def _with_more(self, case: Case, peak: Peak) -> OnCurves:
-        """The bodies that are large enough for a least value, by that with a body of none."""
+        """The bodies that are large or small enough for a least value, by that with a body of none."""
         found = extreme_of(case, peak)
         finite = np.where(np.isfinite(found.value), found.value, 0.0)
-        room = CLEAR * np.maximum(abs(self.bound), np.abs(finite))
+        room = CLEAR * np.maximum(self._unit(case.designs), np.abs(finite))
         far, near = (self.bound - found.value + side * (found.width + room) for side in (1.0, -1.0))
+        if peak.per_body < 0.0:
+            return OnCurves(Bodies(most=-far), Bodies(most=-near))
         return OnCurves(Bodies(least=far), Bodies(least=near))
 
     def _beyond_all(self, case: Case, peak: Peak, weight: float) -> tuple[FloatArray, FloatArray]:

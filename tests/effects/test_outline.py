@@ -6,8 +6,23 @@ from mpmath import mp, mpf
 from scipy import optimize
 from support.cams import CONTACTS, cam_with
 
-from camopt import BadInput, Scene, cam_points, certify, evaluate, load, optimise, sweep
+from camopt import (
+    BadInput,
+    Scene,
+    cam_points,
+    certify,
+    evaluate,
+    find_scene,
+    load,
+    optimise,
+    shipped_scenes,
+    sweep,
+)
+from camopt.effects import Case, outline
+from camopt.effects.peak_columns import extreme_of
+from camopt.front.curve_verdicts import told_by_curves
 from camopt.motion import LAWS
+from camopt.problem.problem import resolve
 
 OPEN = [contact for contact in CONTACTS if not contact.startswith("groove")]
 
@@ -23,6 +38,74 @@ def test_no_point_of_the_profile_is_farther_and_one_is_as_far(contact, rotation)
     points = cam_points(scene, step=0.05)
     farthest = np.max(np.hypot(points["profile_x_mm"], points["profile_y_mm"]))
     assert evaluate(scene)["outer_radius_mm"] == pytest.approx(farthest, rel=1e-12)  # a dwell at the highest
+
+
+def distances(contact, sizes, y):
+    """Of the farthest point of the follower's contact from the cam's axis, from the triangle of each position."""
+    base, centre, arm, roller, offset, face = (
+        sizes[k] for k in ("base", "centre", "arm", "roller", "offset", "face")
+    )
+    if contact == "flat":
+        return base + y
+    if contact == "swinging-face":
+        return face + centre * np.sin(np.arcsin((base - face) / centre) + y)
+    if contact == "arm":
+        first = np.arccos((centre**2 + arm**2 - (base + roller) ** 2) / (2 * centre * arm))
+        return np.sqrt(centre**2 + arm**2 - 2 * centre * arm * np.cos(first + y)) - roller
+    return np.hypot(offset, np.sqrt((base + roller) ** 2 - offset**2) + y) - roller
+
+
+SIZE_KEYS = {
+    "centre": "follower.centre_distance",
+    "arm": "follower.arm_length",
+    "roller": "follower.roller_radius",
+    "offset": "follower.offset",
+    "face": "follower.face_offset",
+}
+SIZES_OF = {
+    "roller": ("roller",),
+    "offset-roller": ("roller", "offset"),
+    "flat": (),
+    "arm": ("roller", "arm", "centre"),
+    "swinging-face": ("face", "centre"),
+}
+
+
+@pytest.mark.parametrize("contact", SIZES_OF)
+def test_a_scan_finds_the_farthest_where_the_follower_is_highest(contact):
+    rng = np.random.default_rng(911)
+    for law in rng.choice(list(LAWS), 6, replace=False):
+        ranges = {"base": (45, 75), "centre": (110, 150), "arm": (85, 125), "roller": (5, 15)}
+        ranges |= {"offset": (-20, 20), "face": (-9, 20)}
+        sizes = {name: rng.uniform(*ends) for name, ends in ranges.items()}
+        sizes["offset"] *= contact == "offset-roller"
+        swings = contact in ("arm", "swinging-face")
+        lift = rng.uniform(5.0, 25.0)
+        y = (np.radians(lift) if swings else lift) * LAWS[law].displacement(rng.uniform(size=20_000))
+        y = np.append(y, np.radians(lift) if swings else lift)
+        seen = distances(contact, sizes, np.sort(y))
+        assert np.all(np.diff(seen) >= -1e-14 * seen[-1])
+        motion = [each | ({"lift": lift} if "lift" in each else {}) for each in cam_with(contact, law)["motion"]]
+        given = {SIZE_KEYS[name]: sizes[name] for name in SIZES_OF[contact]}
+        outputs = ["outer_radius_mm", *(["pivot_clearance_min_mm"] if swings else [])]
+        scene = scene_of(contact, law, rng.choice(["ccw", "cw"]), motion=motion).replace(
+            **{"cam.base_radius": sizes["base"], "outputs": outputs, **given}
+        )
+        found = evaluate(scene)
+        assert found["outer_radius_mm"] == pytest.approx(seen.max(), rel=1e-12)
+        if swings:
+            room = sizes["centre"] - seen.max()
+            assert found["pivot_clearance_min_mm"] == pytest.approx(room, abs=1e-12 * sizes["centre"])
+
+
+@pytest.mark.parametrize("name", [n for n in shipped_scenes() if find_scene(n).mechanism.outline])
+def test_the_closed_form_is_what_a_search_over_the_turn_finds(name):
+    """Behind trains and with measured profiles too."""
+    problem = resolve(find_scene(name))
+    case = Case(problem.setup, problem.programme, problem.design)
+    for peak in outline.peaks(problem.setup).values():
+        searched = extreme_of(case, peak._replace(at_highest=False)).value
+        np.testing.assert_allclose(extreme_of(case, peak).value, searched, rtol=1e-12, atol=1e-11)
 
 
 @pytest.mark.parametrize("contact", ["arm", "swinging-face"])
@@ -50,13 +133,13 @@ def test_no_cam_of_a_grid_that_stays_clear_of_the_pivot_is_smaller():
     assert 0.0 <= seen["base_radius_mm"] - best["base_radius_mm"] < 0.5
 
 
-def farthest(contact, base, centre, arm=110.0):
+def farthest(contact, base, centre, arm=110.0, roller=14.0, face=10.0):
     """The farthest point of a cam of ``scene_of`` from its axis, from the triangle at the highest position."""
     rise = np.radians(14.0)
     if contact == "swinging-face":
-        return 10.0 + centre * np.sin(np.arcsin((base - 10.0) / centre) + rise)
-    first = np.arccos((centre**2 + arm**2 - (base + 14.0) ** 2) / (2 * centre * arm))
-    return np.sqrt(centre**2 + arm**2 - 2 * centre * arm * np.cos(first + rise)) - 14.0
+        return face + centre * np.sin(np.arcsin((base - face) / centre) + rise)
+    first = np.arccos((centre**2 + arm**2 - (base + roller) ** 2) / (2 * centre * arm))
+    return np.sqrt(centre**2 + arm**2 - 2 * centre * arm * np.cos(first + rise)) - roller
 
 
 @pytest.mark.parametrize("contact", ["arm", "swinging-face"])
@@ -92,6 +175,30 @@ def test_a_cam_that_runs_through_the_pivot_is_never_feasible(contact, tmp_path):
         **{"search.centre_distance": {"start": edge * 0.9, "stop": edge * 1.1}, "search.base_radius": base}
     )
     assert evaluate(optimise(wide).best.scene)["pivot_clearance_min_mm"] >= 0.0
+
+
+@pytest.mark.parametrize(("contact", "body"), [("arm", "roller_radius"), ("swinging-face", "face_offset")])
+def test_pitch_curves_tell_which_cams_run_through_the_pivot(contact, body, tmp_path):
+    """Designs that share a pitch curve are decided together: the same as each by its own closed form."""
+    search = {
+        "base_radius": {"start": 61.3, "stop": 97.9, "step": 1.1},
+        body: {"start": 4.3, "stop": 21.7, "step": 1.7},
+    }
+    limits = {"pressure_angle": 85} if contact == "arm" else {"curvature_radius": 1.0}
+    scene = scene_of(contact, limits=limits, search=search).replace(
+        **{"follower.centre_distance": 101.3, "outputs": []}
+    )
+    problem = resolve(scene)
+    assert told_by_curves(problem.limits, frozenset())
+    found = sweep(scene)
+    sweep(scene, out=tmp_path, keep="all")
+    every = load(tmp_path / "designs.parquet")
+    shift = {"roller": every["roller_radius_mm"]} if contact == "arm" else {"face": every["face_offset_mm"]}
+    through = farthest(contact, every["base_radius_mm"], 101.3, **shift) > 101.3
+    assert 20 < through.sum() < len(every) - 20
+    held = every["feasible"] & ~through
+    assert found.feasible == held.sum() == every["feasible"].sum()
+    assert found.best["cycloidal"]["base_radius_mm"] == every["base_radius_mm"][held].min()
 
 
 @pytest.mark.parametrize("law", LAWS)
