@@ -7,8 +7,8 @@ import sys
 from camopt.cli.interrupts import code, heard, interrupts
 
 OBJECTS_BETWEEN = 150_000
-"""New objects between searches for garbage: imports make 100,000 that stay, and to go through them every 700 takes
-a tenth of a command, every 20,000 a twentieth."""
+"""New objects between searches for garbage: imports make 100,000 that stay, and a search every 700 takes a tenth of a
+command."""
 
 
 def main() -> int:
@@ -16,7 +16,6 @@ def main() -> int:
     with interrupts():
         try:
             gc.set_threshold(OBJECTS_BETWEEN)
-            os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # looked for among all installed packages
             os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads wait for each other
             from camopt.cli.main import main as run
 
@@ -26,8 +25,6 @@ def main() -> int:
                 raise
             print("camopt: interrupted", file=sys.stderr)
             return code()
-        finally:
-            gc.freeze()  # at its end the interpreter need not look among all objects for garbage: a tenth likewise
 
 
 if __name__ == "__main__":
