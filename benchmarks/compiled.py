@@ -12,4 +12,4 @@ SMALL_ARRAY = 600
 with suppress(ImportError):  # a commit before camopt decided that
     compile: Any = import_module("camopt.kernels.compile")
     compile.SMALL_ARRAY = SMALL_ARRAY  # of a commit before work was counted
-    compile.COMPILATION = 60.0 * SMALL_ARRAY
+    compile.COMPILATION = 30.0 * SMALL_ARRAY

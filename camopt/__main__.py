@@ -7,8 +7,8 @@ import sys
 from camopt.cli.interrupts import code, heard, interrupts
 
 OBJECTS_BETWEEN = 150_000
-"""New objects between searches for garbage: imports make 100,000 that stay, and a search every 700 takes a tenth of a
-command."""
+"""New objects between searches for garbage: imports make 100,000 that stay, and a search every 700 takes a tenth of
+a command."""
 
 
 def main() -> int:

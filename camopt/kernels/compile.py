@@ -5,7 +5,7 @@ designs is compiled, in this process, once per machine, when its uncompiled runs
 
 Both are known as work, not as seconds of the clock: on a busy machine the same is compiled as on an idle one. The
 unit of work is the value of a simple curve at one cam angle of one design, evaluated by numpy among many: about
-20 ns. A run counts its work as it goes. It is given up, and the kernel compiled, when the runs of this process have
+30 ns. A run counts its work as it goes. It is given up, and the kernel compiled, when the runs of this process have
 done the work for which the kernel could have been compiled, so no command does more than twice what was needed.
 """
 
@@ -32,7 +32,7 @@ Kinds = tuple[Any, ...]
 """The types of a kernel's arguments."""
 
 FORMULA_CALL = 8_000  # work: the calls of numpy that evaluate a simple curve, for however few values
-COMPILATION = 40e6  # work done uncompiled in the time in which a small kernel is compiled
+COMPILATION = 25e6  # work done uncompiled in the time in which a small kernel is compiled
 CURVE_SHARE = 0.125  # of that: each curve of which a curve is made
 LOADING = 1e6  # work done in the time in which llvmlite is imported, which loads machine code
 NEVER = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # whether everything runs as it is written

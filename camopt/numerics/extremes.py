@@ -35,7 +35,7 @@ from camopt.numerics.workspace import PLAIN_TILE, WORK, keep_freed_memory, plain
 
 SHARP = 0.25  # of the error asked: the rounding error allowed of a part that is looked at again
 SEARCH_SIZE = 5.0  # times as long as a curve takes to compile: the search, and numba is imported
-LEAST_WORK = 60.0  # values of a curve that a search evaluates for an answer, a bound or a cam angle
+LEAST_WORK = 30.0  # values of a curve that a search evaluates for an answer, a bound or a cam angle
 TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
 
 
