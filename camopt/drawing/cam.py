@@ -3,6 +3,8 @@
 from typing import Any
 
 import numpy as np
+import scipy
+from shapely import LinearRing, Point, Polygon, make_valid
 
 from camopt.drawing.follower import Parts, draw_follower
 from camopt.drawing.labels import Label, around
@@ -106,8 +108,6 @@ def _fill_profile(axes: Any, picture: Picture) -> None:
 
 def _fill_face(axes: Any, picture: Picture) -> None:
     """A disc with the groove that a roller sweeps in its face."""
-    from shapely import LinearRing
-
     _fill_plate(axes, picture, FILL)
     pitch = np.concatenate([c.pitch for c in picture.curves])
     swept = LinearRing(np.column_stack([pitch.real, pitch.imag]))
@@ -142,17 +142,13 @@ def remaining(picture: Picture) -> ComplexArray:
     """The outline of an undercut cam: all that no position of the follower covers."""
     pitch = np.concatenate([c.pitch for c in picture.curves])
     if picture.problem.setup.mechanism.flat_faced:
-        from scipy.spatial import HalfspaceIntersection
-
         normal = np.concatenate([c.normal for c in picture.curves])
         support = (pitch * normal.conj()).real
-        corners = HalfspaceIntersection(
+        corners = scipy.spatial.HalfspaceIntersection(
             np.column_stack([normal.real, normal.imag, -support]), np.zeros(2)
         ).intersections
         outline = corners[:, 0] + 1j * corners[:, 1]
         return np.asarray(outline[np.argsort(np.angle(outline))])
-    from shapely import Point, Polygon, make_valid
-
     cut = make_valid(Polygon(np.column_stack([pitch.real, pitch.imag])))
     cut = cut.buffer(-float(picture.problem.design.roller_radius[0]), quad_segs=64)
     parts = [part for part in getattr(cut, "geoms", [cut]) if not part.is_empty]

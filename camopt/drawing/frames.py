@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image as Pillow
 
 from camopt.drawing.bodies import FRAMES, TURN_TIME, Stage, artists_of
 from camopt.mistakes import BadInput, Mistake
@@ -68,8 +69,6 @@ def write_still_gif(figures: Sequence[Any], path: Any) -> None:
 
 def _save_gif(images: Iterable[Image], duration: int, file: Path) -> None:
     """Images as frames of a time in ms, in the palette of the first."""
-    from PIL import Image as Pillow
-
     made: list[Any] = []
     for each in images:
         image = Pillow.fromarray(each)

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from shapely import LineString
 
 from camopt.drawing.follower import Parts, draw_arm
 from camopt.drawing.labels import Label
@@ -117,8 +118,6 @@ def _over_turns(curves: list[CamCurves], around: float) -> ComplexArray:
 
 def _fill_groove(axes: Any, curves: list[CamCurves], radius: float, around: float) -> None:
     """The region that the roller sweeps."""
-    from shapely import LineString
-
     turns = _over_turns(curves, around)
     swept = LineString(np.column_stack([turns.real, turns.imag])).buffer(radius, quad_segs=32)
     for part in getattr(swept, "geoms", [swept]):

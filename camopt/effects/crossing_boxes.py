@@ -30,6 +30,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import scipy
 
 from camopt.effects.case import Setup
 from camopt.effects.crossing import find_crossing
@@ -110,12 +111,11 @@ def deepest(
     setup: Setup, design: Designs, programme: Programme, near: Sequence[float], side: float = INNER_SIDE
 ) -> FloatArray:
     """The pair of cam angles (2,) in rad at which one design overlaps the most, uphill from a given pair."""
-    from scipy.optimize import minimize
 
     def least(pair: FloatArray) -> float:
         return -float(overlaps(setup, design, programme, pair[None, None], side)[0, 0])
 
-    return np.asarray(minimize(least, near, method="Nelder-Mead").x)
+    return np.asarray(scipy.optimize.minimize(least, near, method="Nelder-Mead").x)
 
 
 def followed(

@@ -1,10 +1,11 @@
 """The cam as points for a machine or another program: displacement, pitch curve, profile and cutter path."""
 
 import os
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pyarrow as pa
 from numpy.typing import ArrayLike
+from pyarrow import csv
 
 from camopt.contour.curve import CamCurve, curves_of, discs_of
 from camopt.drawing.picture import Picture
@@ -21,12 +22,11 @@ from camopt.quantities import AT_FOLLOWER, DERIVATIVES, displacement_unit, motio
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
 from camopt.storage.files import checked_suffix, whole_file
+from camopt.storage.tables import write_table
 from camopt.storage.version import VERSION
 from camopt.tables.cells import name_in_shown_unit
+from camopt.tables.workbook import write_workbook
 from camopt.verdicts.running import run_effects
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 COLUMN_NOTES = {
     "cam_angle_deg": ("deg", "Cam angle."),
@@ -239,9 +239,7 @@ def _as_shown(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], li
     return found, [shown_unit(unit) for unit in units.values()]
 
 
-def _table(columns: dict[str, FloatArray], layout: "pa.Schema") -> "pa.Table":
-    import pyarrow as pa
-
+def _table(columns: dict[str, FloatArray], layout: pa.Schema) -> pa.Table:
     arrays = [  # from their bytes: pa.array would import pandas
         pa.Array.from_buffers(pa.float64(), values.size, [None, pa.py_buffer(np.ascontiguousarray(values))])
         for values in columns.values()
@@ -250,9 +248,6 @@ def _table(columns: dict[str, FloatArray], layout: "pa.Schema") -> "pa.Table":
 
 
 def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
-    import pyarrow as pa
-    from pyarrow import csv
-
     found, _ = _as_shown(columns)
     layout = pa.schema([pa.field(name, pa.float64(), nullable=False) for name in found])
     with whole_file(path) as partial, partial.open("wb") as file:
@@ -260,18 +255,12 @@ def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.Path
 
 
 def _write_parquet(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
-    import pyarrow as pa
-
-    from camopt.storage.tables import write_table
-
     fields = [pa.field(name, pa.float64(), nullable=False, metadata=_about(name)) for name in columns]
     layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
     write_table(_table(columns, layout), path)
 
 
 def _write_workbook(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
-    from camopt.tables.workbook import write_workbook
-
     found, units = _as_shown(columns)
     write_workbook(path, {"points": (list(found), units, list(found.values()))}, scene)
 

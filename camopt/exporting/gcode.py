@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from shapely import LineString, Point, Polygon
 
 from camopt.contour.curve import CamCurve
 from camopt.contour.deviation import deviation_bound
@@ -274,8 +275,6 @@ def _outline(followed: Followed) -> ComplexArray:
 
 def _check_free(way: "_Way", followed: Followed) -> None:
     """BadInput if the cutter cannot come in straight from outside, or go out, without meeting the part."""
-    from shapely import LineString, Polygon
-
     part = Polygon(np.column_stack([(points := _outline(followed)).real, points.imag]))
     for inner in way.ends[:2]:
         outer = way.out(inner)
@@ -286,8 +285,6 @@ def _check_free(way: "_Way", followed: Followed) -> None:
 
 def _check_within(way: "_Way", followed: Followed) -> None:
     """BadInput if the quarter circles on which the cutter comes and goes within the part meet it."""
-    from shapely import Point, Polygon
-
     points = _outline(followed)
     room, reach = Polygon(np.column_stack([points.real, points.imag])), way.lead * (1.0 - FREE_SHARE)
     middle = (way.ends[0] + way.ends[1]) / 2

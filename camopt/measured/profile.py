@@ -16,6 +16,7 @@ from numbers import Real
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
@@ -121,8 +122,6 @@ class Touched(NamedTuple):
 
     def distances(self, problem: Problem, start: float, rows: NDArray[np.int64]) -> FloatArray:
         """Distances of points outside the profile of that cam, along its normal, mm; negative inside."""
-        import shapely
-
         centres = self.centres_at(problem, start, rows)
         angles = np.linspace(0.0, 2.0 * np.pi, DENSE + 1)
         profile = profile_points(problem.setup.mechanism, problem.design, problem.programme, angles)

@@ -11,6 +11,7 @@ from itertools import cycle, pairwise
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from camopt.mistakes import BadInput, Mistake
@@ -89,16 +90,12 @@ def _settings(columns: list[FloatArray], count: int) -> tuple[list[tuple[float, 
 
 def sobol(axes: int, count: int, seed: int) -> FloatArray:
     """Scrambled Sobol points of the unit cube, (count, axes)."""
-    from scipy.stats import qmc
-
-    points = qmc.Sobol(axes, scramble=True, rng=seed).random_base2(int(np.ceil(np.log2(count))))
+    points = scipy.stats.qmc.Sobol(axes, scramble=True, rng=seed).random_base2(int(np.ceil(np.log2(count))))
     return np.asarray(points[:count])
 
 
 def _latin_hypercube(axes: int, count: int, seed: int) -> FloatArray:
-    from scipy.stats import qmc
-
-    return np.asarray(qmc.LatinHypercube(axes, rng=seed).random(count))
+    return np.asarray(scipy.stats.qmc.LatinHypercube(axes, rng=seed).random(count))
 
 
 SAMPLERS: dict[str, Callable[[int, int, int], Any]] = {"sobol": sobol, "latin-hypercube": _latin_hypercube}

@@ -13,6 +13,9 @@ from hashlib import sha256
 from importlib.resources import files
 from typing import Any
 
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
 from camopt.storage.version import VERSION
 from camopt.tables.html import html_table
 from camopt.tables.layout import Table
@@ -47,8 +50,6 @@ def rendered(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> str
 
 @cache
 def _templates() -> Any:
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
     made = Environment(
         loader=PackageLoader("camopt.reporting"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
@@ -69,8 +70,6 @@ def _asset(name: str) -> str:
 
 def _raw(text: str) -> Any:
     """Text that is not escaped: ours, or made safe."""
-    from markupsafe import Markup
-
     return Markup(text)
 
 

@@ -33,6 +33,7 @@ from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.told import bound_in_words
 from camopt.tables.columns import joined_laws
 from camopt.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, scene_of
+from camopt.tables.table import frame_of
 from camopt.verdicts.evaluation import Evaluation
 
 MOST_CAMS = 4  # side by side
@@ -171,8 +172,6 @@ def _of_a_path(what: str | os.PathLike[str]) -> Iterable[ShownCam | ResultRows]:
 
 def _of_a_table(path: Path, manifest: Manifest | None = None) -> Iterable[ShownCam | ResultRows]:
     """A table of designs; of one design its cam."""
-    from camopt.tables.table import frame_of
-
     frame = frame_of(path, manifest)
     if frame.empty:
         why = "a table with a design in it; no design was feasible, and others were not kept"
@@ -184,8 +183,6 @@ def _of_a_table(path: Path, manifest: Manifest | None = None) -> Iterable[ShownC
 
 def _of_a_folder(folder: Path) -> Iterable[ShownCam | ResultRows]:
     """The result that a command left in a folder: files that its manifest names, if there is one."""
-    from camopt.tables.table import frame_of
-
     manifest = manifest_of(folder)
     there = {path.name for path in result_paths(folder, "*", manifest)}
     if {PARETO, DESIGNS} <= there:

@@ -59,6 +59,7 @@ from camopt.scene.text import is_typed, parsed, plain
 from camopt.scene.tolerances import Tolerances, read_measured
 from camopt.scene.train import MOST_STAGES, TrainStage, tool_turns
 from camopt.scene.turn import read_searched_laws
+from camopt.scene.units import with_units
 from camopt.storage.files import read_bytes
 
 SCENES = "a TOML file or a shipped scene"
@@ -269,8 +270,6 @@ class Scene(HasHtml, Drawn, SceneTable):
         found += read_shape(given, tables_of(Scene), file)
         read_bore(given)  # before units: a fit is none
         if is_typed({key: value for key, value in given.items() if key != "name"}):
-            from camopt.scene.units import with_units
-
             given, without_unit = with_units(given, tables_of(Scene), file)
             found += without_unit
         tables = with_camopt_names(given, own_law_tables(given))

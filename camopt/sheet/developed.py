@@ -13,6 +13,7 @@ from math import degrees, pi
 from typing import Any
 
 import numpy as np
+from shapely import LineString, box, union_all
 
 from camopt.contour.curve import cylinder_ends, groove_heights
 from camopt.contour.hole import keyway_turn
@@ -148,8 +149,6 @@ class DevelopedView:
 
     def _on_face(self, curves: list[ComplexArray], pen: Pen) -> Iterator[Line]:
         """Curves as far as they are on the cylinder."""
-        from shapely import LineString, box
-
         bottom, top = self.ends
         face = box(0.0, bottom, self.around, top)
         for curve in curves:
@@ -328,8 +327,6 @@ class DevelopedView:
 
     def _solid(self) -> Any:
         """The cut material, as a shape of shapely."""
-        from shapely import box, union_all
-
         length, depth, round_ = (self.part.thickness or 0.0) * self.scale, self._depth, self._round
         radius = (self.part.bore or 0.0) / 2 * self.scale
         key = (self.part.keyway_depth or 0.0) * self.scale

@@ -10,6 +10,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from shapely import LineString, Polygon, STRtree
 
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
@@ -144,8 +145,6 @@ class Taken:
     """The marks on the paper so far, prepared for many tests of overlap."""
 
     def __init__(self, marks: Marks) -> None:
-        from shapely import STRtree
-
         self._words = STRtree([_shape(mark) for mark in marks if isinstance(mark, Words) or _is_frame(mark)])
         self._lines = STRtree([_shape(mark) for mark in marks if isinstance(mark, Line)])
 
@@ -166,8 +165,6 @@ def _is_frame(line: Line) -> bool:
 
 def _shape(mark: Mark) -> "LineString | Polygon":
     """A line, or the padded box of words or the area of a frame, for shapely."""
-    from shapely import LineString, Polygon
-
     if isinstance(mark, Words):
         return Polygon(_columns(mark.corners)).buffer(AROUND_WORDS)
     if _is_frame(mark):

@@ -9,6 +9,7 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+from shapely import LineString, Polygon, box, make_valid, union_all
 
 from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
@@ -51,8 +52,6 @@ def section(
     Its axis is at y = 0. ``walls`` are those of a groove in the face of the only plate, or of a rib on it, the
     inner one first.
     """
-    from shapely import box, union_all
-
     turn = np.exp(1j * (np.pi / 2 - keyway_turn(part)))
     hole = hole_outline(part, np.pi / 2) * scale if part.bore else np.zeros(0, dtype=complex)
     whole, hub = _whole(part) * scale, (part.hub_diameter or 0.0) / 2 * scale
@@ -91,8 +90,6 @@ def _numbers(plates: Sequence[Plate]) -> Iterator[Words]:
 
 def _crossing(outline: ComplexArray) -> list[Gap]:
     """The interval of the vertical through the axis that is inside an outline, mm."""
-    from shapely import LineString, Polygon, make_valid
-
     if not outline.size:
         return []
     far = 2.0 * float(np.abs(outline).max())
@@ -113,8 +110,6 @@ def _between(*outlines: list[Gap]) -> list[Gap]:
 
 def _solid(plates: Sequence[Plate], gap: list[Gap], hub: float, whole: float) -> Any:
     """The cut material, as a shape of shapely."""
-    from shapely import box, union_all
-
     bodies = [box(plate.low, low, plate.high, high) for plate in plates for low, high in plate.cut]
     bodies += [box(0.0, -hub, whole, hub)] if hub else []
     return union_all(bodies).difference(union_all([box(-1.0, low, whole + 1.0, high) for low, high in gap]))
@@ -130,8 +125,6 @@ def outlines(solid: Any) -> Iterator[Line]:
 
 def hatching(solid: Any) -> Iterator[Line]:
     """Thin lines at 45°."""
-    from shapely import LineString
-
     if solid.is_empty:
         return
     x0, y0, x1, y1 = solid.bounds

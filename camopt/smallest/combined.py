@@ -10,6 +10,7 @@ Source: A. Neumaier, Interval Methods for Systems of Equations, ch. 5 (precondit
 from math import inf
 
 import numpy as np
+import scipy
 
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
@@ -36,8 +37,6 @@ def combined(over: Excesses, span: Interval, size: int) -> Excesses:
 
 def _multipliers(over: Excesses, span: Interval, size: int) -> FloatArray:
     """The multiplier of each claim where the size is least over the first box, whatever its range there."""
-    from scipy.optimize import linprog
-
     width = span.high[:, 0] - span.low[:, 0]
     width = np.where(width > 0.0, width, 1.0)
     rows = width * (over.slopes.low + over.slopes.high)[..., 0].T / 2.0
@@ -48,7 +47,7 @@ def _multipliers(over: Excesses, span: Interval, size: int) -> FloatArray:
         ends = np.array([span.low[:, 0], span.high[:, 0]]).T / width[:, None]
         ends[size] = -inf, inf
         by = scale[usable]
-        found = linprog(
+        found = scipy.optimize.linprog(
             np.arange(width.size) == size, rows[usable] / by[:, None], -over.at[usable, 0] / by, bounds=ends
         )
         if found.status == 0:

@@ -22,6 +22,7 @@ from math import inf, nan
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
@@ -147,9 +148,7 @@ def _least_left(columns: FloatArray, goal: FloatArray) -> tuple[FloatArray, floa
     if columns.shape == (1, 1):  # of the size alone, and one limit: scipy takes longer to import than all the rest
         weights = np.maximum(-goal / columns[0], 0.0)
         return weights, float(np.abs(goal + columns[0] * weights)[0])
-    from scipy.optimize import nnls
-
-    weights, left = nnls(columns, -goal)
+    weights, left = scipy.optimize.nnls(columns, -goal)
     return weights, left
 
 
@@ -158,8 +157,6 @@ def _least(slopes: FloatArray, columns: FloatArray, goal: FloatArray, room: floa
     if columns.shape == (1, 1):
         middle, reach = -goal[0] / columns[0, 0], room / abs(columns[0, 0])
         return float(min(slopes[0] * max(middle + side * reach, 0.0) for side in (-1.0, 1.0)))
-    from scipy.optimize import linprog
-
     both, most = np.vstack([columns, -columns]), np.concatenate([room - goal, room + goal])
-    answer = linprog(slopes, both, most)
+    answer = scipy.optimize.linprog(slopes, both, most)
     return float(answer.fun) if answer.status == 0 else -inf

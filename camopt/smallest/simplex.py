@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import scipy
 
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
@@ -27,7 +28,6 @@ def descend(
 
     It ends where steps and costs differ by no more than ``closest``; ``ends`` are those of all variables.
     """
-    from scipy.optimize import minimize
 
     def stop(intermediate_result: Any) -> None:
         if now() > until:
@@ -37,4 +37,6 @@ def descend(
     step, change = closest
     options = {"initial_simplex": corners, "xatol": step, "fatol": change, "maxfev": moves * start.size}
     bounds = None if ends is None else [ends] * start.size
-    return np.asarray(minimize(cost, start, bounds=bounds, method="Nelder-Mead", callback=stop, options=options).x)
+    return np.asarray(
+        scipy.optimize.minimize(cost, start, bounds=bounds, method="Nelder-Mead", callback=stop, options=options).x
+    )

@@ -14,6 +14,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.polynomial import legendre, polynomial
 
 from camopt.effects.motion import scale, unit_of
@@ -165,10 +166,8 @@ def _waves(programme: Programme, derivative: int, orders: Any) -> Any:
 
 def _panel_waves(series: FloatArray, z: FloatArray) -> Any:
     """∫ f(u)·e^{−izu} du over [−1, 1] for each panel, f in Legendre's form (degrees, panels)."""
-    from scipy.special import spherical_jn
-
     degrees = np.arange(len(series))[:, None]
-    return np.sum(2.0 * (-1j) ** degrees * series * spherical_jn(degrees, z), axis=0)
+    return np.sum(2.0 * (-1j) ** degrees * series * scipy.special.spherical_jn(degrees, z), axis=0)
 
 
 @cache

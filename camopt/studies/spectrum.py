@@ -30,6 +30,8 @@ from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows, concatenate_rows
 from camopt.quantities import Quantity
 from camopt.quantities.shown import Drawn
+from camopt.storage.tables import write_table
+from camopt.tables.table import schema_of, to_table
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -187,9 +189,6 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     OSError
         If a file cannot be written.
     """
-    from camopt.storage.tables import write_table
-    from camopt.tables.table import schema_of, to_table
-
     table, picture = (Path(folder) / name for name in SPECTRUM)
     table.parent.mkdir(parents=True, exist_ok=True)
     write_table(to_table(rows, schema_of(SPECTRUM_COLUMNS.values())), table)

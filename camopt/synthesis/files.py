@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pyarrow as pa
 
 from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import INCH, MM, shown_in
@@ -18,8 +19,6 @@ from camopt.synthesis.told import bound_in_words
 from camopt.synthesis.units import unit_of
 
 if TYPE_CHECKING:
-    import pyarrow as pa
-
     from camopt.synthesis.compare import KnownLaws
     from camopt.synthesis.synthesised import Synthesis
     from camopt.synthesis.traded import Frontier
@@ -79,13 +78,11 @@ def write_frontier(found: "Frontier", folder: str | os.PathLike[str]) -> Path:
     return out / FRONTIER
 
 
-def frontier_table(found: "Frontier") -> "pa.Table":
+def frontier_table(found: "Frontier") -> pa.Table:
     """The free laws, each with its scene, and the known laws, whose ``bound`` and ``scene`` are null, as a table.
 
     Its metadata name the axes along which the front is of local optima (``camopt_local``).
     """
-    import pyarrow as pa
-
     rows = [{"free": True, **row} for row in found.rows] + [{"free": False, **row} for row in found.known]
     names = dict.fromkeys(("free", *found.axes, "bound", "law_rise", "law_return", *(n for r in rows for n in r)))
     columns = {name: [row.get(name) for row in rows] for name in names if name != "scene"}

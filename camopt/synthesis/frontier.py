@@ -13,6 +13,7 @@ from itertools import chain, combinations, permutations, product
 from os import cpu_count
 from typing import Any, NamedTuple
 
+import moocore
 import numpy as np
 
 from camopt.effects import lacking, offered
@@ -291,8 +292,6 @@ def _programme(toml: str, axes: tuple[str, ...], task: Task) -> AxisMinimiser:
 
 def _front(rows: list[dict[str, Any]], axes: Sequence[str]) -> list[dict[str, Any]]:
     """The rows that no other betters, by the first axis."""
-    import moocore
-
     if not rows:
         return []
     costs: FloatArray = np.nan_to_num(np.array([[row[axis] for axis in axes] for row in rows], dtype=float))

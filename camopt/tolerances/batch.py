@@ -22,6 +22,7 @@ from math import inf, isfinite
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+import scipy
 
 from camopt.effects.answers import ORDERS, SECOND
 from camopt.effects.motion import error_names, scale, unit_of
@@ -555,11 +556,9 @@ def _in_parts(count: int, work: Callable[[slice], list[Limited]]) -> list[Limite
 
 def share_of(count: int, cams: int) -> Share:
     """A share with the interval of Clopper and Pearson."""
-    from scipy.special import betaincinv
-
     tail = (1.0 - CONFIDENCE) / 2.0
-    low = float(betaincinv(count, cams - count + 1, tail)) if count else 0.0
-    high = float(betaincinv(count + 1, cams - count, 1.0 - tail)) if count < cams else 1.0
+    low = float(scipy.special.betaincinv(count, cams - count + 1, tail)) if count else 0.0
+    high = float(scipy.special.betaincinv(count + 1, cams - count, 1.0 - tail)) if count < cams else 1.0
     return Share(count / cams, low, high)
 
 

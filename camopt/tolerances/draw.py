@@ -21,6 +21,7 @@ from functools import partial
 from math import radians
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from camopt.numerics import FloatArray
@@ -79,19 +80,15 @@ def _makers(scene: Scene, nominal: Off) -> Iterator[tuple[str, Maker]]:
 
 def _in_batch(own: FloatArray, common: FloatArray, shared: float) -> FloatArray:
     """Shares of normal numbers of which a part of the variance is that of the batch."""
-    from scipy.special import ndtr, ndtri
-
-    first, second = (ndtri(np.clip(each, *INSIDE)) for each in (common, own))
-    return np.asarray(ndtr(np.sqrt(shared) * first + np.sqrt(1.0 - shared) * second))
+    first, second = (scipy.special.ndtri(np.clip(each, *INSIDE)) for each in (common, own))
+    return np.asarray(scipy.special.ndtr(np.sqrt(shared) * first + np.sqrt(1.0 - shared) * second))
 
 
 def shared_part(given: Tolerance, zone: Zone, unit: float = 1.0) -> FloatArray:
     """The mean error of the parts of a batch, at even shares of batches, less that of all: (m,)."""
-    from scipy.special import ndtr, ndtri
-
-    z = ndtri((np.arange(GRID) + 0.5) / GRID)
+    z = scipy.special.ndtri((np.arange(GRID) + 0.5) / GRID)
     z = z / np.std(z)
-    own = ndtr(np.sqrt(given.shared) * z[:, None] + np.sqrt(1.0 - given.shared) * z)
+    own = scipy.special.ndtr(np.sqrt(given.shared) * z[:, None] + np.sqrt(1.0 - given.shared) * z)
     means = _quantile(given, zone, unit, own).mean(axis=1)
     return np.asarray(means - means.mean())
 
@@ -120,9 +117,7 @@ def _quantile(given: Tolerance, zone: Zone, unit: float, share: FloatArray) -> F
 
 
 def _normal(zone: Zone, share: FloatArray) -> FloatArray:
-    from scipy.special import ndtri
-
-    return np.asarray(zone.mean + zone.deviation * ndtri(np.clip(share, *INSIDE)))
+    return np.asarray(zone.mean + zone.deviation * scipy.special.ndtri(np.clip(share, *INSIDE)))
 
 
 def beyond(errors: Drawn, ends: Mapping[str, tuple[float, float]]) -> NDArray[np.bool_]:
