@@ -40,7 +40,7 @@ def pages(
     """Empty figures as of ``canvas``, the pages of one file; only a PDF has more than one."""
     import matplotlib.style
 
-    from camopt.drawing.empty_figure import EmptyFigure
+    from camopt.drawing.empty_figure import EmptyFigure  # noqa: PLC0415  it imports matplotlib
 
     if path is not None:
         checked_suffix(path, "path", STILL_KINDS if len(sizes) == 1 else (".pdf",))

@@ -74,7 +74,7 @@ def _only_key(name: str) -> str | None:
 
     Not of what searches, nor of stages of a train, which have the follower's names again.
     """
-    from camopt.scene.schema import TABLES
+    from camopt.scene.schema import TABLES  # noqa: PLC0415  the schema imports the scene
 
     tables = [place for place in TABLES if place.split(".")[0] not in ("", "search", "synthesis", "train")]
     keys = [f"{place}.{name}" for place in tables if name in TABLES[place].model_fields]

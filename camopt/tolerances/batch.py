@@ -284,7 +284,7 @@ class Batch(HasHtml, Drawn):
         OSError
             If the file cannot be written.
         """
-        from camopt.tables.table import write_columns
+        from camopt.tables.table import write_columns  # noqa: PLC0415  it imports pyarrow
 
         write_columns(self.samples, self.scene, path)
 
