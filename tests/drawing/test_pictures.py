@@ -118,6 +118,7 @@ def test_the_band_of_an_undercut_needs_no_opacity(tmp_path):
     assert "opacity" not in rule
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", [name for name in shipped_scenes() if name in DRAWN])
 def test_shipped_scene_draws(name, picture):
     _, written = picture(name)
@@ -127,6 +128,7 @@ def test_shipped_scene_draws(name, picture):
         assert label in written
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", [name for name in OTHERS if f"made {name}" in DRAWN])
 def test_other_mechanisms_draw(name, picture):
     _, written = picture(f"made {name}")
@@ -139,6 +141,7 @@ def test_the_diagrams_are_those_of_the_effects_that_ran(effect):
     assert {panel.title for panel in load_diagrams(SCENES[f"only {effect}"]())} == TITLES[effect]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("effect", [effect for effect in TITLES if f"only {effect}" in DRAWN])
 def test_a_picture_has_the_diagrams_of_the_effects_that_ran(effect, picture):
     _, written = picture(f"only {effect}")

@@ -175,6 +175,7 @@ SYMMETRIC = {
 }
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", SYMMETRIC)
 def test_a_symmetric_motion_is_its_own_mirror_image(name):
     scene, middle = SYMMETRIC[name]

@@ -42,6 +42,7 @@ def test_no_set_of_grades_that_keeps_the_distance_is_cheaper(contact, given, wit
     assert again.bound == pytest.approx(found.worst_case.bound, rel=2e-5)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("name", "given", "within", "only"),
     [

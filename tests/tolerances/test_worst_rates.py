@@ -77,7 +77,7 @@ def test_errors_of_rates_are_those_of_exact_re_contact(contact):
         np.testing.assert_allclose(found, known, rtol=0, atol=1e-10 * np.abs(known).max())
 
 
-@pytest.mark.one_in(12)
+@pytest.mark.one_in(24)
 @pytest.mark.parametrize("law", ["poly345", "harmonic"])
 @pytest.mark.parametrize("contact", KINDS)
 @pytest.mark.parametrize("order", [1, 2])
