@@ -15,6 +15,7 @@ from warnings import catch_warnings
 import click
 
 from camopt.cli import interrupts
+from camopt.mistakes import BadInput, Stopped, Unmet, Unsolved, line_of
 from camopt.storage.files import Untidy
 
 NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED = 1, 2, 3, 4
@@ -45,8 +46,6 @@ def run_command(command: Callable[[], int]) -> int:
 
 def say(text: str) -> None:
     """Lines on standard error, in printable characters; none where nobody can read them."""
-    from camopt.mistakes import line_of
-
     with suppress(OSError):
         for line in text.splitlines():
             print(line_of(line), file=sys.stderr, flush=True)
@@ -88,8 +87,6 @@ def _let_go() -> None:
 
 def _code_of(end: BaseException) -> int:  # noqa: C901
     """The exit code for what ended a command, which is told."""
-    from camopt.mistakes import BadInput, Stopped, Unmet, Unsolved
-
     match end:
         case SystemExit():  # click and rich end with 1 when the reader of a pipe is gone, and with nothing else
             return READER_GONE if end.code == 1 else int(end.code or 0)

@@ -1,19 +1,24 @@
 """Options of the command line: those that commands share, and what they change in a scene."""
 
 import re
+import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import Any
 
 import click
 
+import camopt
+from camopt import cli
+from camopt.mistakes import BadInput, Mistake
 from camopt.quantities.unit_systems import SYSTEMS, shown_in
+from camopt.storage.files import check_writable, checked_suffix, path_of
 
 DEFAULT_SCENE = "roller-1000rpm"
 PICTURES = (".png", ".svg", ".pdf")
-WITH_ROW = "a TOML file, a shipped scene, or a table of designs (.parquet) with --row"
 ANIMATIONS = (".gif", ".mp4", ".svg")
 
 
@@ -33,14 +38,10 @@ class Measure(click.ParamType):  # type: ignore[type-arg]  # generic from click 
         self.unit = unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        from contextlib import suppress
-
-        from camopt.scene.units import converted
-
         with suppress(ValueError):
             return float(value)
         try:
-            return converted(str(value), self.unit)
+            return cli.number_in(str(value), self.unit)
         except ValueError as trouble:
             self.fail(f"{value!r} must be {trouble}", param, ctx)
 
@@ -70,8 +71,6 @@ class Setting(click.ParamType):  # type: ignore[type-arg]  # generic from click 
     name = "KEY=VALUE"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, Any]:
-        import tomllib
-
         key, equals, text = (part.strip() for part in value.partition("="))
         if not (key and equals):
             self.fail(f"{value!r} is not {self.name}", param, ctx)
@@ -111,10 +110,6 @@ class Command(click.Command):
             raise click.NoSuchOption(error.option_name, possibilities=like, ctx=error.ctx) from None
 
     def invoke(self, ctx: click.Context) -> Any:
-        from dataclasses import replace
-
-        from camopt.mistakes import BadInput
-
         try:
             return super().invoke(ctx)
         except BadInput as error:
@@ -146,8 +141,6 @@ def refuse_with(option: str, others: dict[str, Any]) -> None:
 
 def _refuse(why: str, others: dict[str, Any]) -> None:
     """BadInput for each option that is given."""
-    from camopt.mistakes import BadInput, Mistake
-
     given = {option_of(name): value for name, value in others.items() if value is not None}
     shown = {name: str(value) if isinstance(value, Path) else value for name, value in given.items()}
     shown |= {name: ", ".join(map(str, value)) for name, value in given.items() if isinstance(value, tuple)}
@@ -177,10 +170,6 @@ def values_of(changes: Changes) -> dict[str, Any]:
 @contextmanager
 def options_named(changes: Changes) -> Iterator[None]:
     """Let a mistake in one of some changes name the option that it is from."""
-    from dataclasses import replace
-
-    from camopt.mistakes import BadInput, Mistake
-
     try:
         yield
     except BadInput as error:
@@ -197,8 +186,6 @@ def options_named(changes: Changes) -> Iterator[None]:
 
 def given_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
     """Take the overriding options out of all options: changes by key, each from an option."""
-    from camopt.mistakes import BadInput, Mistake
-
     given = {name: options.pop(name, None) for name in OVERRIDES}
     changes = {OVERRIDES[name]: (option_of(name), value) for name, value in given.items() if value is not None}
     for key, value in options.pop("settings", ()):
@@ -284,9 +271,7 @@ def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
     def with_engine(scheduler: str | None, workers: int | None, **options: Any) -> Any:
         if scheduler is None:
             return command(engine=None, workers=workers, **options)
-        from camopt.engines import cluster
-
-        with cluster(scheduler, workers) as engine:
+        with camopt.cluster(scheduler, workers) as engine:
             return command(engine=engine, workers=None, **options)
 
     return click.option(
@@ -294,28 +279,6 @@ def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
         metavar="ADDRESS|local",
         help="Use the workers of a Dask cluster (tcp://HOST:PORT), or of one that is started on this machine.",
     )(with_engine)
-
-
-def scene_at(target: str, row: int | None, changes: Changes, what: str = "scene", allowed: str = WITH_ROW) -> Any:
-    """The scene of a file or of a shipped name; of a table, that of one of its rows. With changes, from options.
-
-    The changes are made before a file is checked. Of a target that is none, a message says ``what`` it is and what
-    is allowed there.
-    """
-    from camopt.mistakes import BadInput, Mistake
-    from camopt.scene.scene import scene_named
-    from camopt.tables.designs import scene_of
-
-    table = target.endswith(".parquet")
-    if table and row is not None:
-        return changed(scene_of(target, row), changes)
-    if table:
-        raise BadInput([Mistake("camopt", "SCENE", target, "is a table: say which row with --row", bare=True)])
-    if row is not None:
-        raise BadInput([Mistake("camopt", "--row", row, f"belongs to a table; {target} is a scene", bare=True)])
-    with options_named(changes):
-        scene = scene_named(target, what, allowed, values_of(changes))
-    return changed(scene, {key: change for key, change in changes.items() if key in scene.search.numbers})
 
 
 def row_option(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -329,7 +292,7 @@ def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(command)
     def with_scene(scene: str, row: int | None, **options: Any) -> Any:
         changes = given_overrides(options)
-        return command(scene=scene_at(scene, row, changes), **options)
+        return command(scene=cli.scene_at(scene, row, changes), **options)
 
     return override_options(row_option(with_scene))
 
@@ -385,8 +348,6 @@ class OutputPlace(click.ParamType):  # type: ignore[type-arg]
         self.suffixes = suffixes
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        from camopt.storage.files import check_writable, checked_suffix, path_of
-
         try:
             path = path_of(value)
         except ValueError as trouble:
@@ -399,16 +360,12 @@ class OutputPlace(click.ParamType):  # type: ignore[type-arg]
 
 def check_file(own: str | None, out: Path, key: str = "--out") -> None:
     """A scene is never written over the user's own, if that is a file."""
-    from camopt.mistakes import BadInput, Mistake
-
     if own is not None and Path(own).exists() and out.exists() and out.samefile(own):
         raise BadInput([Mistake("camopt", key, str(out), "another file: this one is the scene itself")])
 
 
 def check_folder(scene: Any, out: Path, names: str = "scene.toml") -> None:
     """Scenes are written too (of such names); never over the user's own."""
-    from camopt.mistakes import BadInput, Mistake
-
     own = Path(scene.file)
     if own.exists() and any(file.samefile(own) for file in out.glob(names)):
         raise BadInput([Mistake("camopt", "--out", str(out), "another folder: this one holds the scene itself")])

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from camopt.cli.exits import say
 from camopt.engines.progress import Advance, progress_bar
+from camopt.kernels.compiling import announced
+from camopt.storage.files import LossWarning
 from camopt.tables.cells import to_json
 from camopt.tables.layout import ABOUT, NUMERIC, VALUE, Table
 
@@ -19,7 +21,6 @@ if TYPE_CHECKING:
 @contextmanager
 def progress(quiet: bool, unit: str) -> Iterator[Advance]:
     """On standard error how far the work is, and if kernels are compiled. Messages appear above the bar."""
-    from camopt.kernels.compiling import announced
 
     def tell() -> None:
         if not quiet:
@@ -140,14 +141,6 @@ def _row_by_row(table: Table) -> str:
     return "\n" + "\n\n".join(rows) + "\n"
 
 
-def unused_of(scene: Any) -> tuple[str, ...]:
-    """What of a scene is odd, what of it nothing called for, and what its outputs lack."""
-    from camopt.problem.unused import unanswered, unused
-    from camopt.scene.oddities import oddities
-
-    return (*oddities(scene), *unused(scene), *unanswered(scene))
-
-
 def say_notes(sentences: Iterable[str]) -> None:
     """What a reader should know of a result, on standard error."""
     for sentence in sentences:
@@ -161,8 +154,6 @@ def say_note(sentence: str) -> None:
 
 def say_lost(sentence: str) -> None:
     """Of what to know before the work only what is lost: whoever wants no messages wants this one."""
-    from camopt.front.store import LossWarning
-
     if isinstance(sentence, LossWarning):
         say_note(sentence)
 

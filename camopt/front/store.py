@@ -22,7 +22,7 @@ from camopt.front.plan import SweepKey, SweepPlan
 from camopt.mistakes import Stopped
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
-from camopt.storage.files import WORK_FOLDER, read_bytes, regular_file, whole_file, write_text
+from camopt.storage.files import WORK_FOLDER, LossWarning, read_bytes, regular_file, whole_file, write_text
 from camopt.storage.tables import ARROW_ERRORS, PARQUET
 from camopt.tables.table import arrow_schema, parquet_options, to_table
 from camopt.verdicts.judging import Effort
@@ -36,10 +36,6 @@ SAVE_ROWS = 2**19  # or as soon as so many rows wait, which bounds the memory: s
 
 Tell = Callable[[str], None]
 """What takes sentences that a user should know before the work."""
-
-
-class LossWarning(str):
-    """A sentence on data that will be removed."""
 
 
 class Store:

@@ -166,6 +166,10 @@ class Untidy(RuntimeWarning):
     """A result is published, and whole; something failed after that."""
 
 
+class LossWarning(str):
+    """A sentence on data that will be removed."""
+
+
 def tell_untidy(trouble: OSError, path: Path) -> None:
     """Warn of trouble after a file or a folder was published."""
     what = trouble.strerror or str(trouble)

@@ -67,7 +67,7 @@ def test_every_picture_of_a_command_has_a_public_function():
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("camopt.drawing.")
         for alias in node.names
     }
-    assert drawn == {"plot", "animate", "construct"} <= {*camopt.__all__}
+    assert drawn <= {"plot", "animate", "construct"} <= {*camopt.__all__}
 
 
 SAID_BY_COMMANDS = {"problem.unused", "scene.starting"}

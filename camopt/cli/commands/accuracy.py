@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from camopt import cli
 from camopt.cli.options import (
     DEFAULT_SCENE,
     Command,
@@ -33,17 +34,10 @@ from camopt.cli.options import (
 @scheduler_option
 def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | None, engine: Any) -> int:
     """Measure how much time accuracy costs, as a table and a picture."""
-    from camopt.cli import terminal
-    from camopt.cli.commands.accuracy_report import show_accuracy
-    from camopt.storage.publishing import publication
-    from camopt.studies.accuracy import ACCURACY, measure, write_accuracy
-
     if engine is None:
         refuse_without("--scheduler", {"workers": workers})
-    with publication(out, "accuracy", ACCURACY) as unit, terminal.progress(quiet, "laws") as advance:
-        rows = measure(scene, advance, engine)
-        write_accuracy(rows, scene, unit.staging)
-    show_accuracy(rows, scene, as_json)
+    rows, files = cli.publish_accuracy(scene, out, engine, quiet)
+    cli.show_accuracy(rows, scene, as_json)
     if not quiet:
-        terminal.say_written(unit.files)
+        cli.say_written(files)
     return 0

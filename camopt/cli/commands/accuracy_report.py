@@ -1,15 +1,24 @@
 """The output of ``camopt accuracy``."""
 
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
-from camopt.cli.terminal import print_json, show
+import camopt
+from camopt.cli.terminal import print_json, progress, show
+from camopt.storage.publishing import publication
+from camopt.studies.accuracy import ACCURACY, Costs, measure, write_accuracy
 from camopt.tables.layout import table_of
 
-if TYPE_CHECKING:
-    from camopt.scene.scene import Scene
+
+def publish_accuracy(scene: "camopt.Scene", out: Path, engine: Any, quiet: bool) -> tuple[Costs, tuple[Path, ...]]:
+    """Measure cost and error of each method and write them as a table and pictures; also the files."""
+    with publication(out, "accuracy", ACCURACY) as unit, progress(quiet, "laws") as advance:
+        rows = measure(scene, advance, engine)
+        write_accuracy(rows, scene, unit.staging)
+    return rows, unit.files
 
 
-def show_accuracy(rows: list[dict[str, Any]], scene: "Scene", as_json: bool) -> None:
+def show_accuracy(rows: list[dict[str, Any]], scene: "camopt.Scene", as_json: bool) -> None:
     """Cost and error of each method."""
     if as_json:
         return print_json({"scene": scene.name, "methods": rows})

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+import camopt
+from camopt import cli
 from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
 from camopt.cli.options import Command, OutputPlace, output_options
 
@@ -20,12 +22,8 @@ def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
 
     Ends with 3 if a file is damaged, changed or missing; else with 2 if there is nothing to check one by.
     """
-    from camopt.cli import terminal
-    from camopt.cli.commands.check_report import show_checked
-    from camopt.storage.checking import check as run
-
-    with terminal.progress(quiet, ""):
-        found = run(*files)
-    show_checked(found, as_json)
+    with cli.progress(quiet, ""):
+        found = camopt.check(*files)
+    cli.show_checked(found, as_json)
     states = {each.state for each in found}
     return FILE_TROUBLE if states - {"whole", "unknown"} else BAD_INPUT if "unknown" in states else 0

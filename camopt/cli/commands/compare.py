@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+import camopt
+from camopt import cli
 from camopt.cli.options import PICTURES, Command, OutputPlace, output_options
 
 
@@ -20,16 +22,10 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
     the scene in it. Of two scenes with all sizes the quantities that differ stand side by side. The
     exit code is 0 whether or not they differ; --json says it under "same".
     """
-    from camopt.cli import terminal
-    from camopt.cli.commands.compare_report import show_compared
-    from camopt.comparing.compare import compare as run
-
-    result = run(a, b, out)
+    result = camopt.compare(a, b, out)
     if picture:
-        from camopt.drawing.plot import plot
-
-        plot(result, picture)
-    show_compared(result, as_json)
+        camopt.plot(result, picture)
+    cli.show_compared(result, as_json)
     if not quiet:
-        terminal.say_written([file for file in (out, picture) if file])
+        cli.say_written([file for file in (out, picture) if file])
     return 0

@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from camopt import cli
 from camopt.cli.options import (
     DEFAULT_SCENE,
     Command,
@@ -34,23 +35,11 @@ from camopt.cli.options import (
 @former_again_option
 def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -> int:
     """Show which computations (effects) a scene needs, why, and how long each takes."""
-    from camopt.cli import terminal
-    from camopt.cli.commands.effects_report import show_cost_report, show_spectrum
-    from camopt.storage.publishing import publication
-    from camopt.studies.cost_report import cost_report
-
     if not spectrum:
-        with terminal.progress(quiet, ""):
-            result = cost_report(scene)
-        show_cost_report(result, as_json)
+        cli.show_cost_report(scene, as_json, quiet)
         return 0
-    from camopt.studies.spectrum import SPECTRUM, write_spectrum
-    from camopt.studies.spectrum import spectrum as spectra
-
-    with publication(out, "effects", SPECTRUM) as unit:
-        rows = spectra(scene)
-        write_spectrum(rows, unit.staging)
-    show_spectrum(rows, as_json)
+    rows, files = cli.publish_spectrum(scene, out)
+    cli.show_spectrum(rows, as_json)
     if not quiet:
-        terminal.say_written(unit.files)
+        cli.say_written(files)
     return 0

@@ -1,23 +1,27 @@
 """The output of ``camopt effects``."""
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from rich.tree import Tree
 
+import camopt
 from camopt.cli.commands.evaluate_report import as_read
-from camopt.cli.terminal import print_json, show
+from camopt.cli.terminal import print_json, progress, show
 from camopt.problem.rows import Rows, finite
 from camopt.quantities.unit_systems import shown_unit
 from camopt.scene.read import numbers_read
+from camopt.storage.publishing import publication
+from camopt.studies.cost_report import cost_report
+from camopt.studies.spectrum import SPECTRUM, spectrum, write_spectrum
 from camopt.tables.layout import table_of
 
-if TYPE_CHECKING:
-    from camopt.studies.cost_report import CostReport
 
-
-def show_cost_report(result: "CostReport", as_json: bool) -> None:
+def show_cost_report(scene: camopt.Scene, as_json: bool, quiet: bool) -> None:
     """The effects that run as a tree, what called for each, and what it costs."""
+    with progress(quiet, ""):
+        result = cost_report(scene)
     if as_json:
         entries = [{**asdict(entry), "share": round(entry.share, 6)} for entry in result.entries]
         return print_json({"scene": result.scene.name, "effects": entries, "not_called_for": result.idle})
@@ -40,6 +44,14 @@ def show_cost_report(result: "CostReport", as_json: bool) -> None:
 
 
 SHOWN_RATIOS = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+
+
+def publish_spectrum(scene: camopt.Scene, out: Path) -> tuple[Rows, tuple[Path, ...]]:
+    """Compute the response spectra of the laws and write them as a table and a picture; also the files."""
+    with publication(out, "effects", SPECTRUM) as unit:
+        rows = spectrum(scene)
+        write_spectrum(rows, unit.staging)
+    return rows, unit.files
 
 
 def show_spectrum(rows: Rows, as_json: bool) -> None:

@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+import camopt
+from camopt import cli
 from camopt.cli.exits import reached
 from camopt.cli.options import (
     ANIMATIONS,
@@ -51,30 +53,22 @@ def evaluate(
     **spacing: float | None,
 ) -> int:
     """Compute every quantity of one design."""
-    from camopt.cli import terminal
-    from camopt.cli.commands.evaluate_report import show_evaluation
-    from camopt.verdicts.evaluation import evaluate as run
-
     if not points:
         refuse_without("--points", spacing)
-    with terminal.progress(quiet, ""):
-        result = run(scene)
+    with cli.progress(quiet, ""):
+        result = camopt.evaluate(scene)
     still = picture and picture.suffix.lower() in PICTURES
     for moving in filter(None, (animation, None if still else picture)):
-        from camopt.drawing.animation import animate
-
-        animate(scene, moving)
+        camopt.animate(scene, moving)
     if picture and still:
-        from camopt.drawing.plot import plot
-
-        plot(scene, picture)
+        camopt.plot(scene, picture)
     if points:
         from camopt.exporting.cam_points import write_points
 
         write_points(scene, points, **spacing)
-    show_evaluation(result, as_json)
+    cli.show_evaluation(result, as_json)
     if not quiet:
-        terminal.say_notes(result.warnings)
-        terminal.say_notes(terminal.unused_of(scene))
-        terminal.say_written([file for file in (picture, animation, points) if file])
+        cli.say_notes(result.warnings)
+        cli.say_notes(cli.unused_of(scene))
+        cli.say_written([file for file in (picture, animation, points) if file])
     return reached(scene, result["relative_half_width"])

@@ -3,22 +3,23 @@
 from math import degrees
 from typing import TYPE_CHECKING
 
+import camopt
 from camopt.cli.terminal import print_json, room_across, show
+from camopt.problem.problem import resolve, resolve_design
 from camopt.quantities import displacement_unit
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.read import numbers_read
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import table_of
+from camopt.verdicts.warned import farthest
 from camopt.verdicts.words import ARM_UNCHECKED
 
 if TYPE_CHECKING:
     from camopt.scene.read import Read
-    from camopt.scene.scene import Scene
-    from camopt.verdicts.evaluation import Evaluation
 
 
-def show_evaluation(result: "Evaluation", as_json: bool) -> None:
+def show_evaluation(result: "camopt.Evaluation", as_json: bool) -> None:
     """Every quantity of a design, one a line."""
     if as_json:
         return print_json(result.to_json())
@@ -41,28 +42,24 @@ def show_evaluation(result: "Evaluation", as_json: bool) -> None:
     return None
 
 
-def _highest(scene: "Scene") -> str:
+def _highest(scene: "camopt.Scene") -> str:
     """The largest lift, and where it is."""
-    from camopt.problem.problem import resolve
-    from camopt.verdicts.warned import farthest
-
     programme, unit = resolve(scene).programme.tool, displacement_unit(angular=scene.tool_turns)
     angle = degrees(farthest(programme, 1.0).angle)
     whose, lift = " of the tool" if scene.train else "", with_unit(programme.lift / programme.unit, unit)
     return f"Largest lift{whose}: {lift}, reached at {number(angle)}°."
 
 
-def _lost(scene: "Scene") -> str:
+def _lost(scene: "camopt.Scene") -> str:
     """Whether cams within the tolerances have no preload between two contacts."""
     if not scene.mechanism.further or not scene.drive.interference:
         return ""
-    from camopt.problem.problem import resolve_design
     from camopt.tolerances.held import preload_lost
 
     return preload_lost(scene, resolve_design(scene))
 
 
-def _of_crank(result: "Evaluation") -> str:
+def _of_crank(result: "camopt.Evaluation") -> str:
     """What speeds are in the results of a scene that gives that of a crankshaft."""
     what = "Results are at the speed of the cam, and speeds among them are the cam's, half those of the crankshaft"
     jump = result.get("jump_speed_rpm")

@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+import camopt
+from camopt import cli
 from camopt.cli.options import Command, Measure, OutputPlace, Renamed, check_file, output_options, scene_options
 from camopt.exporting.endings import ENDINGS
 
@@ -57,15 +59,13 @@ def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) 
     How far the curves in the file are from the true ones is proved, and printed. Options that mean nothing for a
     kind of file are refused.
     """
-    from camopt.cli import terminal
-    from camopt.cli.commands.export_report import show_export
-    from camopt.exporting.export import export as run
-
     check_file(scene.file, file, "FILE")
-    with terminal.progress(quiet, ""):
-        result = run(scene, file, **{name: value for name, value in settings.items() if value is not None})
-    show_export(result, as_json)
+    with cli.progress(quiet, ""):
+        result = camopt.export(
+            scene, file, **{name: value for name, value in settings.items() if value is not None}
+        )
+    cli.show_export(result, as_json)
     if not quiet:
-        terminal.say_notes(result.notes)
-        terminal.say_written([file])
+        cli.say_notes(result.notes)
+        cli.say_written([file])
     return 0

@@ -1,14 +1,10 @@
 """The output of ``camopt export``."""
 
-from typing import TYPE_CHECKING
-
+import camopt
 from camopt.cli.terminal import print_json, show
 
-if TYPE_CHECKING:
-    from camopt.exporting.exported import Export
 
-
-def show_export(result: "Export", as_json: bool) -> None:
+def show_export(result: "camopt.Export", as_json: bool) -> None:
     """The curves in a file with their proved deviations, and its other numbers."""
     if as_json:
         curves = {name: curve._asdict() for name, curve in result.curves.items()}

@@ -5,12 +5,13 @@ from typing import Any
 
 import click
 
+import camopt
+from camopt import cli
 from camopt.cli.options import (
     PICTURES,
     Command,
     Measure,
     OutputPlace,
-    changed,
     check_file,
     output_options,
     refuse_without,
@@ -79,62 +80,16 @@ def fit(
 
     FILE has columns of cam angle and lift, lifts alone, or points of a --profile, in text or in a workbook.
     """
-    from camopt.cli import terminal
-    from camopt.cli.commands.fit_report import show_fit
-    from camopt.measured.fit import fit as run
-    from camopt.measured.profile import MeasuredProfile
-    from camopt.scene.written import write_scene
-
     check_file(target, out)
     if profile is None:
         refuse_without("--profile", {"probe": probe})
-    scene = _measured_cam(target, rpm, base_radius, follower, roller_radius, profile)
+    scene = cli.measured_cam(target, rpm, base_radius, follower, roller_radius, profile)
     chosen, order = (given and [name.strip() for name in given.split(",")] for given in (columns, segments))
-    points = file if profile is None else MeasuredProfile(file, profile, probe or 0.0)
-    result = run(points, scene, columns=chosen, segments=order, **reading)
-    write_scene(out, result.scene)
-    if picture:
-        from camopt.drawing.plot import plot
-
-        plot(result, picture)
-    show_fit(result, as_json)
+    points = file if profile is None else camopt.MeasuredProfile(file, profile, probe or 0.0)
+    result = camopt.fit(points, scene, columns=chosen, segments=order, **reading)
+    files = cli.write_fit(result, out, picture)
+    cli.show_fit(result, as_json)
     if not quiet:
-        terminal.say_notes(result.warnings)
-        terminal.say_written([out, picture] if picture else [out])
+        cli.say_notes(result.warnings)
+        cli.say_written(files)
     return 0
-
-
-def _measured_cam(
-    target: str | None,
-    rpm: float | None,
-    base_radius: float | None,
-    follower: str | None,
-    roller_radius: float | None,
-    profile: str | None,
-) -> Any:
-    """The cam and follower of a measured motion: a scene, or its tables from options alone."""
-    from camopt.mechanisms.body import DISC
-    from camopt.mechanisms.follower import FLAT, ROLLER, TRANSLATING
-    from camopt.mistakes import BadInput, Mistake
-    from camopt.scene.scene import find_scene
-
-    if profile and base_radius is not None:
-        why = "belongs to lifts: the profile itself has a base radius"
-        raise BadInput([Mistake("camopt", "--base-radius", base_radius, why, bare=True)])
-    if target is None:
-        if base_radius is None and not profile:
-            raise BadInput([Mistake("camopt", "--base-radius", None, "missing; or name a --scene", bare=True)])
-        if follower == ROLLER.name and roller_radius is None:
-            raise BadInput([Mistake("camopt", "--roller-radius", None, "missing; a roller has one", bare=True)])
-        sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
-        known = {"base_radius": base_radius, "rpm": rpm}
-        cam = {"form": DISC.form, **{key: value for key, value in known.items() if value is not None}}
-        return {"cam": cam, "follower": {"motion": TRANSLATING.name, "contact": follower or FLAT.name, **sizes}}
-    why = "belongs to a fit without --scene: the scene has a follower"
-    others = {"--follower": follower, "--roller-radius": roller_radius}
-    given = [Mistake("camopt", name, value, why, bare=True) for name, value in others.items() if value is not None]
-    if given:
-        raise BadInput(given)
-    changes = {"cam.rpm": ("--rpm", rpm), "cam.base_radius": ("--base-radius", base_radius)}
-    scene = find_scene(target)
-    return changed(scene, {key: change for key, change in changes.items() if change[1] is not None})

@@ -1,19 +1,63 @@
 """The output of ``camopt fit``."""
 
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Any
 
+import camopt
+from camopt.cli.options import changed
 from camopt.cli.terminal import print_json, show
+from camopt.mechanisms.body import DISC
+from camopt.mechanisms.follower import FLAT, ROLLER, TRANSLATING
+from camopt.mistakes import BadInput, Mistake
 from camopt.problem.rows import finite
 from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown, shown_unit
+from camopt.scene.written import write_scene
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import table_of
 
-if TYPE_CHECKING:
-    from camopt.measured.fitted import Fit
+
+def measured_cam(
+    target: str | None,
+    rpm: float | None,
+    base_radius: float | None,
+    follower: str | None,
+    roller_radius: float | None,
+    profile: str | None,
+) -> Any:
+    """The cam and follower of a measured motion: a scene, or its tables from options alone."""
+    if profile and base_radius is not None:
+        why = "belongs to lifts: the profile itself has a base radius"
+        raise BadInput([Mistake("camopt", "--base-radius", base_radius, why, bare=True)])
+    if target is None:
+        if base_radius is None and not profile:
+            raise BadInput([Mistake("camopt", "--base-radius", None, "missing; or name a --scene", bare=True)])
+        if follower == ROLLER.name and roller_radius is None:
+            raise BadInput([Mistake("camopt", "--roller-radius", None, "missing; a roller has one", bare=True)])
+        sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
+        known = {"base_radius": base_radius, "rpm": rpm}
+        cam = {"form": DISC.form, **{key: value for key, value in known.items() if value is not None}}
+        return {"cam": cam, "follower": {"motion": TRANSLATING.name, "contact": follower or FLAT.name, **sizes}}
+    why = "belongs to a fit without --scene: the scene has a follower"
+    others = {"--follower": follower, "--roller-radius": roller_radius}
+    given = [Mistake("camopt", name, value, why, bare=True) for name, value in others.items() if value is not None]
+    if given:
+        raise BadInput(given)
+    changes = {"cam.rpm": ("--rpm", rpm), "cam.base_radius": ("--base-radius", base_radius)}
+    scene = camopt.find_scene(target)
+    return changed(scene, {key: change for key, change in changes.items() if change[1] is not None})
 
 
-def show_fit(result: "Fit", as_json: bool) -> None:
+def write_fit(result: "camopt.Fit", out: Path, picture: Path | None) -> list[Path]:
+    """Write the scene of a fit, and its picture if that is asked for; the files."""
+    write_scene(out, result.scene)
+    if picture is None:
+        return [out]
+    camopt.plot(result, picture)
+    return [out, picture]
+
+
+def show_fit(result: "camopt.Fit", as_json: bool) -> None:
     """Deviations of the motion from the points, its segments, and its peaks beside those of plain differences."""
     if as_json:
         found = result.to_dict()
@@ -57,7 +101,7 @@ def show_fit(result: "Fit", as_json: bool) -> None:
     return show(f"{what}; no motion as near to the points has less than {least}.")
 
 
-def _show_profile(result: "Fit") -> None:
+def _show_profile(result: "camopt.Fit") -> None:
     """What a profile was measured with, whose lift it gives, and how far its points are from the cam found."""
     assert result.profile is not None
     follower, found = result.scene.follower, result.to_dict()["profile"]

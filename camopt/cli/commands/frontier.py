@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from camopt import cli
 from camopt.cli.exits import NOTHING_FEASIBLE
 from camopt.cli.options import (
     DEFAULT_SCENE,
@@ -59,22 +60,9 @@ def frontier(
     engine: Any,
 ) -> int:
     """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
-    from camopt.cli import terminal
-    from camopt.cli.commands.frontier_report import show_frontier
-    from camopt.drawing.plot import plot
-    from camopt.storage.publishing import publication
-    from camopt.synthesis.files import FRONTIER, PICTURE, write_frontier
-    from camopt.synthesis.frontier import frontier as run
-    from camopt.synthesis.ramps import lost_ramps
-
-    if not quiet:
-        terminal.say_notes(lost_ramps(scene))
     traded = [axis.strip() for axis in axes.split(",")]
-    with publication(out, "frontier", (FRONTIER, PICTURE)) as unit, terminal.progress(quiet, "points") as advance:
-        found = run(scene, traded, points, workers, advance, engine, None if quiet else terminal.say_note)
-        write_frontier(found, unit.staging)
-        plot(found, unit.path(PICTURE))
-    show_frontier(found, as_json)
+    found, files = cli.publish_frontier(scene, traded, points, workers, engine, out, quiet)
+    cli.show_frontier(found, as_json)
     if not quiet:
-        terminal.say_written(unit.files)
+        cli.say_written(files)
     return 0 if found.rows else NOTHING_FEASIBLE

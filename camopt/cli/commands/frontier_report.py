@@ -1,21 +1,36 @@
 """The output of ``camopt frontier``."""
 
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Any
 
+import camopt
+from camopt.cli import terminal
 from camopt.cli.commands.synthesise_report import show_limits_of_motion
 from camopt.cli.terminal import print_json, show
 from camopt.problem.rows import finite
 from camopt.quantities.unit_systems import shown
+from camopt.storage.publishing import publication
+from camopt.synthesis.files import FRONTIER, PICTURE, write_frontier
+from camopt.synthesis.from_scene import default_peaks, objective_in
+from camopt.synthesis.ramps import lost_ramps
 from camopt.tables.cells import number, with_unit
 
-if TYPE_CHECKING:
-    from camopt.synthesis.traded import Frontier
+
+def publish_frontier(
+    scene: "camopt.Scene", axes: list[str], points: int, workers: int | None, engine: Any, out: Path, quiet: bool
+) -> tuple[camopt.Frontier, tuple[Path, ...]]:
+    """Compute a frontier and write it as a table and a picture; also the files."""
+    if not quiet:
+        terminal.say_notes(lost_ramps(scene))
+    with publication(out, "frontier", (FRONTIER, PICTURE)) as unit, terminal.progress(quiet, "points") as advance:
+        found = camopt.frontier(scene, axes, points, workers, advance, engine, None if quiet else terminal.say_note)
+        write_frontier(found, unit.staging)
+        camopt.plot(found, unit.path(PICTURE))
+    return found, unit.files
 
 
-def show_frontier(found: "Frontier", as_json: bool) -> None:
+def show_frontier(found: camopt.Frontier, as_json: bool) -> None:
     """The free laws along the frontier, the known laws, and the least value of each axis."""
-    from camopt.synthesis.from_scene import default_peaks
-
     defaults = default_peaks(found.scene, found.axes)
     if as_json:
         ends = {
@@ -41,10 +56,8 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
     return None
 
 
-def show_other_limits_of_synthesise(found: "Frontier", defaults: dict[str, float]) -> None:
+def show_other_limits_of_synthesise(found: camopt.Frontier, defaults: dict[str, float]) -> None:
     """What ``synthesise`` limits by default for the same scene and this does not, or the other way round."""
-    from camopt.synthesis.from_scene import default_peaks, objective_in
-
     why = "An axis has no limit by default, and neither has what is minimised: synthesise, which minimises"
     minimised, alone = " and ".join(objective_in(found.scene.synthesis)), default_peaks(found.scene)
     more, fewer = alone.keys() - defaults.keys(), defaults.keys() - alone.keys()

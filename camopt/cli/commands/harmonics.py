@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+import camopt
+from camopt import cli
 from camopt.cli.options import DEFAULT_SCENE, PICTURES, Command, OutputPlace, output_options, scene_options
 
 
@@ -16,20 +18,10 @@ from camopt.cli.options import DEFAULT_SCENE, PICTURES, Command, OutputPlace, ou
 @click.option("--plot", "picture", type=OutputPlace(*PICTURES), help="Draw their amplitudes: PNG, SVG, PDF.")
 def harmonics(scene: Any, as_json: bool, quiet: bool, orders: int, picture: Path | None) -> int:
     """Compute the harmonics of a motion and of its acceleration."""
-    from camopt.cli import terminal
-    from camopt.problem.rows import finite
-    from camopt.studies.harmonics import harmonics as run
-
-    result = run(scene, orders)
+    result = camopt.harmonics(scene, orders)
     if picture:
-        from camopt.drawing.plot import plot
-
-        plot(result, picture)
-    if as_json:
-        about = {"scene": scene.name, "mean": result.mean, "acceleration_unit": result.acceleration_unit}
-        terminal.print_json({**about, "harmonics": [finite(each) for each in result.records()]})
-    else:
-        terminal.show(result.table())
+        camopt.plot(result, picture)
+    cli.show_harmonics(result, as_json)
     if picture and not quiet:
-        terminal.say_written([picture])
+        cli.say_written([picture])
     return 0

@@ -2,6 +2,7 @@
 
 import click
 
+from camopt import cli
 from camopt.cli.options import Command, output_options
 
 
@@ -13,7 +14,5 @@ def keys(table: str | None, as_json: bool, quiet: bool) -> int:
 
     TABLE is a table, such as cam or follower.dynamics, or a key, such as rpm or cam.rpm; all without one.
     """
-    from camopt.cli.commands.keys_report import show_keys
-
-    show_keys(table, as_json)
+    cli.show_keys(table, as_json)
     return 0

@@ -1,12 +1,17 @@
-"""The output of ``camopt keys``."""
+"""The output of ``camopt keys`` and of ``camopt schema``."""
 
 from itertools import groupby
 
 from camopt.cli.terminal import print_json, show
 from camopt.scene.keys import Key, found_keys
 from camopt.scene.places import table_heading
-from camopt.scene.schema import TABLES
+from camopt.scene.schema import TABLES, scene_schema
 from camopt.tables.layout import ABOUT, Cell, Table
+
+
+def show_schema() -> None:
+    """The JSON Schema of scenes."""
+    print_json(scene_schema())
 
 
 def show_keys(name: str | None, as_json: bool) -> None:

@@ -7,6 +7,7 @@ from camopt.cli.terminal import print_json, show
 from camopt.motion import LAWS
 from camopt.motion.aliases import ALIASES
 from camopt.motion.law import joined_by
+from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
 from camopt.problem.rows import finite
 from camopt.tables.layout import table_of
 
@@ -15,8 +16,6 @@ SCALED = "By the cam angle, a stroke of lift h over an angle β (rad) has these 
 
 def show_laws(as_json: bool) -> None:
     """The motion laws with what they join and the peaks of their unit stroke."""
-    from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
-
     records: list[dict[str, Any]] = [
         {
             "law": name,

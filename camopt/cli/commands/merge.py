@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+import camopt
+from camopt import cli
 from camopt.cli.exits import NOTHING_FEASIBLE, reached
 from camopt.cli.options import Command, OutputPlace, again_option, output_options
 
@@ -18,13 +20,9 @@ def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: 
 
     FOLDERs hold what `camopt sweep --part` wrote, in them or in folders inside them.
     """
-    from camopt.cli import terminal
-    from camopt.cli.commands.sweep_report import show_sweep
-    from camopt.front.parts import merge as run
-
-    with terminal.progress(quiet, "designs") as advance:
-        result = run(parts, out, advance, terminal.say_lost if quiet else terminal.say_note, again)
-    show_sweep(result, as_json)
+    with cli.progress(quiet, "designs") as advance:
+        result = camopt.merge(parts, out, advance, cli.say_lost if quiet else cli.say_note, again)
+    cli.show_sweep(result, as_json)
     if not quiet:
-        terminal.say_written([] if result.already_done else result.files)
+        cli.say_written([] if result.already_done else result.files)
     return reached(result.scene, result.reached) if result.pareto else NOTHING_FEASIBLE

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from camopt import cli
 from camopt.cli.options import Command, OutputPlace, output_options, refuse_with
 
 
@@ -31,9 +32,7 @@ def new(
     is a simple cam with the follower of the options. An exercise has round numbers and a cam that can be made;
     `camopt plot FILE solution.pdf --construction` draws its solution.
     """
-    from camopt.cli.commands.new_report import show_new
-
     if exercise:
         refuse_with("--exercise", {"form": form, "follower": follower})
-    show_new(name, file, form, follower, (exercise, seed) if exercise else None, as_json, quiet)
+    cli.show_new(name, file, form, follower, (exercise, seed) if exercise else None, as_json, quiet)
     return 0

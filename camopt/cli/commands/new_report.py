@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from textwrap import wrap
 
 from camopt.cli.terminal import print_json, say_written
 from camopt.mistakes import BadInput, Mistake
@@ -39,8 +40,6 @@ def show_new(
 
 def exercise_text(kind: str, seed: int) -> str:
     """The scene of an exercise, under its problem as comments."""
-    from textwrap import wrap
-
     from camopt.studies.exercise import make_exercise
 
     problem, scene = make_exercise(kind, seed)

@@ -1,32 +1,70 @@
 """The output of ``camopt optimise``."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from math import isfinite
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+import camopt
 from camopt.cli.commands.sweep_report import show_miss
-from camopt.cli.terminal import print_json, show
+from camopt.cli.options import check_folder
+from camopt.cli.scenes import unused_of
+from camopt.cli.terminal import print_json, progress, say_notes, show
+from camopt.numerics.clock import now
 from camopt.problem.problem import resolve
 from camopt.problem.rows import finite
 from camopt.quantities.unit_systems import computed, shown, shown_unit
+from camopt.scene.oddities import no_wall
+from camopt.storage.publishing import publication
 from camopt.tables.cells import with_unit
+from camopt.tables.designs import OPTIMUM, write_scenes
 from camopt.tables.layout import table_of
 
-if TYPE_CHECKING:
-    from camopt.smallest.optimise import Optimum
-    from camopt.smallest.prices import Price
+NO_SECONDS = 1e-9  # over at once: where none are left, bounds have prices, and nothing is sought without them
 
 
-def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json: bool) -> None:  # noqa: C901
+def publish_optimum(
+    scene: camopt.Scene, seconds: float, out: Path | None, quiet: bool
+) -> tuple[camopt.Optimum, dict[str, list[camopt.Price]], tuple[Path, ...]]:
+    """Find the smallest cam of each law and what bounds cost, and write the cams to a folder; also the files."""
+    if out:
+        check_folder(scene, out, OPTIMUM)
+    if not quiet:
+        say_notes((*unused_of(scene), *_other_objectives(scene)))
+    written = publication(out, "optimise", (OPTIMUM,)) if out else nullcontext()
+    with written as unit, progress(quiet, "laws") as advance:
+        end = now() + seconds
+        result = camopt.optimise(scene, advance, seconds)
+        if unit:
+            write_scenes(result.by_law, unit.staging)
+        costs = camopt.prices(result, max(end - now(), NO_SECONDS))
+    return result, costs, unit.files if unit else ()
+
+
+def _other_objectives(scene: camopt.Scene) -> Iterator[str]:
+    """What to know of objectives that are for sweeps: here the size alone is."""
+    named = [*scene.search.minimise, *scene.search.maximise]
+    if named and scene.mechanism.body.size_quantity not in named:
+        yield f"search: optimise minimises the size, and not {', '.join(named)}, which sweep does"
+
+
+def notes_of_optimum(result: camopt.Optimum) -> Iterator[str]:
+    """What to know of the smallest cams: warnings, and walls that are thin."""
+    yield from result.warnings
+    if result.best:
+        yield from no_wall(result.scene, result.best.get("base_radius_mm"))
+
+
+def show_optimum(result: camopt.Optimum, costs: Mapping[str, list[camopt.Price]], as_json: bool) -> None:  # noqa: C901
     """The smallest cam of each law, with what binds it, and what that costs."""
     if as_json:
         by_law = {law: finite(row) for law, row in result.by_law.items()}
         best = next(iter(by_law.values()), {})
         miss = finite(result.nearest_miss) if result.nearest_miss else None
         about = {"by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss}
-        costs = {law: [price.to_json() for price in each] for law, each in prices.items()}
+        prices = {law: [price.to_json() for price in each] for law, each in costs.items()}
         told = {"warnings": list(result.warnings)} if result.warnings else {}
-        return print_json({**best, **about, "out_of_time": result.out_of_time, "prices": costs, **told})
+        return print_json({**best, **about, "out_of_time": result.out_of_time, "prices": prices, **told})
     if result.by_law:
         show(result.table())
     for law, obstacle in result.obstacles.items():
@@ -48,9 +86,9 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
             show(f"{law or result.scene.name}: larger cams may break a limit again{late}; {tried}.")
     if result.out_of_time:
         show("The search ran out of time; --seconds gives it more.")
-    if any(prices.values()):
-        _show_prices(prices)
-        show(*_unknown(result, [price for each in prices.values() for price in each]))
+    if any(costs.values()):
+        _show_prices(costs)
+        show(*_unknown(result, [price for each in costs.values() for price in each]))
     if result.nearest_miss and result.out_of_time:
         show_miss(result.nearest_miss, "No feasible design in the time given. The least miss found so far:")
     elif result.nearest_miss:
@@ -61,7 +99,7 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
 TO_THE_LARGEST = "the largest that was tried does, or cannot be assembled"
 
 
-def _show_prices(prices: "Mapping[str, list[Price]]") -> None:
+def _show_prices(prices: Mapping[str, list[camopt.Price]]) -> None:
     """The price of each bound, the size of the cam without it, and the limits that bind that cam."""
     rows = [{"law": law, **price_in_words(price)} for law, each in prices.items() for price in each]
     names = ["law"] if len(prices) > 1 else []
@@ -70,7 +108,7 @@ def _show_prices(prices: "Mapping[str, list[Price]]") -> None:
     show("", table_of(COSTS, rows, names))
 
 
-def _unknown(result: "Optimum", prices: "Sequence[Price]") -> Iterator[str]:
+def _unknown(result: camopt.Optimum, prices: Sequence[camopt.Price]) -> Iterator[str]:
     """Why prices and cams without a limit are not known."""
     ranges = [price for price in prices if price.key.startswith("search.")]
     if any(price.price is None or price.tightened is None for price in prices):
@@ -85,7 +123,7 @@ def _unknown(result: "Optimum", prices: "Sequence[Price]") -> Iterator[str]:
 COSTS, UNKNOWN_PRICE = "What each bound costs", "—"
 
 
-def price_in_words(price: "Price", of: str = "mm") -> dict[str, str]:
+def price_in_words(price: camopt.Price, of: str = "mm") -> dict[str, str]:
     """A price as a row of texts; ``of`` is the unit of what is minimised."""
     unit = f"{shown_unit(of)} per {shown_unit(price.unit) or 'unit'}".lstrip()
 

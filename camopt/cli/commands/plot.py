@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+import camopt
+from camopt import cli
 from camopt.cli.options import (
     ANIMATIONS,
     PICTURES,
@@ -35,30 +37,21 @@ def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int |
 
     With --construction, FILE shows how the cam is drawn with ruler and compasses, as lectures teach it.
     """
-    from camopt.cli import terminal
-
     document: dict[str, Any] = {"scene": scene.name, "file": str(file)}
     if construction is None:
         refuse_without("--construction", {"steps": steps or None})
     if construction is None and file.suffix.lower() not in PICTURES:
-        from camopt.drawing.animation import animate
-
-        animate(scene, file)
+        camopt.animate(scene, file)
     elif construction is None:
-        from camopt.drawing.plot import plot as draw
-
-        draw(scene, file)
+        camopt.plot(scene, file)
     else:
-        from camopt.drawing.construction.construct import construct
-        from camopt.drawing.plot import plot as draw
-
-        found = construct(scene, construction)
-        draw(found, file, steps=steps)
+        found = camopt.construct(scene, construction)
+        camopt.plot(found, file, steps=steps)
         document["stations"] = found.records()
         if not (quiet or as_json):
-            terminal.show(found.table())
+            cli.show(found.table())
     if as_json:
-        terminal.print_json(document)
+        cli.print_json(document)
     elif not quiet:
-        terminal.say_written([file])
+        cli.say_written([file])
     return 0

@@ -2,6 +2,7 @@
 
 import click
 
+from camopt import cli
 from camopt.cli.options import Command, output_options
 
 
@@ -10,7 +11,5 @@ from camopt.cli.options import Command, output_options
 @output_options
 def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
     """List the scenes that come with camopt; with a NAME, print that one as TOML."""
-    from camopt.cli.commands.scenes_report import show_scenes
-
-    show_scenes(name, as_json)
+    cli.show_scenes(name, as_json)
     return 0

@@ -5,13 +5,12 @@ import tomllib
 
 from camopt.cli.terminal import print_json, show
 from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.tables.layout import table_of
 
 
 def show_scenes(name: str | None, as_json: bool) -> None:
     """The shipped scenes, or one of them as TOML."""
-    from camopt.scene.sources import shipped_scenes, shipped_toml
-
     if name is not None:
         if name not in shipped_scenes():
             raise BadInput([Mistake("camopt", "NAME", name, f"a shipped scene; {nearest(name, shipped_scenes())}")])

@@ -2,6 +2,7 @@
 
 import click
 
+from camopt import cli
 from camopt.cli.options import Command, output_options
 
 
@@ -9,8 +10,5 @@ from camopt.cli.options import Command, output_options
 @output_options
 def schema(as_json: bool, quiet: bool) -> int:
     """Print the JSON Schema of scenes, by which editors complete keys and mark mistakes."""
-    from camopt.cli import terminal
-    from camopt.scene.schema import scene_schema
-
-    terminal.print_json(scene_schema())
+    cli.show_schema()
     return 0

@@ -1,12 +1,16 @@
 """``camopt serve``."""
 
 import sys
+import webbrowser
 from contextlib import suppress
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import click
 
+from camopt import cli
+from camopt.cli import interrupts
 from camopt.cli.exits import say
 from camopt.cli.options import DEFAULT_SCENE, Command, OutputPlace, output_options, scene_options
 
@@ -25,17 +29,13 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
 
     Each move draws the cam and its diagrams anew; where the sliders rest, the limits are proved. Ctrl-C ends it.
     """
-    import webbrowser
-    from threading import Thread
-
-    from camopt.cli import interrupts, terminal
     from camopt.reporting.server import serving
 
     place = Path(scene.file).parent if Path(scene.file).is_file() else Path()
     server = serving(scene, folder or place, port, say)
     with suppress(KeyboardInterrupt), server:
         if as_json:
-            terminal.print_json({"address": server.address})
+            cli.print_json({"address": server.address})
         else:
             click.echo(f"{server.address}\nCtrl-C ends it.")
         sys.stdout.flush()

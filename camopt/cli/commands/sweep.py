@@ -4,8 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
+import camopt
+from camopt import cli
 from camopt.cli.exits import NOTHING_FEASIBLE, reached
 from camopt.cli.options import (
     DEFAULT_SCENE,
@@ -24,9 +25,6 @@ from camopt.cli.options import (
     scene_options,
     scheduler_option,
 )
-
-SAME_SWEEP = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json", "again"}
-"""Options that do not ask for another sweep."""
 
 
 @click.command(cls=Command)
@@ -100,68 +98,25 @@ def sweep(
     An interrupted sweep keeps what it has done: the same command goes on from there. If the result is up to date,
     the same command prints it again.
     """
-    from camopt.cli import terminal
-    from camopt.cli.commands.sweep_report import show_part, show_sweep
-    from camopt.front.parts import sweep_part
-    from camopt.front.plan import TABLED, sweep_plan
-    from camopt.front.sweep import sweep as run
-    from camopt.problem.unused import constant_objectives
-
     scene = changed(scene, _searched(**asked))
     if resume:
-        scene, keep = _unfinished(scene, keep, out, part)
+        scene, keep = cli.unfinished_sweep(scene, keep, out, part)
     check_folder(scene, out)
-    notify = terminal.say_lost if quiet else terminal.say_note
-    by_boxes = keep not in TABLED and not part and not engine and sweep_plan(scene, keep).by_boxes
+    notify = cli.say_lost if quiet else cli.say_note
+    by_boxes = not part and not engine and cli.is_by_boxes(scene, keep)
     made: Any
-    with terminal.progress(quiet, "boxes of designs" if by_boxes else "designs") as advance:
+    with cli.progress(quiet, "boxes of designs" if by_boxes else "designs") as advance:
         if part:
-            made = sweep_part(scene, part, out, keep, workers, advance, engine, notify, again)
+            made = camopt.sweep_part(scene, part, out, keep, workers, advance, engine, notify, again)
         else:
-            made = run(scene, out, keep, workers, advance, engine=engine, tell=notify, again=again)
-    (show_part if part else show_sweep)(made, as_json)
+            made = camopt.sweep(scene, out, keep, workers, advance, engine=engine, tell=notify, again=again)
+    (cli.show_part if part else cli.show_sweep)(made, as_json)
     if not quiet:
-        terminal.say_notes((*terminal.unused_of(scene), *constant_objectives(scene)))
-        terminal.say_written([] if made.already_done else [made.folder] if part else made.files)
+        cli.say_notes(cli.notes_of_sweep(scene))
+        cli.say_written([] if made.already_done else [made.folder] if part else made.files)
     if part:
         return 0
     return reached(scene, made.reached) if made.pareto else NOTHING_FEASIBLE
-
-
-def _unfinished(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Any, str]:
-    """The scene of the sweep in a folder, unfinished or whole, and what it keeps; what is given if there is none.
-
-    BadInput if options ask for something else than it was asked, or nothing tells what it was asked.
-    """
-    from camopt.front.parts import PART_COMMAND, name_of_part
-    from camopt.front.plan import KEPT, key_of, plan_of_key, sweep_plan
-    from camopt.front.store import interrupted_question
-    from camopt.front.sweep import SWEEP_COMMAND
-    from camopt.mistakes import BadInput, Mistake
-    from camopt.scene.scene import find_scene
-    from camopt.storage.manifest import readable_manifest
-
-    folder, command = (out / name_of_part(*part), PART_COMMAND) if part else (out, SWEEP_COMMAND)
-    result = readable_manifest(folder).results.get(command)
-    question = interrupted_question(folder, command) or (key_of(result.question) if result else None)
-    context = click.get_current_context()
-    sources = {name: context.get_parameter_source(name) for name in context.params}
-    asks = any(source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in SAME_SWEEP)
-    if question is None:
-        if result and not asks:
-            why = "needs a scene: nothing tells what the sweep in this folder was asked"
-            raise BadInput([Mistake("camopt", "--resume", str(folder), why, bare=True)])
-        return scene, keep
-    if asks:
-        asked = sweep_plan(scene, keep).question(*(part or (1, 1)))
-        other = asked.asks_other_than(question)
-        if sources.get("scene") is not ParameterSource.COMMANDLINE:  # options alone: those that differ
-            plain = sweep_plan(find_scene(DEFAULT_SCENE), KEPT[0]).question(*(part or (1, 1)))
-            other = [key for key in other if key in asked.other_than(plain)]
-        if other:
-            why = f"goes on with the sweep in {folder}, which differs in {', '.join(other)}"
-            raise BadInput([Mistake("camopt", "--resume", None, why, bare=True)])
-    return plan_of_key(question).scene, question.keep
 
 
 def _searched(

@@ -1,7 +1,6 @@
 """The output of ``camopt sweep``."""
 
-from typing import TYPE_CHECKING
-
+import camopt
 from camopt.cli.terminal import print_json, show
 from camopt.problem.problem import resolve
 from camopt.problem.rows import finite
@@ -10,13 +9,8 @@ from camopt.tables.columns import columns_of, with_law
 from camopt.tables.design_tables import design_table
 from camopt.verdicts.words import BROKEN, UNDECIDED
 
-if TYPE_CHECKING:
-    from camopt.front.parts import SweepPart
-    from camopt.front.result import Sweep
-    from camopt.tables.designs import Design
 
-
-def show_sweep(result: "Sweep", as_json: bool) -> None:
+def show_sweep(result: "camopt.Sweep", as_json: bool) -> None:
     """Counts, the best design of each law, and the files."""
     if as_json:
         best = {law: finite(row) for law, row in result.best.items()}
@@ -68,7 +62,7 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
     return None
 
 
-def show_part(result: "SweepPart", as_json: bool) -> None:
+def show_part(result: "camopt.SweepPart", as_json: bool) -> None:
     """Counts of a part of a sweep."""
     if as_json:
         return print_json(
@@ -90,14 +84,14 @@ def show_part(result: "SweepPart", as_json: bool) -> None:
     return None
 
 
-def _counts(result: "Sweep") -> str:
+def _counts(result: "camopt.Sweep") -> str:
     """The numbers of impossible and feasible designs; or, if not counted, how the front was found."""
     if result.feasible is None:
         return f"{result.decided_by_boxes:,} decided by boxes, {result.evaluated:,} evaluated, "
     return f"{result.impossible:,} impossible, {result.feasible:,} feasible, "
 
 
-def _show_front(result: "Sweep") -> None:
+def _show_front(result: "camopt.Sweep") -> None:
     """How much the front dominates, and its knee; what a single best design leaves to say is nothing."""
     front = result.front
     assert front is not None
@@ -116,7 +110,7 @@ def _show_front(result: "Sweep") -> None:
     show("", result.knee_table())
 
 
-def show_miss(miss: "Design", found: str = "No feasible design. The nearest miss:") -> None:
+def show_miss(miss: "camopt.Design", found: str = "No feasible design. The nearest miss:") -> None:
     """The design that comes nearest to holding every limit: its sizes, and each limited value beside its limit."""
     problem = resolve(miss.searched)
     (row,) = with_law([miss])

@@ -1,30 +1,51 @@
 """The output of ``camopt synthesise``."""
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
+import camopt
 from camopt.cli.commands.optimise_report import COSTS, price_in_words
-from camopt.cli.terminal import print_json, show
+from camopt.cli.options import check_folder
+from camopt.cli.terminal import print_json, progress, say_notes, show
 from camopt.problem.rows import finite
+from camopt.storage.publishing import publication
+from camopt.synthesis.cams import OWN_MOVES
+from camopt.synthesis.compare import KnownLaws, known_laws_of
+from camopt.synthesis.files import SCENE_FILE, SYNTHESIS, write_comparison, write_laws
+from camopt.synthesis.from_scene import AMPLE_FACTOR, default_peaks
+from camopt.synthesis.ramps import lost_ramps
+from camopt.synthesis.told import bound_in_words, size_in_words, why_local
+from camopt.synthesis.units import objective_unit
 from camopt.tables.cells import with_unit
 from camopt.tables.layout import table_of
-
-if TYPE_CHECKING:
-    from camopt.scene.scene import Scene
-    from camopt.smallest.prices import Price
-    from camopt.synthesis.compare import KnownLaws
-    from camopt.synthesis.synthesised import Synthesis
-
 
 SHOWN_ZERO = 5e-4  # a share that is shown as 0.0%
 
 
-def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Price]", as_json: bool) -> None:
-    """The cam of the free laws beside the smallest of each known law, the bound, the gap, and what bounds cost."""
-    from camopt.synthesis.from_scene import default_peaks
-    from camopt.synthesis.told import bound_in_words, size_in_words, why_local
-    from camopt.synthesis.units import objective_unit
+def publish_synthesis(
+    scene: camopt.Scene, out: Path, picture: Path | None, quiet: bool
+) -> tuple[camopt.Synthesis, KnownLaws, list[camopt.Price], list[Path]]:
+    """Compute new laws, compare them with known ones, and write and draw both; also the files."""
+    check_folder(scene, out, SCENE_FILE)
+    if not quiet:
+        say_notes(lost_ramps(scene))
+    with publication(out, "synthesise", SYNTHESIS) as unit:
+        with progress(quiet, "starts") as advance:
+            result = camopt.synthesise(scene, advance)
+            known = known_laws_of(scene)
+            write_laws(result, unit.staging)
+            write_comparison(result, known, unit.staging)
+            (costs,) = camopt.prices(result).values()
+        if picture:
+            camopt.plot(result, picture, known=known)
+    return result, known, costs, [*unit.files, *([picture] if picture else [])]
 
+
+def show_synthesis(
+    result: camopt.Synthesis, known: KnownLaws, prices: Iterable[camopt.Price], as_json: bool
+) -> None:
+    """The cam of the free laws beside the smallest of each known law, the bound, the gap, and what bounds cost."""
     defaults = default_peaks(result.asked)
     if as_json:
         return print_json(
@@ -69,10 +90,8 @@ def broken_by_known(beyond: dict[str, str]) -> str:
     return "; ".join(f"{broken} ({', '.join(some)})" for broken, some in laws.items())
 
 
-def show_limits_of_motion(scene: "Scene", defaults: dict[str, float]) -> None:
+def show_limits_of_motion(scene: camopt.Scene, defaults: dict[str, float]) -> None:
     """The limits that were taken by default."""
-    from camopt.synthesis.from_scene import AMPLE_FACTOR
-
     if not defaults:
         return
     kinds = {segment.segment for segment in scene.motion}
@@ -97,11 +116,8 @@ def _robust_in_words(design: Mapping[str, Any]) -> str:
     return f"{told} It is {less} larger for that: the nominal one alone would hold them at {nominal}."
 
 
-def _beside_known(result: "Synthesis", known: "KnownLaws") -> str:
+def _beside_known(result: camopt.Synthesis, known: KnownLaws) -> str:
     """The best known law that holds the same limits, and the scene's own."""
-    from camopt.synthesis.cams import OWN_MOVES
-    from camopt.synthesis.units import objective_unit
-
     if known.best is None:
         return "No known law meets all these limits."
     value, unit = known.rows[known.best]["objective"], objective_unit(result.asked)

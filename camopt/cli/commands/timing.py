@@ -4,6 +4,8 @@ from typing import Any
 
 import click
 
+import camopt
+from camopt import cli
 from camopt.cli.options import DEFAULT_SCENE, Command, output_options, scene_options
 
 
@@ -25,16 +27,5 @@ def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> 
     them passes, to first order. A second table shows the cam angles before and after which no cam passes, proved by
     exact contact, with the errors of a cam that passes nearly there.
     """
-    from camopt.cli import terminal
-    from camopt.problem.rows import finite
-    from camopt.studies.timing import timing as run
-
-    result = run(scene, lifts or None)
-    if as_json:
-        about = {"scene": scene.name, "velocity_unit": result.velocity_unit}
-        worst = [finite(each._asdict()) for each in result.worst]
-        terminal.print_json({**about, "passages": [finite(each) for each in result.records()], "worst": worst})
-    else:
-        for table in filter(None, (result.table(), result.worst_table())):
-            terminal.show(table)
+    cli.show_timing(camopt.timing(scene, lifts or None), as_json)
     return 0

@@ -2,11 +2,14 @@
 
 import re
 from contextlib import suppress
+from math import inf
 from pathlib import Path
 from typing import Any
 
 import click
 
+import camopt
+from camopt import cli
 from camopt.cli.options import (
     PICTURES,
     Command,
@@ -18,13 +21,12 @@ from camopt.cli.options import (
     refuse_without,
     scene_options,
 )
+from camopt.mistakes import BadInput, Mistake
 
-WORST, ALLOCATED, CAMS, HISTOGRAM = "worst-{}.toml", "allocated.toml", "cams.parquet", "cams.svg"
+WORST = "worst-{}.toml"
+"""Scenes of the worst motions, and of the worst cam of each limit."""
 BARE = re.compile(r"[-+.\deE]+")
 """A number without a unit."""
-FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
-"""The scenes of the worst motions, of the worst cam of each limit and of --allocate; what each cam of a batch has,
-and its picture."""
 
 
 @click.command(cls=Command)
@@ -122,13 +124,6 @@ def tolerance(
     of each tolerance it uses, and its waves. Of a conjugate pair and of a yoke a table shows, too, by how much the
     distance of both contacts varies, and what is left of interference and preload.
     """
-    from camopt.cli import terminal
-    from camopt.cli.commands.tolerance_report import print_json, show
-    from camopt.storage.publishing import publication
-    from camopt.tolerances.allocation import allocate as find_grades
-    from camopt.tolerances.batch import sample_cams
-    from camopt.tolerances.tolerance import tolerance as run
-
     if measured:
         others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": allocate, "costs": costs}
         refuse_with("--measured", {**others, "within": within, "only": only or None})
@@ -141,39 +136,30 @@ def tolerance(
     if out:
         check_folder(scene, out, WORST.format("*"))
     most, keeping = (_distance(scene, *each) for each in (("--within", within), ("--allocate", allocate)))
-    result = run(scene)
-    batch = None if cams is None else sample_cams(scene, cams, seed or 0, most)
-    allocation = None if keeping is None else find_grades(scene, keeping, costs, only=only)
+    result = camopt.tolerance(scene)
+    batch = None if cams is None else camopt.sample_cams(scene, cams, seed or 0, most)
+    allocation = None if keeping is None else camopt.allocate(scene, keeping, costs, only=only)
     if picture:
-        from camopt.drawing.plot import plot
-
-        plot(result, picture)
+        camopt.plot(result, picture)
     if as_json:
-        print_json(scene, result, batch, allocation)
+        cli.print_tolerance(scene, result, batch, allocation)
     else:
-        show(result, batch, allocation)
+        cli.show_tolerance(result, batch, allocation)
     written = [picture] if picture else []
     if out:
-        with publication(out, "tolerance", FILES) as unit:
-            _write(unit, result, allocation, batch)
-        written += unit.files
+        written += cli.publish_cams(out, result, allocation, batch)
     if not quiet:
-        terminal.say_written(written)
+        cli.say_written(written)
     return 0
 
 
 def _distance(scene: Any, option: str, text: str | None) -> float | None:
     """An error of the tool that an option gives, in mm (deg), or as a text with a unit of its own."""
-    from math import inf
-
-    from camopt.mistakes import BadInput, Mistake
-    from camopt.scene.units import converted
-
     if text is None:
         return None
     unit, value = "deg" if scene.tool_turns else "mm", 0.0
     with suppress(ValueError):
-        value = float(text) if BARE.fullmatch(text.strip()) else converted(text, unit)
+        value = float(text) if BARE.fullmatch(text.strip()) else cli.number_in(text, unit)
     if not 0.0 < value < inf:
         why = f"an error of the tool above 0, a number in {unit} or with a unit, such as '0.02 {unit}'"
         raise BadInput([Mistake("camopt", option, text, why)])
@@ -194,38 +180,13 @@ def _inspected(
     as_json: bool,
 ) -> int:
     """Show a measured cam against its drawing."""
-    from camopt.cli.commands.tolerance_report import print_inspection, print_pair, show_measured
-    from camopt.measured.inspection import inspect
-    from camopt.measured.pair_inspection import inspect_pair
-    from camopt.measured.profile import MeasuredProfile
-
     columns = reading.pop("columns")
     chosen = columns and [name.strip() for name in columns.split(",")]
-    profiles = [MeasuredProfile(file, profile or "", probe) for file in measured]
+    profiles = [camopt.MeasuredProfile(file, profile or "", probe) for file in measured]
     if scene.mechanism.further or len(profiles) > 1:
-        pair = inspect_pair(profiles, scene, chosen, **reading)
-        print_pair(pair) if as_json else show_measured([*pair.discs, pair])
+        pair = camopt.inspect_pair(profiles, scene, chosen, **reading)
+        cli.print_pair(pair) if as_json else cli.show_measured([*pair.discs, pair])
         return 0
-    found = inspect(profiles[0], scene, chosen, **reading)
-    print_inspection(found) if as_json else show_measured([found])
+    found = camopt.inspect(profiles[0], scene, chosen, **reading)
+    cli.print_inspection(found) if as_json else cli.show_measured([found])
     return 0
-
-
-def _write(unit: Any, result: Any, allocation: Any, batch: Any) -> None:
-    """Write the cams with the worst motions, that of each limit, the one with allocated tolerances, and a batch."""
-    from camopt.drawing.plot import plot
-    from camopt.scene.written import write_scene
-    from camopt.tolerances.turn import NAMES
-
-    motions = dict(zip(NAMES, ("motion", "motion-velocity", "motion-acceleration"), strict=True))
-    for (name, file), each in zip(motions.items(), result.worst_cases, strict=True):
-        if each.errors:
-            write_scene(unit.path(WORST.format(file)), result.worst_motion(name))
-    for margin in result.margins:
-        if margin.quantity and margin.worst != margin.nominal:
-            write_scene(unit.path(WORST.format(margin.limit)), result.worst_cam(margin.limit))
-    if allocation:
-        write_scene(unit.path(ALLOCATED), allocation.scene)
-    if batch:
-        batch.write(unit.path(CAMS))
-        plot(batch, unit.path(HISTOGRAM))

@@ -1,21 +1,53 @@
 """What ``camopt tolerance`` prints."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
+import camopt
 from camopt.cli import terminal
+from camopt.cli.commands.tolerance import WORST
 from camopt.problem.rows import finite
-from camopt.scene.scene import Scene
-from camopt.tolerances.allocation import Allocation
-from camopt.tolerances.batch import Batch
-from camopt.tolerances.tolerance import MotionErrors
+from camopt.scene.written import write_scene
+from camopt.storage.publishing import Publication, publication
+from camopt.tolerances.turn import NAMES
 
-if TYPE_CHECKING:
-    from camopt.measured.inspection import Inspection
-    from camopt.measured.pair_inspection import PairInspection
+ALLOCATED, CAMS, HISTOGRAM = "allocated.toml", "cams.parquet", "cams.svg"
+FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
+"""The scenes of the worst motions, of the worst cam of each limit and of --allocate; what each cam of a batch has,
+and its picture."""
 
 
-def show(result: MotionErrors, batch: Batch | None, allocation: Allocation | None) -> None:
+def publish_cams(
+    out: Path, result: camopt.MotionErrors, allocation: camopt.Allocation | None, batch: camopt.Batch | None
+) -> tuple[Path, ...]:
+    """Write the cams with the worst motions, that of each limit, the one with allocated tolerances, and a batch."""
+    with publication(out, "tolerance", FILES) as unit:
+        _write(unit, result, allocation, batch)
+    return unit.files
+
+
+def _write(
+    unit: Publication, result: camopt.MotionErrors, allocation: camopt.Allocation | None, batch: camopt.Batch | None
+) -> None:
+    """Write them to a result that is being written."""
+    motions = dict(zip(NAMES, ("motion", "motion-velocity", "motion-acceleration"), strict=True))
+    for (name, file), each in zip(motions.items(), result.worst_cases, strict=True):
+        if each.errors:
+            write_scene(unit.path(WORST.format(file)), result.worst_motion(name))
+    for margin in result.margins:
+        if margin.quantity and margin.worst != margin.nominal:
+            write_scene(unit.path(WORST.format(margin.limit)), result.worst_cam(margin.limit))
+    if allocation:
+        write_scene(unit.path(ALLOCATED), allocation.scene)
+    if batch:
+        batch.write(unit.path(CAMS))
+        camopt.plot(batch, unit.path(HISTOGRAM))
+
+
+def show_tolerance(
+    result: camopt.MotionErrors, batch: camopt.Batch | None, allocation: camopt.Allocation | None
+) -> None:
     """Print the tables."""
     tables = [result.table(), result.plays_table(), result.margins_table()]
     if batch:
@@ -26,7 +58,12 @@ def show(result: MotionErrors, batch: Batch | None, allocation: Allocation | Non
         terminal.show(table)
 
 
-def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocation: Allocation | None) -> None:
+def print_tolerance(
+    scene: camopt.Scene,
+    result: camopt.MotionErrors,
+    batch: camopt.Batch | None,
+    allocation: camopt.Allocation | None,
+) -> None:
     """Print all as JSON."""
     about: dict[str, Any] = {
         "scene": scene.name,
@@ -64,24 +101,24 @@ def print_json(scene: Scene, result: MotionErrors, batch: Batch | None, allocati
     terminal.print_json(about)
 
 
-def show_measured(found: "Sequence[Inspection | PairInspection]") -> None:
+def show_measured(found: "Sequence[camopt.Inspection | camopt.PairInspection]") -> None:
     """Print the tables of a measured cam."""
     for each in found:
         terminal.show(each.table())
 
 
-def print_inspection(found: "Inspection") -> None:
+def print_inspection(found: "camopt.Inspection") -> None:
     """Print what was found of a measured cam as JSON."""
     terminal.print_json(_of_disc(found))
 
 
-def print_pair(found: "PairInspection") -> None:
+def print_pair(found: "camopt.PairInspection") -> None:
     """Print what was found of a measured cam with two contacts as JSON."""
     discs = [_of_disc(each) for each in found.discs]
     terminal.print_json({"scene": found.scene.name, "discs": discs, "pair": found.records()})
 
 
-def _of_disc(found: "Inspection") -> dict[str, Any]:
+def _of_disc(found: "camopt.Inspection") -> dict[str, Any]:
     return {
         "scene": found.scene.name,
         "error": found.error,

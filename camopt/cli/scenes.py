@@ -1,0 +1,57 @@
+"""Scenes as commands take them: what a user names, with options; what of them is odd or unused."""
+
+from pathlib import Path
+from typing import Any
+
+from camopt.cli.options import Changes, changed, options_named, values_of
+from camopt.mistakes import BadInput, Mistake
+from camopt.problem.unused import unanswered, unused
+from camopt.scene.oddities import oddities
+from camopt.scene.scene import RESULTS, Scene, scene_named
+from camopt.scene.units import converted
+from camopt.tables.designs import scene_of
+
+WITH_ROW = "a TOML file, a shipped scene, or a table of designs (.parquet) with --row"
+
+
+def scene_at(target: str, row: int | None, changes: Changes, what: str = "scene", allowed: str = WITH_ROW) -> Any:
+    """The scene of a file or of a shipped name; of a table, that of one of its rows. With changes, from options.
+
+    The changes are made before a file is checked. Of a target that is none, a message says ``what`` it is and what
+    is allowed there.
+    """
+    table = target.endswith(".parquet")
+    if table and row is not None:
+        return changed(scene_of(target, row), changes)
+    if table:
+        raise BadInput([Mistake("camopt", "SCENE", target, "is a table: say which row with --row", bare=True)])
+    if row is not None:
+        raise BadInput([Mistake("camopt", "--row", row, f"belongs to a table; {target} is a scene", bare=True)])
+    with options_named(changes):
+        scene = scene_named(target, what, allowed, values_of(changes))
+    return changed(scene, {key: change for key, change in changes.items() if key in scene.search.numbers})
+
+
+def shown_at(target: str, row: int | None, changes: Changes) -> Any:
+    """What a page shows: a scene, changed as asked; a folder or a whole table as it is."""
+    if row is not None and Path(target).is_dir():
+        why = f"belongs to a table; {target} is a folder: name one of the tables in it"
+        raise BadInput([Mistake("camopt", "--row", row, why, bare=True)])
+    if row is None and Path(target).exists() and Path(target).suffix not in ("", ".toml", ".parquet"):
+        return target  # which says what it takes
+    if row is not None or not (Path(target).is_dir() or target.endswith(".parquet")):
+        return scene_at(target, row, changes, "what", RESULTS)
+    for option, value in changes.values():
+        why = f"belongs to a scene; {target} is a result, whose numbers stay as they are"
+        raise BadInput([Mistake("camopt", option, value, why, bare=True)])
+    return target
+
+
+def unused_of(scene: Scene) -> tuple[str, ...]:
+    """What of a scene is odd, what of it nothing called for, and what its outputs lack."""
+    return (*oddities(scene), *unused(scene), *unanswered(scene))
+
+
+def number_in(text: str, unit: str) -> float:
+    """The number of a text with a unit of its own, such as "0.25 in", in another unit."""
+    return converted(text, unit)

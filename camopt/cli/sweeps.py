@@ -1,0 +1,58 @@
+"""Sweeps as commands take them: unfinished ones in a folder, and what to know of one."""
+
+from pathlib import Path
+
+import click
+from click.core import ParameterSource
+
+from camopt.cli.options import DEFAULT_SCENE
+from camopt.cli.scenes import unused_of
+from camopt.front.parts import PART_COMMAND, name_of_part
+from camopt.front.plan import KEPT, TABLED, key_of, plan_of_key, sweep_plan
+from camopt.front.store import interrupted_question
+from camopt.front.sweep import SWEEP_COMMAND
+from camopt.mistakes import BadInput, Mistake
+from camopt.problem.unused import constant_objectives
+from camopt.scene.scene import Scene, find_scene
+from camopt.storage.manifest import readable_manifest
+
+SAME_SWEEP = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json", "again"}
+"""Options that do not ask for another sweep."""
+
+
+def is_by_boxes(scene: Scene, keep: str) -> bool:
+    """Whether a sweep decides whole boxes of designs together."""
+    return keep not in TABLED and sweep_plan(scene, keep).by_boxes
+
+
+def notes_of_sweep(scene: Scene) -> tuple[str, ...]:
+    """What to know of a scene that was swept: what is odd or unused, and objectives that are the same for all."""
+    return (*unused_of(scene), *constant_objectives(scene))
+
+
+def unfinished_sweep(scene: Scene, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Scene, str]:
+    """The scene of the sweep in a folder, unfinished or whole, and what it keeps; what is given if there is none.
+
+    BadInput if options ask for something else than it was asked, or nothing tells what it was asked.
+    """
+    folder, command = (out / name_of_part(*part), PART_COMMAND) if part else (out, SWEEP_COMMAND)
+    result = readable_manifest(folder).results.get(command)
+    question = interrupted_question(folder, command) or (key_of(result.question) if result else None)
+    context = click.get_current_context()
+    sources = {name: context.get_parameter_source(name) for name in context.params}
+    asks = any(source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in SAME_SWEEP)
+    if question is None:
+        if result and not asks:
+            why = "needs a scene: nothing tells what the sweep in this folder was asked"
+            raise BadInput([Mistake("camopt", "--resume", str(folder), why, bare=True)])
+        return scene, keep
+    if asks:
+        asked = sweep_plan(scene, keep).question(*(part or (1, 1)))
+        other = asked.asks_other_than(question)
+        if sources.get("scene") is not ParameterSource.COMMANDLINE:  # options alone: those that differ
+            plain = sweep_plan(find_scene(DEFAULT_SCENE), KEPT[0]).question(*(part or (1, 1)))
+            other = [key for key in other if key in asked.other_than(plain)]
+        if other:
+            why = f"goes on with the sweep in {folder}, which differs in {', '.join(other)}"
+            raise BadInput([Mistake("camopt", "--resume", None, why, bare=True)])
+    return plan_of_key(question).scene, question.keep
