@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from camopt.front.result import Sweep
-from camopt.mistakes import BadInput, Mistake
+from camopt.mistakes import BadInput, Mistake, printable
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve_design
 from camopt.quantities.unit_systems import system_shown
@@ -178,7 +178,7 @@ def _of_a_table(path: Path, manifest: Manifest | None = None) -> Iterable[ShownC
         raise BadInput([Mistake("camopt", "table", str(path), why)])
     if len(frame) == 1:
         return _of_a_scene(scene_of(frame, frame.index[0]))
-    return [of_frame(path.name, frame)]
+    return [of_frame(printable(path.name), frame)]
 
 
 def _of_a_folder(folder: Path) -> Iterable[ShownCam | ResultRows]:
@@ -189,7 +189,7 @@ def _of_a_folder(folder: Path) -> Iterable[ShownCam | ResultRows]:
         frame = frame_of(folder / DESIGNS, manifest)
         if len(frame) < 2:
             return _of_a_table(folder / DESIGNS, manifest)
-        return [of_frame(folder.name, frame, frame_of(folder / PARETO, manifest))]
+        return [of_frame(printable(folder.name), frame, frame_of(folder / PARETO, manifest))]
     for table in (PARETO, FRONTIER):
         if table in there:
             return _of_a_table(folder / table, manifest)

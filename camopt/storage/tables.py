@@ -24,8 +24,9 @@ PARQUET: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
 
 def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
     """Write a table, whole or not at all."""
-    with whole_file(path) as partial:  # items of lists keep their name
-        pq.write_table(table, partial, row_group_size=ROWS_IN_GROUP, use_compliant_nested_type=False, **PARQUET)
+    with whole_file(path) as partial, pa.OSFile(os.fsencode(partial), "wb") as file:
+        # items of lists keep their name
+        pq.write_table(table, file, row_group_size=ROWS_IN_GROUP, use_compliant_nested_type=False, **PARQUET)
 
 
 def read_table(path: str | os.PathLike[str], manifest: Manifest | None = None) -> pa.Table:

@@ -132,7 +132,7 @@ def row_groups(path: Path, names: tuple[str, ...], about: Mapping[str, str]) -> 
     """What writes rows of some quantities to a file."""
     layout = schema_of((QUANTITIES[name] for name in names), **about)
     with (
-        pa.OSFile(os.fspath(path), "wb") as file,  # Python's would wait for the interpreter in each write
+        pa.OSFile(os.fsencode(path), "wb") as file,  # Python's would wait for the interpreter in each write
         pq.ParquetWriter(file, layout, **PARQUET, **parquet_options(layout)) as parquet,
     ):
         yield RowGroups(lambda table: parquet.write_table(table, row_group_size=ROWS_IN_GROUP), layout)

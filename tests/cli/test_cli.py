@@ -671,6 +671,21 @@ def test_a_reader_that_goes_away_is_no_trouble():
     assert "Exception" not in done.stderr
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such names")
+def test_a_folder_whose_name_is_no_text_holds_results(run):
+    folder = os.fsdecode(b"a\xff")
+    assert run("sweep", "--out", folder, *SMALL)[0] == 0
+    assert run("certify", f"{folder}/pareto.parquet")[0] == 0
+    assert run("check", folder)[0] == 0
+    assert run("compare", folder, folder, "--out", f"{folder}/differences.parquet")[0] == 0
+    for part in ("1/2", "2/2"):
+        assert run("sweep", "--part", part, "--out", f"{folder}/parts", *SMALL)[0] == 0
+    assert run("merge", f"{folder}/parts", "--out", f"{folder}/whole")[0] == 0
+    assert run("report", folder, "--out", f"{folder}/page.html")[0] == 0
+    tables = [camopt.load(Path(folder, *whole, "designs.parquet")) for whole in ((), ("whole",))]
+    assert len(tables[0]) == len(tables[1]) > 0
+
+
 def test_a_sweep_does_not_overwrite_the_scene_it_reads(run):
     name = scene_file({}, name="scene.toml")
     before = Path(name).read_text(encoding="utf-8")
