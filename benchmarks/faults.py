@@ -93,7 +93,7 @@ def scenes() -> dict[str, camopt.Scene]:
     return {
         "older": scene.replace(search=axes | {"base_radius": [80, 95], "law": ["cycloidal", "poly345"]}),
         "new": scene.replace(search=axes | {"base_radius": [60, 62, 65, 70], "law": ["harmonic", "cycloidal"]}),
-        "one": scene.replace(search={"base_radius": [62, 65, 70], "law": ["harmonic"]}),
+        "one": scene.replace(search=axes | {"base_radius": [62, 65, 70], "law": ["harmonic"]}),
         "slow": scene.replace(
             search=axes | {"base_radius": {"start": 40, "stop": 120, "step": 0.002}, "law": ["harmonic", "poly345"]}
         ),

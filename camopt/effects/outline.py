@@ -5,7 +5,8 @@ The farthest point of a profile has its normal along the radius. So it is where 
 That is so for a profile that is not undercut; of one that is, this is an upper bound.
 
 Each of these rises with the displacement y and depends on nothing else of the motion: from the base circle to the
-highest position ψ stays below π of an arm, below π/2 of a face. So the farthest is that at the highest position.
+highest position ψ stays below π of an arm, below π/2 of a face. So the farthest is that at the highest position; of
+the second disc of a pair, whose motion is reversed, at the lowest.
 
 The pivot of a follower that oscillates is at the distance c from the cam's axis. The turning cam stays from it by
 
@@ -104,7 +105,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         ),
         EDGE_WALL: Peak(((partial(_to_edge, outline, edge), ALL_STROKES),), LEAST, unit=size_of),
     }
-    return {name: found[name]._replace(at_highest=True) for name in offers(setup) if name not in lacks(setup)}
+    return {name: found[name]._replace(at_ends=True) for name in offers(setup) if name not in lacks(setup)}
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:

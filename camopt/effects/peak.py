@@ -424,8 +424,8 @@ class Peak(NamedTuple):
     per_body: float = 0.0
     """By how much it rises per mm of the body that touches the cam (``Mechanism.parallel``), from that of a body of
     none. 0 where it does not rise in proportion."""
-    at_highest: bool = False
-    """Whether its curves depend on the displacement alone and have their extreme where this is highest."""
+    at_ends: bool = False
+    """Whether its curves depend on the displacement alone, and rise or fall with it."""
     bodies: BodiesOfCurves | None = None
     """Of profiles that are not undercut: with which bodies it is no larger than designs are allowed."""
 

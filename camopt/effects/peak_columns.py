@@ -51,10 +51,11 @@ def extreme_of(
 
 def _of_sound(case: Case, peak: Peak, *, located: bool, floor: float) -> ExtremeOfEach:
     """The same of designs that all are sound."""
-    if peak.at_highest and not located:
+    if peak.at_ends and not located:
         ((make, _),) = peak.curves
-        highest = State(case.programme.lift, 0.0, 0.0, 0.0)
-        value, _ = curve(make(case.designs, case.programme), ..., highest)
+        made = make(case.designs, case.programme)
+        ends = [curve(made, ..., State(level, 0.0, 0.0, 0.0))[0] for level in case.programme.levels]
+        value = (np.minimum if peak.goal == LEAST else np.maximum)(*ends)
         return ExtremeOfEach(value, *np.zeros((3, len(case.designs))))
     numbers = [k for k, (_, kinds) in enumerate(peak.curves) if case.programme.has(kinds)]
     each = []

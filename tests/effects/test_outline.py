@@ -104,7 +104,7 @@ def test_the_closed_form_is_what_a_search_over_the_turn_finds(name):
     problem = resolve(find_scene(name))
     case = Case(problem.setup, problem.programme, problem.design)
     for peak in outline.peaks(problem.setup).values():
-        searched = extreme_of(case, peak._replace(at_highest=False)).value
+        searched = extreme_of(case, peak._replace(at_ends=False)).value
         np.testing.assert_allclose(extreme_of(case, peak).value, searched, rtol=1e-12, atol=1e-11)
 
 
