@@ -22,7 +22,7 @@ ALLOWED = 1e-13
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?(?![\w.])|(?<=\b[A-Z])[-+]?\d+\.\d*")
 POINTS = {".dxf": r"(?s)\nENTITIES\n(.*?)\n *0\nENDSEC", ".step": r"(?s)\nDATA;\n(.*)", ".nc": "(?s)(.*)"}
 """Where files have points."""
-PROGRESS = re.compile(r"camopt: (compiling kernels|[\d,]+ of [\d,]+ |[\d,]+ more searches ).*\n")
+PROGRESS = re.compile(r"(camopt: (compiling kernels|[\d,]+ of [\d,]+ |[\d,]+ more searches )| *\d+%\|).*\n")
 OVER = "s was over"  # the end of what is said of a search that its time has ended
 HANDLES = re.compile(r"\n *(?:5|330)\n[0-9A-F]+(?=\n)|#\d+")
 """Names of things within drawings and solids, which nobody sees."""

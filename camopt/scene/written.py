@@ -9,8 +9,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-
 from camopt.mistakes import BadInput
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml
@@ -44,6 +42,8 @@ def _source(file: str) -> str:
 
 def _renewed(source: str, before: Scene, after: Scene) -> str:
     """The text of one scene with the values of another."""
+    import tomlkit  # noqa: PLC0415, most commands write no scene
+
     document = tomlkit.parse(source)
     old, new = before.to_dict(), after.to_dict()
     document.setdefault("name", new["name"])
@@ -69,6 +69,8 @@ def _renew(table: Any, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
 
 def _set_apart(value: Any) -> Any:
     """A value that is new in a text; a table with an empty line after it."""
+    import tomlkit  # noqa: PLC0415, as above
+
     found = tomlkit.item(value)
     if isinstance(value, dict):
         found.add(tomlkit.nl())

@@ -12,9 +12,9 @@ from functools import cache, cached_property
 from math import comb
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.interpolate import BSpline
 
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
@@ -74,7 +74,7 @@ class Splines:
         """The matrix from coefficients to values of a derivative at x, from 0 to 1."""
         inner = self.knots[order : self.knots.size - order]
         by_knots = derivative_matrix(self.knots, self.degree, order)
-        basis = BSpline.design_matrix(x, inner, self.degree - order, extrapolate=True)
+        basis = scipy.interpolate.BSpline.design_matrix(x, inner, self.degree - order, extrapolate=True)
         return without_rounding(basis @ by_knots)
 
     def bernstein(self, order: int) -> sparse.csr_array:

@@ -21,8 +21,6 @@ from camopt.numerics.clock import now
 from camopt.problem.limit import ASSEMBLY, Limit, needs_of
 from camopt.problem.problem import SINGLE_ERROR, Problem, exactly
 from camopt.problem.rows import Columns, Rows
-from camopt.verdicts.certify import certify_limits
-from camopt.verdicts.narrowing import narrow
 from camopt.verdicts.running import columns_for, extended, planned
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
@@ -125,11 +123,15 @@ def with_exact_numbers(problem: Problem, designs: Designs, rows: Rows) -> Rows:
     """The rows, with numbers proved in balls where doubles are less exact than the scene asks."""
     if np.all(np.asarray(rows.half_width) <= problem.accuracy):
         return rows
+    from camopt.verdicts.narrowing import narrow  # noqa: PLC0415, balls are dear, and seldom needed
+
     return narrow(problem, designs, rows)
 
 
 def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> Rows:
     """The rows with the verdicts of ball arithmetic: what rounding hides, 200 bits show."""
+    from camopt.verdicts.certify import certify_limits  # noqa: PLC0415, as above
+
     found = [list(certify_limits(*problem.alone(designs.take([i])), until).values()) for i in range(len(designs))]
     verdicts = np.array(found).T
     feasible = np.all(verdicts == HELD, axis=0)

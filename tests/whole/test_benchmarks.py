@@ -337,6 +337,7 @@ ANSWER = {
         ("held", "broken", [".out.verdict text"]),
         ("radius_min_mm", "least_radius_mm", ["keys"]),
         ("3 of 4", "3 of 5", [".err"]),
+        ("camopt: 3 of 4", " 29%|##8       | 386k/1.35M [00:51<04:18, 3.73k designs/s]\\ncamopt: 3 of 4", []),
         ("3 of 4", "5 more searches for a motion, about 0:00:40 in all\\ncamopt: 3 of 4", []),
         ('"code": 0', '"code": 1', [".code"]),
         ("Y0.0", "Y0.000000000001", []),
