@@ -209,7 +209,10 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
 
 
 def read_quantities(path: str | os.PathLike[str], manifest: Manifest | None = None) -> pa.Table:
-    """The same as an Arrow table, as ``read_table`` gives it: columns of quantities have their types."""
+    """A table that camopt wrote, in Arrow, whose columns of quantities have the types of these.
+
+    Errors are those of ``load``. A manifest is that of the folder, where several tables have to be of one run.
+    """
     table = read_table(path, manifest)
     for column in table.schema:
         if column.name in QUANTITIES and column.type != TYPES[QUANTITIES[column.name].kind]:
@@ -218,7 +221,7 @@ def read_quantities(path: str | os.PathLike[str], manifest: Manifest | None = No
 
 
 def frame_of(path: str | os.PathLike[str], manifest: Manifest | None = None) -> "pd.DataFrame":
-    """The same of one of several tables of a folder, which have to be of one run: those of its manifest."""
+    """A table that camopt wrote, as ``load`` gives it; ``read_quantities`` says what the manifest is for."""
     table = read_quantities(path, manifest)
     frame: pd.DataFrame = table.replace_schema_metadata(None).to_pandas()
     frame.attrs = table_facts(table.schema)

@@ -2,6 +2,7 @@
 
 import click
 
+from camopt import cli
 from camopt.cli.options import Command, output_options
 
 
@@ -14,13 +15,12 @@ def warm(scenes: tuple[str, ...], as_json: bool, quiet: bool) -> int:
     SCENES are TOML files or shipped scenes; without any, all shipped scenes. Commands then compile nothing for
     these, nor for others with the same followers and quantities. Run it once in an image of a container or in CI.
     """
-    from camopt.cli import terminal
     from camopt.studies.first_runs import compile_scenes
 
-    with terminal.progress(quiet, "scenes") as advance:
+    with cli.progress(quiet, "scenes") as advance:
         kernels, folder = compile_scenes(scenes, advance)
     if as_json:
-        terminal.print_json({"kernels": kernels, "folder": str(folder)})
+        cli.print_json({"kernels": kernels, "folder": str(folder)})
     else:
-        terminal.show(f"{kernels} kernels are in {folder}.")
+        cli.show(f"{kernels} kernels are in {folder}.")
     return 0
