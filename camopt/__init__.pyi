@@ -39,12 +39,10 @@ from .reporting.report import report as report
 from .scene.scene import Scene as Scene
 from .scene.scene import find_scene as find_scene
 from .scene.sources import shipped_scenes as shipped_scenes
-from .smallest.optimise import Optimum as Optimum
 from .smallest.optimise import optimise as optimise
-from .smallest.prices import Price as Price
+from .smallest.optimum import Optimum as Optimum
+from .smallest.price import Price as Price
 from .smallest.prices import prices as prices
-from .storage.checking import FileCheck as FileCheck
-from .storage.checking import check as check
 from .storage.version import __version__ as __version__
 from .studies.harmonics import Harmonics as Harmonics
 from .studies.harmonics import harmonics as harmonics
@@ -60,8 +58,12 @@ from .synthesis.frontier import frontier as frontier
 from .synthesis.synthesise import synthesise as synthesise
 from .synthesis.synthesised import Synthesis as Synthesis
 from .synthesis.traded import Frontier as Frontier
+from .tables.checking import FileCheck as FileCheck
+from .tables.checking import FileChecks as FileChecks
+from .tables.checking import check as check
 from .tables.designs import Design as Design
 from .tables.designs import scene_of as scene_of
+from .tables.result import Result as Result
 from .tables.table import load as load
 from .tolerances.allocation import Allocation as Allocation
 from .tolerances.allocation import Allotted as Allotted
@@ -80,6 +82,7 @@ from .tolerances.tolerance import tolerance as tolerance
 from .tolerances.worst_case import WorstCase as WorstCase
 from .tolerances.worst_passing import WorstPassage as WorstPassage
 from .tolerances.worst_wobble import WorstWobble as WorstWobble
+from .verdicts.certify import Certificate as Certificate
 from .verdicts.certify import certify as certify
 from .verdicts.evaluation import Evaluation as Evaluation
 from .verdicts.evaluation import evaluate as evaluate

@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 LONGEST_SHOWN, LONGEST_NAME, LONGEST_LINE = 100, 200, 1000  # characters of a value, of a file or key, of a message
+NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED = 1, 2, 3, 4  # exit codes of commands
 MOST_TOLD = 20  # mistakes
 ALIKE_SHARE = 0.75  # share of two words that is the same, in those that mean the same
 MOST_LISTED, MOST_NEAR, MOST_MEANT = 40, 8, 3  # known names; of more the nearest; those that may have been meant

@@ -15,10 +15,19 @@ from warnings import catch_warnings
 import click
 
 from camopt.cli import interrupts
-from camopt.mistakes import BadInput, Stopped, Unmet, Unsolved, line_of
+from camopt.mistakes import (
+    BAD_INPUT,
+    FILE_TROUBLE,
+    NOT_REACHED,
+    NOTHING_FEASIBLE,
+    BadInput,
+    Stopped,
+    Unmet,
+    Unsolved,
+    line_of,
+)
 from camopt.storage.files import Untidy
 
-NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED = 1, 2, 3, 4
 INTERNAL, READER_GONE = 70, 141  # the numbers of sysexits.h and of shells
 DEBUG = "CAMOPT_DEBUG"
 LIBRARIES = (".so", ".pyd", ".dylib")
@@ -49,15 +58,6 @@ def say(text: str) -> None:
     with suppress(OSError):
         for line in text.splitlines():
             print(line_of(line), file=sys.stderr, flush=True)
-
-
-def reached(scene: Any, half_width: float) -> int:
-    """The exit code for the accuracy that was reached; a message if it is worse than what was asked."""
-    asked = scene.accuracy.relative_error
-    if half_width <= asked:
-        return 0
-    say(f"camopt: relative error of {asked:g} not reached; values are exact to {half_width:.2g}")
-    return NOT_REACHED
 
 
 def _say_warning(message: Warning | str, *_: Any, **__: Any) -> None:

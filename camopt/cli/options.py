@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 import camopt
-from camopt import cli
+from camopt import cli, library
 from camopt.mistakes import BadInput, Mistake
 from camopt.quantities.unit_systems import SYSTEMS, shown_in
 from camopt.storage.files import check_writable, checked_suffix, path_of
@@ -41,7 +41,7 @@ class Measure(click.ParamType):  # type: ignore[type-arg]  # generic from click 
         with suppress(ValueError):
             return float(value)
         try:
-            return cli.number_in(str(value), self.unit)
+            return library.converted(str(value), self.unit)
         except ValueError as trouble:
             self.fail(f"{value!r} must be {trouble}", param, ctx)
 

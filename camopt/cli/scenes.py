@@ -5,10 +5,7 @@ from typing import Any
 
 from camopt.cli.options import Changes, changed, options_named, values_of
 from camopt.mistakes import BadInput, Mistake
-from camopt.problem.unused import unanswered, unused
-from camopt.scene.oddities import oddities
-from camopt.scene.scene import RESULTS, Scene, scene_named
-from camopt.scene.units import converted
+from camopt.scene.scene import RESULTS, scene_named
 from camopt.tables.designs import scene_of
 
 WITH_ROW = "a TOML file, a shipped scene, or a table of designs (.parquet) with --row"
@@ -45,13 +42,3 @@ def shown_at(target: str, row: int | None, changes: Changes) -> Any:
         why = f"belongs to a scene; {target} is a result, whose numbers stay as they are"
         raise BadInput([Mistake("camopt", option, value, why, bare=True)])
     return target
-
-
-def unused_of(scene: Scene) -> tuple[str, ...]:
-    """What of a scene is odd, what of it nothing called for, and what its outputs lack."""
-    return (*oddities(scene), *unused(scene), *unanswered(scene))
-
-
-def number_in(text: str, unit: str) -> float:
-    """The number of a text with a unit of its own, such as "0.25 in", in another unit."""
-    return converted(text, unit)

@@ -6,13 +6,11 @@ import click
 from click.core import ParameterSource
 
 from camopt.cli.options import DEFAULT_SCENE
-from camopt.cli.scenes import unused_of
 from camopt.front.parts import PART_COMMAND, name_of_part
 from camopt.front.plan import KEPT, TABLED, key_of, plan_of_key, sweep_plan
 from camopt.front.store import interrupted_question
 from camopt.front.sweep import SWEEP_COMMAND
 from camopt.mistakes import BadInput, Mistake
-from camopt.problem.unused import constant_objectives
 from camopt.scene.scene import Scene, find_scene
 from camopt.storage.manifest import readable_manifest
 
@@ -23,11 +21,6 @@ SAME_SWEEP = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json
 def is_by_boxes(scene: Scene, keep: str) -> bool:
     """Whether a sweep decides whole boxes of designs together."""
     return keep not in TABLED and sweep_plan(scene, keep).by_boxes
-
-
-def notes_of_sweep(scene: Scene) -> tuple[str, ...]:
-    """What to know of a scene that was swept: what is odd or unused, and objectives that are the same for all."""
-    return (*unused_of(scene), *constant_objectives(scene))
 
 
 def unfinished_sweep(scene: Scene, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Scene, str]:

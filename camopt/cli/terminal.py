@@ -11,11 +11,13 @@ from camopt.engines.progress import Advance, progress_bar
 from camopt.kernels.compiling import announced
 from camopt.storage.files import LossWarning
 from camopt.tables.cells import to_json
-from camopt.tables.layout import ABOUT, NUMERIC, VALUE, Table
+from camopt.tables.layout import ABOUT, NUMERIC, VALUE, Branch, FileLine, Table
+from camopt.tables.result import Result
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table as RichTable
+    from rich.tree import Tree as RichTree
 
 
 @contextmanager
@@ -73,6 +75,15 @@ def _printed(table: Table) -> "RichTable":
     return made
 
 
+def _tree(branch: Branch) -> "RichTree":
+    """A tree as the terminal prints it."""
+    from rich.tree import Tree as RichTree
+
+    tree = RichTree(branch.text)
+    tree.children += [_tree(each) for each in branch.branches]
+    return tree
+
+
 def _plain(width: int | None = None) -> "Console":
     """What prints texts as they are: brackets and colons are no markup."""
     from rich.console import Console
@@ -87,12 +98,14 @@ def show(*things: Any) -> None:
     screen = _plain()
     for thing in things:
         if isinstance(thing, str):
-            screen.print(in_lines(thing), soft_wrap=True)
+            screen.print(thing if isinstance(thing, FileLine) else in_lines(thing), soft_wrap=True)
             continue
-        if not isinstance(thing, Table):  # a tree wraps within its branches on a screen, and nothing in a file
-            _plain(room_across()).print(thing)
+        if isinstance(thing, Branch):  # it wraps within its branches on a screen, and not in a file
+            _plain(room_across()).print(_tree(thing))
             continue
         screen.print(thing.title, soft_wrap=True)  # above the table, or it is wrapped to the table's width
+        if not thing.is_headed and room_across() < ROOM_TO_EXPLAIN:
+            thing = thing.unexplained()
         printed = _printed(thing)
         most = room_across() if thing.is_headed else line_length()
         least = _plain(NO_WIDTH).measure(printed).minimum if most < NO_WIDTH else 0
@@ -104,14 +117,8 @@ def show(*things: Any) -> None:
             screen.print(in_lines(thing.note), soft_wrap=True)
 
 
-def show_lines(records: Iterable[str]) -> None:
-    """Print texts one a line, however long, for people and programs."""
-    screen = _plain()
-    for record in records if sys.stdout is not None else ():
-        screen.print(record, soft_wrap=True)
-
-
 NO_WIDTH = 10_000
+ROOM_TO_EXPLAIN = 110  # columns of a screen: on a narrower one each sentence would be a column of single words
 FILE_WIDTH = 100  # columns of a sentence in a file
 
 
@@ -139,6 +146,21 @@ def _row_by_row(table: Table) -> str:
         for row in table.rows
     ]
     return "\n" + "\n\n".join(rows) + "\n"
+
+
+def print_result(result: Result, as_json: bool, quiet: bool, files: Iterable[Any] = ()) -> int:
+    """Print a result for people or programs, with what to know of it and the files written; its exit code."""
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        show(*result.sections())
+    if not quiet:
+        say_notes(result.notes)
+        say_written(files)
+    asked = result.asked_accuracy
+    if result.half_width > asked:
+        say_note(f"relative error of {asked:g} not reached; values are exact to {result.half_width:.2g}")
+    return result.exit_code
 
 
 def say_notes(sentences: Iterable[str]) -> None:

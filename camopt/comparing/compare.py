@@ -1,7 +1,7 @@
 """Two results side by side: designs that came, went or changed, fronts, settings, and quantities of two cams."""
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from math import isinf, isnan
@@ -16,6 +16,7 @@ from camopt.comparing.design_table import DesignTable
 from camopt.comparing.designs import Change, Index, Matching, changed_quantities, matched
 from camopt.comparing.differences import checked_place, write_differences
 from camopt.comparing.fronts import Fronts, compared_fronts
+from camopt.comparing.sections import sections_of
 from camopt.comparing.settings import Difference, differing
 from camopt.comparing.sides import Side, side_of
 from camopt.mistakes import BadInput, Mistake
@@ -23,6 +24,8 @@ from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
 from camopt.storage.tables import no_table
 from camopt.tables.designs import DESIGNS, PARETO
+from camopt.tables.layout import Table
+from camopt.tables.result import Result
 
 SHOWN_DESIGNS = 5
 """Designs of each kind that are shown."""
@@ -81,7 +84,7 @@ class TableComparison:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison(Drawn):
+class Comparison(Result, Drawn):
     """Two results side by side.
 
     Attributes
@@ -99,7 +102,7 @@ class Comparison(Drawn):
         Likewise, of scenes that are cams with all their sizes, and of which no table was made: each quantity that
         differs by more than the relative errors of both, by name, with ``a``, ``b`` and ``difference``, b less a
         (None where one is not set, infinite or no number).
-    tables : dict
+    by_table : dict
         By name of the table: ``went`` and ``came``, the rows of A and B whose designs the other has not;
         ``changed``, pairs of rows; ``quantities``, how each that changed did; ``fronts``; ``to_dict()``.
     only_in_a : tuple of str
@@ -126,7 +129,7 @@ class Comparison(Drawn):
     settings: dict[str, dict[str, Difference]]
     scenes: dict[str, tuple[Scene, Scene]]
     cams: dict[str, dict[str, Values]]
-    tables: dict[str, TableComparison]
+    by_table: dict[str, TableComparison]
     only_in_a: tuple[str, ...]
     only_in_b: tuple[str, ...]
     versions: tuple[str, str]
@@ -139,10 +142,14 @@ class Comparison(Drawn):
     def same(self) -> bool:
         """Whether settings and designs are the same; versions of camopt may differ."""
         differ = (self.settings, self.only_in_a, self.only_in_b)
-        return not any(differ) and all(each.same for each in self.tables.values())
+        return not any(differ) and all(each.same for each in self.by_table.values())
 
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain values, with None for what is infinite."""
+    def sections(self) -> Iterator[Table | str]:
+        """The differences, or a line that there are none."""
+        return sections_of(self)
+
+    def document(self) -> dict[str, Any]:
+        """What differs, by kind."""
         settings = {
             names: {key: dict(zip("ab", pair, strict=True)) for key, pair in keys.items()}
             for names, keys in self.settings.items()
@@ -155,7 +162,7 @@ class Comparison(Drawn):
             "settings": settings,
             "cams": {names: {n: _plain(v._asdict()) for n, v in each.items()} for names, each in self.cams.items()},
             "only_in": {"a": list(self.only_in_a), "b": list(self.only_in_b)},
-            "tables": {name: each.to_dict() for name, each in self.tables.items()},
+            "tables": {name: each.to_dict() for name, each in self.by_table.items()},
         }
 
 

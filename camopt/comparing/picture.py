@@ -23,7 +23,7 @@ PANEL_WIDTH, PANEL_HEIGHT = 4.6, 4.4  # inches: of a panel
 
 def draw(found: Comparison, path: Target = None) -> "Figure":
     """Draw the Pareto fronts of two results, a row of panels for each table: each pair of objectives that vary."""
-    rows = {name: table for name, table in found.tables.items() if table.fronts and _pairs(table)}
+    rows = {name: table for name, table in found.by_table.items() if table.fronts and _pairs(table)}
     if not rows:
         why = "results with fronts of the same two objectives or more, which vary"
         raise BadInput([Mistake("camopt", "what", repr(found), why)])

@@ -1,18 +1,17 @@
 """The report on a file that has been written."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from camopt.contour.follow import Followed
 from camopt.tables.cells import quantity, shown_name, with_unit
-from camopt.tables.html import html_table
-from camopt.tables.layout import Table
+from camopt.tables.result import Result
 
 
 @dataclass(frozen=True)
-class Export:
+class Export(Result):
     """A file that has been written.
 
     Attributes
@@ -39,10 +38,18 @@ class Export:
     about: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
-    def _repr_html_(self) -> str:
-        """The curves with their proved deviations, and the other numbers, for a notebook."""
-        notes = [("note", note) for note in self.notes]
-        return html_table(Table.of(str(self.file), ["", ""], [*self.facts, *notes]))
+    main_rows: ClassVar[str] = "curves"
+
+    def __repr__(self) -> str:
+        return f"<Export to {self.file}>"
+
+    def sections(self) -> Iterator[str]:
+        """The curves in the file with their proved deviations, and its other numbers."""
+        return (f"{name}: {text}" for name, text in self.facts)
+
+    def document(self) -> dict[str, Any]:
+        """The curves, and the other numbers of the file."""
+        return {"file": self.file, "curves": self.curves, **self.about, "notes": self.notes}
 
     @property
     def facts(self) -> list[tuple[str, str]]:

@@ -18,11 +18,30 @@ from camopt.problem.settings import problems_of
 from camopt.problem.space import Space
 from camopt.storage.publishing import finish_publishing, revision
 from camopt.storage.tables import no_table, write_table
+from camopt.tables.result import Result
 from camopt.tables.table import arrow_schema, read_quantities, scene_in
-from camopt.verdicts.certify import certify_cams, summary
+from camopt.verdicts.certify import certify_cams, code_of_verdicts, summary
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 
-def certify_table(path: str | os.PathLike[str], progress: Progress | None = None) -> Counter[str]:
+class TableCertificate(Result, Counter[str]):
+    """How many rows of a table are held, broken and undecided."""
+
+    def sections(self) -> tuple[str]:
+        """The counts."""
+        return (", ".join(f"{count:,} {verdict}" for verdict, count in self.document().items()),)
+
+    def document(self) -> dict[str, int]:
+        """The counts by verdict."""
+        return {verdict: self[verdict] for verdict in (HELD, BROKEN, UNDECIDED)}
+
+    @property
+    def exit_code(self) -> int:
+        """0 all held; 1 a row is broken; 4 one is undecided."""
+        return code_of_verdicts(self)
+
+
+def certify_table(path: str | os.PathLike[str], progress: Progress | None = None) -> TableCertificate:
     """Prove or refute the limits of the scene for each row of a table, and add the verdict as the column ``proof``.
 
     With ``search.robust`` a row is held if every cam within the tolerances of its numbers holds each limit. Returns
@@ -54,7 +73,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
         verdicts = _verdicts(space, rows, progress)
         field = arrow_schema((COLUMN,), "").field(COLUMN)
         write_table(table.append_column(field, pa.array(verdicts, type=pa.string())), place)
-    return Counter(verdicts)
+    return TableCertificate(verdicts)
 
 
 def _verdicts(space: Space, rows: Rows, progress: Progress | None) -> list[str]:

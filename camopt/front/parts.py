@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from camopt.engines import Engine
 from camopt.engines.progress import Progress, with_progress_bar
@@ -13,7 +14,7 @@ from camopt.engines.threads import Threads
 from camopt.front.blocks import Batch
 from camopt.front.estimate import foresee
 from camopt.front.plan import SWEEP_PARTS, SweepKey, SweepPlan, key_of, plan_of_key, sweep_plan
-from camopt.front.result import Sweep
+from camopt.front.result import Sweep, counts_of_effort
 from camopt.front.store import (
     BATCH_FILES,
     QUESTION_FILE,
@@ -28,10 +29,11 @@ from camopt.front.store import (
 from camopt.front.streaming import Seen, gathered
 from camopt.front.sweep import SWEEP_COMMAND, Write, result_of, swept_already, up_to_date
 from camopt.mistakes import BadInput, Mistake
-from camopt.quantities.shown import HasHtml
+from camopt.problem.unused import notes_of_search
 from camopt.scene.scene import Scene
 from camopt.storage.manifest import DamagedManifest, Manifest, has_entry, manifest_of, readable_manifest
 from camopt.storage.publishing import publication, published_answer
+from camopt.tables.result import Result
 from camopt.verdicts.judging import Effort
 
 PART_COMMAND = "part"
@@ -42,7 +44,7 @@ MOST_NAMED = 20  # parts that a message names
 
 
 @dataclass(frozen=True)
-class SweepPart(HasHtml):
+class SweepPart(Result):
     """The result of one part of a sweep.
 
     Attributes
@@ -82,6 +84,29 @@ class SweepPart(HasHtml):
     effort: Effort
     folder: Path = field(repr=False)
     already_done: bool = False
+
+    def sections(self) -> Iterator[str]:
+        """Counts of the part."""
+        part = f"part {self.part} of {self.parts}"
+        yield f"{self.scene.name}, {part}: {self.designs:,} designs, {self.feasible:,} feasible"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What of the scene is odd or unused, and objectives that are the same for all designs."""
+        return notes_of_search(self.scene)
+
+    def document(self) -> dict[str, Any]:
+        """Counts, and the folder of the part."""
+        return {
+            "scene": self.scene.name,
+            "part": self.part,
+            "parts": self.parts,
+            "designs": self.designs,
+            "impossible": self.impossible,
+            "feasible": self.feasible,
+            **counts_of_effort(self.effort),
+            "files": [self.folder],
+        }
 
     @property
     def file(self) -> Path:

@@ -1,21 +1,40 @@
 """What a sweep found: counts, files, the best designs and the front."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from camopt.front.pareto import Front
+from camopt.mistakes import NOTHING_FEASIBLE
 from camopt.problem.problem import resolve
-from camopt.quantities.shown import HasHtml
+from camopt.problem.space import EDGE_OF_SPACE
+from camopt.problem.unused import notes_of_search
 from camopt.scene.scene import Scene
 from camopt.tables.columns import bounds_shown, columns_of, laws_shown, with_law
 from camopt.tables.design_tables import designs_table
-from camopt.tables.designs import Design
+from camopt.tables.designs import Design, miss_sections
 from camopt.tables.layout import Table, table_of
+from camopt.tables.result import Result
 from camopt.verdicts.judging import Effort
+from camopt.verdicts.words import BROKEN, UNDECIDED
+
+HYPERVOLUME = (
+    "It compares fronts of the same objectives: the more of their space is beaten by some design, the nearer 1."
+)
+
+
+def counts_of_effort(effort: Effort) -> dict[str, int]:
+    """How many designs stayed undecided, were looked at again, and were decided in balls."""
+    return {
+        "undecided": effort.undecided,
+        "looked_at_again": effort.again,
+        "decided_in_balls": effort.balls - effort.undecided,
+    }
 
 
 @dataclass(frozen=True)
-class Sweep(HasHtml):
+class Sweep(Result):
     """The result of a sweep: counts, files, and the best designs.
 
     Attributes
@@ -114,6 +133,97 @@ class Sweep(HasHtml):
         columns = columns_of(problem, with_law(self.best.values()), (*search.minimise, *search.maximise))
         names = [*laws_shown(knee), *(name for name in columns if not name.startswith("law"))]
         return table_of("Its knee", with_law(knee), names, bounds_shown(problem))
+
+    def sections(self) -> Iterator[Table | str]:
+        """Counts, the best design of each law, the front; or the nearest miss."""
+        undecided = f"{self.effort.undecided:,} undecided, " if self.effort.undecided else ""
+        designs = f"{self.designs:,} design{'s' * (self.designs != 1)}"
+        yield f"{self.scene.name}: {designs}, {self._counts}{undecided}{self.pareto:,} on the Pareto front"
+        if self.obstacle and (self.best or self.nearest_miss):
+            yield f"Not to be assembled: {self.obstacle}."
+        if best := self.table():
+            yield ""
+            yield best
+            yield from self._front_sections()
+            yield from self._verdict_sections()
+        elif self.nearest_miss:
+            yield from miss_sections(self.nearest_miss)
+        elif self.impossible is not None:
+            yield f"No design can be assembled: {self.obstacle}."
+        else:
+            yield f"No feasible design. Of those looked at, none can be assembled: {self.obstacle}."
+
+    @property
+    def _counts(self) -> str:
+        """The numbers of impossible and feasible designs; or, if not counted, how the front was found."""
+        if self.feasible is None:
+            return f"{self.decided_by_boxes:,} decided by boxes, {self.evaluated:,} evaluated, "
+        return f"{self.impossible:,} impossible, {self.feasible:,} feasible, "
+
+    def _front_sections(self) -> Iterator[Table | str]:
+        """How much the front dominates, and its knee; what a single best design leaves to say is nothing."""
+        front = self.front
+        assert front is not None
+        if any(row["held_by"] == EDGE_OF_SPACE for row in self.best.values()):
+            yield f"{EDGE_OF_SPACE.capitalize()}: [search] has no smaller cam that could break a limit."
+        if front.points == 1:
+            return
+        volume = f"{'' if front.exact else 'about '}{front.hypervolume:.6g}"
+        if front.grid_points is not None:
+            outside = "" if front.grid_hypervolume else ", for all lie outside the box of the refined front"
+            volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}{outside}"
+        yield f"Hypervolume of the Pareto front, as a share: {volume}"
+        yield HYPERVOLUME
+        if knee := self.knee_table():
+            yield ""
+            yield knee
+
+    def _verdict_sections(self) -> Iterator[str]:
+        """With ``search.robust``, of how many designs of the front every cam holds the limits."""
+        counts = self.every_cam or {}
+        told = ", ".join(f"{verdict} of {n:,}" for verdict, n in counts.items() if verdict != BROKEN)
+        if told:
+            what = "That every cam within the tolerances holds each limit, over the whole box"
+            which = "`certify` tells of the scene of a row which limit is undecided."
+            yield f"{what}: {told} on the front.{' ' + which if UNDECIDED in counts else ''}"
+        if broken := counts.get(BROKEN):
+            left = f"Left out {broken:,} design{'s' * (broken != 1)} of which a cam within the tolerances"
+            yield f"{left} breaks a limit; others that only these dominate may be missing."
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What of the scene is odd or unused, and objectives that are the same for all designs."""
+        return notes_of_search(self.scene)
+
+    def document(self) -> dict[str, Any]:
+        """Counts, files, the best designs and the front."""
+        return {
+            "scene": self.scene.name,
+            "designs": self.designs,
+            "evaluated": self.evaluated,
+            "decided_by_boxes": self.decided_by_boxes,
+            "impossible": self.impossible,
+            "feasible": self.feasible,
+            **counts_of_effort(self.effort),
+            "pareto": self.pareto,
+            "front": self.front,
+            "files": self.files,
+            "best": next(iter(self.best.values()), None),
+            "by_law": self.best,
+            "nearest_miss": self.nearest_miss,
+            **({} if self.every_cam is None else {"every_cam": self.every_cam}),
+            **({"obstacle": self.obstacle} if self.obstacle else {}),
+        }
+
+    @property
+    def half_width(self) -> float:
+        """The largest relative half-width of an enclosure of any row kept."""
+        return self.reached if self.pareto else 0.0
+
+    @property
+    def exit_code(self) -> int:
+        """0; 1 without a feasible design; 4 where the accuracy is not reached."""
+        return super().exit_code if self.pareto else NOTHING_FEASIBLE
 
     @property
     def shown_cam(self) -> Scene | None:

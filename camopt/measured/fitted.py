@@ -1,6 +1,6 @@
 """The result of a fit: a scene with the measured motion, and how it lies in the points."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, radians, sqrt
@@ -21,11 +21,12 @@ from camopt.motion.table import ALL_STROKES as EVERY_STROKE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve
 from camopt.quantities import AT_FOLLOWER, DERIVATIVES, QUANTITIES, displacement_unit, motion_quantity
-from camopt.quantities.shown import Drawn, HasHtml
+from camopt.quantities.shown import Drawn
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
-from camopt.tables.layout import VALUE, Cell, Table
+from camopt.tables.layout import Table, table_of
+from camopt.tables.result import Result
 
 JERK_ORDER = 3  # its order
 NAMED = 6  # rows at most
@@ -40,13 +41,8 @@ class LeftOut(NamedTuple):
     deviation: float
 
 
-def _row(name: str, value: float, unit: str) -> tuple[str, str, str]:
-    """A line of the table: a number as it is shown."""
-    return name, number(shown(value, unit)), shown_unit(unit)
-
-
 @dataclass(frozen=True)
-class Fit(HasHtml, Drawn):
+class Fit(Result, Drawn):
     """The gentlest motion within a band of measured points, as a scene.
 
     Lifts, noise, band and deviations are in mm, deg when oscillating.
@@ -134,21 +130,66 @@ class Fit(HasHtml, Drawn):
         return radians(1.0) if self._problem.given_turns else 1.0
 
     def table(self) -> Table:
-        """The deviations of the motion from the points, and its peaks."""
+        """The segments of the motion."""
+        segments = [{"law": "", **segment.model_dump(exclude_none=True)} for segment in self.scene.motion]
+        names, units = ["segment", "angle", "lift", "law"], {"angle": "deg", "lift": self.unit}
+        return table_of("The motion", segments, names, units=units)
+
+    def sections(self) -> Iterator[Table | str]:
+        """Deviations of the motion from the points, its segments, its peaks beside those of plain differences."""
+        unit, away = self.unit, self.deviation
+        lowest = f"its lowest {'position' if self.profile else 'lift'} is {with_unit(self.zero, unit)}"
+        count = f"{self.points.angles.size:,} points, noise {with_unit(self.noise, unit)}"
+        times = f" ({self.band / self.noise:.3g} times the noise)" if self.usual else ""
+        off = (
+            f"at most {with_unit(away.largest, unit)} away, root mean square {with_unit(self.deviation_rms, unit)}"
+        )
+        yield f"{self.scene.name}: {count}"
+        yield f"Band {with_unit(self.band, unit)}{times}, proved at every point: {off}."
+        yield f"From the straight lines between points it is nowhere further than {with_unit(away.between, unit)}."
+        yield f"The turn starts at the measured angle {self.start:g} deg; {lowest}."
+        if self.scene.train:
+            whose, other = ("follower", "tool") if self.at_follower else ("tool", "follower")
+            yield f"The lift is that of the {whose}; the train of the scene gives the motion of the {other}."
+        yield from self._profile_sections()
+        yield ""
+        yield self.table()
+        before = self.before
+        peaks = [
+            {
+                "largest": name,
+                "by differences": shown(before[name], unit),
+                "of the motion": shown(value, unit),
+                "unit": shown_unit(unit),
+            }
+            for name, value in self.after.items()
+            for unit in [QUANTITIES[self.quantity(name)].unit]
+        ]
+        yield table_of("Before and after", peaks, ["largest", "by differences", "of the motion", "unit"])
         jerk = QUANTITIES[self.quantity("jerk")].unit
-        lengths = {
-            "noise": self.noise,
-            "band": self.band,
-            "largest deviation": self.deviation.largest,
-            "root mean square deviation": self.deviation_rms,
+        what = f"Root mean square of the jerk: {with_unit(self.jerk_rms, jerk)}"
+        least = number(shown(self.least_jerk_rms, jerk))
+        yield f"{what}; no motion as near to the points has less than {least}."
+
+    def _profile_sections(self) -> Iterator[str]:
+        """How a profile was measured, whose lift it gives, how far its points are from the cam that was found."""
+        found = self._of_profile
+        if self.profile is None or found is None:
+            return
+        follower = self.scene.follower
+        numbers = {
+            key: with_unit(found[f"{key}_mm"], "mm") for key in ("base_radius", "distance_max", "distance_rms")
         }
-        rows = [("points", str(self.points.angles.size), "")]
-        rows += [_row(name, value, self.unit) for name, value in lengths.items()]
-        rows += [_row("root mean square jerk", self.jerk_rms, jerk)]
-        rows += [_row("the least of any motion", self.least_jerk_rms, jerk)]
-        for name, value in self.after.items():
-            rows.append(_row(f"largest {name}", value, QUANTITIES[self.quantity(name)].unit))
-        return Table.of(self.scene.name, ["", Cell("", VALUE), ""], rows)
+        radius = with_unit(self.profile.probe, "mm")
+        probe = f"centres of a ball of {radius}" if self.profile.probe else "points on the profile itself"
+        off = f"{numbers['distance_max']}, root mean square {numbers['distance_rms']}"
+        yield f"Measured: {probe}; the lift is that of the follower: {follower.motion}, {follower.contact}."
+        yield f"Base radius {numbers['base_radius']}. From the profile of this cam the points are at most {off}."
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The warnings."""
+        return self.warnings
 
     @property
     def shown_cam(self) -> Scene:
@@ -289,7 +330,7 @@ class Fit(HasHtml, Drawn):
             "unreached_rows": self.profile.unreached.tolist(),
         }
 
-    def to_dict(self) -> dict[str, Any]:
+    def document(self) -> dict[str, Any]:
         """Plain numbers and texts, without the points."""
         lengths = {
             "noise": self.noise,

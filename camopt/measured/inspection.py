@@ -20,7 +20,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import degrees, inf, isfinite, sqrt
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,11 +45,11 @@ from camopt.numerics import FloatArray
 from camopt.numerics.neighbours import MEDIAN
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem, resolve_design
-from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import zone_of
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tables.result import Result
 from camopt.tolerances.contributions import contributions
 from camopt.tolerances.response import Responses
 from camopt.tolerances.turn import TurnErrors
@@ -107,7 +107,7 @@ class OffPoint(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Inspection(HasHtml):
+class Inspection(Result):
     """A measured cam against its drawing.
 
     Attributes
@@ -182,6 +182,7 @@ class Inspection(HasHtml):
     far: bool = False
     likely: str = ""
     mover: str = "tool"
+    main_rows: ClassVar[str] = "used"
 
     @property
     def within(self) -> bool | None:
@@ -237,6 +238,26 @@ class Inspection(HasHtml):
         alike = next((each for each in self.used if each.key == "waves" and each.allowed is not None), None)
         zone = f", as steep or curved as {alike.found:.4g} of the height of the zone" if alike else ""
         return f"Waves in a turn: {_some(some)}{zone}"
+
+    def document(self) -> dict[str, Any]:
+        """The error, where the cam is off, and a record for each tolerance, wave and outlier."""
+        return {
+            "scene": self.scene.name,
+            "error": self.error,
+            "at_deg": self.at_deg,
+            "unit": self.unit,
+            "within": self.within,
+            "noise": self.noise,
+            "phase_deg": self.phase_deg,
+            "size": self.size,
+            "eccentricity": self.eccentricity,
+            "used": self.records(),
+            "waves": self.waves,
+            "outliers": self.outliers,
+            "gaps_deg": self.gaps,
+            "unreached_rows": self.unreached,
+            "not_counted": self.not_counted,
+        }
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each tolerance."""

@@ -15,7 +15,7 @@ and where δ₀ + s is below 0 there is a clearance as large. A force F along th
 lets go where |F|/2 > P (``effects.preload``). F is that of the motion that is asked.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import degrees
@@ -33,11 +33,11 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.problem.problem import Problem, resolve_design
-from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import zone_of
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tables.result import Result
 
 
 class Extreme(NamedTuple):
@@ -48,7 +48,7 @@ class Extreme(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PairInspection(HasHtml):
+class PairInspection(Result):
     """A measured cam with two contacts of its follower against its drawing.
 
     Attributes
@@ -207,6 +207,20 @@ class PairInspection(HasHtml):
             held = zone.lower <= self.turned <= zone.upper
             allowed = f"{'within' if held else 'beyond'} tolerances.disc_phase"
         return [f"Disc 2 is turned by {number(turned)} deg against disc 1, {way} it: {allowed}"]
+
+    def sections(self) -> Iterator[Table]:
+        """The table of each disc, and that of both."""
+        for disc in self.discs:
+            yield disc.table()
+        yield self.table()
+
+    def document(self) -> dict[str, Any]:
+        """What is found of each disc, and of both."""
+        return {
+            "scene": self.scene.name,
+            "discs": [each.document() for each in self.discs],
+            "pair": self.records(),
+        }
 
     def records(self) -> dict[str, Any]:
         """The numbers of the pair by name, without what is of each disc; None where it has a reason."""

@@ -7,6 +7,7 @@ from camopt.effects.contacts import OF_EACH, PLACES
 from camopt.problem.problem import resolve
 from camopt.problem.settings import laws_of
 from camopt.quantities import QUANTITIES
+from camopt.scene.oddities import oddities
 from camopt.scene.scene import Scene
 from camopt.scene.train import CARRIED
 
@@ -27,6 +28,16 @@ READERS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("wear_rate", "viscosity", "pressure_viscosity", "roughness"), ("surface",)),
 }
 """The effects that read each key of ``[follower.dynamics]`` and ``[materials]``."""
+
+
+def notes_of(scene: Scene) -> tuple[str, ...]:
+    """Sentences on what of a scene is odd, what of it nothing called for, and what its outputs lack."""
+    return (*oddities(scene), *unused(scene), *unanswered(scene))
+
+
+def notes_of_search(scene: Scene) -> tuple[str, ...]:
+    """Sentences as of ``notes_of``, and on objectives that are the same for all designs."""
+    return (*notes_of(scene), *constant_objectives(scene))
 
 
 def unused(scene: Scene) -> list[str]:

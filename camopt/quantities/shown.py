@@ -15,18 +15,14 @@ class Drawn:
 
 
 class HasHtml:
-    """A result that a notebook shows as HTML: its table, with a picture of the cam where it has one.
+    """What a notebook shows as HTML, with a picture of the cam where it has one.
 
-    Scenes are such results, so nothing here names the types of what results have.
+    Scenes are shown so too, so nothing here names the types of what results have.
     """
 
     __slots__ = ()
     html: ClassVar[Callable[["HasHtml"], str]]
     """What makes the HTML. The package sets it, for it draws the cam, and drawing stands above all results."""
-
-    def table(self) -> Any:
-        """The result as a ``Table``, for every printer; None if it has no rows."""
-        return None
 
     @property
     def shown_cam(self) -> Any:

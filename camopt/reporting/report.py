@@ -16,7 +16,7 @@ from camopt.quantities.unit_systems import system_shown
 from camopt.reporting.cams import ShownCam, cams_page
 from camopt.reporting.results import ResultRows, of_frame, results_page
 from camopt.scene.scene import RESULTS, Scene, scene_named
-from camopt.smallest.optimise import Optimum
+from camopt.smallest.optimum import Optimum
 from camopt.storage.files import (
     check_writable,
     checked_path,

@@ -1,7 +1,7 @@
 """Optimise: the smallest cam of a scene over its laws and sizes, with what holds it."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from typing import Any, NamedTuple
 
@@ -21,21 +21,19 @@ from camopt.problem.space import boxes_of, choices
 from camopt.problem.variables import not_varied
 from camopt.problem.zones import Off, of_train
 from camopt.quantities import in_order
-from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.smallest.closed_form import negligible
 from camopt.smallest.exchange import EXCHANGES, broken_at, with_proof
 from camopt.smallest.multipliers import BINDS
+from camopt.smallest.optimum import Optimum
 from camopt.smallest.reasons import Reason, in_one_sentence, listed, reason
 from camopt.smallest.result import GAP, Smallest
 from camopt.smallest.smallest import smallest
 from camopt.smallest.smallest_train import TrainSearch, free_of_train, listed_trains
 from camopt.smallest.smallest_turn import smallest_of_turns
 from camopt.smallest.turns import SegmentAngles
-from camopt.tables.columns import joined_laws, laws_shown, with_law
-from camopt.tables.design_tables import designs_table
+from camopt.tables.columns import joined_laws
 from camopt.tables.designs import ByLaw, Design
-from camopt.tables.layout import Table
 from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, evaluate_rows, violations, worst_excesses
 from camopt.verdicts.screening import feasible
 from camopt.verdicts.warned import warnings_of
@@ -44,83 +42,6 @@ from camopt.verdicts.words import UNDECIDED
 SECONDS = 60.0  # of a search, unless told
 NOMINAL = 3  # of so many parts of the time, one is for the nominal cam beside a robust one
 RADII = 48  # sizes above the optimum at which feasibility is looked at
-
-
-@dataclass(frozen=True)
-class Optimum(HasHtml):
-    """The smallest cam of each law (``by_law``), and the smallest of all (``best``).
-
-    Each ``Design`` is a mapping from quantity to value, and has a ``scene``. Besides the quantities that the scene
-    calls for, it has:
-
-    - ``binding``: the limits that it just meets, so that it cannot be smaller;
-    - ``proved``: whether it is proved that no feasible design of that law is smaller by more than 1e-9 of the prime
-      radius; of two discs that both have a range it is the larger one that counts, and the other one beside it;
-    - ``gap_mm``: by how much a feasible design might be smaller;
-    - ``angles_deg``: the angles of all segments, if ``[search]`` varies some;
-    - ``every_cam``, with ``search.robust``: whether every cam within the tolerances of its numbers holds every
-      limit: held (proved over the whole box), undecided, or broken, where no cam was found that all hold;
-    - ``nominal_mm``, likewise: the size of the smallest cam of which the nominal one alone holds them, and
-      ``safety_mm``, by how much the robust one is larger: what safety costs; ``nominal_proved``, as ``proved``;
-    - ``clear_above_mm``: all larger designs that were tried above this size are feasible. It exceeds the optimum if
-      larger cams break a limit again, and is infinite if large cams fail, as with oscillating followers.
-
-    Attributes
-    ----------
-    scene : Scene
-        What was asked.
-    best : Design or None
-        The smallest cam of all; None if no law has a feasible design.
-    by_law : dict
-        The smallest cam of each law, the smallest first.
-    obstacles : dict
-        For each law without a feasible design, the limits that are in the way.
-    nearest_miss : Design or None
-        If no law has a feasible design: the one that breaks its limits the least; ``violated`` names them.
-        Of those found so far where ``out_of_time``.
-    out_of_time : bool
-        Whether a search ran out of time, so that its answer is not proved.
-    warnings : tuple of str
-        What to know of the best cam unasked, as of an ``Evaluation``.
-
-    Examples
-    --------
-    >>> scene = camopt.find_scene("roller-1000rpm").replace(**{"search.law": ["cycloidal"]})
-    >>> found = camopt.optimise(scene)
-    >>> found.best["binding"], found.best["gap_mm"] < 1e-6
-    (['pressure_angle', 'pressure_angle_return'], True)
-    """
-
-    scene: Scene
-    best: Design | None
-    by_law: dict[str, Design]
-    obstacles: dict[str, str]
-    nearest_miss: Design | None
-    out_of_time: bool = False
-    warnings: tuple[str, ...] = ()
-
-    def __repr__(self) -> str:
-        what = repr(self.best).removeprefix("<").removesuffix(">") if self.best else "no feasible design"
-        return f"<Optimum of {self.scene.name}: {len(self.by_law)} laws; {what}>"
-
-    def table(self) -> Table | None:
-        """The smallest cam of each law with what binds it; whether that is proved, where it is not for all."""
-        rows = with_law(self.by_law.values())
-        if not rows:
-            return None
-        for row in rows:
-            if "angles_deg" in row:
-                row["angles_deg"] = " ".join(f"{angle:.6g}" for angle in row["angles_deg"])
-        last = ["every_cam", "nominal_mm", "safety_mm"] if any("nominal_mm" in row for row in rows) else []
-        last += ["binding", *(["angles_deg"] if any("angles_deg" in row for row in rows) else [])]
-        last += [] if all(row["proved"] for row in rows) else ["proved", "gap_mm"]
-        title = f"{self.scene.name}: the smallest cam{' of each law' if laws_shown(rows) else ''}"
-        return designs_table(title, resolve(self.scene), rows, last)
-
-    @property
-    def shown_cam(self) -> Scene | None:
-        """The smallest cam of all."""
-        return self.best.scene if self.best else None
 
 
 @with_progress_bar("laws")

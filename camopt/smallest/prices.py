@@ -1,7 +1,7 @@
 """The price of each bound that a smallest cam just meets, and what holds the cam without it."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from functools import singledispatch
 from math import isfinite
 from typing import Any
@@ -18,7 +18,9 @@ from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.settings import freed_of, laws_of
 from camopt.smallest.freedom import Freedom
 from camopt.smallest.multipliers import NO_RATES, ActiveBound, Rates, bounds_met, rates
-from camopt.smallest.optimise import SECONDS, Optimum, end_of, least_of_all
+from camopt.smallest.optimise import SECONDS, end_of, least_of_all
+from camopt.smallest.optimum import Optimum
+from camopt.smallest.price import Price
 from camopt.smallest.turns import SegmentAngles
 from camopt.smallest.widened import Toleranced, tolerances_of
 from camopt.tables.columns import joined_laws
@@ -26,61 +28,6 @@ from camopt.verdicts.judging import excesses
 from camopt.verdicts.running import columns_for
 
 BOUND_ROUNDING = 1e-9  # of a bound
-
-
-@dataclass(frozen=True)
-class Price:
-    """The price of a bound that a smallest cam just meets.
-
-    ``price`` and ``tightened`` are derivatives: how the size (base radius, of two free discs that of the larger
-    one, or mean radius of a cylindrical cam) changes per unit of the bound, for small changes. Those of free laws
-    are of what these minimise, in its unit in place of mm, and have no cam without the bound.
-
-    Attributes
-    ----------
-    key : str
-        The bound's key in the scene, as ``limits.pressure_angle``; ``search.offset.stop`` for an end of a range,
-        ``tolerances.profile`` for a tolerance.
-    bound : float
-        Its value; of a tolerance the larger of its ends, µm (deg): with the price both ends go out or in.
-    unit : str
-        Of the bound.
-    relation : str
-        How what is bounded must compare with the bound: ≤, ≥ or ±, where its magnitude must be ≤.
-    price : float or None
-        mm per unit, as the bound is eased, a tolerance narrowed; None where something that has no bound holds the
-        cam as well.
-    tightened : float or None
-        mm per unit, as the bound is tightened: not ``price`` where another bound would be enough to hold the cam.
-    size_without : float or None
-        The size of the smallest cam without this limit, or with a tolerance of 0, mm: easing it saves no more. 0
-        where nothing else limits the size; None where it was not sought (an end of a range), or not proved in time.
-    holds_to : float or None
-        What the cam of ``size_without`` has of what is bounded: beyond it, easing saves nothing more.
-    next : tuple of str or None
-        The keys of what the cam of ``size_without`` just meets, bounds or what every cam must hold.
-
-    Examples
-    --------
-    >>> (price,) = camopt.prices(camopt.optimise(camopt.find_scene("belt-matching")))[""]
-    >>> price.bound, price.unit, price.price < 0 < price.size_without
-    (30.0, 'deg', True)
-    """
-
-    key: str
-    bound: float
-    unit: str
-    relation: str
-    price: float | None
-    tightened: float | None
-    size_without: float | None = None
-    holds_to: float | None = None
-    next: tuple[str, ...] | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """The values by name."""
-        values = asdict(self)
-        return values | {"next": None if self.next is None else list(self.next)}
 
 
 @singledispatch

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import partial
+from typing import Any, ClassVar
 
 from camopt.effects import EFFECTS, Case, lacking
 from camopt.mechanisms import Designs
@@ -9,10 +10,15 @@ from camopt.mistakes import BadInput
 from camopt.numerics.clock import timed
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows
+from camopt.quantities.unit_systems import shown_unit
+from camopt.scene.read import numbers_read
 from camopt.scene.scene import Scene
 from camopt.smallest.sized import sized
 from camopt.studies.accuracy.subjects import designs_of
 from camopt.studies.called import Called, what_runs
+from camopt.tables.layout import Branch
+from camopt.tables.result import Result
+from camopt.verdicts.evaluation import as_read
 from camopt.verdicts.running import extended
 
 COST_RUNS = 3
@@ -28,13 +34,38 @@ class Entry(Called):
 
 
 @dataclass(frozen=True)
-class CostReport:
+class CostReport(Result):
     """What runs, in order; what does not, with the keys that the scene would have to give for it."""
 
     scene: Scene
     designs: int
     entries: tuple[Entry, ...]
     idle: dict[str, tuple[str, ...]]
+    main_rows: ClassVar[str] = "effects"
+
+    def sections(self) -> tuple[Branch]:
+        """The effects that run as a tree, what called for each, and what it costs."""
+        branches: list[Branch] = []
+        if read := numbers_read(self.scene):
+            given = (f"{each.key} = {as_read(each)} {shown_unit(each.unit)}".rstrip() for each in read)
+            branches.append(Branch.of("read from the scene", *given))
+        for entry in self.entries:
+            lines = [f"called for by {', '.join(entry.called_by)}"]
+            lines += [f"reads {', '.join(entry.reads)}"] if entry.reads else []
+            lines += [f"writes {', '.join(entry.writes)}"]
+            cost = f"{entry.ns_per_design:,.0f} ns per design, {entry.share:.1%}"
+            branches.append(Branch.of(f"{entry.effect}  {cost}", *lines))
+        for name, keys in self.idle.items():
+            needs = f", and needs {', '.join(keys)}" if keys else ""
+            branches.append(Branch.of(f"{name}  not called for{needs}"))
+        whole = sum(entry.ns_per_design for entry in self.entries)
+        head = f"{self.scene.name}: {whole:,.0f} ns per design, over {self.designs:,} designs, one thread"
+        return (Branch.of(head, *branches),)
+
+    def document(self) -> dict[str, Any]:
+        """A record for each effect that runs, and the effects that nothing called for."""
+        entries = [{**vars(entry), "share": round(entry.share, 6)} for entry in self.entries]
+        return {"scene": self.scene.name, "effects": entries, "not_called_for": self.idle}
 
 
 def cost_report(scene: Scene) -> CostReport:

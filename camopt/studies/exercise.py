@@ -1,6 +1,7 @@
 """Exercises: a problem with round numbers whose cam can be made, and its scene."""
 
 from random import Random
+from textwrap import wrap
 from typing import Any
 
 from camopt.mechanisms.body import CYLINDER, DISC, Body
@@ -57,6 +58,12 @@ def make_exercise(kind: str, seed: int) -> tuple[str, Scene]:
         scene = Scene(**_draw_numbers(kind, random))
         if _can_be_made(scene):
             return _problem_text(kind, scene), scene
+
+
+def exercise_toml(kind: str, seed: int) -> str:
+    """The scene of an exercise, under its problem as comments."""
+    problem, scene = make_exercise(kind, seed)
+    return "".join(f"# {line}\n" for line in wrap(problem, 100)) + "\n" + scene.to_toml()
 
 
 def _draw_numbers(kind: str, random: Random) -> dict[str, Any]:

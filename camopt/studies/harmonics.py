@@ -24,17 +24,18 @@ from camopt.numerics import FloatArray
 from camopt.numerics.panels import TABLE_DEGREE
 from camopt.problem.problem import resolve
 from camopt.quantities import displacement_unit
-from camopt.quantities.shown import Drawn, HasHtml
+from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
 from camopt.tables.cells import with_unit
 from camopt.tables.layout import Table, table_of
+from camopt.tables.result import Result
 
 ORDERS, MOST_ORDERS = 24, 10_000
 ROUNDING = 1e-14  # of the largest amplitude: a smaller one is rounding of the motion, and is 0
 
 
 @dataclass(frozen=True)
-class Harmonics(Drawn, HasHtml):
+class Harmonics(Result, Drawn):
     """The harmonics of a motion, from the first on.
 
     Attributes
@@ -73,6 +74,12 @@ class Harmonics(Drawn, HasHtml):
     acceleration_unit: str
 
     picture = "studies.harmonics_picture"
+    main_rows = "harmonics"
+
+    def document(self) -> dict[str, Any]:
+        """The mean, and a record for each harmonic."""
+        about = {"scene": self.scene.name, "mean": self.mean, "acceleration_unit": self.acceleration_unit}
+        return {**about, "harmonics": self.records()}
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each harmonic."""

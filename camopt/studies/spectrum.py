@@ -8,6 +8,7 @@ Source: Norton, Cam Design and Manufacturing Handbook (residual vibrations).
 """
 
 import os
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,6 +32,8 @@ from camopt.problem.rows import Rows, concatenate_rows
 from camopt.quantities import Quantity
 from camopt.quantities.shown import Drawn
 from camopt.storage.tables import write_table
+from camopt.tables.layout import Table, table_of
+from camopt.tables.result import Result
 from camopt.tables.table import schema_of, to_table
 
 if TYPE_CHECKING:
@@ -163,7 +166,50 @@ def _rise(law: Law) -> Programme:
     return Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0), Stroke(DWELL, None, 1.0, 1.0, 1.0, 1.0)))
 
 
-def spectrum(scene: "Scene") -> "Rows":
+SHOWN_RATIOS = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+
+
+@dataclass(frozen=True)
+class Spectra(Result):
+    """The response spectra of several laws."""
+
+    rows: Rows
+
+    def table(self) -> Table:
+        """The residual amplitude in the dwell after each law, at a few period ratios."""
+        laws: dict[str, dict[str, Any]] = {}
+        for record in self.rows.records():
+            ratio = round(record["period_ratio"], 9)
+            if ratio in SHOWN_RATIOS:
+                row = laws.setdefault(record["law"], {"law": record["law"]})
+                row[f"{ratio:g}"] = f"{record['residual']:.2g}"
+        title = "Residual vibration as a share of the lift, at ratios t₁/Tₙ of the rise time to the natural period"
+        return table_of(title, [*laws.values()], ["law", *(f"{ratio:g}" for ratio in SHOWN_RATIOS)])
+
+    def document(self) -> list[dict[str, Any]]:
+        """A record for each law and ratio."""
+        return self.rows.records()
+
+    def write(self, folder: str | os.PathLike[str]) -> None:
+        """Write the table and its picture into a folder, which is made.
+
+        Raises
+        ------
+        OSError
+            If a file cannot be written.
+        """
+        table, picture = (Path(folder) / name for name in SPECTRUM)
+        table.parent.mkdir(parents=True, exist_ok=True)
+        write_table(to_table(self.rows, schema_of(SPECTRUM_COLUMNS.values())), table)
+        laws = self.rows.column("law")
+        each = [
+            Spectrum((name, self.rows.column(name)[laws == law]) for name in SPECTRUM_COLUMNS)
+            for law in dict.fromkeys(laws.tolist())
+        ]
+        plot(each, picture)
+
+
+def spectra_of(scene: "Scene") -> Spectra:
     """The spectra of the usual laws and of those that the scene's strokes have, for its damping ratio.
 
     Raises
@@ -171,31 +217,9 @@ def spectrum(scene: "Scene") -> "Rows":
     BadInput
         For a damping ratio of 1 or more.
     """
-
     problem = resolve(scene)
     laws = {name: LAWS[name] for name in DRAWN}
     laws |= {stroke.law.NAME: stroke.law for stroke in problem.programme.tool.strokes if stroke.law}
     damping = problem.setup.dynamics.damping_ratio
-    return concatenate_rows(
-        Rows(response_spectrum(law, damping_ratio=damping), len(RATIOS)) for law in laws.values()
-    )
-
-
-def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, Path]:
-    """Write the table and its picture into a folder, which is made; the two paths.
-
-    Raises
-    ------
-    OSError
-        If a file cannot be written.
-    """
-    table, picture = (Path(folder) / name for name in SPECTRUM)
-    table.parent.mkdir(parents=True, exist_ok=True)
-    write_table(to_table(rows, schema_of(SPECTRUM_COLUMNS.values())), table)
-    laws = rows.column("law")
-    each = [
-        Spectrum((name, rows.column(name)[laws == law]) for name in SPECTRUM_COLUMNS)
-        for law in dict.fromkeys(laws.tolist())
-    ]
-    plot(each, picture)
-    return table, picture
+    each = (Rows(response_spectrum(law, damping_ratio=damping), len(RATIOS)) for law in laws.values())
+    return Spectra(concatenate_rows(each))

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from math import degrees, radians
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -21,11 +21,11 @@ from camopt.numerics.panels import derivatives
 from camopt.numerics.piecewise import sign_changes
 from camopt.problem.problem import resolve
 from camopt.quantities import displacement_unit
-from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import with_unit
 from camopt.tables.layout import Table, table_of
+from camopt.tables.result import Result
 from camopt.tolerances.errors import error_unit
 from camopt.tolerances.passing import Passing
 from camopt.tolerances.turn import TurnErrors
@@ -66,7 +66,7 @@ class Passage(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Timing(HasHtml):
+class Timing(Result):
     """Where the follower is above given lifts.
 
     Attributes
@@ -92,6 +92,17 @@ class Timing(HasHtml):
     passages: tuple[Passage, ...]
     velocity_unit: str
     worst: tuple[WorstPassage, ...] = ()
+    main_rows: ClassVar[str] = "passages"
+
+    def sections(self) -> Iterator[Table]:
+        """The passages; with tolerances, when no cam within them passes."""
+        yield self.table()
+        yield from filter(None, (self.worst_table(),))
+
+    def document(self) -> dict[str, Any]:
+        """A record for each passage, and for each of its ends that is proved."""
+        about = {"scene": self.scene.name, "velocity_unit": self.velocity_unit}
+        return {**about, "passages": self.records(), "worst": self.worst}
 
     def records(self) -> list[dict[str, float]]:
         """A mapping for each passage; with angles of the crank, of a scene that gives its speed."""

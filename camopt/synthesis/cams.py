@@ -21,7 +21,8 @@ from camopt.numerics.clock import now
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.space import boxes_of
 from camopt.scene.scene import Scene
-from camopt.smallest.optimise import SECONDS, Optimum, optimise
+from camopt.smallest.optimise import SECONDS, optimise
+from camopt.smallest.optimum import Optimum
 from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
 from camopt.synthesis.crossing_jerk import crossing_jerk
@@ -35,9 +36,6 @@ if TYPE_CHECKING:
 
 LEAST_DERIVATIVE = 1e-12  # of the range of a derivative: rounding
 OFF = (1e-6, 1e-5, 1e-3, 0.1)  # of the lift by the stroke's angle: by how much a solver may miss a condition
-
-OWN_MOVES = "own moves"
-"""The name of a motion without rises and returns."""
 
 
 def known_laws(scene: Scene) -> dict[str, Design]:

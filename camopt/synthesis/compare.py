@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 from camopt.scene.scene import Scene
-from camopt.synthesis.cams import OWN_MOVES, known_laws, known_row, law_names_of, own_law_names
+from camopt.synthesis.cams import known_laws, known_row, law_names_of, own_law_names
 from camopt.synthesis.from_scene import demand_of
+from camopt.synthesis.told import OWN_MOVES
 from camopt.synthesis.unmet import broken_in_words
 from camopt.tables.designs import Design
 

@@ -29,7 +29,7 @@ SCENE_FILE, LAWS_FILE, KNOWN_FILE, SUMMARY_FILE = SYNTHESIS = (
     "known.toml",
     "synthesis.json",
 )
-FRONTIER, PICTURE = "frontier.parquet", "frontier.png"
+FRONTIER, PICTURE = FRONTIER_FILES = "frontier.parquet", "frontier.png"
 LAW_POINTS = 361
 TOLD = {MM: "told", INCH: "told_in_inch"}
 """The result in a sentence, in each system of units, by its key in the summary."""

@@ -17,9 +17,9 @@ from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
-from camopt.synthesis.cams import OWN_MOVES
 from camopt.synthesis.compare import KnownLaws, known_laws_of
 from camopt.synthesis.synthesised import Synthesis
+from camopt.synthesis.told import OWN_MOVES
 from camopt.tables.columns import joined_laws
 
 if TYPE_CHECKING:

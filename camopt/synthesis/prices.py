@@ -26,7 +26,7 @@ from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.smallest.freedom import Freedom
-from camopt.smallest.prices import Price
+from camopt.smallest.price import Price
 from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import Convex, convex
 from camopt.synthesis.demand import CROSSING_JERK, LIMIT_MARGINS, Demand, tightened

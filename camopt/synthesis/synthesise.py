@@ -20,7 +20,8 @@ from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.stable import difference_of_squares_root
 from camopt.scene.scene import Scene
-from camopt.smallest.prices import Price, prices
+from camopt.smallest.price import Price
+from camopt.smallest.prices import prices
 from camopt.synthesis import residual
 from camopt.synthesis.cams import (
     cam_for,

@@ -1,28 +1,44 @@
 """The result of a synthesis: free laws, the smallest cam for them, and how good they are."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from camopt.motion import LAWS
 from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
 from camopt.motion.segments import MOVE, GivenSegment
 from camopt.motion.spline import SplineLaw
 from camopt.problem.problem import resolve
-from camopt.quantities.shown import Drawn, HasHtml
+from camopt.quantities.shown import Drawn
 from camopt.scene import tables
 from camopt.scene.scene import Scene
+from camopt.smallest.price import Price, price_table
+from camopt.synthesis.from_scene import default_peaks
+from camopt.synthesis.told import (
+    best_known_in_words,
+    bound_in_words,
+    broken_by_known,
+    motion_limits_in_words,
+    robust_in_words,
+    size_in_words,
+    why_local,
+)
+from camopt.synthesis.units import objective_unit
 from camopt.tables.columns import with_law
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import Design
 from camopt.tables.layout import Table
+from camopt.tables.result import Result, plain
+
+if TYPE_CHECKING:
+    from camopt.synthesis.compare import KnownLaws
 
 FREE_KINDS = ("rise", "return", MOVE)
 
 
 @dataclass(frozen=True)
-class Synthesis(HasHtml, Drawn):
+class Synthesis(Result, Drawn):
     """New ("free") motion laws, the smallest cam for them, and how good they are.
 
     Attributes
@@ -39,6 +55,10 @@ class Synthesis(HasHtml, Drawn):
         No motion at all that meets the convex limits has an objective below; None if no bound was computed.
     convex : bool
         Whether the convex limits alone decide; if not, the laws are a local optimum.
+    known : KnownLaws or None
+        The smallest cam of each known law, where it was computed, as the command does.
+    prices : list of Price or None
+        What ``camopt.prices`` finds, where it was computed, as the command does.
 
     Examples
     --------
@@ -55,6 +75,8 @@ class Synthesis(HasHtml, Drawn):
     objective: float
     bound: float | None = None
     convex: bool = True
+    known: "KnownLaws | None" = None
+    prices: Sequence[Price] | None = None
 
     def __repr__(self) -> str:
         known = "" if self.gap is None else f", at most {self.gap:.2%} from the best of any motion"
@@ -62,6 +84,7 @@ class Synthesis(HasHtml, Drawn):
 
     def table(self, known: Mapping[str, Mapping[str, Any]] | None = None) -> Table:
         """The cam of the free laws, after those of known laws by name, if given; * for what breaks a limit."""
+        known = self.known.rows if known is None and self.known else known
         every = [_named(row, law) for law, row in (known or {}).items()] + [_named(self.design, "free moves")]
         rows: list[dict[str, Any]] = []
         for row in with_law(every):
@@ -70,6 +93,42 @@ class Synthesis(HasHtml, Drawn):
         peaks = [name for name in rows[0] if name.startswith("peak_")]
         title = f"{self.scene.name}: free laws" + (", and the smallest cam of each known law" if known else "")
         return designs_table(title, resolve(self.scene), rows, [*peaks, "binding"])
+
+    def sections(self) -> Iterator[Table | str]:
+        """The cam of the free laws beside those of known laws, the bound, the gap, and what bounds cost."""
+        yield self.table()
+        if self.known and self.known.beyond:
+            yield f"* breaks what the free laws hold: {broken_by_known(self.known.beyond)}"
+        yield from motion_limits_in_words(self.asked, default_peaks(self.asked))
+        yield from filter(None, (size_in_words(self), robust_in_words(self.design)))
+        if self.known:
+            yield best_known_in_words(self, self.known)
+        local = "" if self.convex else f" {why_local(self)}, so the laws are a local optimum."
+        yield bound_in_words(self) + local
+        if self.prices:
+            yield ""
+            yield price_table({"": self.prices}, ["bound", "as set", "price"], objective_unit(self.asked))
+
+    def document(self) -> dict[str, Any]:
+        """The design, its objective with the bound, known laws and prices."""
+        known, prices = self.known, self.prices
+        laws = {"known_laws": known.rows, "own_law": known.own, "best_known_law": known.best} if known else {}
+        return {
+            **plain(self.design),
+            "objective": self.objective,
+            "bound": self.bound,
+            "gap": self.gap,
+            "convex": self.convex,
+            "peaks": self.peaks,
+            "default_peaks": default_peaks(self.asked),
+            **laws,
+            **({} if prices is None else {"prices": prices}),
+        }
+
+    @property
+    def half_width(self) -> float:
+        """The relative half-width of the design's enclosures."""
+        return float(self.design["relative_half_width"])
 
     @property
     def shown_cam(self) -> Scene:

@@ -1,20 +1,26 @@
 """What a frontier found, without what finds it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 from typing import Any
 
-from camopt.quantities.shown import Drawn, HasHtml
+from camopt.mistakes import NOTHING_FEASIBLE
+from camopt.quantities.shown import Drawn
+from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
-from camopt.synthesis.cams import OWN_MOVES
+from camopt.synthesis.from_scene import default_peaks
+from camopt.synthesis.told import OWN_MOVES, motion_limits_in_words, other_limits_in_words
 from camopt.synthesis.units import unit_of
+from camopt.tables.cells import number, with_unit
 from camopt.tables.columns import joined_laws, sizes_shown
 from camopt.tables.designs import Design
 from camopt.tables.layout import Table, table_of
+from camopt.tables.result import Result
 
 
 @dataclass(frozen=True)
-class Frontier(HasHtml, Drawn):
+class Frontier(Result, Drawn):
     """The trade-off between two or three axes; less of each is better.
 
     Attributes
@@ -44,6 +50,7 @@ class Frontier(HasHtml, Drawn):
     """
 
     picture = "synthesis.frontier_picture"
+    main_rows = "rows"
     scene: Scene
     axes: tuple[str, ...]
     rows: list[Design]
@@ -72,6 +79,42 @@ class Frontier(HasHtml, Drawn):
         shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
         title = f"{self.scene.name}: the frontier"
         return table_of(title, shown, ["law", *self.axes, "bound", *sizes], units=self.units)
+
+    def sections(self) -> Iterator[Table | str]:
+        """The free laws along the frontier, the known laws, and the least value of each axis."""
+        defaults = default_peaks(self.scene, self.axes)
+        yield self.table() or f"{self.scene.name}: the frontier"
+        yield "The known laws are on the smallest cams that the limits allow them."
+        if not all(row["within"] for row in self.known):
+            yield "* breaks what the free laws hold"
+        yield from motion_limits_in_words(self.scene, defaults)
+        yield from other_limits_in_words(self.scene, defaults)
+        for term, (least, bound) in self.least.items():
+            unit = self.units[term]
+            below = "no motion within the other limits has less than"
+            most = f"; {below} {number(shown(bound, unit))}" if bound else ""
+            local = " (a local optimum)" if term in self.local else ""
+            yield f"Least {term}: {with_unit(least, unit)}{local}{most}"
+
+    def document(self) -> dict[str, Any]:
+        """The axes, the least value of each, and the rows of free and of known laws."""
+        return {
+            "scene": self.scene.name,
+            "axes": self.axes,
+            "local": self.local,
+            "default_peaks": default_peaks(self.scene, self.axes),
+            "least": {
+                term: {"free_laws": least, "any_motion": bound, "local": term in self.local}
+                for term, (least, bound) in self.least.items()
+            },
+            "rows": self.rows,
+            "known_laws": self.known,
+        }
+
+    @property
+    def exit_code(self) -> int:
+        """0; 1 where nothing is feasible."""
+        return super().exit_code if self.rows else NOTHING_FEASIBLE
 
     @property
     def excluded(self) -> list[tuple[float, float]]:

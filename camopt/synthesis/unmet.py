@@ -13,7 +13,7 @@ from camopt.problem.problem import resolve
 from camopt.quantities import AT_LEAST, QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
-from camopt.smallest.optimise import Optimum
+from camopt.smallest.optimum import Optimum
 from camopt.synthesis.cams import beyond, largest_size
 from camopt.synthesis.demand import SIZE_WORDS, TERM_ORDERS, Demand
 from camopt.synthesis.from_scene import AMPLE_FACTOR, GENTLE, default_peaks

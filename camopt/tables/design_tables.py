@@ -23,10 +23,13 @@ def _words(value: Any) -> Any:
     return ", ".join(value) if isinstance(value, list) and all(isinstance(each, str) for each in value) else value
 
 
-def design_table(title: str, problem: Problem, design: TableRow, about: Mapping[str, str]) -> Table:
-    """One design down the page: name, value, unit and meaning of each quantity, and limits if there are any."""
+def design_table(title: str, problem: Problem, design: TableRow, about: Mapping[str, str | Cell]) -> Table:
+    """One design down the page: name, value, unit and meaning of each quantity, and limits if there are any.
+
+    A narrow terminal leaves meanings out, but not those that are cells of words.
+    """
     bounds = bounds_shown(problem)
-    rows = []
+    rows: list[list[str | Cell]] = []
     for name, text in about.items():
         unit = shown_unit(unit_of_column(name))
         limit = [bounds.get(name, "")] if bounds else []

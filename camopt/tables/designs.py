@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from itertools import chain, count
 from pathlib import Path
@@ -13,18 +13,19 @@ from camopt.motion import LAWS
 from camopt.problem.problem import resolve
 from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES, Flag, Word
-from camopt.quantities.shown import Drawn, HasHtml
+from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
 from camopt.scene.written import write_scene
 from camopt.tables.columns import columns_of, joined_laws, with_law
 from camopt.tables.design_tables import design_table
-from camopt.tables.layout import Table
+from camopt.tables.layout import Cell, Table
+from camopt.tables.result import Result
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-class Design(HasHtml, Drawn, dict[str, Any]):
+class Design(Result, Drawn, dict[str, Any]):
     """One design of a result: a mapping from the name of a quantity to its value.
 
     Parameters
@@ -79,6 +80,10 @@ class Design(HasHtml, Drawn, dict[str, Any]):
         about = {n: QUANTITIES[n].sentence if n in QUANTITIES else "" for n in columns_of(problem, [row])}
         return design_table(self.searched.name, problem, row, about)
 
+    def document(self) -> dict[str, Any]:
+        """The quantities by name."""
+        return dict(self)
+
     @property
     def shown_cam(self) -> Scene:
         """The scene of this one design."""
@@ -88,6 +93,25 @@ class Design(HasHtml, Drawn, dict[str, Any]):
     def scene(self) -> Scene:
         """The scene of this one design: that which was searched, with the design's own sizes, laws and so on."""
         return scene_of_row(self.searched, self)
+
+
+def miss_sections(miss: Design, title: str = "No feasible design. The nearest miss:") -> Iterator[Table | str]:
+    """The design that comes nearest to holding every limit: its sizes, and each limited value beside its limit."""
+    problem = resolve(miss.searched)
+    (row,) = with_law([miss])
+    violated = miss["violated"].split(",")
+    broken = {name for limit in problem.limits if limit.name in violated for name in limit.shown}
+    about = {name: Cell("broken" if name in broken else "") for name in columns_of(problem, [row])}
+    yield ""
+    yield design_table(title, problem, row, about)
+    yield ""
+    if miss["violated"]:
+        it = "It, or a cam within its tolerances, breaks" if problem.zones else "It breaks"
+        yield f"{it} {', '.join(violated)}."
+    elif problem.zones:
+        yield "It holds the limits; a cam within its tolerances does not."
+    else:
+        yield "It is so near its limits that neither side is proved."
 
 
 class ByLaw(dict[str, Design]):

@@ -2,7 +2,7 @@
 
 from html import escape
 
-from camopt.tables.layout import Cell, Table
+from camopt.tables.layout import Branch, Cell, Table
 
 HTML_ROWS = 40
 
@@ -17,6 +17,18 @@ def html_table(table: Table, most: int = HTML_ROWS) -> str:
     note = f"<small>{escape(table.note)}</small>" if table.note else ""
     caption = f"<caption>{escape(table.title)}</caption>"
     return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{note}"
+
+
+def html_section(part: Table | Branch | str) -> str:
+    """A part of a result: a table, a tree as nested lists, or a sentence as a paragraph."""
+    if isinstance(part, Table):
+        return html_table(part)
+    return f"<ul>{_branch(part)}</ul>" if isinstance(part, Branch) else f"<p>{escape(part)}</p>"
+
+
+def _branch(branch: Branch) -> str:
+    below = "".join(map(_branch, branch.branches))
+    return f"<li>{escape(branch.text)}{f'<ul>{below}</ul>' if below else ''}</li>"
 
 
 def _head(cell: Cell) -> str:

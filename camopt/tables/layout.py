@@ -1,7 +1,7 @@
 """The content of a table, the same for every printer: title, headings, rows and note, all of them texts."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from camopt.tables.cells import heading, quantity
@@ -15,6 +15,25 @@ class Cell(NamedTuple):
 
     text: str
     kind: str = WORDS
+
+
+class FileLine(str):
+    """A line that begins with a file: however long, it stays one line, for people and programs."""
+
+    __slots__ = ()
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A line of a tree, and the branches below it."""
+
+    text: str
+    branches: tuple["Branch", ...] = ()
+
+    @classmethod
+    def of(cls, text: str, *branches: "Branch | str") -> "Branch":
+        """A line above lines and other branches."""
+        return cls(text, tuple(each if isinstance(each, Branch) else cls(each) for each in branches))
 
 
 @dataclass(frozen=True)
@@ -37,6 +56,10 @@ class Table:
             for row in rows
         ]
         return cls(title, tops, cells, note)
+
+    def unexplained(self) -> "Table":
+        """The table without its sentences about the other columns."""
+        return replace(self, rows=[[Cell("") if each.kind == ABOUT else each for each in row] for row in self.rows])
 
     @property
     def is_headed(self) -> bool:

@@ -20,7 +20,7 @@ from functools import cached_property
 from heapq import heappop, heappush
 from itertools import chain, pairwise
 from math import degrees, fsum, inf
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -30,10 +30,10 @@ from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem, resolve_design
 from camopt.problem.zones import number_zones
-from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tables.result import Result
 from camopt.tolerances.contributions import Contribution, contributions
 from camopt.tolerances.errors import error_ends
 from camopt.tolerances.grades import Prices, class_of, costs_for, graded_keys, with_grades
@@ -74,7 +74,7 @@ class Allotted(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Allocation(HasHtml):
+class Allocation(Result):
     """The loosest grades of tolerances that keep the tool within a distance of where it should be.
 
     Attributes
@@ -116,6 +116,7 @@ class Allocation(HasHtml):
     least_cost: float
     worst_case: WorstCase
     tried: int
+    main_rows: ClassVar[str] = "tolerances"
 
     def table(self) -> Table:
         """The tolerances with their grades, zones, costs and shares."""
@@ -142,6 +143,17 @@ class Allocation(HasHtml):
     @property
     def _within(self) -> str:
         return f"±{with_unit(self.within, self.unit)}"
+
+    def document(self) -> dict[str, Any]:
+        """Costs, the worst case, and a record for each tolerance."""
+        return {
+            "within": self.within,
+            "tolerances": self.tolerances,
+            "others": self.others,
+            "cost": self.cost,
+            "least_cost": self.least_cost,
+            "worst_case": self.worst_case,
+        }
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each tolerance."""

@@ -33,12 +33,13 @@ from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, resolve_design
 from camopt.problem.zones import error_zones
 from camopt.quantities import QUANTITIES
-from camopt.quantities.shown import Drawn, HasHtml
+from camopt.quantities.shown import Drawn
 from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
+from camopt.tables.result import Result
 from camopt.tolerances.draw import Drawn as Off
 from camopt.tolerances.draw import beyond, drawn, parts_of
 from camopt.tolerances.errors import error_ends, error_unit
@@ -163,7 +164,7 @@ class Sampled(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Batch(HasHtml, Drawn):
+class Batch(Result, Drawn):
     """A batch of cams whose errors are spread as the tolerances of a scene say.
 
     Attributes
@@ -204,6 +205,7 @@ class Batch(HasHtml, Drawn):
     spreads: tuple[Spread, ...]
     samples: Mapping[str, Sampled] = field(repr=False, compare=False)
     within: float | None = None
+    main_rows: ClassVar[str] = "limits"
 
     def table(self) -> Table:
         """How far the motions of the cams are off."""
@@ -261,6 +263,22 @@ class Batch(HasHtml, Drawn):
         kinds = [Cell(head, NUMERIC if head in heads[1:6] else "") for head in heads]
         title = f"{self.scene.name}: {self.cams:,} cams drawn by the tolerances, each cut for its own sizes"
         return Table.of(title, kinds, rows, f"In brackets with a confidence of 95 %. {OWN_SIZES}")
+
+    def sections(self) -> Iterator[Table]:
+        """How far the motions are off, and the yield of each limit."""
+        yield self.table()
+        yield from filter(None, (self.limits_table(),))
+
+    def document(self) -> dict[str, Any]:
+        """Counts, the yield, and a record for each error and each limit."""
+        return {
+            "cams": self.cams,
+            "seed": self.seed,
+            "outside": self.outside,
+            "held": self.held,
+            "errors": self.errors,
+            "limits": self.spreads,
+        }
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each limit."""

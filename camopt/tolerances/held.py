@@ -20,7 +20,7 @@ import numpy as np
 
 from camopt.effects import Case, offered
 from camopt.effects.motion import scale, unit_of
-from camopt.problem.problem import Problem
+from camopt.problem.problem import resolve_design
 from camopt.problem.zones import number_zones
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import Zone
@@ -69,9 +69,10 @@ def lost_within(play: Play) -> str:
     return f"Not all cams within the tolerances have a preload: the worst has a clearance of {clearance}."
 
 
-def preload_lost(scene: Scene, problem: Problem) -> str:
-    """The same of a scene with two contacts of its follower on discs."""
-    return "".join(map(lost_within, plays(TurnErrors(scene.toleranced, problem))))
+def notes_on_preload(scene: Scene) -> Iterator[str]:
+    """The sentence on cams within the tolerances that have no preload between two contacts."""
+    if scene.mechanism.further and scene.drive.interference:
+        yield from filter(None, map(lost_within, plays(TurnErrors(scene.toleranced, resolve_design(scene)))))
 
 
 def plays(turn: TurnErrors) -> Iterator[Play]:

@@ -28,11 +28,14 @@ from camopt.mistakes import UnknownName, nearest
 from camopt.motion.programme import JUMP_SIDE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
-from camopt.quantities.shown import Drawn, HasHtml
+from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
+from camopt.tables.result import Result, plain
+from camopt.tolerances.allocation import Allocation
+from camopt.tolerances.batch import Batch
 from camopt.tolerances.contributions import Contribution, variances
 from camopt.tolerances.errors import BORE, BORE_WAY, error_unit
 from camopt.tolerances.held import Play, lost_within, plays
@@ -105,7 +108,7 @@ class DwellError(NamedTuple):
 
 
 @dataclass(frozen=True)
-class MotionErrors(HasHtml, Drawn):
+class MotionErrors(Result, Drawn):
     """How far the motion may be from the one that was asked, by the tolerances of a scene.
 
     Attributes
@@ -125,6 +128,10 @@ class MotionErrors(HasHtml, Drawn):
         Of two contacts what they are apart, and what is left of interference and preload; of a groove the backlash.
     beyond : tuple of str
         The tolerances whose parts spread beyond them: of a Cpk below 1, and measured ones. Of those no proof is.
+    batch : Batch or None
+        Cams that ``sample_cams`` drew, where the command asked for them.
+    allocation : Allocation or None
+        The grades that ``allocate`` chose, where the command asked for them.
 
     Examples
     --------
@@ -142,6 +149,9 @@ class MotionErrors(HasHtml, Drawn):
     margins: tuple[Margin, ...] = ()
     plays: tuple[Play, ...] = ()
     beyond: tuple[str, ...] = ()
+    batch: Batch | None = None
+    allocation: Allocation | None = None
+    main_rows: ClassVar[str] = "errors"
 
     @cached_property
     def worst_cases(self) -> tuple[WorstCase, WorstCase, WorstCase]:
@@ -266,6 +276,31 @@ class MotionErrors(HasHtml, Drawn):
     def _said(self, errors: Mapping[str, float]) -> str:
         """Errors of a cam with their units."""
         return ", ".join(f"{key} {with_unit(each, error_unit(self.scene, key))}" for key, each in errors.items())
+
+    def sections(self) -> Iterator[Table]:
+        """The errors of the motion, what holds the follower, margins; then the batch and the allocation, if any."""
+        yield self.table()
+        yield from filter(None, (self.plays_table(), self.margins_table()))
+        for each in filter(None, (self.batch, self.allocation)):
+            yield from each.tables()
+
+    def document(self) -> dict[str, Any]:
+        """Errors, worst cases, dwells, plays and margins, a record each."""
+        worst_cases = zip(self.errors, self.worst_cases, strict=True)
+        parts = {"batch": self.batch, "allocation": self.allocation}
+        return {
+            "scene": self.scene.name,
+            "errors": self.errors,
+            "worst_case": self.worst_case,
+            "worst_cases": [
+                {"name": each.name, "unit": each.unit, **plain(worst._asdict())} for each, worst in worst_cases
+            ],
+            "dwells": self.dwells,
+            "reason": self.reason,
+            "plays": self.plays,
+            "margins": self.margins,
+            **{key: each.document() for key, each in parts.items() if each},
+        }
 
     def margins_table(self) -> Table | None:
         """The limits with the worst cam's quantity, and whether every cam holds them; None without margins."""

@@ -4,7 +4,7 @@ A limit is a claim that a curve stays below a bound, which ``deciding`` decides.
 mechanisms, run on balls; the laws are exact (``exact_laws``).
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
 from math import inf, isinf
@@ -14,6 +14,7 @@ import camopt.verdicts.exact_point_contact  # noqa: F401  what formulas do to ba
 from camopt.effects import Case
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
+from camopt.mistakes import NOT_REACHED, NOTHING_FEASIBLE
 from camopt.motion.programme import Programme
 from camopt.numerics.clock import now
 from camopt.problem.claims import Claim
@@ -22,6 +23,8 @@ from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.rows import Rows
 from camopt.problem.settings import toleranced
 from camopt.scene.scene import Scene
+from camopt.tables.layout import Table, table_of
+from camopt.tables.result import Result
 from camopt.verdicts.asked import conditions_verdict
 from camopt.verdicts.ball import as_arb, precisely
 from camopt.verdicts.deciding import Largest, Side, sign_of
@@ -151,7 +154,49 @@ def certify_design(problem: Problem, design: Designs) -> dict[str, str]:
     return verdicts | {SELF_CROSSING: verdicts.get(SELF_CROSSING, undercut)}
 
 
-def certify(scene: Scene) -> dict[str, str]:
+class Certificate(Result, dict[str, str]):
+    """The verdict on each limit of one cam, by the limit's name: held, broken or undecided.
+
+    Parameters
+    ----------
+    verdicts : Mapping
+        The verdicts by limit.
+    scene : Scene
+        The cam.
+
+    Examples
+    --------
+    >>> found = camopt.certify(camopt.find_scene("roller-1000rpm"))
+    >>> found["undercut"], found.exit_code
+    ('held', 1)
+    """
+
+    def __init__(self, verdicts: Mapping[str, str], scene: Scene) -> None:
+        super().__init__(verdicts)
+        self.scene = scene
+
+    def table(self) -> Table:
+        """The verdict on each limit, of the cam or, with ``search.robust``, of all cams within its tolerances."""
+        records = [{"limit": name, "verdict": verdict} for name, verdict in self.items()]
+        robust = ", of every cam within the tolerances (search.robust)" if self.scene.search.robust else ""
+        return table_of(f"At every cam angle{robust}", records, ["limit", "verdict"])
+
+    def document(self) -> dict[str, str]:
+        """The verdicts by limit."""
+        return dict(self)
+
+    @property
+    def exit_code(self) -> int:
+        """0 all held; 1 one is broken; 4 one is undecided."""
+        return code_of_verdicts(self.values())
+
+
+def code_of_verdicts(verdicts: Iterable[str]) -> int:
+    """The exit code of some verdicts."""
+    return {BROKEN: NOTHING_FEASIBLE, UNDECIDED: NOT_REACHED, HELD: 0}[worst(verdicts)]
+
+
+def certify(scene: Scene) -> Certificate:
     """Prove or refute each limit of a scene for its design: held, broken or undecided, by the limit's name.
 
     For a disc cam ``self_crossing`` is there too: held if the profile provably crosses itself nowhere, broken
@@ -178,8 +223,9 @@ def certify(scene: Scene) -> dict[str, str]:
 
     Returns
     -------
-    dict
-        "held", "broken" or "undecided" for each limit. Of a design that cannot be assembled only ``assembly``.
+    Certificate
+        A dict: "held", "broken" or "undecided" for each limit. A design that cannot be assembled has ``assembly``
+        alone.
 
     Raises
     ------
@@ -197,7 +243,7 @@ def certify(scene: Scene) -> dict[str, str]:
     >>> verdicts["pressure_angle"], verdicts["undercut"]
     ('broken', 'held')
     """
-    return certify_problem(resolve_design(scene))
+    return Certificate(certify_problem(resolve_design(scene)), scene)
 
 
 def certify_problem(problem: Problem) -> dict[str, str]:

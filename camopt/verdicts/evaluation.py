@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from math import inf, isinf
+from math import inf
 from typing import Any, overload
+from warnings import warn
 
 import numpy as np
 
@@ -14,22 +15,27 @@ from camopt.effects.motion import MOVE_KINDS, scale, unit_of
 from camopt.mistakes import UnknownName, nearest
 from camopt.motion.table import ALL_STROKES
 from camopt.problem.problem import Problem, exactly, resolve, resolve_design
-from camopt.quantities import QUANTITIES, Flag, Word, in_order
-from camopt.quantities.shown import Drawn, HasHtml
-from camopt.quantities.unit_systems import MM, shown_in
+from camopt.problem.unused import notes_of
+from camopt.quantities import QUANTITIES, Flag, Word, displacement_unit, in_order
+from camopt.quantities.shown import Drawn
+from camopt.quantities.unit_systems import MM, shown, shown_in, shown_unit
+from camopt.scene.read import Read, numbers_read
 from camopt.scene.scene import Scene
-from camopt.tables.cells import with_unit
+from camopt.scene.speed import TURNS_OF_CRANK
+from camopt.tables.cells import number, with_unit
 from camopt.tables.columns import is_nothing
 from camopt.tables.design_tables import design_table
-from camopt.tables.layout import Table
+from camopt.tables.layout import Cell, Table, table_of
+from camopt.tables.result import Result
 from camopt.verdicts.judging import evaluate_rows
 from camopt.verdicts.running import run_effects
 from camopt.verdicts.tightest import tightest_contact
-from camopt.verdicts.warned import warnings_of
+from camopt.verdicts.warned import farthest, warnings_of
+from camopt.verdicts.words import ARM_UNCHECKED
 
 
 @dataclass(frozen=True)
-class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
+class Evaluation(Result, Drawn, Mapping[str, Any]):
     """The quantities of one design: a mapping from name to value.
 
     Attributes
@@ -81,11 +87,45 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
     def __len__(self) -> int:
         return len(self.quantities)
 
-    def table(self, *, explained: bool = True) -> Table:
+    def table(self) -> Table:
         """Every quantity with its unit, limit and meaning, or the reason why it is infinite: a row each."""
         names = [name for name in self if not is_nothing(self.scene.search.sizes, name, [self])]
-        about = {n: self.unbounded.get(n) or (QUANTITIES[n].sentence if explained else "") for n in names}
+        reasons = {name: Cell(reason) for name, reason in self.unbounded.items()}
+        about = {name: reasons.get(name, QUANTITIES[name].sentence) for name in names}
         return design_table(self.scene.name, resolve(self.scene), self, about)
+
+    def sections(self) -> Iterator[Table | str]:
+        """Every quantity, then the largest lift, the forces in joints and the numbers of the scene."""
+        yield self.table()
+        yield _largest_lift(self.scene)
+        if self.tightest:
+            yield f"Tightest of both contacts: {self.tightest}."
+        if self.scene.mechanism.motion.angular:
+            yield f"{ARM_UNCHECKED}."
+        if joints := [
+            {name: "" if value is None else value for name, value in each._asdict().items()}
+            for each in self.joint_forces
+        ]:
+            yield ""
+            yield table_of(JOINTS, joints, joints[0])
+            yield JOINTS_SAY
+        if read := numbers_read(self.scene):
+            rows = [{"key": each.key, "value": as_read(each), "unit": shown_unit(each.unit)} for each in read]
+            yield ""
+            yield table_of("Numbers of the scene, as they are read", rows, ["key", "value", "unit"])
+        if self.scene.by_crank:
+            yield _speed_of_crank(self)
+
+    @property
+    def notes(self) -> Iterator[str]:
+        """Warnings, and what of the scene is odd or unused."""
+        yield from self.warnings
+        yield from notes_of(self.scene)
+
+    @property
+    def half_width(self) -> float:
+        """The relative half-width of the values' enclosures."""
+        return float(self["relative_half_width"])
 
     @property
     def joint_forces(self) -> list[JointRow]:
@@ -111,14 +151,47 @@ class Evaluation(HasHtml, Drawn, Mapping[str, Any]):
         return self.scene
 
     def to_json(self) -> dict[str, Any]:
-        """The values with None in place of infinity; the reasons under ``unbounded``, and ``warnings``, if any."""
-        finite = {n: None if isinstance(v, float) and isinf(v) else v for n, v in self.quantities.items()}
+        """The old name of ``to_dict``."""
+        warn("to_json is now to_dict", DeprecationWarning, stacklevel=2)
+        return dict(self.to_dict())
+
+    def document(self) -> dict[str, Any]:
+        """The values; the reasons of infinite ones under ``unbounded``, and ``warnings``, if any."""
         joints = [{name: v for name, v in row._asdict().items() if v is not None} for row in self.joint_forces]
         with shown_in(MM):  # whatever is shown, as the names of quantities say
             unbounded = _reasons(self.unbounded, exactly(resolve_design(self.scene))) if self.unbounded else {}
         about = {"unbounded": unbounded, "joint_forces": joints, "warnings": list(self.warnings)}
         about |= {"tightest": self.tightest}
-        return finite | {name: value for name, value in about.items() if value}
+        return self.quantities | {name: value for name, value in about.items() if value}
+
+
+def _largest_lift(scene: Scene) -> str:
+    """The largest lift, and where it is."""
+    programme, unit = resolve(scene).programme.tool, displacement_unit(angular=scene.tool_turns)
+    angle = np.degrees(farthest(programme, 1.0).angle)
+    whose, lift = " of the tool" if scene.train else "", with_unit(programme.lift / programme.unit, unit)
+    return f"Largest lift{whose}: {lift}, reached at {number(float(angle))}°."
+
+
+def _speed_of_crank(result: Evaluation) -> str:
+    """The sentence on speeds in the results of a scene that gives the speed of a crankshaft."""
+    what = "Results are at the speed of the cam, and speeds among them are the cam's, half those of the crankshaft"
+    jump = result.get("jump_speed_rpm")
+    return what + ("." if jump is None else f": a jump speed of {number(TURNS_OF_CRANK * jump)} rev/min there.")
+
+
+def as_read(read: Read) -> str:
+    """A number of the scene, as it is shown; of a load that changes, how many rows it has."""
+    value = read.value
+    return number(shown(value, read.unit)) if isinstance(value, float) else f"{len(value):,} rows"
+
+
+JOINTS = "Forces in the joints of the train over the turn"
+JOINTS_SAY = (
+    "Above 0 a coupler is pushed and a roller pressed on its face, below 0 pulled and lifted off. On a pivot: the "
+    "sum of the magnitudes of both forces on it, the largest that it can be. Directions, of the largest, are from "
+    "the motion of the slide, those of a four-bar's coupler from the line of its pivots."
+)
 
 
 def evaluate(scene: Scene) -> Evaluation:

@@ -75,7 +75,7 @@ def differ(x, y, by=0.0):
 @settings(max_examples=times(40, deep=400))
 @given(TABLES, TABLES)
 def test_designs_come_go_and_change_as_a_dictionary_of_them_says(a, b):
-    table = compare(a, b).tables["table"]
+    table = compare(a, b).by_table["table"]
     places = [{key: place for place, key in enumerate(keys_of(each))} for each in (a, b)]
     mine, others = places
     assert table.went.tolist() == [place for key, place in mine.items() if key not in others]
@@ -148,7 +148,7 @@ def test_a_table_is_the_same_as_itself_in_any_order(frame, random):
     for other in (frame, shuffled):
         found = compare(frame, other)
         assert found.same
-        assert found.tables["table"].fronts.told in ("The fronts are the same.", "Neither has a front.")
+        assert found.by_table["table"].fronts.told in ("The fronts are the same.", "Neither has a front.")
 
 
 # --------------------------------------------------------------------------------------------------- the fronts
@@ -248,7 +248,7 @@ def test_a_front_without_a_point_is_told():
 def test_fronts_of_other_objectives_are_not_compared():
     rows = [{**dict.fromkeys(OBJECTIVES, 1.0), "law_rise": "cycloidal", "law_return": "cycloidal"}]
     other = SCENE.replace(**{"search.minimise": OBJECTIVES[:2], "search.maximise": OBJECTIVES[2:]})
-    table = compare(frame_of(rows), frame_of(rows, other)).tables["table"]
+    table = compare(frame_of(rows), frame_of(rows, other)).by_table["table"]
     assert table.fronts is None
     assert table.objectives[1] == {**dict.fromkeys(OBJECTIVES[:2], "minimise"), OBJECTIVES[2]: "maximise"}
     assert table.same
@@ -366,8 +366,8 @@ def folders(tmp_path_factory):
 
 def test_folders_are_compared_by_the_names_in_them(folders):
     found = compare(*folders)
-    assert [*found.tables] == ["designs.parquet", "pareto.parquet"]
-    assert found.tables["designs.parquet"].fronts is None  # the other table has it
+    assert [*found.by_table] == ["designs.parquet", "pareto.parquet"]
+    assert found.by_table["designs.parquet"].fronts is None  # the other table has it
     (names,) = found.settings
     assert names == "designs.parquet, pareto.parquet, scene.toml"
     assert found.settings[names] == {
@@ -392,7 +392,7 @@ def test_a_searched_number_is_that_of_the_scene_where_it_is_no_column(tmp_path):
     scene = SCENE.replace(**SEARCH | {"search.base_radius": [130]})
     fast = scene.replace(**{"search.cam.rpm": [500, 1000]})
     one, other = sweep(scene, tmp_path / "one"), sweep(fast, tmp_path / "other")
-    table = compare(one, other).tables["designs.parquet"]
+    table = compare(one, other).by_table["designs.parquet"]
     assert table.columns_in_b == ("rpm",)
     assert (table.went.size, len(table.changed)) == (0, 0)
     rpm = camopt.load(other.files[0])["rpm"].to_numpy()
@@ -406,7 +406,7 @@ def test_frontiers_are_the_same_where_their_motions_are(tmp_path):
     assert compare(found, path).same
     assert compare(camopt.load(path), path).same
     fewer = Frontier(found.scene, found.axes, found.rows, found.known[1:], found.least, found.local)
-    table = compare(found, fewer).tables["table"]
+    table = compare(found, fewer).by_table["table"]
     assert (table.went.tolist(), table.came.size, len(table.changed)) == ([len(found.rows)], 0, 0)
     assert table.objectives[0] == dict.fromkeys(found.axes, "minimise")
     assert table.fronts.same
@@ -418,7 +418,7 @@ def test_a_column_that_another_command_added_is_told(folders, tmp_path):
     assert main(["certify", str(tmp_path / "pareto.parquet"), "--quiet"]) == 0
     found = compare(folders[0], tmp_path)
     assert found.only_in_a == ("scene.toml",)
-    table = found.tables["pareto.parquet"]
+    table = found.by_table["pareto.parquet"]
     assert (table.columns_in_b, len(table.changed), table.same) == (("proof",), 0, False)
 
 
@@ -430,7 +430,7 @@ def test_designs_that_differ_are_written_with_where_they_come_from(folders, tmp_
     changed = tables[0].set_column(place, tables[0].schema.field(place), [more])
     write_table(changed, tmp_path / "other.parquet")
     for other, out in ((folders[1] / "designs.parquet", "moved"), (tmp_path / "other.parquet", "changed")):
-        found = compare(folders[0] / "designs.parquet", other, tmp_path / f"{out}{suffix}").tables["table"]
+        found = compare(folders[0] / "designs.parquet", other, tmp_path / f"{out}{suffix}").by_table["table"]
         rows = camopt.load if suffix == ".parquet" else pd.read_csv
         written = rows(tmp_path / f"{out}{suffix}")
         kinds = {change: written[written["change"] == change] for change in written["change"].unique()}
@@ -459,7 +459,7 @@ def test_of_many_designs_a_few_are_shown_the_best_first():
         }
         for size in range(9, 0, -1)
     ]
-    table = compare(frame_of(rows), frame_of([{**rows[0], "offset_mm": 1.0}])).tables["table"]
+    table = compare(frame_of(rows), frame_of([{**rows[0], "offset_mm": 1.0}])).by_table["table"]
     assert [row["base_radius_mm"] for row in table.first["went"]] == [4.0, 5.0, 6.0, 7.0, 8.0][:SHOWN_DESIGNS]
 
 
@@ -528,7 +528,7 @@ def test_a_sweep_that_wrote_nothing_and_what_is_no_result_are_refused():
 
 def test_the_picture_has_the_points_of_both_fronts_and_of_each_alone(folders, tmp_path):
     found = compare(*folders)
-    fronts = found.tables["pareto.parquet"].fronts
+    fronts = found.by_table["pareto.parquet"].fronts
     figure = camopt.plot(found, tmp_path / "fronts.svg")
     assert (tmp_path / "fronts.svg").stat().st_size
     for axes in figure.axes:

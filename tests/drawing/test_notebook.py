@@ -98,7 +98,7 @@ def test_a_result_without_rows_says_so_in_a_line(results, tmp_path):
     none = dataclasses.replace(results["Optimum"], best=None, by_law={})
     for result in (part, none):
         assert result.table() is None
-        assert Tags(result._repr_html_()).texts == [repr(result)[1:-1]]
+        assert Tags(result._repr_html_()).texts == [repr(result)[1:-1], *result.sections()]
 
 
 def test_a_long_result_is_cut_with_a_line_that_says_so(results):
@@ -110,7 +110,7 @@ def test_a_long_result_is_cut_with_a_line_that_says_so(results):
 def test_an_exported_file_shows_its_curves(tmp_path):
     page = Tags(camopt.export(SCENE.replace(name=NAME), tmp_path / "a&b.dxf")._repr_html_())
     assert not page.open
-    assert str(tmp_path / "a&b.dxf") in page.texts
+    assert f"Export to {tmp_path / 'a&b.dxf'}" in page.texts
     assert any(" arcs, within " in text and text.endswith(" mm (proved)") for text in page.texts)
 
 

@@ -208,13 +208,13 @@ def accuracy_rows(shift=0.0):
             for m, each in errors.items()
             for n, t, e in each
         ]
-    return Costs(rows)
+    return Costs(find_scene("roller-1000rpm"), rows)
 
 
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("shift", [0.0, 0.05])
 def test_what_accuracy_costs(shift, tmp_path):
-    figure = camopt.plot(accuracy_rows(shift), tmp_path / "accuracy.svg", title="a cam")
+    figure = camopt.plot(accuracy_rows(shift), tmp_path / "accuracy.svg")
     assert faults_of(figure) == []
     assert "DejaVuSans-" not in (tmp_path / "accuracy.svg").read_text(encoding="utf-8")
 

@@ -319,7 +319,7 @@ def test_corners_make_the_torque_infinite_and_say_why():
     infinite = [name for name, value in found.items() if value in (inf, -inf)]
     assert {"torque_max_N_m", "power_peak_W"} <= set(infinite) == set(found.unbounded)
     assert found.unbounded["torque_rms_N_m"].startswith("the velocity jumps at 0°, 110°, 160°, 255°, by at most ")
-    json.dumps(found.to_json(), allow_nan=False)
+    json.dumps(found.to_dict(), allow_nan=False)
     omega = RPM * pi / 30
     squares = 0.03**2 / radians(110) + 0.03**2 / radians(95)  # ∮y'² dθ of straight lines, m²
     assert found["torque_mean_N_m"] == near(20.0 * omega * squares / (2 * pi))

@@ -488,19 +488,22 @@ def test_mistakes_in_a_spectrum(arguments, message):
 
 
 def test_a_spectrum_is_written_and_drawn(tmp_path):
-    from camopt.studies.spectrum import SPECTRUM_COLUMNS, spectrum, write_spectrum
+    from camopt.studies.spectrum import SPECTRUM, SPECTRUM_COLUMNS, spectra_of
 
-    rows = spectrum(camopt.Scene.from_dict(SCENE))
-    assert set(rows.columns) == set(SPECTRUM_COLUMNS)
-    files = write_spectrum(rows, tmp_path / "new")
-    frame = camopt.load(files[0])
+    spectra = spectra_of(camopt.Scene.from_dict(SCENE))
+    assert set(spectra.rows.columns) == set(SPECTRUM_COLUMNS)
+    table, picture = SPECTRUM
+    spectra.write(tmp_path / "new")
+    frame = camopt.load(tmp_path / "new" / table)
+    assert spectra.to_pandas().equals(frame)
     assert list(frame.columns) == list(SPECTRUM_COLUMNS)
     assert frame.attrs["units"]["residual"] == "lift"
     assert set(frame["damping_ratio"]) == {0.05}
     assert np.isfinite(frame.drop(columns="law").to_numpy()).all()
-    text = files[1].read_text()
+    text = (tmp_path / "new" / picture).read_text()
     assert "modified-sine" in text
-    assert write_spectrum(rows, tmp_path / "other")[1].read_text() == text
+    spectra.write(tmp_path / "other")
+    assert (tmp_path / "other" / picture).read_text() == text
 
 
 @settings(max_examples=times(20, deep=600))

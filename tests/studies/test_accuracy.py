@@ -58,7 +58,7 @@ def _few_designs(monkeypatch):
 )
 def test_enclosures_keep_their_promise_for_every_mechanism(name):
     cam, follower = SCENES[name]
-    rows = accuracy.measure(Scene.from_dict({"cam": cam, "follower": follower, "motion": MOTION}))
+    rows = accuracy.measure(Scene.from_dict({"cam": cam, "follower": follower, "motion": MOTION})).methods
     enclosures = [row for row in rows if row["method"] == "enclosure"]
     assert len(enclosures) == len(accuracy.methods.RELATIVE_ERRORS) * len({row["quantity"] for row in rows}) > 0
     for row in enclosures:

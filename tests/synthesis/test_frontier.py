@@ -9,8 +9,8 @@ from support.depth import times
 from support.pictures import faults_of
 
 from camopt import BadInput, Frontier, Scene, certify, evaluate, find_scene, frontier, load, plot, synthesise
-from camopt.cli.commands.frontier_report import show_frontier
 from camopt.cli.main import main
+from camopt.cli.terminal import show
 from camopt.mistakes import Unmet
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.smallest.optimise import optimise
@@ -215,7 +215,7 @@ def test_the_printed_table_has_units_and_no_column_of_zeros(capsys):
         **{"synthesis.pieces": 8, "search": {"law": ["cycloidal"]}, "limits": {"pressure_angle": 30}}
     )
     found = frontier(knife, points=2, workers=2)
-    show_frontier(found, as_json=False)
+    show(*found.sections())
     printed = capsys.readouterr().out
     head = [line for line in printed.splitlines()[:8] if "mm" in line]
     assert [word for word in head[0].split() if word != "law"] == ["mm", "m/s²", "mm", "mm"]
@@ -235,10 +235,9 @@ LIMITED = {
 
 
 @pytest.mark.parametrize(("minimise", "axes"), LIMITED)
-def test_limits_by_default_that_synthesise_has_not_are_said_too(scene, minimise, axes, capsys):
+def test_limits_by_default_that_synthesise_has_not_are_said_too(scene, minimise, axes):
     asked, names = scene.replace(**{"synthesis.minimise": minimise}), tuple(axes.split(","))
-    show_frontier(Frontier(asked, names, [], [], {}), as_json=False)
-    told = " ".join(capsys.readouterr().out.split())
+    told = " ".join(map(str, Frontier(asked, names, [], [], {}).sections()))
     assert told.endswith(LIMITED[minimise, axes])
     assert ("minimised: synthesise" in told) == bool(LIMITED[minimise, axes])
 

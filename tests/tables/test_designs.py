@@ -167,7 +167,7 @@ def test_optimise_writes_the_scene_of_each_law(capsys):
     assert len(files) == 4
     assert sorted(f"wrote {file}" for file in files) == sorted(err.splitlines())
     for file, row in files.items():
-        cam = evaluate(Scene.from_toml(file)).to_json()
+        cam = evaluate(Scene.from_toml(file)).to_dict()
         assert {n: cam[n] for n in cam if n != "unbounded"} == {n: row[n] for n in cam if n != "unbounded"}
 
 

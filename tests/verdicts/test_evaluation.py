@@ -80,7 +80,7 @@ def test_every_value_is_a_number_and_every_infinity_has_its_reason(name):
     for quantity, value in found.items():
         assert value == value, f"{quantity} is NaN"
         assert (quantity in found.unbounded) == (isinstance(value, float) and isinf(value))
-    document = json.dumps(found.to_json(), allow_nan=False)
+    document = json.dumps(found.to_dict(), allow_nan=False)
     assert json.loads(document)["feasible"] in (True, False)
 
 

@@ -345,7 +345,7 @@ def test_compiled_and_uncompiled_agree_bit_for_bit(name, monkeypatch):
     plain = subprocess.run(
         command, capture_output=True, text=True, check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
     )
-    assert json.loads(plain.stdout) == evaluate(find_scene(name)).to_json()
+    assert json.loads(plain.stdout) == evaluate(find_scene(name)).to_dict()
 
 
 @settings(max_examples=times(20, deep=1000))

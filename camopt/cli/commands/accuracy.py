@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from camopt import cli
+from camopt import cli, library
 from camopt.cli.options import (
     DEFAULT_SCENE,
     Command,
@@ -36,8 +36,7 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | N
     """Measure how much time accuracy costs, as a table and a picture."""
     if engine is None:
         refuse_without("--scheduler", {"workers": workers})
-    rows, files = cli.publish_accuracy(scene, out, engine, quiet)
-    cli.show_accuracy(rows, scene, as_json)
-    if not quiet:
-        cli.say_written(files)
-    return 0
+    with library.publication(out, "accuracy", library.ACCURACY) as unit, cli.progress(quiet, "laws") as advance:
+        result = library.measure(scene, advance, engine)
+        library.write_accuracy(result, unit.staging)
+    return cli.print_result(result, as_json, quiet, unit.files)

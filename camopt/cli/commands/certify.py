@@ -5,8 +5,7 @@ from typing import Any
 import click
 
 import camopt
-from camopt import cli
-from camopt.cli.exits import NOT_REACHED, NOTHING_FEASIBLE
+from camopt import cli, library
 from camopt.cli.options import (
     Command,
     given_overrides,
@@ -30,21 +29,14 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
     with --row, only that row is checked, and nothing is written.
     """
     changes = given_overrides(overrides)
-    if target.endswith(".parquet") and row is None:
-        from camopt.front.certified import certify_table
-
-        if changes:
-            allowed = "is not possible with a table, which has the limits of its sweep"
-            given = dict(reversed([*changes.values()]))  # of what an option changes, the first is its value
-            raise BadInput([Mistake("camopt", name, value, allowed, bare=True) for name, value in given.items()])
-        with cli.progress(quiet, "rows") as advance:
-            counts = certify_table(target, advance)
-        cli.show_counts(counts, as_json)
-        verdicts = set(counts)
-    else:
+    if not target.endswith(".parquet") or row is not None:
         allowed = "a TOML file, a shipped scene or a table of designs (.parquet)"
         scene = cli.scene_at(target, row, changes, "target", allowed)
-        found = camopt.certify(scene)
-        cli.show_verdicts(found, as_json, scene.search.robust)
-        verdicts = set(found.values())
-    return NOTHING_FEASIBLE if "broken" in verdicts else NOT_REACHED if "undecided" in verdicts else 0
+        return cli.print_result(camopt.certify(scene), as_json, quiet)
+    if changes:
+        allowed = "is not possible with a table, which has the limits of its sweep"
+        given = dict(reversed([*changes.values()]))  # of what an option changes, the first is its value
+        raise BadInput([Mistake("camopt", name, value, allowed, bare=True) for name, value in given.items()])
+    with cli.progress(quiet, "rows") as advance:
+        result = library.certify_table(target, advance)
+    return cli.print_result(result, as_json, quiet)

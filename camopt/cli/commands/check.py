@@ -6,7 +6,6 @@ import click
 
 import camopt
 from camopt import cli
-from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
 from camopt.cli.options import Command, OutputPlace, output_options
 
 
@@ -23,7 +22,5 @@ def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
     Ends with 3 if a file is damaged, changed or missing; else with 2 if there is nothing to check one by.
     """
     with cli.progress(quiet, ""):
-        found = camopt.check(*files)
-    cli.show_checked(found, as_json)
-    states = {each.state for each in found}
-    return FILE_TROUBLE if states - {"whole", "unknown"} else BAD_INPUT if "unknown" in states else 0
+        result = camopt.check(*files)
+    return cli.print_result(result, as_json, quiet)

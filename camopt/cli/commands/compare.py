@@ -25,7 +25,4 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
     result = camopt.compare(a, b, out)
     if picture:
         camopt.plot(result, picture)
-    cli.show_compared(result, as_json)
-    if not quiet:
-        cli.say_written([file for file in (out, picture) if file])
-    return 0
+    return cli.print_result(result, as_json, quiet, filter(None, (out, picture)))

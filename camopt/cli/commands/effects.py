@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from camopt import cli
+from camopt import cli, library
 from camopt.cli.options import (
     DEFAULT_SCENE,
     Command,
@@ -35,11 +35,11 @@ from camopt.cli.options import (
 @former_again_option
 def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -> int:
     """Show which computations (effects) a scene needs, why, and how long each takes."""
-    if not spectrum:
-        cli.show_cost_report(scene, as_json, quiet)
-        return 0
-    rows, files = cli.publish_spectrum(scene, out)
-    cli.show_spectrum(rows, as_json)
-    if not quiet:
-        cli.say_written(files)
-    return 0
+    if spectrum:
+        with library.publication(out, "effects", library.SPECTRUM) as unit:
+            spectra = library.spectra_of(scene)
+            spectra.write(unit.staging)
+        return cli.print_result(spectra, as_json, quiet, unit.files)
+    with cli.progress(quiet, ""):
+        result = library.cost_report(scene)
+    return cli.print_result(result, as_json, quiet)

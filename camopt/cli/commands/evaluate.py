@@ -6,8 +6,7 @@ from typing import Any
 import click
 
 import camopt
-from camopt import cli
-from camopt.cli.exits import reached
+from camopt import cli, library
 from camopt.cli.options import (
     ANIMATIONS,
     PICTURES,
@@ -63,12 +62,7 @@ def evaluate(
     if picture and still:
         camopt.plot(scene, picture)
     if points:
-        from camopt.exporting.cam_points import write_points
-
-        write_points(scene, points, **spacing)
-    cli.show_evaluation(result, as_json)
-    if not quiet:
-        cli.say_notes(result.warnings)
-        cli.say_notes(cli.unused_of(scene))
-        cli.say_written([file for file in (picture, animation, points) if file])
-    return reached(scene, result["relative_half_width"])
+        library.write_points(scene, points, **spacing)
+    if not quiet and scene.mechanism.further:
+        cli.say_notes(library.notes_on_preload(scene))
+    return cli.print_result(result, as_json, quiet, filter(None, (picture, animation, points)))

@@ -64,8 +64,4 @@ def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) 
         result = camopt.export(
             scene, file, **{name: value for name, value in settings.items() if value is not None}
         )
-    cli.show_export(result, as_json)
-    if not quiet:
-        cli.say_notes(result.notes)
-        cli.say_written([file])
-    return 0
+    return cli.print_result(result, as_json, quiet, [file])

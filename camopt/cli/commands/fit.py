@@ -6,16 +6,18 @@ from typing import Any
 import click
 
 import camopt
-from camopt import cli
+from camopt import cli, library
 from camopt.cli.options import (
     PICTURES,
     Command,
     Measure,
     OutputPlace,
+    changed,
     check_file,
     output_options,
     refuse_without,
 )
+from camopt.mistakes import BadInput, Mistake
 
 
 @click.command(cls=Command)
@@ -83,13 +85,45 @@ def fit(
     check_file(target, out)
     if profile is None:
         refuse_without("--profile", {"probe": probe})
-    scene = cli.measured_cam(target, rpm, base_radius, follower, roller_radius, profile)
+    scene = _measured_cam(target, rpm, base_radius, follower, roller_radius, profile)
     chosen, order = (given and [name.strip() for name in given.split(",")] for given in (columns, segments))
     points = file if profile is None else camopt.MeasuredProfile(file, profile, probe or 0.0)
     result = camopt.fit(points, scene, columns=chosen, segments=order, **reading)
-    files = cli.write_fit(result, out, picture)
-    cli.show_fit(result, as_json)
-    if not quiet:
-        cli.say_notes(result.warnings)
-        cli.say_written(files)
-    return 0
+    library.write_scene(out, result.scene)
+    if picture:
+        camopt.plot(result, picture)
+    return cli.print_result(result, as_json, quiet, filter(None, (out, picture)))
+
+
+def _measured_cam(
+    target: str | None,
+    rpm: float | None,
+    base_radius: float | None,
+    follower: str | None,
+    roller_radius: float | None,
+    profile: str | None,
+) -> Any:
+    """The cam and follower of a measured motion: a scene, or its tables from options alone."""
+    if profile and base_radius is not None:
+        why = "belongs to lifts: the profile itself has a base radius"
+        raise BadInput([Mistake("camopt", "--base-radius", base_radius, why, bare=True)])
+    if target is None:
+        if base_radius is None and not profile:
+            raise BadInput([Mistake("camopt", "--base-radius", None, "missing; or name a --scene", bare=True)])
+        if follower == library.ROLLER.name and roller_radius is None:
+            raise BadInput([Mistake("camopt", "--roller-radius", None, "missing; a roller has one", bare=True)])
+        sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
+        known = {"base_radius": base_radius, "rpm": rpm}
+        cam = {"form": library.DISC.form, **{key: value for key, value in known.items() if value is not None}}
+        return {
+            "cam": cam,
+            "follower": {"motion": library.TRANSLATING.name, "contact": follower or library.FLAT.name, **sizes},
+        }
+    why = "belongs to a fit without --scene: the scene has a follower"
+    others = {"--follower": follower, "--roller-radius": roller_radius}
+    given = [Mistake("camopt", name, value, why, bare=True) for name, value in others.items() if value is not None]
+    if given:
+        raise BadInput(given)
+    changes = {"cam.rpm": ("--rpm", rpm), "cam.base_radius": ("--base-radius", base_radius)}
+    scene = camopt.find_scene(target)
+    return changed(scene, {key: change for key, change in changes.items() if change[1] is not None})

@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
-from camopt import cli
-from camopt.cli.exits import NOTHING_FEASIBLE
+import camopt
+from camopt import cli, library
 from camopt.cli.options import (
     DEFAULT_SCENE,
     Command,
@@ -61,8 +61,14 @@ def frontier(
 ) -> int:
     """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
     traded = [axis.strip() for axis in axes.split(",")]
-    found, files = cli.publish_frontier(scene, traded, points, workers, engine, out, quiet)
-    cli.show_frontier(found, as_json)
+    tell = None if quiet else cli.say_note
     if not quiet:
-        cli.say_written(files)
-    return 0 if found.rows else NOTHING_FEASIBLE
+        cli.say_notes(library.lost_ramps(scene))
+    with (
+        library.publication(out, "frontier", library.FRONTIER_FILES) as unit,
+        cli.progress(quiet, "points") as advance,
+    ):
+        result = camopt.frontier(scene, traded, points, workers, advance, engine, tell)
+        library.write_frontier(result, unit.staging)
+        camopt.plot(result, unit.path(library.FRONTIER_FILES[1]))
+    return cli.print_result(result, as_json, quiet, unit.files)

@@ -21,7 +21,4 @@ def harmonics(scene: Any, as_json: bool, quiet: bool, orders: int, picture: Path
     result = camopt.harmonics(scene, orders)
     if picture:
         camopt.plot(result, picture)
-    cli.show_harmonics(result, as_json)
-    if picture and not quiet:
-        cli.say_written([picture])
-    return 0
+    return cli.print_result(result, as_json, quiet, [picture] if picture else [])

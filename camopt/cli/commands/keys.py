@@ -2,7 +2,7 @@
 
 import click
 
-from camopt import cli
+from camopt import cli, library
 from camopt.cli.options import Command, output_options
 
 
@@ -14,5 +14,4 @@ def keys(table: str | None, as_json: bool, quiet: bool) -> int:
 
     TABLE is a table, such as cam or follower.dynamics, or a key, such as rpm or cam.rpm; all without one.
     """
-    cli.show_keys(table, as_json)
-    return 0
+    return cli.print_result(library.list_keys(table), as_json, quiet)

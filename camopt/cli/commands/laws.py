@@ -2,7 +2,7 @@
 
 import click
 
-from camopt import cli
+from camopt import cli, library
 from camopt.cli.options import Command, output_options
 
 
@@ -11,5 +11,5 @@ from camopt.cli.options import Command, output_options
 def laws(as_json: bool, quiet: bool) -> int:
     """List the motion laws with their peak velocity, acceleration and jerk."""
     with cli.progress(quiet, ""):
-        cli.show_laws(as_json)
-    return 0
+        result = library.list_laws()
+    return cli.print_result(result, as_json, quiet)

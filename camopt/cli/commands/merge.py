@@ -6,7 +6,6 @@ import click
 
 import camopt
 from camopt import cli
-from camopt.cli.exits import NOTHING_FEASIBLE, reached
 from camopt.cli.options import Command, OutputPlace, again_option, output_options
 
 
@@ -22,7 +21,4 @@ def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: 
     """
     with cli.progress(quiet, "designs") as advance:
         result = camopt.merge(parts, out, advance, cli.say_lost if quiet else cli.say_note, again)
-    cli.show_sweep(result, as_json)
-    if not quiet:
-        cli.say_written([] if result.already_done else result.files)
-    return reached(result.scene, result.reached) if result.pareto else NOTHING_FEASIBLE
+    return cli.print_result(result, as_json, quiet, [] if result.already_done else result.files)

@@ -1,11 +1,13 @@
 """``camopt new``."""
 
+import sys
 from pathlib import Path
 
 import click
 
-from camopt import cli
+from camopt import cli, library
 from camopt.cli.options import Command, OutputPlace, output_options, refuse_with
+from camopt.mistakes import BadInput, Mistake
 
 
 @click.command(cls=Command)
@@ -34,5 +36,19 @@ def new(
     """
     if exercise:
         refuse_with("--exercise", {"form": form, "follower": follower})
-    cli.show_new(name, file, form, follower, (exercise, seed) if exercise else None, as_json, quiet)
+    if name and name.endswith(".toml") and file is None:
+        file, name = library.checked_path(name, "FILE"), None
+    if exercise and name:
+        raise BadInput([Mistake("camopt", "NAME", name, "does not go with --exercise", bare=True)])
+    text = library.exercise_toml(exercise, seed) if exercise else library.starting_scene(name, form, follower)
+    if file and file.exists():
+        raise BadInput([Mistake("camopt", "FILE", str(file), "a new file: this one is there already")])
+    if file:
+        library.write_text(file, text)
+    if as_json:
+        cli.print_json({"file": file and str(file), "toml": text})
+    elif file is None:
+        sys.stdout.write(text)
+    elif not quiet:
+        cli.say_written([file])
     return 0

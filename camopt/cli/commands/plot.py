@@ -47,7 +47,7 @@ def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int |
     else:
         found = camopt.construct(scene, construction)
         camopt.plot(found, file, steps=steps)
-        document["stations"] = found.records()
+        document |= found.to_dict()
         if not (quiet or as_json):
             cli.show(found.table())
     if as_json:

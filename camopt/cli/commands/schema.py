@@ -2,7 +2,7 @@
 
 import click
 
-from camopt import cli
+from camopt import cli, library
 from camopt.cli.options import Command, output_options
 
 
@@ -10,5 +10,5 @@ from camopt.cli.options import Command, output_options
 @output_options
 def schema(as_json: bool, quiet: bool) -> int:
     """Print the JSON Schema of scenes, by which editors complete keys and mark mistakes."""
-    cli.show_schema()
+    cli.print_json(library.scene_schema())
     return 0

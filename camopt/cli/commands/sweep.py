@@ -7,7 +7,6 @@ import click
 
 import camopt
 from camopt import cli
-from camopt.cli.exits import NOTHING_FEASIBLE, reached
 from camopt.cli.options import (
     DEFAULT_SCENE,
     Axis,
@@ -110,13 +109,8 @@ def sweep(
             made = camopt.sweep_part(scene, part, out, keep, workers, advance, engine, notify, again)
         else:
             made = camopt.sweep(scene, out, keep, workers, advance, engine=engine, tell=notify, again=again)
-    (cli.show_part if part else cli.show_sweep)(made, as_json)
-    if not quiet:
-        cli.say_notes(cli.notes_of_sweep(scene))
-        cli.say_written([] if made.already_done else [made.folder] if part else made.files)
-    if part:
-        return 0
-    return reached(scene, made.reached) if made.pareto else NOTHING_FEASIBLE
+    files = [] if made.already_done else [made.folder] if part else made.files
+    return cli.print_result(made, as_json, quiet, files)
 
 
 def _searched(

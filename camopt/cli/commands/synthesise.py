@@ -1,17 +1,19 @@
 """``camopt synthesise``."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
 
-from camopt import cli
-from camopt.cli.exits import reached
+import camopt
+from camopt import cli, library
 from camopt.cli.options import (
     DEFAULT_SCENE,
     PICTURES,
     Command,
     OutputPlace,
+    check_folder,
     former_again_option,
     output_options,
     scene_options,
@@ -34,8 +36,17 @@ from camopt.cli.options import (
 @former_again_option
 def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path | None) -> int:
     """Compute new motion laws (B-splines) that allow the smallest cam."""
-    result, known, costs, files = cli.publish_synthesis(scene, out, picture, quiet)
-    cli.show_synthesis(result, known, costs, as_json)
+    check_folder(scene, out, library.SCENE_FILE)
     if not quiet:
-        cli.say_written(files)
-    return reached(scene, result.design["relative_half_width"])
+        cli.say_notes(library.lost_ramps(scene))
+    with library.publication(out, "synthesise", library.SYNTHESIS) as unit:
+        with cli.progress(quiet, "starts") as advance:
+            result = camopt.synthesise(scene, advance)
+            known = library.known_laws_of(scene)
+            library.write_laws(result, unit.staging)
+            library.write_comparison(result, known, unit.staging)
+            (prices,) = camopt.prices(result).values()
+        if picture:
+            camopt.plot(result, picture, known=known)
+    result = replace(result, known=known, prices=prices)
+    return cli.print_result(result, as_json, quiet, [*unit.files, *([picture] if picture else [])])

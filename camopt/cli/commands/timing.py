@@ -27,5 +27,4 @@ def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> 
     them passes, to first order. A second table shows the cam angles before and after which no cam passes, proved by
     exact contact, with the errors of a cam that passes nearly there.
     """
-    cli.show_timing(camopt.timing(scene, lifts or None), as_json)
-    return 0
+    return cli.print_result(camopt.timing(scene, lifts or None), as_json, quiet)

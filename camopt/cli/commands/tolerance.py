@@ -2,6 +2,7 @@
 
 import re
 from contextlib import suppress
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import click
 
 import camopt
-from camopt import cli
+from camopt import cli, library
 from camopt.cli.options import (
     PICTURES,
     Command,
@@ -23,8 +24,6 @@ from camopt.cli.options import (
 )
 from camopt.mistakes import BadInput, Mistake
 
-WORST = "worst-{}.toml"
-"""Scenes of the worst motions, and of the worst cam of each limit."""
 BARE = re.compile(r"[-+.\deE]+")
 """A number without a unit."""
 
@@ -127,30 +126,26 @@ def tolerance(
     if measured:
         others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": allocate, "costs": costs}
         refuse_with("--measured", {**others, "within": within, "only": only or None})
-        return _inspected(scene, measured, profile, probe or 0.0, reading, as_json)
+        return _inspected(scene, measured, profile, probe or 0.0, reading, as_json, quiet)
     refuse_without("--measured", {"profile": profile, "probe": probe, **_given(reading)})
     if cams is None:
         refuse_without("--cams", {"seed": seed, "within": within})
     if allocate is None:
         refuse_without("--allocate", {"costs": costs, "only": only or None})
     if out:
-        check_folder(scene, out, WORST.format("*"))
+        check_folder(scene, out, library.CAM_FILES[0])
     most, keeping = (_distance(scene, *each) for each in (("--within", within), ("--allocate", allocate)))
-    result = camopt.tolerance(scene)
     batch = None if cams is None else camopt.sample_cams(scene, cams, seed or 0, most)
     allocation = None if keeping is None else camopt.allocate(scene, keeping, costs, only=only)
+    result = replace(camopt.tolerance(scene), batch=batch, allocation=allocation)
+    written = [picture] if picture else []
     if picture:
         camopt.plot(result, picture)
-    if as_json:
-        cli.print_tolerance(scene, result, batch, allocation)
-    else:
-        cli.show_tolerance(result, batch, allocation)
-    written = [picture] if picture else []
     if out:
-        written += cli.publish_cams(out, result, allocation, batch)
-    if not quiet:
-        cli.say_written(written)
-    return 0
+        with library.publication(out, "tolerance", library.CAM_FILES) as unit:
+            library.write_cams(result, unit)
+        written += unit.files
+    return cli.print_result(result, as_json, quiet, written)
 
 
 def _distance(scene: Any, option: str, text: str | None) -> float | None:
@@ -159,7 +154,7 @@ def _distance(scene: Any, option: str, text: str | None) -> float | None:
         return None
     unit, value = "deg" if scene.tool_turns else "mm", 0.0
     with suppress(ValueError):
-        value = float(text) if BARE.fullmatch(text.strip()) else cli.number_in(text, unit)
+        value = float(text) if BARE.fullmatch(text.strip()) else library.converted(text, unit)
     if not 0.0 < value < inf:
         why = f"an error of the tool above 0, a number in {unit} or with a unit, such as '0.02 {unit}'"
         raise BadInput([Mistake("camopt", option, text, why)])
@@ -178,15 +173,12 @@ def _inspected(
     probe: float,
     reading: dict[str, Any],
     as_json: bool,
+    quiet: bool,
 ) -> int:
     """Show a measured cam against its drawing."""
     columns = reading.pop("columns")
     chosen = columns and [name.strip() for name in columns.split(",")]
     profiles = [camopt.MeasuredProfile(file, profile or "", probe) for file in measured]
     if scene.mechanism.further or len(profiles) > 1:
-        pair = camopt.inspect_pair(profiles, scene, chosen, **reading)
-        cli.print_pair(pair) if as_json else cli.show_measured([*pair.discs, pair])
-        return 0
-    found = camopt.inspect(profiles[0], scene, chosen, **reading)
-    cli.print_inspection(found) if as_json else cli.show_measured([found])
-    return 0
+        return cli.print_result(camopt.inspect_pair(profiles, scene, chosen, **reading), as_json, quiet)
+    return cli.print_result(camopt.inspect(profiles[0], scene, chosen, **reading), as_json, quiet)

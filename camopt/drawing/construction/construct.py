@@ -10,14 +10,15 @@ import numpy as np
 from camopt.drawing.construction.inversion import Inversion
 from camopt.drawing.construction.stations import USUAL_PARTS
 from camopt.mechanisms.geometry import cam_curves
-from camopt.quantities.shown import Drawn, HasHtml
+from camopt.quantities.shown import Drawn
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
 from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tables.result import Result
 
 
 @dataclass(frozen=True)
-class Construction(Drawn, HasHtml):
+class Construction(Result, Drawn):
     """How a cam is constructed with ruler and compasses: its stations, step by step; ``plot`` draws it.
 
     Attributes
@@ -38,6 +39,7 @@ class Construction(Drawn, HasHtml):
     parts: int
 
     picture = "drawing.construction.sheet"
+    main_rows = "stations"
 
     @cached_property
     def inversion(self) -> Inversion:
@@ -70,6 +72,10 @@ class Construction(Drawn, HasHtml):
             }
             for station, point, profile in zip(stations, *points, strict=True)
         ]
+
+    def document(self) -> dict[str, Any]:
+        """A record for each station."""
+        return {"scene": self.scene.name, "stations": self.records()}
 
     def table(self) -> Table:
         """A row for each station, in the units shown."""

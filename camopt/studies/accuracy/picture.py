@@ -1,6 +1,5 @@
 """The picture of what accuracy costs: error against time, log-log, the losing methods in it."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +10,8 @@ from camopt.drawing.style import FAINT, HEADING, INK, MUTED, PAGE_TITLE, SERIES,
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from camopt.studies.accuracy.table import Costs
 
 PENS: dict[str, dict[str, Any]] = {
     "sampling": {"color": SERIES[1], "marker": "o"},
@@ -31,12 +32,14 @@ EPSILON = 2.2e-16
 USUAL_ERROR = 1e-9  # the relative error of a scene that names none
 
 
-def draw(rows: Sequence[dict[str, Any]], path: Target = None, title: str = "") -> "Figure":
+def draw(costs: "Costs", path: Target = None) -> "Figure":
     """Draw what accuracy costs: the largest error of each method against its time, a diagram for each quantity."""
+    rows = costs.methods
     names = list(dict.fromkeys(row["quantity"] for row in rows))
     with canvas(path, (4.3 * len(names), 4.6), powers=True, layout="constrained") as figure:
-        heading = f"What accuracy costs: {title}" if title else "What accuracy costs"
-        figure.suptitle(heading, x=0.01, ha="left", fontsize=PAGE_TITLE, weight="bold")
+        figure.suptitle(
+            f"What accuracy costs: {costs.scene.name}", x=0.01, ha="left", fontsize=PAGE_TITLE, weight="bold"
+        )
         panels = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
         labels: list[Label] = []
         for axes, name in zip(panels, names, strict=True):

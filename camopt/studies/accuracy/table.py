@@ -3,11 +3,12 @@
 import os
 import tomllib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pyarrow as pa
@@ -27,16 +28,37 @@ from camopt.storage.version import VERSION
 from camopt.studies.accuracy.methods import METHODS
 from camopt.studies.accuracy.reference import EQUAL_DIGITS
 from camopt.studies.accuracy.subjects import REFERENCED, Subject, subjects_of
+from camopt.tables.layout import Table, table_of
+from camopt.tables.result import Result
 
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
 TIMED_RUNS = 3
 BEYOND_LIMIT = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
 
 
-class Costs(Drawn, list[dict[str, Any]]):
-    """What accuracy costs: the rows of ``measure``."""
+@dataclass(frozen=True)
+class Costs(Result, Drawn):
+    """What accuracy costs: a row for each quantity and method."""
 
-    picture = "studies.accuracy.picture"
+    scene: Scene
+    methods: list[dict[str, Any]]
+    picture: ClassVar[str] = "studies.accuracy.picture"
+    main_rows: ClassVar[str] = "methods"
+
+    def table(self) -> Table:
+        """Cost and error of each method."""
+        names = [*self.methods[0]]
+        rows = [{n: f"{row[n]:.2g}" if n in names[4:] else row[n] for n in names} for row in self.methods]
+        for row in rows:
+            row |= {
+                "setting": float(f"{row['setting']:.2g}"),
+                "ns_per_design": float(f"{row['ns_per_design']:.3g}"),
+            }
+        return table_of(f"{self.scene.name}: what accuracy costs", rows, names)
+
+    def document(self) -> dict[str, Any]:
+        """A record for each quantity and method."""
+        return {"scene": self.scene.name, "methods": self.methods}
 
 
 def measure(scene: Scene, progress: Progress | None = None, engine: Engine | None = None) -> Costs:
@@ -54,7 +76,7 @@ def measure(scene: Scene, progress: Progress | None = None, engine: Engine | Non
     for done, rows in enumerate(chain.from_iterable(measured), start=1):
         found += rows
         report_progress(progress, done, count)
-    return Costs(_worst(found))
+    return Costs(scene, _worst(found))
 
 
 def _measured(scene: str, numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
@@ -112,13 +134,13 @@ def _worst(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{str(name): value for name, value in row.items()} for row in worst.to_dict("records")]
 
 
-def write_accuracy(rows: Costs, scene: Scene, folder: str | os.PathLike[str]) -> list[Path]:
+def write_accuracy(costs: Costs, folder: str | os.PathLike[str]) -> list[Path]:
     """Write the table and its pictures to a folder; the files."""
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
-    about = {"camopt_version": VERSION, "camopt_scene": scene.to_toml()}
+    about = {"camopt_version": VERSION, "camopt_scene": costs.scene.to_toml()}
     table, *pictures = files = [out / name for name in ACCURACY]
-    write_table(pa.Table.from_pylist(rows, metadata=about), table)
+    write_table(pa.Table.from_pylist(costs.methods, metadata=about), table)
     for picture in pictures:
-        plot(rows, picture, title=scene.name)
+        plot(costs, picture)
     return files

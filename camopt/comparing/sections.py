@@ -1,14 +1,13 @@
-"""The output of ``camopt compare``: settings, designs and fronts of two results."""
+"""A comparison as people read it: settings, designs and fronts of two results."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from camopt.cli.terminal import print_json, show
 from camopt.comparing.settings import shown_settings
 from camopt.quantities.unit_systems import shown
 from camopt.tables.cells import number, shown_name, unit_of_column
 from camopt.tables.columns import LAW_COLUMNS, laws_shown, with_law
-from camopt.tables.layout import table_of
+from camopt.tables.layout import Table, table_of
 
 if TYPE_CHECKING:
     from camopt.comparing.cams import Values
@@ -19,27 +18,28 @@ VALUE_CHARACTERS = 60  # characters of a value
 NOT_SET = "—"
 
 
-def show_compared(result: "Comparison", as_json: bool) -> None:
+def sections_of(result: "Comparison") -> Iterator[Table | str]:
     """The differences, or a line that there are none."""
-    if as_json:
-        return print_json(result.to_dict())
-    show(f"A: {result.a}", f"B: {result.b}")
+    yield f"A: {result.a}"
+    yield f"B: {result.b}"
     if result.same:
-        show("They are the same: designs, quantities and settings." if result.tables else "They are the same.")
-    if result.tables and result.versions[0] != result.versions[1]:
-        show(f"Written by camopt {result.versions[0]} (A) and {result.versions[1]} (B).")
+        yield "They are the same: designs, quantities and settings." if result.by_table else "They are the same."
+    if result.by_table and result.versions[0] != result.versions[1]:
+        yield f"Written by camopt {result.versions[0]} (A) and {result.versions[1]} (B)."
     for name, only in (("A", result.only_in_a), ("B", result.only_in_b)):
         if only:
-            show(f"Only in {name}: {', '.join(only)}")
+            yield f"Only in {name}: {', '.join(only)}"
     for names, pair in result.scenes.items():
         rows = [each._asdict() | {"A": _short(each.a), "B": _short(each.b)} for each in shown_settings(*pair)]
-        show("", table_of(f"Settings that differ ({names})", rows, ["key", "A", "B", "unit"]))
+        yield ""
+        yield table_of(f"Settings that differ ({names})", rows, ["key", "A", "B", "unit"])
     for names, cam in result.cams.items():
-        show("", *_quantities(names, cam))
-    for name, table in result.tables.items():
-        show("", *_designs(name, table))
-        show(*_fronts(table))
-    return None
+        yield ""
+        yield from _quantities(names, cam)
+    for name, table in result.by_table.items():
+        yield ""
+        yield from _designs(name, table)
+        yield from _fronts(table)
 
 
 def _short(value: Any) -> str:
@@ -55,7 +55,7 @@ def _shown(name: str, value: Any) -> Any:
     return shown(value, unit_of_column(name)) if isinstance(value, float) else value
 
 
-def _quantities(names: str, cam: "Mapping[str, Values]") -> Iterator[Any]:
+def _quantities(names: str, cam: "Mapping[str, Values]") -> Iterator[Table | str]:
     """The quantities of two cams that differ, side by side."""
     if not cam:
         yield f"Their quantities are the same ({names})."
@@ -73,7 +73,7 @@ def _quantities(names: str, cam: "Mapping[str, Values]") -> Iterator[Any]:
     yield table_of(f"Quantities that differ ({names})", rows, [*rows[0]])
 
 
-def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
+def _designs(name: str, table: "TableComparison") -> Iterator[Table | str]:
     """The numbers of new, lost and changed designs; the changed quantities; the best new and lost designs."""
     of_a, of_b = table.designs
     yield f"{name}: {of_a:,} designs in A, {of_b:,} in B"
@@ -108,7 +108,7 @@ def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
             yield table_of(title, with_law(rows), ["row", *laws_shown(rows), *numbers])
 
 
-def _fronts(table: "TableComparison") -> Iterator[Any]:
+def _fronts(table: "TableComparison") -> Iterator[Table | str]:
     """The differences of the fronts, or the reason why they cannot be compared."""
     a, b = table.objectives
     if table.fronts and table.fronts.same:

@@ -5,11 +5,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from camopt.mistakes import BadInput, Mistake
+from camopt.mistakes import BAD_INPUT, FILE_TROUBLE, BadInput, Mistake, printable
 from camopt.storage.files import regular_file
 from camopt.storage.manifest import MANIFEST, TABLES, DamagedManifest, Manifest, entry_of, manifest_of
+from camopt.tables.layout import FileLine
+from camopt.tables.result import Result
 
 FileState = Literal["whole", "damaged", "changed", "missing", "unreadable", "unknown"]
 
@@ -50,7 +52,35 @@ class FileCheck:
         return self.state == "whole"
 
 
-def check(*files: str | os.PathLike[str]) -> tuple[FileCheck, ...]:
+class FileChecks(Result, tuple[FileCheck, ...]):
+    """The states of some files: a tuple of ``FileCheck``.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("two-pauses").replace(**{"search.base_radius": [60, 80]})
+    >>> swept = camopt.sweep(scene, out="results")
+    >>> camopt.check("results").exit_code
+    0
+    """
+
+    main_rows = "files"
+
+    def sections(self) -> Iterator[FileLine]:
+        """The state of each file, one a line."""
+        return (FileLine(printable(f"{each.file}: {each.told}")) for each in self)
+
+    def document(self) -> dict[str, Any]:
+        """Whether all are whole, and the state of each."""
+        return {"whole": all(each.is_whole for each in self), "files": [*self]}
+
+    @property
+    def exit_code(self) -> int:
+        """0; 3 if a file is damaged, changed or missing; 2 if there is nothing to check one by."""
+        states = {each.state for each in self}
+        return FILE_TROUBLE if states - {"whole", "unknown"} else BAD_INPUT if "unknown" in states else 0
+
+
+def check(*files: str | os.PathLike[str]) -> FileChecks:
     """Check whether the files of results are as camopt wrote them, bit for bit.
 
     A file is known by ``manifest.json`` beside it, and so are files that are missing, or of another run. All files
@@ -63,8 +93,8 @@ def check(*files: str | os.PathLike[str]) -> tuple[FileCheck, ...]:
 
     Returns
     -------
-    tuple of FileCheck
-        One for each file.
+    FileChecks
+        A tuple of ``FileCheck``, one for each file.
 
     Raises
     ------
@@ -80,7 +110,7 @@ def check(*files: str | os.PathLike[str]) -> tuple[FileCheck, ...]:
     """
     if not files:
         raise BadInput([Mistake("camopt", "files", None, "at least one file or folder")])
-    return tuple(checked for path in map(Path, files) for checked in _check_path(path))
+    return FileChecks(checked for path in map(Path, files) for checked in _check_path(path))
 
 
 def _check_path(path: Path) -> Iterator[FileCheck]:

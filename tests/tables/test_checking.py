@@ -192,11 +192,8 @@ def test_the_exit_code_says_the_worst(result, capsys):
     assert not json.loads(out[out.index("{") :])["whole"]
 
 
-def test_the_json_document_is_plain(result, monkeypatch):
-    found = []
-    monkeypatch.setattr("camopt.cli.commands.check_report.print_json", found.append)
-    assert main(["check", str(result), "--json"]) == 0
-    (document,) = found
+def test_the_json_document_is_plain(result):
+    document = check(result).to_dict()
     assert not not_plain(document)
     assert document["whole"]
     assert [each["file"] for each in document["files"]] == [
@@ -242,7 +239,7 @@ def test_a_disk_that_fails_is_told(result, monkeypatch):
     def failing(path):
         raise OSError(5, "Input/output error", os.fspath(path))
 
-    monkeypatch.setattr("camopt.storage.checking.regular_file", failing)
+    monkeypatch.setattr("camopt.tables.checking.regular_file", failing)
     assert states(result) == {**dict.fromkeys(FILES, "unreadable"), "manifest.json": "whole"}
     assert main(["check", str(result)]) == FILE_TROUBLE
 

@@ -1,0 +1,172 @@
+"""Results: what a command returns, which terminal, notebook, page and ``--json`` print."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from math import isinf
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from camopt.mistakes import NOT_REACHED, UnknownName, nearest
+from camopt.quantities import QUANTITIES
+from camopt.quantities.shown import HasHtml
+from camopt.tables.layout import Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class Result(HasHtml):
+    """What a function of camopt returns, and a command prints.
+
+    Examples
+    --------
+    >>> found = camopt.timing(camopt.find_scene("bucket-valve"), [1.0])
+    >>> found.to_pandas()["lift"].tolist(), [table.title for table in found.tables()], found.exit_code
+    ([1.0], ['Inlet valve, bucket tappet, with ramps: above a lift'], 0)
+    """
+
+    __slots__ = ()
+    main_rows: ClassVar[str] = ""
+    """The rows that ``to_pandas`` gives without a name; without any, the values of the result are one row."""
+
+    def sections(self) -> Iterable[Any]:
+        """The tables and the sentences of the result, in the order in which people read them."""
+        return filter(None, (self.table(),))
+
+    @property
+    def notes(self) -> Iterable[str]:
+        """What to know beside the result; commands print it to standard error."""
+        return ()
+
+    def document(self) -> Any:
+        """The values of the result by key, as they are: ``to_dict`` makes JSON of them."""
+        raise NotImplementedError
+
+    @property
+    def half_width(self) -> float:
+        """The largest relative error that a value may have."""
+        return 0.0
+
+    @property
+    def exit_code(self) -> int:
+        """The exit code of the command: 0 done, 1 nothing feasible, 4 less accurate than the scene asks."""
+        return NOT_REACHED if self.half_width > self.asked_accuracy else 0
+
+    @property
+    def asked_accuracy(self) -> float:
+        """The largest relative error that the scene allows; infinite for a result without a scene."""
+        scene = getattr(self, "scene", None)
+        return float("inf") if scene is None else float(scene.accuracy.relative_error)
+
+    def table(self) -> Table | None:
+        """The main table; None if there is none."""
+        return None
+
+    def tables(self) -> tuple[Table, ...]:
+        """The tables of the result, as people read them: texts, in the units that are shown."""
+        return tuple(each for each in self.sections() if isinstance(each, Table))
+
+    def to_dict(self) -> Any:
+        """What ``--json`` prints: values by key, None for infinite ones, whose names are under ``unbounded``."""
+        return plain(self.document())
+
+    def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
+        """Rows of the result as a DataFrame, with the units of its columns in ``attrs``.
+
+        Parameters
+        ----------
+        name : str, optional
+            Which rows, if the result has several kinds: a key of ``to_dict``.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row each; values in a mapping have columns of their own, such as ``shares.profile``.
+
+        Raises
+        ------
+        UnknownName
+            If the result has no such rows.
+        """
+        import pandas as pd
+
+        document, name = self.document(), self.main_rows if name is None else name
+        index: list[str] | None = None
+        if isinstance(document, list):
+            records = document
+        elif name:
+            index, records = records_of(document, name)
+        else:
+            records = [{key: each for key, each in document.items() if is_scalar(each)}]
+        frame = pd.json_normalize([plain_record(each) for each in records])
+        if index is not None:
+            frame.index = pd.Index(index)
+        frame.attrs = {"units": {each: QUANTITIES[each].unit for each in frame if each in QUANTITIES}}
+        return frame
+
+
+@dataclass(frozen=True)
+class Listing(Result):
+    """A list of records, and how people read it."""
+
+    records: list[Any]
+    parts: tuple[Table | str, ...]
+
+    def sections(self) -> tuple[Table | str, ...]:
+        """Tables and sentences."""
+        return self.parts
+
+    def document(self) -> list[Any]:
+        """The records."""
+        return self.records
+
+
+def records_of(document: Mapping[str, Any], name: str) -> tuple[list[str] | None, list[Any]]:
+    """The rows under a key of a document, and their names if they have any."""
+    kinds = {key: each for key, each in document.items() if has_rows(each)}
+    if name not in kinds:
+        raise UnknownName(f"{name!r} names no rows of this result; {nearest(name, kinds)}")
+    rows = kinds[name]
+    return ([*rows], [*rows.values()]) if isinstance(rows, Mapping) else (None, [*rows])
+
+
+def has_rows(value: Any) -> bool:
+    """Whether a value has rows: records one after the other, or by name."""
+    rows = [*value.values()] if isinstance(value, Mapping) else value
+    return isinstance(rows, (list, tuple)) and not is_record(rows) and all(map(is_record, rows))
+
+
+def is_record(value: Any) -> bool:
+    """Whether a value has values by name: a mapping, a named tuple or a dataclass."""
+    return isinstance(value, Mapping) or is_dataclass(value) or hasattr(value, "_asdict")
+
+
+def is_scalar(value: Any) -> bool:
+    """Whether a value is a number, a text or a truth value."""
+    return isinstance(value, (bool, int, float, str))
+
+
+def plain_record(value: Any) -> dict[str, Any]:
+    """The values of a record by name."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    names = value._fields if hasattr(value, "_asdict") else [each.name for each in fields(value)]
+    return {name: getattr(value, name) for name in names}
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it: None for infinite numbers, whose names are under ``unbounded``."""
+    if is_record(value):
+        record = plain_record(value)
+        infinite = [name for name, each in record.items() if isinstance(each, float) and isinf(each)]
+        named = {"unbounded": infinite} if infinite and "unbounded" not in record else {}
+        return {name: plain(each) for name, each in record.items()} | named
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in value]
+    if isinstance(value, (np.ndarray, np.generic)):
+        return plain(value.tolist())
+    if isinstance(value, float):
+        return None if isinf(value) else value
+    return str(value) if isinstance(value, Path) else value
