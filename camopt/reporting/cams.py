@@ -24,6 +24,7 @@ from camopt.reporting.tolerances import has_tolerances, picture_of, tables_of
 from camopt.scene.oddities import no_wall
 from camopt.scene.scene import Scene
 from camopt.tables.layout import Cell, Table
+from camopt.tables.result import Result
 from camopt.tolerances.tolerance import tolerance
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
 
@@ -35,6 +36,8 @@ class ShownCam:
     label: str
     scene: Scene
     told: str = ""
+    result: Result | None = None
+    """A result whose tables and sentences have a chapter of their own."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +117,7 @@ def chapters_of(
     """What a scene gives, what it calls for, and what its tolerances do, with a picture if wanted."""
     prefix = f"{shown.label}: " if several else ""
     return [
+        *_of_result(shown.result, prefix),
         Chapter(
             _titled(prefix, "Sizes, materials and motion"),
             [given_sheet(shown.scene), motion_sheet(shown.scene), *train_sheets(shown.scene)],
@@ -122,6 +126,15 @@ def chapters_of(
         *_of_tolerances(shown.scene, problem, prefix, pictures),
         Chapter(_titled(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),
     ]
+
+
+def _of_result(result: Result | None, prefix: str) -> list[Chapter]:
+    """The tables of a result, and its sentences below them."""
+    if result is None:
+        return []
+    sentences = [each for each in result.sections() if isinstance(each, str) and each]
+    tables = [*result.tables(), Table.of("In words", [""], [[each] for each in sentences])]
+    return [Chapter(_titled(prefix, "Result"), tables if sentences else tables[:-1], open=True)]
 
 
 def _of_tolerances(scene: Scene, problem: Problem, prefix: str, pictures: bool) -> list[Chapter]:

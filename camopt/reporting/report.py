@@ -33,6 +33,7 @@ from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.told import bound_in_words
 from camopt.tables.columns import joined_laws
 from camopt.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, scene_of
+from camopt.tables.result import Result
 from camopt.tables.table import frame_of
 from camopt.verdicts.evaluation import Evaluation
 
@@ -44,9 +45,10 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
 
     Parameters
     ----------
-    what : Scene, Design, result, str, os.PathLike or list
-        A scene, a design, what ``optimise``, ``sweep`` or ``synthesise`` gives, the folder or table (Parquet)
-        that a command wrote, or a list of such: up to four cams side by side, or several tables of designs.
+    what : Scene, Design, Result, str, os.PathLike or list
+        A scene, a design, any result of a scene, the folder or table (Parquet) that a command wrote, or a list of
+        such: up to four cams side by side, or several tables of designs. Of a result other than a sweep, an optimum
+        or a synthesis the page shows the cam, and the result in a chapter of its own.
     path : str or os.PathLike
         The file, which ends in .html.
 
@@ -114,6 +116,9 @@ def _laws(scene: Scene) -> str:
 @singledispatch
 def shown_of(what: Any) -> Iterable[ShownCam | ResultRows]:
     """What a page shows of a result."""
+    scene = getattr(what, "scene", None)
+    if isinstance(what, Result) and isinstance(scene, Scene):
+        return [ShownCam(scene.name, scene, result=what)]
     frame = getattr(what, "attrs", None)
     if frame is None:
         raise BadInput([Mistake("camopt", "what", type(what).__name__, "a result of camopt, a scene, or a path")])

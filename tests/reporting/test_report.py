@@ -1,5 +1,6 @@
 """The page: what is in it, what is refused, and that names stay text."""
 
+import html
 import json
 import re
 import zlib
@@ -252,3 +253,13 @@ def _written(scene, folder):
     path = folder / "scene.toml"
     path.write_text(scene.to_toml(), encoding="utf-8")
     return str(path)
+
+
+@pytest.mark.parametrize("study", [camopt.timing, camopt.harmonics, camopt.tolerance, camopt.certify])
+def test_a_page_shows_any_result_of_a_scene(study, tmp_path):
+    scene = camopt.find_scene("two-pauses").replace(tolerances={"profile": 0.01})
+    found = study(scene)
+    page = camopt.report(found, tmp_path / "page.html").read_text(encoding="utf-8")
+    texts = {cell.text for table in found.tables() for row in table.rows for cell in row}
+    assert texts
+    assert all(html.escape(text) in page for text in texts)
