@@ -1,11 +1,14 @@
 """Designs from elsewhere: any table of sizes and laws through the kernels at once, for other optimisers.
 
-A sweep evaluates a grid; here the designs are those of another program, a row each.
+A sweep evaluates a grid; here the designs are those of another program, a row each. A scene is resolved once, so
+that an optimiser can ask for one design at a time.
 """
 
 import re
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -14,11 +17,15 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from camopt.effects import Case
+from camopt.front.design_columns import FILE, DesignColumns, read_columns
 from camopt.mechanisms import Designs
-from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.mistakes import BadInput, Mistake, listed_words, nearest
+from camopt.motion.programme import Programme
+from camopt.motion.table import RETURN, RISE
+from camopt.numerics.same import Same
 from camopt.problem.limit import ASSEMBLY
 from camopt.problem.problem import Problem, missing, resolve
-from camopt.problem.rows import VERDICT
+from camopt.problem.rows import VERDICT, Rows, scattered
 from camopt.problem.settings import freed_of, given_profile, in_settings
 from camopt.problem.variables import Variable
 from camopt.quantities import QUANTITIES, in_order
@@ -33,7 +40,6 @@ from camopt.verdicts.running import run_effects
 if TYPE_CHECKING:
     import pandas as pd
 
-FILE = "designs"  # what messages call the table
 TABLE_TYPES: dict[str, type[SceneTable]] = {
     "cam": Cam,
     "follower": Follower,
@@ -48,21 +54,33 @@ LAW_KEYS = ("law", "law_rise", "law_return")
 NOT_ASSEMBLED = {"violated": ASSEMBLY, "status": CERTIFIED}
 """What is known of designs that cannot be assembled, beside that they are not feasible; numbers are infinite."""
 EXCESS = "excess_"  # before the name of a limit: the column of its excess
+SCENES, MOTIONS = 4, 256  # of which answers are remembered
 
 
-def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") -> "pd.DataFrame":
+def evaluate_designs(
+    scene: Scene, designs: Any, *, names: Iterable[str] | None = None, strict: bool = False
+) -> "pd.DataFrame":
     """Compute the quantities of many designs, and the excess of each over every limit.
+
+    A scene is resolved once: later calls with the same scene take a few milliseconds.
 
     Parameters
     ----------
     scene : Scene
         Everything that the designs share: motion, limits, ``outputs``, and the sizes, laws and other numbers that
         ``designs`` does not have.
-    designs : Mapping or pandas.DataFrame
-        A DataFrame, or a mapping of arrays, with a row for each design. Columns are sizes of the scene's mechanism
+    designs : table, mapping, sequence of mappings or array
+        A row for each design: a table of pandas, polars or pyarrow, a mapping of columns, a list of mappings, or an
+        array with ``names``. A mapping of single values, a pandas Series and a 1-D array are one design.
+        Columns are sizes of the scene's mechanism
         (``base_radius_mm``, ``offset_mm``, ``roller_radius_mm`` and so on), names of laws: ``law``, or
         ``law_rise`` and ``law_return``, and other numbers of the scene that ``[search]`` takes
-        (``spring_rate_N_per_mm``, ``face_width_mm`` and so on).
+        (``spring_rate_N_per_mm``, ``face_width_mm`` and so on). Rows of camopt's own tables go in as they are:
+        their other quantities are computed anew.
+    names : iterable of str, optional
+        The columns of an array, in their order.
+    strict : bool, default False
+        Whether other columns are a mistake. If not, one warning names those that are no quantities of camopt.
 
     Returns
     -------
@@ -71,13 +89,14 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
         scene, to its ``[accuracy] relative_error``, with ``feasible``, ``violated``, ``status`` and
         ``relative_half_width``; and for each limit ``excess_…``, relative to its bound: 0 or less where it is met,
         but for that error. Of a design that cannot be assembled all but the sizes is infinite, and ``violated``
-        is "assembly".
+        is "assembly". ``attrs`` has the ``units`` and the ``scene``, for ``scene_of``.
 
     Raises
     ------
     BadInput
-        For a column that is no size or number of the mechanism and no law, a value that a scene would not take, and
-        a size or searched number that neither the scene nor ``designs`` has.
+        For a table of which no column is a size, number or law of the mechanism, a value that a scene would not
+        take, and a size or searched number that neither the scene nor ``designs`` has; with ``strict`` for every
+        other column.
 
     Examples
     --------
@@ -85,24 +104,31 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
     >>> found = camopt.evaluate_designs(scene, {"base_radius_mm": [60, 90], "law": ["cycloidal", "poly345"]})
     >>> found["violated"].tolist(), found["excess_pressure_angle"].round(3).tolist()
     (['pressure_angle', ''], [0.312, -0.017])
+    >>> one = camopt.evaluate_designs(scene, [90, 10], names=["base_radius_mm", "offset_mm"])
+    >>> one["base_radius_mm"].tolist()
+    [90.0]
     """
     import pandas as pd
 
-    problem = resolve(scene)
-    try:
-        frame = pd.DataFrame(designs)
-    except (ValueError, TypeError) as trouble:  # columns of several lengths, or no columns at all
-        raise BadInput([Mistake("camopt", FILE, None, f"columns of one length: {trouble}")]) from None
-    varied = _varied(problem, frame)
-    given = _given(problem, frame, varied)
-    problem = freed_of(problem if frame.empty else _searching(scene, varied, frame))
-    names = problem.wanted | problem.sizes | frozenset(VERDICT)
-    parts = [_evaluated(each, given.take(rows), names).set_axis(rows) for each, rows in _by_motion(problem, frame)]
-    found = pd.concat(parts).sort_index().set_axis(frame.index)
-    columns = in_order(found.columns)
-    found = found[[*columns, *(f"{EXCESS}{limit.name}" for limit in problem.limits)]]
-    found.attrs = {"units": {name: QUANTITIES[name].unit for name in columns}}
-    return found
+    given = resolve(scene)
+    columns = _columns(given)
+    table = read_columns(designs, {*columns, *LAW_KEYS}, names)
+    _check_other_columns(given, columns, table, strict=strict)
+    varied = _varied(columns, table)
+    rows = _given(given, table, varied)
+    problem = _searching(scene, given, varied, table)
+    found = problem.wanted | problem.sizes | frozenset(VERDICT)
+    motions = _by_motion(given, problem, table)
+    parts = [part for each, some in motions for part in _evaluated(each, rows.take(some), some, found)]
+    values = scattered(parts, table.count).columns
+    quantities = {name: QUANTITIES[name] for name in in_order(found)}
+    columns_in_order = [*quantities, *(f"{EXCESS}{limit.name}" for limit in problem.limits)]
+    if not table.count:  # pandas sees no texts there
+        values |= {name: values[name].astype(each.kind) for name, each in quantities.items()}
+    frame = pd.DataFrame({name: values[name] for name in columns_in_order}, index=table.labels)
+    units = {name: each.unit for name, each in quantities.items()}
+    frame.attrs = {"units": units, "scene": _text_of(Same(scene))}
+    return frame
 
 
 def check_designs(scene: Scene, designs: "pd.DataFrame") -> None:
@@ -111,119 +137,209 @@ def check_designs(scene: Scene, designs: "pd.DataFrame") -> None:
     columns = _columns(problem)
     if lacking := sorted(problem.sizes - {*DERIVED, *designs}):
         raise BadInput([Mistake(FILE, name, None, "missing", bare=True) for name in lacking])
-    telling = designs[[name for name in designs if name in columns or name in LAW_KEYS]]
-    varied = _varied(problem, telling)
-    _given(problem, telling, varied)
-    if not telling.empty:
-        _searching(scene, varied, telling)
+    table = read_columns(designs, {*columns, *LAW_KEYS})
+    varied = _varied(columns, table)
+    _given(problem, table, varied)
+    _searching(scene, problem, varied, table)
 
 
-def _columns(problem: Problem) -> dict[str, Variable]:
+@lru_cache(maxsize=SCENES)
+def _text_of(same: Same[Scene]) -> str:
+    return same.value.to_toml()
+
+
+def _columns(problem: Problem) -> Mapping[str, Variable]:
     """The variables of a problem by the columns that give them; a size also by its key in the scene."""
-    sizes = {f"{each.name}_mm": each for each in problem.variables if each.is_size}
-    return sizes | {each.quantity: each for each in problem.variables}
+    return _known_columns(Same(problem))
 
 
-def _varied(problem: Problem, frame: "pd.DataFrame") -> dict[str, Variable]:
+@lru_cache(maxsize=SCENES)
+def _known_columns(same: Same[Problem]) -> Mapping[str, Variable]:
+    sizes = {f"{each.name}_mm": each for each in same.value.variables if each.is_size}
+    return sizes | {each.quantity: each for each in same.value.variables}
+
+
+def _check_other_columns(
+    problem: Problem, columns: Mapping[str, Variable], table: DesignColumns, *, strict: bool
+) -> None:
+    """Warn of columns that are no quantities of camopt; refuse them if no other is there, and all if asked.
+
+    A size or a number of another mechanism is none of this one's quantities.
+    """
+    own = problem.sizes | {name for name, each in QUANTITIES.items() if each.effect != "sizes"}
+    odd = table.others if strict else [n for n in table.others if n not in own and not n.startswith(EXCESS)]
+    if odd and (strict or not table.values):
+        known = (*columns, *LAW_KEYS)
+        why = "no size or number of this mechanism and no law"
+        raise BadInput(Mistake(FILE, name, None, f"{why}; {nearest(name, known)}", bare=True) for name in odd)
+    if odd:
+        text = f"{FILE}: camopt ignores {listed_words(odd)}: no size or number of this mechanism and no law"
+        warnings.warn(text, stacklevel=3)
+
+
+def _varied(columns: Mapping[str, Variable], table: DesignColumns) -> dict[str, Variable]:
     """The variables that a table has columns of."""
-    columns = _columns(problem)
-    if odd := list(_odd_columns(frame, columns)):
-        raise BadInput(odd)
-    return {name: columns[name] for name in frame if name in columns}
+    if "law" in table.values and ("law_rise" in table.values or "law_return" in table.values):
+        raise BadInput([Mistake(FILE, "law", None, "must stand alone, without law_rise and law_return", bare=True)])
+    return {name: columns[name] for name in table.values if name in columns}
 
 
-def _given(problem: Problem, frame: "pd.DataFrame", varied: Mapping[str, Variable]) -> Designs:
+def _given(problem: Problem, table: DesignColumns, varied: Mapping[str, Variable]) -> Designs:
     """The designs of a table: its columns, and the scene's own sizes and searched numbers."""
-    if any(each.is_size for each in varied.values()) and (given := given_profile(problem, "sizes")):
-        raise BadInput(given)
+    values = table.values
     mistakes = [
-        *(mistake for name, each in varied.items() for mistake in _out_of_range(each.key, frame[name])),
-        *(mistake for name in frame if name in LAW_KEYS for mistake in _unknown_laws(problem, frame[name])),
+        *(mistake for name, each in varied.items() for mistake in _out_of_range(each.key, name, table)),
+        *(mistake for name in values if name in LAW_KEYS for mistake in _unknown_laws(problem, name, table)),
         *missing(problem, {each.key for each in varied.values()}),
     ]
     if mistakes:
         raise BadInput(mistakes)
     own = {each.field: problem.setup.given[each.key] for each in problem.choices.numbers if each.is_ranged}
     own |= {name: value[0] for name, value in problem.design.sizes.items()}
-    columns = {name: np.full(len(frame), value) for name, value in own.items()}
-    brought = {name: each for name, each in varied.items() if each.is_size or (each.is_ranged and not frame.empty)}
-    return problem.design.with_values(columns | {v.field: frame[n].to_numpy(float) for n, v in brought.items()})
+    columns = {name: np.full(table.count, value) for name, value in own.items()}
+    brought = {name: each for name, each in varied.items() if each.is_size or (each.is_ranged and table.count)}
+    found = {each.field: np.asarray(values[name], dtype=float) for name, each in brought.items()}
+    changed = (f for name, each in brought.items() if each.is_size for f in [each.field] if f in columns)
+    if any(np.any(found[f] != columns[f]) for f in changed) and (given := given_profile(problem, "sizes")):
+        raise BadInput(given)
+    return problem.design.with_values(columns | found)
 
 
-def _searching(scene: Scene, varied: Mapping[str, Variable], frame: "pd.DataFrame") -> Problem:
+@dataclass
+class _Search:
+    """The problem of designs that bring some numbers of the scene, between some ends."""
+
+    ends: Mapping[str, tuple[float, float]]
+    problem: Problem
+
+    def holds(self, ends: Mapping[str, tuple[float, float]]) -> bool:
+        return all(self.ends[key][0] <= low and high <= self.ends[key][1] for key, (low, high) in ends.items())
+
+
+@lru_cache(maxsize=SCENES)
+def _searches(same: Same[Scene]) -> dict[frozenset[str], _Search]:
+    """The searches of a scene that are known, by the numbers that they vary; what designs have does not depend on
+    the ends of a search, which only grow."""
+    return {}
+
+
+def _searching(scene: Scene, given: Problem, varied: Mapping[str, Variable], table: DesignColumns) -> Problem:
     """The problem of a scene whose search varies the numbers of which a faultless table has columns."""
-    columns = {each.searched: name for name, each in varied.items() if each.is_number}
-    ends = {key: [float(frame[name].min()), float(frame[name].max())] for key, name in columns.items()}
+    columns = {each.searched: name for name, each in varied.items() if each.is_number and table.count}
+    if not columns:
+        return freed_of(given)
+    ends = {key: (float(table.values[n].min()), float(table.values[n].max())) for key, n in columns.items()}
+    known = _searches(Same(scene))
+    before = known.get(frozenset(ends))
+    if before and before.holds(ends):
+        return before.problem
     try:
-        return resolve(scene.replace(**ends))
+        problem = resolve(scene.replace(**{key: list(each) for key, each in ends.items()}))
     except BadInput as error:
         raise BadInput(
             replace(each, file=FILE, key=columns.get(each.key, each.key)) for each in error.mistakes
         ) from None
+    if before:
+        ends = {
+            key: (min(low, before.ends[key][0]), max(high, before.ends[key][1]))
+            for key, (low, high) in ends.items()
+        }
+    numbers = {each.key: ends[each.searched] for each in varied.values() if each.searched in ends}
+    found = _Search(ends, freed_of(problem, numbers))
+    known[frozenset(ends)] = found
+    return found.problem
 
 
-def _odd_columns(frame: "pd.DataFrame", columns: Mapping[str, Variable]) -> Iterator[Mistake]:
-    """Columns that are no sizes or numbers of the mechanism and no laws, and what is given twice."""
-    for twice in frame.columns[frame.columns.duplicated()]:
-        yield Mistake(FILE, str(twice), None, "stands there twice", bare=True)
-    for name in frame:
-        if name not in columns and name not in LAW_KEYS:
-            what = f"no size or number of this mechanism and no law; {nearest(str(name), (*columns, *LAW_KEYS))}"
-            yield Mistake(FILE, str(name), None, what, bare=True)
-    if "law" in frame and ("law_rise" in frame or "law_return" in frame):
-        yield Mistake(FILE, "law", None, "must stand alone, without law_rise and law_return", bare=True)
+@cache
+def _type_of(key: str) -> TypeAdapter[Any]:
+    """The type of a number, by its key."""
+    table, _, name = key.rpartition(".")
+    return TypeAdapter(TABLE_TYPES[table].model_fields[name].rebuild_annotation())
 
 
-def _out_of_range(key: str, column: "pd.Series[Any]") -> Iterator[Mistake]:
+def _out_of_range(key: str, name: str, table: DesignColumns) -> Iterator[Mistake]:
     """The first value of a size that a scene would not take; of numbers, the least or the largest."""
-    table, _, name = re.sub(r"\.\d+", "", key).rpartition(".")
-    size: TypeAdapter[Any] = TypeAdapter(TABLE_TYPES[table].model_fields[name].rebuild_annotation())
-    values = column.to_numpy()
-    looked_at: Iterable[int] = range(len(column))
+    key, values = re.sub(r"\.\d+", "", key), table.values[name]
+    looked_at: Iterable[int] = range(len(values))
     if values.size and values.dtype.kind in "iuf":
         looked_at = [int(values.argmin()), int(values.argmax())]  # the first that is not a number, if there is one
     for row in looked_at:
         try:
-            size.validate_python(values.item(row))
+            _type_of(key).validate_python(values.item(row))
         except ValidationError as error:
-            yield mistakes_of(error, TABLE_TYPES[table], f"{column.name}[{column.index[row]}]", FILE)[0]
+            place = f"{name}[{table.labels[row]}]"
+            yield mistakes_of(error, TABLE_TYPES[key.rpartition(".")[0]], place, FILE)[0]
             return
 
 
-def _unknown_laws(problem: Problem, column: "pd.Series[Any]") -> Iterator[Mistake]:
+def _unknown_laws(problem: Problem, name: str, table: DesignColumns) -> Iterator[Mistake]:
     """The first name of a column that is no law."""
-    for row, law in column[~column.isin(list(problem.laws))].head(1).items():
-        yield Mistake(FILE, f"{column.name}[{row}]", law, f"a motion law; {nearest(str(law), problem.laws)}")
+    known = {*problem.laws, *_laws_of_scene(problem)}
+    for row, law in enumerate(table.values[name].tolist()):
+        if not isinstance(law, str) or law not in known:
+            place = f"{name}[{table.labels[row]}]"
+            yield Mistake(FILE, place, law, f"a motion law; {nearest(str(law), problem.laws)}")
+            return
 
 
-def _by_motion(problem: Problem, frame: "pd.DataFrame") -> Iterator[tuple[Problem, NDArray[np.intp]]]:
+def _laws_of_scene(problem: Problem) -> tuple[str, str]:
+    """The laws of the scene's own rises and returns, as tables name them."""
+    return problem.programme.law_names(RISE), problem.programme.law_names(RETURN)
+
+
+def _by_motion(
+    given: Problem, problem: Problem, table: DesignColumns
+) -> Iterator[tuple[Problem, NDArray[np.intp]]]:
     """The problem of each pair of laws, in each setting that is one of problems, and the rows that have it."""
-    rise, fall = (next((name for name in names if name in frame), None) for names in LAWS_OF_STROKES)
-    shared = [each for each in problem.choices.numbers if each.quantity in frame and not each.is_ranged]
-    named = [name for name in dict.fromkeys((rise, fall, *(each.quantity for each in shared))) if name]
-    if not named or frame.empty:
-        yield problem, np.arange(len(frame))
-        return
-    for rows in frame.reset_index(drop=True).groupby(named, sort=False).indices.values():
-        first = frame.iloc[rows[0]]
-        laws = (None if name is None else first[name] for name in (rise, fall))
-        (set_,) = in_settings(problem, [{each.key: float(first[each.quantity]) for each in shared}])
-        yield set_.moving(set_.asked_by(*laws)), np.asarray(rows)
+    values = table.values
+    strokes = [next((name for name in names if name in values), None) for names in LAWS_OF_STROKES]
+    shared = [each for each in problem.choices.numbers if each.quantity in values and not each.is_ranged]
+    named = [name for name in dict.fromkeys((*strokes, *(each.quantity for each in shared))) if name]
+    for rows in _alike([values[name] for name in named], table.count):
+        first = {name: values[name].item(rows[0]) for name in named} if rows.size else {}
+        set_ = problem
+        if shared and first:
+            (set_,) = in_settings(problem, [{each.key: float(first[each.quantity]) for each in shared}])
+        laws = [name and first.get(name) for name in strokes]
+        rise, fall = (None if law == own else law for law, own in zip(laws, _laws_of_scene(given), strict=True))
+        yield set_ if rise is fall is None else set_.moving(_asked_by(Same(given), rise, fall)), rows
 
 
-def _evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> "pd.DataFrame":
-    """Quantities, verdicts and excesses of designs that share a motion."""
-    import pandas as pd
+@lru_cache(maxsize=MOTIONS)
+def _asked_by(same: Same[Problem], rise: str | None, fall: str | None) -> Programme:
+    """The motion that is asked with other laws."""
+    return same.value.asked_by(rise, fall)
 
-    exists = np.flatnonzero(problem.setup.mechanism.exists(designs, problem.programme))
-    made = run_effects(Case(problem.setup, problem.programme, designs), problem.sizes)
-    rows = evaluate_with_effort(problem, designs.take(exists), names | problem.needed)[0]
-    excess = excesses(problem.limits, rows.columns, designs.take(exists))
-    columns = {name: rows.column(name) for name in names - problem.sizes}
-    columns |= {f"{EXCESS}{limit.name}": over for limit, over in zip(problem.limits, excess, strict=True)}
-    table = pd.DataFrame({name: made.column(name) for name in made.columns})
-    for name, values in columns.items():
-        otherwise = NOT_ASSEMBLED.get(name, inf if values.dtype.kind == "f" else values.dtype.type())
-        table[name] = np.full(len(designs), otherwise, dtype=values.dtype if values.dtype.kind in "fb" else object)
-        table.loc[exists, name] = values
-    return table
+
+def _alike(columns: Iterable[NDArray[Any]], count: int) -> list[NDArray[np.intp]]:
+    """The rows of each combination of values that some columns have."""
+    codes = np.zeros(count, dtype=np.intp)
+    for values in columns:
+        kinds, own = np.unique(values, return_inverse=True)
+        codes = np.unique(codes * kinds.size + own, return_inverse=True)[1]
+    order = np.argsort(codes, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(codes[order])) + 1)
+
+
+def _evaluated(
+    problem: Problem, designs: Designs, rows: NDArray[np.intp], names: frozenset[str]
+) -> Iterator[tuple[NDArray[np.intp], Rows]]:
+    """Quantities, verdicts and excesses of designs that share a motion, with the places of their rows."""
+    exists = problem.setup.mechanism.exists(designs, problem.programme)
+    there, apart = np.flatnonzero(exists), np.flatnonzero(~exists)
+    limits = [f"{EXCESS}{limit.name}" for limit in problem.limits]
+    if there.size or not apart.size:
+        some = designs.take(there) if apart.size else designs
+        found = evaluate_with_effort(problem, some, names | problem.needed)[0]
+        excess = dict(zip(limits, excesses(problem.limits, found.columns, some), strict=True))
+        yield rows[there], Rows(found.only(names).columns | excess, there.size)
+    if apart.size:
+        sizes = run_effects(Case(problem.setup, problem.programme, designs.take(apart)), problem.sizes)
+        unknown = {name: NOT_ASSEMBLED.get(name, _without_value(name)) for name in names - problem.sizes}
+        yield rows[apart], Rows(sizes.columns | unknown | dict.fromkeys(limits, inf), apart.size)
+
+
+def _without_value(name: str) -> Any:
+    """What a table has in place of a quantity that a design does not have."""
+    kind = QUANTITIES[name].kind
+    return inf if kind is float else kind()

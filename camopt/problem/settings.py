@@ -50,15 +50,26 @@ def problems_of(problem: Problem, settings: Sequence[Setting] = ({},)) -> tuple[
     )
 
 
-def freed_of(problem: Problem) -> Problem:
+def freed_of(problem: Problem, ends: Mapping[str, tuple[float, float]] | None = None) -> Problem:
     """The problem of designs that bring the numbers which its ``[search]`` varies, and those that tolerances move.
+
+    Other ends of a number, by key, may be given in place of those in ``[search]``.
 
     Raises
     ------
     BadInput
         If a quantity that the problem calls for cannot be computed with the least of one of the numbers.
     """
-    return _freed(problem, {each.key: each.ends for each in problem.choices.numbers if each.is_ranged})
+    return _freed_of(Same(problem)) if ends is None else _freed(problem, {**_searched_ends(problem), **ends})
+
+
+@lru_cache(maxsize=4)  # designs of a scene are evaluated again and again
+def _freed_of(same: Same[Problem]) -> Problem:
+    return _freed(same.value, _searched_ends(same.value))
+
+
+def _searched_ends(problem: Problem) -> dict[str, tuple[float, float]]:
+    return {each.key: each.ends for each in problem.choices.numbers if each.is_ranged}
 
 
 def toleranced(problem: Problem) -> Problem:

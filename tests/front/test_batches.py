@@ -83,6 +83,7 @@ NAME = st.text(min_size=1, max_size=8) | st.sampled_from(
 VALUE = st.floats() | st.text(max_size=5) | st.none() | st.integers() | st.booleans() | st.sampled_from([*LAWS])
 
 
+@pytest.mark.filterwarnings("ignore:designs. camopt ignores")
 @given(st.dictionaries(NAME, st.lists(VALUE, min_size=2, max_size=2), max_size=3))
 @settings(max_examples=times(60, deep=2000))
 def test_any_table_is_evaluated_or_refused_in_plain_words(table):
@@ -118,10 +119,19 @@ def test_a_mistake_names_the_column_and_the_row(name):
     assert str(refused.value).startswith(text)
 
 
-@pytest.mark.parametrize("table", [{"offset_mm": 3.0}, {"offset_mm": [1.0], "base_radius_mm": [60.0, 70.0]}, 7])
-def test_what_is_no_table_is_refused(table):
-    with pytest.raises(BadInput, match="camopt: designs: must be columns of one length"):
-        evaluate_designs(SCENE, table)
+NO_TABLES = {
+    "columns of one length: offset_mm has 1, base_radius_mm has 2": {"offset_mm": [1], "base_radius_mm": [60, 70]},
+    "columns of one value a row: offset_mm has more": {"offset_mm": [[1.0, 2.0]], "base_radius_mm": 60.0},
+    "columns of one value a row: base_radius_mm has more": {"base_radius_mm": [[1.0, 2.0], [3.0]]},
+    "a table of pandas, polars or pyarrow, a mapping of columns, a list of mappings, or an array with names=": 7,
+    "a table of pandas, polars or pyarrow, a mapping of columns": [60.0, 70.0],
+}
+
+
+@pytest.mark.parametrize("told", NO_TABLES)
+def test_what_is_no_table_is_refused(told):
+    with pytest.raises(BadInput, match=f"camopt: designs: must be {told}"):
+        evaluate_designs(SCENE, NO_TABLES[told])
 
 
 def test_a_column_stands_there_once():

@@ -281,7 +281,7 @@ def test_a_table_of_designs_may_have_numbers(tmp_path):
 )
 def test_numbers_that_no_design_has_are_mistakes(column, message):
     with pytest.raises(BadInput) as caught:
-        evaluate_designs(VALVE, {"base_radius_mm": [60, 70], **column})
+        evaluate_designs(VALVE, {"base_radius_mm": [60, 70], **column}, strict=True)
     assert message in str(caught.value)
     assert len(caught.value.mistakes) == 1
 

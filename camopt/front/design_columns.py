@@ -1,0 +1,124 @@
+"""Designs in any container, as columns of numpy arrays: tables of pandas, polars and pyarrow, mappings, arrays."""
+
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from typing import TYPE_CHECKING, Any
+
+import narwhals.stable.v2 as nw
+import numpy as np
+from narwhals.exceptions import DuplicateError
+from narwhals.stable.v2.dependencies import is_pandas_dataframe as is_pandas
+from narwhals.stable.v2.dependencies import is_pandas_series as is_pandas_row
+from numpy.typing import NDArray
+
+from camopt.mistakes import BadInput, Mistake
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FILE = "designs"  # what messages call the table
+CONTAINERS = (
+    "a table of pandas, polars or pyarrow, a mapping of columns, a list of mappings, or an array with names="
+)
+ABSENT = object()
+
+
+@dataclass(frozen=True)
+class DesignColumns:
+    """The columns of a table of designs that are read, and the names of the others."""
+
+    values: dict[str, NDArray[Any]]
+    """Arrays (rows,) by name."""
+    others: list[str]
+    count: int
+    labels: "pd.Index[Any] | range"
+    """Of the rows."""
+
+
+def read_columns(designs: Any, known: Collection[str], names: Iterable[str] | None = None) -> DesignColumns:
+    """The columns of some names that a container of designs has.
+
+    Raises
+    ------
+    BadInput
+        If it is no such container, has columns of several lengths, has a column twice, or lacks a value in a row.
+    """
+    table, labels = _table_of(designs, names)
+    try:
+        frame = nw.from_native(table, eager_only=True, pass_through=True)
+    except DuplicateError:
+        counts = Counter(map(str, table.columns if is_pandas(table) else table.column_names))
+        twice = [name for name, count in counts.items() if count > 1]
+        raise BadInput(Mistake(FILE, name, None, "stands there twice", bare=True) for name in twice) from None
+    if isinstance(frame, nw.DataFrame):
+        columns = {str(name): frame[name] for name in frame.columns if name in known}
+        others = [str(name) for name in frame.columns if name not in known]
+        arrays = {name: column.to_numpy() for name, column in columns.items()}
+        return DesignColumns(arrays, others, len(frame), table.index if is_pandas(table) else range(len(frame)))
+    if not isinstance(table, Mapping):
+        raise BadInput([Mistake("camopt", FILE, None, f"{CONTAINERS}; this is a {type(designs).__name__}")])
+    arrays = {name: _array_of(name, value) for name, value in table.items() if name in known}
+    count = _count_of(arrays, bool(table))
+    values = {name: np.broadcast_to(value, (count,)) for name, value in arrays.items()}
+    others = [str(name) for name in table if name not in known]
+    return DesignColumns(values, others, count, range(count) if labels is None else labels)
+
+
+def _table_of(designs: Any, names: Iterable[str] | None) -> "tuple[Any, pd.Index[Any] | None]":
+    """A container as a table or a mapping of columns; with the label of the row, where it is one of pandas."""
+    import pandas as pd
+
+    if names is not None:
+        return _named(designs, [*names]), None
+    if is_pandas_row(designs):
+        return dict(designs), pd.Index([designs.name])
+    if isinstance(designs, Mapping) and any(map(is_pandas_row, designs.values())):
+        return pd.DataFrame(dict(designs)), None  # its rows are those of equal labels
+    if isinstance(designs, np.ndarray) and designs.dtype.names:
+        return {name: designs[name] for name in designs.dtype.names}, None
+    if isinstance(designs, (list, tuple)) and all(isinstance(r, Mapping) or is_pandas_row(r) for r in designs):
+        return _of_rows([dict(row) for row in designs]), None
+    return designs, None
+
+
+def _array_of(name: str, value: Any) -> NDArray[Any]:
+    """A column as an array; numbers beside texts stay numbers."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of several lengths
+        raise BadInput([Mistake("camopt", FILE, None, f"columns of one value a row: {name} has more")]) from None
+    return np.asarray(value, dtype=object) if array.dtype.kind in "US" else array
+
+
+def _of_rows(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The columns of a list of mappings."""
+    names = dict.fromkeys(chain.from_iterable(rows))
+    columns = {name: [row.get(name, ABSENT) for row in rows] for name in names}
+    absent = [(name, column.index(ABSENT)) for name, column in columns.items() if ABSENT in column]
+    if absent:
+        raise BadInput(Mistake(FILE, f"{name}[{row}]", None, "missing", bare=True) for name, row in absent)
+    return columns
+
+
+def _named(designs: Any, names: Sequence[str]) -> dict[str, Any]:
+    """The columns of an array (rows, names), or of one design (names,)."""
+    array = np.asarray(designs)
+    if array.ndim not in (1, 2) or array.shape[-1] != len(names):
+        allowed = f"an array with a column for each of the {len(names)} names; this has the shape {array.shape}"
+        raise BadInput([Mistake("camopt", FILE, None, allowed)])
+    if twice := {name for name in names if [*names].count(name) > 1}:
+        raise BadInput(Mistake(FILE, name, None, "stands there twice", bare=True) for name in sorted(twice))
+    return dict(zip(names, array.T, strict=True))
+
+
+def _count_of(arrays: Mapping[str, NDArray[Any]], some: bool) -> int:
+    """The rows of columns: the length of all that are no single value."""
+    lengths = {name: len(value) for name, value in arrays.items() if value.ndim == 1}
+    if deep := [name for name, value in arrays.items() if value.ndim > 1]:
+        raise BadInput([Mistake("camopt", FILE, None, f"columns of one value a row: {deep[0]} has more")])
+    if len({*lengths.values()}) > 1:
+        told = ", ".join(f"{name} has {size}" for name, size in lengths.items())
+        raise BadInput([Mistake("camopt", FILE, None, f"columns of one length: {told}")])
+    return next(iter(lengths.values()), int(some))
