@@ -46,28 +46,15 @@ def read_columns(designs: Any, known: Collection[str], names: Iterable[str] | No
         If it is no such container, has columns of several lengths, has a column twice, or lacks a value in a row.
     """
     table, labels = _table_of(designs, names)
-    try:
-        frame = nw.from_native(table, eager_only=True, pass_through=True)
-    except DuplicateError:
-        counts = Counter(map(str, table.columns if is_pandas(table) else table.column_names))
-        twice = [name for name, count in counts.items() if count > 1]
-        raise BadInput(Mistake(FILE, name, None, "stands there twice", bare=True) for name in twice) from None
-    if isinstance(frame, nw.DataFrame):
-        columns = {str(name): frame[name] for name in frame.columns if name in known}
-        others = [str(name) for name in frame.columns if name not in known]
-        arrays = {name: column.to_numpy() for name, column in columns.items()}
-        return DesignColumns(arrays, others, len(frame), table.index if is_pandas(table) else range(len(frame)))
-    if not isinstance(table, Mapping):
-        raise BadInput([Mistake("camopt", FILE, None, f"{CONTAINERS}; this is a {type(designs).__name__}")])
-    arrays = {name: _array_of(name, value) for name, value in table.items() if name in known}
-    count = _count_of(arrays, bool(table))
+    arrays = {str(name): _array_of(name, table[name]) for name in table if name in known}
+    count = _count_of(arrays, len(table)) if labels is None else len(labels)
     values = {name: np.broadcast_to(value, (count,)) for name, value in arrays.items()}
     others = [str(name) for name in table if name not in known]
     return DesignColumns(values, others, count, range(count) if labels is None else labels)
 
 
-def _table_of(designs: Any, names: Iterable[str] | None) -> "tuple[Any, pd.Index[Any] | None]":
-    """A container as a table or a mapping of columns; with the label of the row, where it is one of pandas."""
+def _table_of(designs: Any, names: Iterable[str] | None) -> "tuple[Any, pd.Index[Any] | range | None]":
+    """What has the columns of a container by name, and the labels of its rows, if it has any."""
     import pandas as pd
 
     if names is not None:
@@ -75,12 +62,30 @@ def _table_of(designs: Any, names: Iterable[str] | None) -> "tuple[Any, pd.Index
     if is_pandas_row(designs):
         return dict(designs), pd.Index([designs.name])
     if isinstance(designs, Mapping) and any(map(is_pandas_row, designs.values())):
-        return pd.DataFrame(dict(designs)), None  # its rows are those of equal labels
+        designs = pd.DataFrame(dict(designs))  # its rows are those of equal labels
+    if is_pandas(designs):
+        _check_once(designs.columns)
+        return designs, designs.index
+    if isinstance(designs, Mapping):
+        return designs, None
     if isinstance(designs, np.ndarray) and designs.dtype.names:
         return {name: designs[name] for name in designs.dtype.names}, None
     if isinstance(designs, (list, tuple)) and all(isinstance(r, Mapping) or is_pandas_row(r) for r in designs):
         return _of_rows([dict(row) for row in designs]), None
-    return designs, None
+    try:
+        frame = nw.from_native(designs, eager_only=True, pass_through=True)
+    except DuplicateError:
+        frame = None
+        _check_once(designs.column_names)  # pyarrow alone takes a name twice
+    if isinstance(frame, nw.DataFrame):
+        return {name: frame[name] for name in frame.columns}, range(len(frame))
+    raise BadInput([Mistake("camopt", FILE, None, f"{CONTAINERS}; this is a {type(designs).__name__}")])
+
+
+def _check_once(names: Iterable[Any]) -> None:
+    """BadInput for names that stand there twice."""
+    if twice := [str(name) for name, count in Counter(names).items() if count > 1]:
+        raise BadInput(Mistake(FILE, name, None, "stands there twice", bare=True) for name in twice)
 
 
 def _array_of(name: str, value: Any) -> NDArray[Any]:
@@ -108,17 +113,16 @@ def _named(designs: Any, names: Sequence[str]) -> dict[str, Any]:
     if array.ndim not in (1, 2) or array.shape[-1] != len(names):
         allowed = f"an array with a column for each of the {len(names)} names; this has the shape {array.shape}"
         raise BadInput([Mistake("camopt", FILE, None, allowed)])
-    if twice := {name for name in names if [*names].count(name) > 1}:
-        raise BadInput(Mistake(FILE, name, None, "stands there twice", bare=True) for name in sorted(twice))
+    _check_once(names)
     return dict(zip(names, array.T, strict=True))
 
 
-def _count_of(arrays: Mapping[str, NDArray[Any]], some: bool) -> int:
-    """The rows of columns: the length of all that are no single value."""
+def _count_of(arrays: Mapping[str, NDArray[Any]], columns: int) -> int:
+    """The rows of columns: the length of all that are no single value; single values alone are one row."""
     lengths = {name: len(value) for name, value in arrays.items() if value.ndim == 1}
     if deep := [name for name, value in arrays.items() if value.ndim > 1]:
         raise BadInput([Mistake("camopt", FILE, None, f"columns of one value a row: {deep[0]} has more")])
     if len({*lengths.values()}) > 1:
         told = ", ".join(f"{name} has {size}" for name, size in lengths.items())
         raise BadInput([Mistake("camopt", FILE, None, f"columns of one length: {told}")])
-    return next(iter(lengths.values()), int(some))
+    return next(iter(lengths.values()), min(columns, 1))
