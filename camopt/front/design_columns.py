@@ -55,14 +55,12 @@ def read_columns(designs: Any, known: Collection[str], names: Iterable[str] | No
 
 def _table_of(designs: Any, names: Iterable[str] | None) -> "tuple[Any, pd.Index[Any] | range | None]":
     """What has the columns of a container by name, and the labels of its rows, if it has any."""
-    import pandas as pd
-
     if names is not None:
         return _named(designs, [*names]), None
     if is_pandas_row(designs):
-        return dict(designs), pd.Index([designs.name])
-    if isinstance(designs, Mapping) and any(map(is_pandas_row, designs.values())):
-        designs = pd.DataFrame(dict(designs))  # its rows are those of equal labels
+        return dict(designs), designs.to_frame().columns
+    if isinstance(designs, Mapping) and (labelled := list(filter(is_pandas_row, designs.values()))):
+        designs = labelled[0].to_frame("").assign(**designs)[[*designs]]  # rows of equal labels go together
     if is_pandas(designs):
         _check_once(designs.columns)
         return designs, designs.index

@@ -1,12 +1,12 @@
 """What a sweep found: counts, files, the best designs and the front."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from camopt.front.pareto import Front
-from camopt.mistakes import NOTHING_FEASIBLE
+from camopt.mistakes import NOTHING_FEASIBLE, BadInput, Mistake
 from camopt.problem.problem import resolve
 from camopt.problem.space import EDGE_OF_SPACE
 from camopt.problem.unused import notes_of_search
@@ -16,6 +16,7 @@ from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import Design, miss_sections
 from camopt.tables.layout import Table, table_of
 from camopt.tables.result import Result
+from camopt.tables.writing import TableInMemory, tables_of_arrow
 from camopt.verdicts.judging import Effort
 from camopt.verdicts.words import BROKEN, UNDECIDED
 
@@ -31,6 +32,14 @@ def counts_of_effort(effort: Effort) -> dict[str, int]:
         "looked_at_again": effort.again,
         "decided_in_balls": effort.balls - effort.undecided,
     }
+
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+FRONT, KEPT, ENDING = "pareto", "designs", ".parquet"
+"""The tables of a sweep, and how the names of their files end."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +97,8 @@ class Sweep(Result):
     >>> swept = camopt.sweep(camopt.find_scene("roller-1000rpm").replace(search=search))
     >>> swept.feasible, swept.best["cycloidal"]["base_radius_mm"], swept.best["cycloidal"]["held_by"]
     (1, 120.0, 'pressure_angle')
+    >>> swept.to_pandas()["base_radius_mm"].tolist()
+    [120.0]
     """
 
     scene: Scene
@@ -107,6 +118,40 @@ class Sweep(Result):
     decided_by_boxes: int = 0
     every_cam: dict[str, int] | None = None
     already_done: bool = False
+    _rows: Mapping[str, TableInMemory] = field(default_factory=dict, repr=False, compare=False)
+    """The tables of a sweep without files."""
+
+    def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
+        """The Pareto front, or another table of the sweep, as a DataFrame like that of ``load``.
+
+        Parameters
+        ----------
+        name : str, optional
+            "pareto", the default; "designs" for those that ``keep`` names; where ``[search]`` says to refine,
+            "pareto-grid" for the front of the grid. Tables of a sweep with ``out`` are read from its folder.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each design; ``attrs`` has units and scene, for ``scene_of``.
+
+        Raises
+        ------
+        BadInput
+            If the sweep has no such table: without ``out`` it has designs only if ``keep`` was given.
+        OSError
+            If a file cannot be read.
+        """
+        name = FRONT if name is None else name
+        files = {path.stem: path for path in self.files if path.suffix == ENDING}
+        if name in self._rows:
+            return self._rows[name].to_pandas()
+        if name in files:
+            frame: pd.DataFrame = tables_of_arrow().load(files[name])
+            return frame
+        known = f"a table of this sweep: {' or '.join([*self._rows, *files])}"
+        more = '; a sweep without out keeps designs if keep names them, as keep="feasible"' if name == KEPT else ""
+        raise BadInput([Mistake("camopt", "table", name, known + more)])
 
     def __repr__(self) -> str:
         feasible = "" if self.feasible is None else f" {self.feasible:,} feasible,"

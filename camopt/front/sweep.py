@@ -9,7 +9,7 @@ seconds, and keeps nothing (``front_search``).
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -33,7 +33,7 @@ from camopt.storage.files import write_text
 from camopt.storage.publishing import Publication, publication, published_answer
 from camopt.tables.cells import to_json
 from camopt.tables.designs import Design
-from camopt.tables.writing import TableWriter, table_file
+from camopt.tables.writing import TableInMemory, TableWriter, table_file
 
 SWEEP_COMMAND, SWEEP_SCENE = "sweep", "scene.toml"
 
@@ -42,7 +42,7 @@ SWEEP_COMMAND, SWEEP_SCENE = "sweep", "scene.toml"
 def sweep(  # noqa: PLR0913
     scene: Scene,
     out: str | os.PathLike[str] | None = None,
-    keep: str = "feasible",
+    keep: str | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
     block: int | None = None,
@@ -60,8 +60,10 @@ def sweep(  # noqa: PLR0913
     out : str or os.PathLike, optional
         Folder for ``pareto.parquet``, ``designs.parquet`` and ``scene.toml``; None writes nothing. Where
         ``[search]`` says to refine, the front of the grid goes to ``pareto-grid.parquet``.
-    keep : str, default "feasible"
-        Which designs go to ``designs.parquet``: "feasible", "pareto", or "all" that can be assembled. With
+    keep : str, optional
+        Which designs are kept, in ``designs.parquet`` or without ``out`` in memory, for ``to_pandas("designs")``:
+        "feasible", "pareto", or "all" that can be assembled. Without it "feasible" if there is ``out``, or else
+        none, so that memory does not grow with the space. With
         "pareto", boxes of designs are decided together where that is sooner: in large spaces, from some 100,000
         pitch curves of each motion on, where the objectives allow it. The front is the same, row for row; nobody
         counts the feasible designs then, and the best of a law is that on the front. "front-only" is its old name,
@@ -107,9 +109,8 @@ def sweep(  # noqa: PLR0913
     >>> swept.designs, swept.feasible
     (9, 0)
     """
-    # without a table nobody reads its rows; the front is the same
-    counted = out is None and keep == "feasible"
-    plan = sweep_plan(scene, "pareto" if counted else keep, block)
+    counted = out is None and keep is None  # designs that nobody asked to keep; the front is the same
+    plan = sweep_plan(scene, FRONT_ONLY if counted else keep or "feasible", block)
     own = Threads(workers or os.cpu_count() or 1)
     if out is not None and not again and (done := swept_already(plan, out, tell)):
         return done
@@ -148,8 +149,8 @@ def result_of(
         unit = None if out is None else stack.enter_context(_publication(out, plan))
         store = open_store(unit.staging) if unit and open_store else None
         stack.enter_context(saved_at_the_end(store))
-        tables = _tables(stack, unit, plan) if unit else {}
-        rows_of_search = tables["designs"] if tables and plan.keep in TABLED else None
+        tables = _tables(stack, unit, plan)
+        rows_of_search = tables["designs"] if plan.keep in TABLED else None
         seen = search(store, rows_of_search.append if rows_of_search else _nowhere)
         if rows_of_search:
             rows_of_search.end()
@@ -176,15 +177,16 @@ def result_of(
             boxes=seen.boxes,
             decided_by_boxes=seen.decided,
             every_cam=found.every_cam,
+            _rows={name: table for name, table in tables.items() if isinstance(table, TableInMemory)},
         )
+        about = {"designs": len(space), "evaluated": seen.evaluated, "decided_by_boxes": seen.decided}
+        tables["pareto"].describe("camopt_sweep", to_json(about))
+        if front:
+            tables["pareto"].describe("camopt_front", to_json(front.to_dict()))
+        for table, shown in (("pareto", found.front), ("pareto-grid", grid), ("designs", grid)):
+            if table in tables and (table != "designs" or plan.keep == "pareto"):
+                tables[table].append(shown)
         if unit:
-            about = {"designs": len(space), "evaluated": seen.evaluated, "decided_by_boxes": seen.decided}
-            tables["pareto"].describe("camopt_sweep", to_json(about))
-            if front:
-                tables["pareto"].describe("camopt_front", to_json(front.to_dict()))
-            for table, shown in (("pareto", found.front), ("pareto-grid", grid), ("designs", grid)):
-                if table in tables and (table != "designs" or plan.keep == "pareto"):
-                    tables[table].append(shown)
             write_text(unit.path(SWEEP_SCENE), scene.to_toml())
             unit.answer = summary_of(result)
     return result
@@ -230,12 +232,16 @@ def file_name(table: str) -> str:
     return f"{table}.parquet"
 
 
-def _tables(stack: ExitStack, unit: Publication, plan: SweepPlan) -> dict[str, TableWriter]:
-    """The tables of a sweep by name, open until the stack is left."""
-    scene = plan.scene.to_toml()
+def _tables(
+    stack: ExitStack, unit: Publication | None, plan: SweepPlan
+) -> Mapping[str, TableWriter | TableInMemory]:
+    """The tables of a sweep by name: files, open until the stack is left, or in memory if there is no folder."""
+    scene, columns = plan.scene.to_toml(), _columns(plan)
+    if unit is None:
+        return {table: TableInMemory(names, scene) for table, names in columns.items()}
     return {
-        table: stack.enter_context(table_file(unit.path(file_name(table)), columns, scene))
-        for table, columns in _columns(plan).items()
+        table: stack.enter_context(table_file(unit.path(file_name(table)), names, scene))
+        for table, names in columns.items()
     }
 
 

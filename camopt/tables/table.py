@@ -222,7 +222,17 @@ def read_quantities(path: str | os.PathLike[str], manifest: Manifest | None = No
 
 def frame_of(path: str | os.PathLike[str], manifest: Manifest | None = None) -> "pd.DataFrame":
     """A table that camopt wrote, as ``load`` gives it; ``read_quantities`` says what the manifest is for."""
-    table = read_quantities(path, manifest)
+    return _frame(read_quantities(path, manifest))
+
+
+def frame_of_rows(parts: Iterable[Rows], names: tuple[str, ...], about: Mapping[str, str]) -> "pd.DataFrame":
+    """Rows of some quantities as ``load`` gives them, with what there is to say of the table."""
+    layout = schema_of((QUANTITIES[name] for name in names), **about)
+    tables = [to_table(rows, layout) for rows in parts]
+    return _frame(pa.concat_tables(tables or [layout.empty_table()]))
+
+
+def _frame(table: pa.Table) -> "pd.DataFrame":
     frame: pd.DataFrame = table.replace_schema_metadata(None).to_pandas()
     frame.attrs = table_facts(table.schema)
     return frame

@@ -1,19 +1,28 @@
-"""A table that a thread of its own writes, beside the search that finds its rows."""
+"""Tables that grow by batches: a file that a thread of its own writes, beside the search, or rows in memory."""
 
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from camopt.problem.rows import Rows
 from camopt.storage.files import naming, whole_file
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from camopt.tables.table import RowGroups
 
 WAITING = 2  # batches of rows that wait in memory while another is written
+
+
+def tables_of_arrow() -> Any:
+    """The module of tables on disk, which imports pyarrow when it is first needed."""
+    from camopt.tables import table
+
+    return table
 
 
 @contextmanager
@@ -75,11 +84,34 @@ class TableWriter:
 
     def _opened(self) -> "RowGroups":
         if self._groups is None:
-            from camopt.tables.table import row_groups
-
-            self._groups = self._open_file.enter_context(row_groups(self._partial, self._names, self._about))
+            rows = tables_of_arrow().row_groups(self._partial, self._names, self._about)
+            self._groups = self._open_file.enter_context(rows)
         return self._groups
 
     def _close(self) -> None:
         self._opened().finish()
         self._open_file.close()
+
+
+class TableInMemory:
+    """Keeps rows of some quantities for pandas, where no file is written."""
+
+    def __init__(self, names: tuple[str, ...], scene: str) -> None:
+        self._names, self._about, self._rows = names, {"camopt_scene": scene}, list[Rows]()
+
+    def describe(self, key: str, text: str) -> None:
+        """Add something to the metadata."""
+        self._about[key] = text
+
+    def append(self, rows: Rows) -> None:
+        """Add rows."""
+        if rows.count:
+            self._rows.append(rows.only(self._names))
+
+    def end(self) -> None:
+        """Take no more rows."""
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """The rows as ``load`` gives those of a file."""
+        frame: pd.DataFrame = tables_of_arrow().frame_of_rows(self._rows, self._names, self._about)
+        return frame

@@ -1,0 +1,63 @@
+"""A sweep in memory has the rows that one with a folder writes."""
+
+import pandas as pd
+import pytest
+from pandas.testing import assert_frame_equal
+
+from camopt import BadInput, find_scene, load, merge, scene_of, sweep, sweep_part
+
+SCENE = find_scene("roller-1000rpm").replace(
+    search={
+        "base_radius": {"start": 57.3, "stop": 121, "step": 5.7},
+        "offset": [-7.1, 0, 11.3],
+        "law": ["poly345"],
+    },
+)
+REFINED = SCENE.replace(**{"search.refine": True, "search.minimise": ["base_radius_mm", "acceleration_max_m_s2"]})
+NONE_FEASIBLE = SCENE.replace(**{"limits.pressure_angle": 3})
+
+
+@pytest.mark.parametrize("keep", ["feasible", "all", "pareto"])
+@pytest.mark.parametrize("scene", [SCENE, REFINED, NONE_FEASIBLE], ids=["grid", "refined", "none feasible"])
+def test_rows_in_memory_are_those_of_the_files(scene, keep, tmp_path):
+    written, kept = sweep(scene, tmp_path, keep=keep), sweep(scene, keep=keep, block=7)
+    names = [path.stem for path in written.files if path.suffix == ".parquet"]
+    assert {*names} == {"pareto", "designs", *(["pareto-grid"] if scene.search.refine else [])}
+    for name in names:
+        frame = load(tmp_path / f"{name}.parquet")
+        for found in (
+            written.to_pandas(name),
+            kept.to_pandas(name),
+            sweep(scene, tmp_path, keep=keep).to_pandas(name),
+        ):
+            assert_frame_equal(found, frame, check_exact=True)
+            assert found.attrs == frame.attrs
+    assert_frame_equal(kept.to_pandas(), load(tmp_path / "pareto.parquet"), check_exact=True)
+    assert (len(kept.to_pandas()), kept.designs) == (kept.pareto, written.designs)
+
+
+def test_a_sweep_in_memory_keeps_the_front_alone_unless_told():
+    swept = sweep(SCENE)
+    assert len(swept.to_pandas("pareto")) == swept.pareto > 1
+    with pytest.raises(BadInput, match="sweep: pareto; a sweep without out keeps designs if keep names them"):
+        swept.to_pandas("designs")
+    with pytest.raises(BadInput, match="'designs': must be a table of this sweep: pareto; a sweep"):
+        sweep(SCENE, keep="front-only").to_pandas("designs")
+    with pytest.raises(BadInput, match="'best': must be a table of this sweep: designs or pareto"):
+        sweep(SCENE, keep="all").to_pandas("best")
+
+
+def test_merged_parts_have_rows(tmp_path):
+    for part in (1, 2):
+        sweep_part(SCENE, (part, 2), tmp_path / f"part-{part}")
+    merged = merge([tmp_path / "part-1", tmp_path / "part-2"], tmp_path / "whole")
+    for name in ("pareto", "designs"):
+        assert_frame_equal(merged.to_pandas(name), sweep(SCENE, keep="feasible").to_pandas(name), check_exact=True)
+
+
+def test_a_row_is_a_scene():
+    front = sweep(SCENE).to_pandas()
+    least = front["base_radius_mm"].idxmin()
+    assert scene_of(front, least).cam.base_radius == front.loc[least, "base_radius_mm"]
+    assert isinstance(front, pd.DataFrame)
+    assert front.attrs["units"]["base_radius_mm"] == "mm"
