@@ -128,7 +128,8 @@ class Sweep(Result):
         ----------
         name : str, optional
             "pareto", the default; "designs" for those that ``keep`` names; where ``[search]`` says to refine,
-            "pareto-grid" for the front of the grid. Tables of a sweep with ``out`` are read from its folder.
+            "pareto-grid" for the front of the grid; or a key of ``to_dict`` with rows, such as "by_law". Tables of a
+            sweep with ``out`` are read from its folder.
 
         Returns
         -------
@@ -149,6 +150,8 @@ class Sweep(Result):
         if name in files:
             frame: pd.DataFrame = tables_of_arrow().load(files[name])
             return frame
+        if name not in (FRONT, KEPT):
+            return super().to_pandas(name)
         known = f"a table of this sweep: {' or '.join([*self._rows, *files])}"
         more = '; a sweep without out keeps designs if keep names them, as keep="feasible"' if name == KEPT else ""
         raise BadInput([Mistake("camopt", "table", name, known + more)])
