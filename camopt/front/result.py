@@ -128,8 +128,8 @@ class Sweep(Result):
         ----------
         name : str, optional
             "pareto", the default; "designs" for those that ``keep`` names; where ``[search]`` says to refine,
-            "pareto-grid" for the front of the grid; or a key of ``to_dict`` with rows, such as "by_law". Tables of a
-            sweep with ``out`` are read from its folder.
+            "pareto-grid" for the front of the grid; or a key of ``to_dict`` with rows, such as "by_law". Tables
+            of a sweep with ``out`` are read from its folder.
 
         Returns
         -------
