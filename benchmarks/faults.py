@@ -305,15 +305,16 @@ class Bench:
 
     def tries(self) -> dict[str, Sequence[Callable[[], None]]]:
         """All tries by the name of their fault."""
+        left = [self.left_when_killed(int(share * self.calls)) for share in (0.3, 0.6)]
         return {
             **{fault: [partial(self.try_fault, n, fault) for n in range(self.calls)] for fault in FAULTS},
             "blind restarts": [partial(self.try_blind_restarts, seed) for seed in range(RESTARTS)],
             "power cut": [partial(self.try_power_cut, tree) for tree in self.after_power_cuts()],
             "altered work": [
                 partial(self.try_altered_work, tree)
-                for share in (0.3, 0.6)
+                for killed in left
                 for alter in ALTERED
-                for tree in self.altered(self.left_when_killed(int(share * self.calls)), alter)
+                for tree in self.altered(killed, alter)
             ],
             "altered result": [
                 partial(self.try_altered_result, tree)
