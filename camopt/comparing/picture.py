@@ -12,7 +12,7 @@ from camopt.mechanisms.design import BoolArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.quantities.unit_systems import shown
-from camopt.tables.cells import heading
+from camopt.tables.cells import axis_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,7 +74,7 @@ def _draw(axes: Any, table: TableComparison, pair: tuple[int, int]) -> None:
         if len(points):
             axes.scatter(points[:, pair[0]], points[:, pair[1]], label=label, zorder=3, **look)
     names = [*table.objectives[0]]
-    across, up = (_label(names[k], table.units[names[k]]) for k in pair)
+    across, up = (axis_label(names[k], table.units[names[k]]) for k in pair)
     axes.set(xlabel=across, ylabel=up)
     dress(axes)
 
@@ -83,9 +83,3 @@ def _which_of(points: FloatArray, others: FloatArray) -> BoolArray:
     """Which points are among others."""
     known = {tuple(each) for each in others.tolist()}
     return np.array([tuple(each) in known for each in points.tolist()], dtype=bool)
-
-
-def _label(name: str, unit: str) -> str:
-    """What an axis shows, with its unit."""
-    words = heading(name, unit).split("\n")
-    return f"{' '.join(words[:-1])}, {words[-1]}" if unit else " ".join(words)

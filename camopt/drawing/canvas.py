@@ -34,21 +34,28 @@ def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **o
 
 
 @contextmanager
-def pages(
-    path: Target, sizes: Sequence[tuple[float, float]], *, powers: bool = False, **options: Any
-) -> "Iterator[Sequence[Figure]]":
-    """Empty figures as of ``canvas``, the pages of one file; only a PDF has more than one."""
+def style(*, powers: bool = False) -> Iterator[None]:
+    """The one style of all pictures, while the block runs."""
     import matplotlib.style
 
-    from camopt.drawing.empty_figure import EmptyFigure  # noqa: PLC0415  it imports matplotlib
-
-    if path is not None:
-        checked_suffix(path, "path", STILL_KINDS if len(sizes) == 1 else (".pdf",))
     with (
         matplotlib.style.context(["default", {**RC, "text.parse_math": powers}], after_reset=True),
         warnings.catch_warnings(),
     ):
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in a script the font lacks
+        yield
+
+
+@contextmanager
+def pages(
+    path: Target, sizes: Sequence[tuple[float, float]], *, powers: bool = False, **options: Any
+) -> "Iterator[Sequence[Figure]]":
+    """Empty figures as of ``canvas``, the pages of one file; only a PDF has more than one."""
+    from camopt.drawing.empty_figure import EmptyFigure  # noqa: PLC0415  it imports matplotlib
+
+    if path is not None:
+        checked_suffix(path, "path", STILL_KINDS if len(sizes) == 1 else (".pdf",))
+    with style(powers=powers):
         figures = [EmptyFigure(size, **options) for size in sizes]
         yield figures
         if path is None:

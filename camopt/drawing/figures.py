@@ -40,15 +40,31 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
     return figure
 
 
+def draw_in(axes: Any, what: Scene | Evaluation | Design) -> None:
+    """Draw the cam to scale at cam angle 0."""
+    scene = what if isinstance(what, Scene) else what.scene
+    picture = Picture(scene, resolve_design(scene))
+    settle(axes.figure, _draw_to_scale(axes, picture))
+
+
+def _draw_to_scale(axes: Any, picture: Picture) -> list[Label]:
+    """The cam to scale; the labels to settle."""
+    if not picture.exists:
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=TITLE_SIZE)
+        return []
+    developed = picture.problem.setup.mechanism.body.developed
+    labels: list[Label] = (draw_groove if developed else draw_disc)(axes, picture)
+    return labels
+
+
 def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
     """The cam to scale, with the legend of its lines; the labels to settle."""
     developed = picture.problem.setup.mechanism.body.developed
     cam = figure.add_axes(page.on_figure(page.cam))
+    labels = _draw_to_scale(cam, picture)
     if not picture.exists:
-        cam.set_axis_off()
-        cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=TITLE_SIZE)
         return []
-    labels: list[Label] = (draw_groove if developed else draw_disc)(cam, picture)
     handles, names = cam.get_legend_handles_labels()
     place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
     columns = len(names) if developed else min(len(names), 4)

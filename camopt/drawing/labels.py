@@ -47,7 +47,7 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
     from matplotlib.text import Text
 
     figure.draw_without_rendering()
-    renderer = figure.canvas.get_renderer()
+    renderer = getattr(figure.canvas, "get_renderer", lambda: None)()  # other backends make one when they need it
     texts = figure.findobj(lambda artist: isinstance(artist, Text) and artist.get_visible() and artist.get_text())
     taken = [text.get_window_extent(renderer).get_points() for text in texts]
     room, clear = (points * figure.dpi / 72.0 for points in (TEXT_ROOM, MARK_ROOM))

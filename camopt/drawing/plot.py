@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from camopt.drawing.canvas import Target
+from camopt.drawing.canvas import Target, style
 from camopt.drawing.construction.construct import construct
 from camopt.mistakes import BadInput, Mistake
 from camopt.quantities.shown import Drawn
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> "Figure":
+def plot(what: Drawn | Sequence[Drawn], path: Target = None, *, ax: Any = None, **options: Any) -> "Figure":
     """Draw a cam or a result; to a PNG, SVG or PDF file as well, if a path is given.
 
     - A scene with sizes of its own, a design, or what ``evaluate`` gives: the cam to scale at cam angle 0 (a groove
@@ -30,6 +30,7 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> 
       staircase is shaded, the region that no motion can reach by the bounds (``Frontier.excluded``).
     - What ``fit`` gives: points and motion, deviations in their band, acceleration by differences and of the
       motion; of a measured profile also the profile of the cam found, and how far the points are from it.
+    - What ``sweep`` gives: its Pareto front, a panel for each pair of objectives that vary, coloured by law.
     - What ``compare`` gives: the Pareto fronts of both, a panel for each pair of objectives that vary.
     - What ``response_spectrum`` gives, for one law or a list at one damping ratio: residual amplitude in the dwell,
       and largest acceleration of the mass.
@@ -46,6 +47,9 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> 
         What is drawn; of spectra also a list.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw the main diagram in, in place of a figure: the cam of a scene or a design, the front of a
+        sweep, a frontier, the errors of displacement of ``tolerance``, the displacement of ``harmonics``.
     **options
         Of a synthesis ``known``: its known laws, if they were compared already. Of a scene ``construction``: draw
         its construction with so many parts a stroke. Of a construction ``steps``: True for a page of a PDF, or a
@@ -59,7 +63,7 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> 
     Raises
     ------
     BadInput
-        If it has no picture, or the file's name does not end in .png, .svg or .pdf.
+        If it has no picture, no main diagram for ``ax``, or the file's name does not end in .png, .svg or .pdf.
     OSError
         If the file cannot be written.
 
@@ -78,5 +82,13 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> 
     if kind is None or not issubclass(kind, Drawn) or not (kind is type(what) or kind.together):
         why = "a scene, a design, or a result that has a picture; several together if response_spectrum gave them"
         raise BadInput([Mistake("camopt", "what", type(what).__name__, why)])
-    figure: Figure = import_module(f"camopt.{kind.picture}").draw(what, path, **options)
-    return figure
+    pictures = import_module(f"camopt.{kind.picture}")
+    if ax is None:
+        figure: Figure = pictures.draw(what, path, **options)
+        return figure
+    if path is not None or options or not hasattr(pictures, "draw_in"):
+        why = "axes for a scene, a design, or what sweep, frontier, tolerance or harmonics gives, without a path"
+        raise BadInput([Mistake("camopt", "ax", type(what).__name__, why)])
+    with style():
+        pictures.draw_in(ax, what)
+    return cast("Figure", ax.figure)

@@ -10,6 +10,7 @@ from camopt.mistakes import NOTHING_FEASIBLE, BadInput, Mistake
 from camopt.problem.problem import resolve
 from camopt.problem.space import EDGE_OF_SPACE
 from camopt.problem.unused import notes_of_search
+from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
 from camopt.tables.columns import bounds_shown, columns_of, laws_shown, with_law
 from camopt.tables.design_tables import designs_table
@@ -43,7 +44,7 @@ FRONT, KEPT, ENDING = "pareto", "designs", ".parquet"
 
 
 @dataclass(frozen=True)
-class Sweep(Result):
+class Sweep(Result, Drawn):
     """The result of a sweep: counts, files, and the best designs.
 
     Attributes
@@ -101,6 +102,7 @@ class Sweep(Result):
     [120.0]
     """
 
+    picture = "front.picture"
     scene: Scene
     designs: int
     impossible: int | None

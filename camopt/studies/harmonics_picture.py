@@ -32,6 +32,12 @@ def draw(what: "Harmonics", path: Target = None) -> "Figure":
     return figure
 
 
+def draw_in(axes: Any, what: "Harmonics") -> None:
+    """Draw the amplitudes of the displacement."""
+    unit = displacement_unit(angular=what.scene.tool_turns)
+    _draw(axes, f"Displacement, {shown_unit(unit)}", what, shown(what.displacement, unit))
+
+
 def _draw(axes: Any, name: str, what: "Harmonics", values: Any) -> None:
     largest = float(np.max(values))
     seen = values > LEAST_SHARE * largest

@@ -38,19 +38,32 @@ AXIS_NAMES = {
 """Words for terms, which begin with the name that tables have for them."""
 
 
-def draw(found: Frontier, path: Target = None) -> "Figure":
+def draw_in(axes: Any, found: Frontier) -> None:
     """Draw a frontier: its first axis up, the second to the right, a third as colours."""
+    labels = _draw_frontier(axes, _as_shown(found))
+    axes.legend()
+    settle(axes.figure, labels)
+
+
+def _draw_frontier(axes: Any, found: Frontier) -> list[Label]:
+    """The frontier, the known laws, and what no motion can reach; the labels to settle."""
+    (_cloud if len(found.axes) == 3 else _curve)(axes.figure, axes, found)
+    labels = list(_known(axes, found))
+    axes.set(xlabel=_label(found, found.axes[1]), ylabel=_label(found, found.axes[0]))
+    dress(axes)
+    _frame(axes, found)
+    _excluded(axes, found)
+    return labels
+
+
+def draw(found: Frontier, path: Target = None) -> "Figure":
+    """Draw a frontier on a figure of its own."""
     found = _as_shown(found)
     with canvas(path, (10.5, 7.0), layout="constrained") as figure:
         axes = figure.subplots()
-        (_cloud if len(found.axes) == 3 else _curve)(figure, axes, found)
-        labels = list(_known(axes, found))
-        axes.set(xlabel=_label(found, found.axes[1]), ylabel=_label(found, found.axes[0]))
         title = f"{found.scene.name}: the trade-off with free motion laws"
         axes.set_title(title, loc="left", fontsize=PAGE_TITLE, weight="bold")
-        dress(axes)
-        _frame(axes, found)
-        _excluded(axes, found)
+        labels = _draw_frontier(axes, found)
         figure.legend(loc="outside lower center", ncols=2)
         settle(figure, labels)
     return figure

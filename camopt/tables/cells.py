@@ -67,6 +67,13 @@ def heading(name: str, unit: str | None = None) -> str:
     return "\n".join([*stem.split("_"), *([shown_unit(unit)] if unit else [])])
 
 
+def axis_label(name: str, unit: str | None = None) -> str:
+    """What an axis of a diagram shows, with its unit as it is shown."""
+    unit = unit_of_column(name, unit)
+    words = heading(name, unit).split("\n")
+    return f"{' '.join(words[:-1])}, {words[-1]}" if unit else " ".join(words)
+
+
 def suffix_of(unit: str) -> str:
     """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm, rev/min is _rpm."""
     plain = unit.replace("rev/min", "rpm").translate(str.maketrans("²³⁴·µ", "234_u")).replace("/s", "_s")

@@ -42,6 +42,15 @@ def draw(what: "MotionErrors", path: Target = None) -> "Figure":
     return figure
 
 
+def draw_in(axes: Any, what: "MotionErrors") -> None:
+    """Draw the error of displacement over the turn."""
+    turn = TurnErrors(what.scene, resolve_design(what.scene))
+    _over_turn(axes, turn, 0, what.errors[0])
+    _worst_cam(axes, turn, 0, what)
+    axes.set_xlabel("cam angle, deg")
+    axes.legend()
+
+
 def _over_turn(axes: Any, turn: TurnErrors, order: int, error: "MotionError") -> None:
     """The range of an error at each cam angle."""
     angles, unit = np.degrees(turn.nodes), shown(scale(turn.problem.setup, order), error.unit)
