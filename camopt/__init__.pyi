@@ -63,6 +63,7 @@ from .tables.checking import FileChecks as FileChecks
 from .tables.checking import check as check
 from .tables.designs import Design as Design
 from .tables.designs import scene_of as scene_of
+from .tables.result import Columns as Columns
 from .tables.result import Result as Result
 from .tables.table import load as load
 from .tolerances.allocation import Allocation as Allocation

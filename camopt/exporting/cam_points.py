@@ -25,6 +25,7 @@ from camopt.storage.files import checked_suffix, whole_file
 from camopt.storage.tables import write_table
 from camopt.storage.version import VERSION
 from camopt.tables.cells import name_in_shown_unit
+from camopt.tables.result import Columns
 from camopt.tables.workbook import write_workbook
 from camopt.verdicts.running import run_effects
 
@@ -70,7 +71,7 @@ def cam_points(
     step: float | None = None,
     chord: float | None = None,
     disc: int | None = None,
-) -> dict[str, FloatArray]:
+) -> Columns:
     """Points of a scene's cam: columns by name, each an array (n,) with one value for each cam angle.
 
     Columns: ``cam_angle_deg``; ``displacement_mm`` (``displacement_deg`` when oscillating) of the follower, and
@@ -116,8 +117,8 @@ def cam_points(
 
     Returns
     -------
-    dict
-        The columns above, as arrays of numpy.
+    Columns
+        A mapping of the columns above to arrays of numpy; ``to_pandas`` gives their rows.
 
     Raises
     ------
@@ -156,7 +157,8 @@ def cam_points(
             columns |= dict(zip((f"{name}_radius_mm", f"{name}_angle_deg"), polar, strict=True))
     for name in (name for name in curves if name.removeprefix("second_").startswith("profile")):
         columns |= {f"{name}_{key}": v for key, v in _form(curves[name], radians).items()}
-    return columns | loads_at(Picture(scene, problem), degrees)
+    columns |= loads_at(Picture(scene, problem), degrees)
+    return Columns(columns, {name: _about(name)["unit"] for name in columns})
 
 
 def _derivatives(problem: Problem, angles: FloatArray) -> dict[str, FloatArray]:

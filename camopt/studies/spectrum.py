@@ -8,6 +8,7 @@ Source: Norton, Cam Design and Manufacturing Handbook (residual vibrations).
 """
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -33,7 +34,7 @@ from camopt.quantities import Quantity
 from camopt.quantities.shown import Drawn
 from camopt.storage.tables import write_table
 from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result
+from camopt.tables.result import Columns, Result
 from camopt.tables.table import schema_of, to_table
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ SPECTRUM_COLUMNS = {
 }
 
 
-class Spectrum(Drawn, dict[str, Any]):
+class Spectrum(Columns, Drawn):
     """A response spectrum: a mapping from the name of a column to its values.
 
     Examples
@@ -114,7 +115,12 @@ def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, damping_ratio:
     values = np.concatenate(found, axis=1) if found else np.zeros((4, 0))
     names = ("residual", "overshoot", "deflection", "acceleration")
     labels = {"law": np.full(len(λ), chosen.NAME), "period_ratio": λ, "damping_ratio": float(damping_ratio)}
-    return Spectrum(labels | dict(zip(names, values, strict=True)))
+    return _spectrum(labels | dict(zip(names, values, strict=True)))
+
+
+def _spectrum(columns: Mapping[str, Any]) -> Spectrum:
+    """A spectrum with the units of its columns."""
+    return Spectrum(columns, {name: SPECTRUM_COLUMNS[name].unit for name in columns})
 
 
 def _checked(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tuple[Law, FloatArray]:
@@ -203,7 +209,7 @@ class Spectra(Result):
         write_table(to_table(self.rows, schema_of(SPECTRUM_COLUMNS.values())), table)
         laws = self.rows.column("law")
         each = [
-            Spectrum((name, self.rows.column(name)[laws == law]) for name in SPECTRUM_COLUMNS)
+            _spectrum({name: self.rows.column(name)[laws == law] for name in SPECTRUM_COLUMNS})
             for law in dict.fromkeys(laws.tolist())
         ]
         plot(each, picture)

@@ -11,7 +11,7 @@ import numpy as np
 from camopt.mistakes import NOT_REACHED, UnknownName, nearest
 from camopt.quantities import QUANTITIES
 from camopt.quantities.shown import HasHtml
-from camopt.tables.layout import Table
+from camopt.tables.layout import Table, table_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -104,6 +104,53 @@ class Result(HasHtml):
         if index is not None:
             frame.index = pd.Index(index)
         frame.attrs = {"units": {each: QUANTITIES[each].unit for each in frame if each in QUANTITIES}}
+        return frame
+
+
+class Columns(Result, dict[str, Any]):
+    """Columns of equal length by name: a mapping to arrays, whose rows ``to_pandas`` gives.
+
+    Parameters
+    ----------
+    columns : Mapping
+        Arrays, or a value for all rows.
+    units : Mapping, optional
+        Units by column.
+
+    Examples
+    --------
+    >>> points = camopt.cam_points(camopt.find_scene("roller-1000rpm"), [0, 90, 180])
+    >>> points.to_pandas().shape[0], points.units["displacement_mm"]
+    (3, 'mm')
+    """
+
+    def __init__(self, columns: Mapping[str, Any], units: Mapping[str, str] | None = None) -> None:
+        super().__init__(columns)
+        self.units = dict(units or {})
+
+    def table(self) -> Table:
+        """A row for each point."""
+        rows: list[Any] = self.to_pandas().to_dict("records")
+        return table_of(f"{len(rows):,} rows", rows, [*self], units=self.units)
+
+    def document(self) -> dict[str, Any]:
+        """The columns by name."""
+        return dict(self)
+
+    def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
+        """The columns as a DataFrame, with their units in ``attrs``.
+
+        Raises
+        ------
+        UnknownName
+            For a name: there is one kind of rows.
+        """
+        import pandas as pd
+
+        if name is not None:
+            records_of({}, name)
+        frame = pd.DataFrame(dict(self))
+        frame.attrs = {"units": self.units}
         return frame
 
 
