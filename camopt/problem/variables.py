@@ -10,16 +10,15 @@ from typing import Literal
 
 import numpy as np
 
-from camopt.mechanisms import FIELDS, SECOND_FIELDS
+from camopt.mechanisms import SECOND_FIELDS
 from camopt.mistakes import Mistake
 from camopt.motion.segments import GivenSegment
 from camopt.numerics import FloatArray
-from camopt.quantities import OF_STAGE, QUANTITIES, stage_quantity
+from camopt.quantities import QUANTITIES
 from camopt.scene.choices import Chosen, StepRange
 from camopt.scene.scene import Scene
 from camopt.scene.search import Search
 from camopt.scene.sizes import SIGNED_SIZES
-from camopt.scene.train import keys_of_stage
 
 Enters = Literal["size", "number", "shared", "train", "angle"]
 """Where a variable enters: as a size, or another number, that designs bring; as a number that decides which limits
@@ -151,40 +150,24 @@ class Variable:
 
 def variables_of(scene: Scene) -> tuple[Variable, ...]:
     """The sizes of a scene's mechanism, that of the body first, and all numbers of scenes that are no sizes."""
-    mechanism, search = scene.mechanism, scene.search
-    sizes, numbers, columns = search.sizes, search.numbers, mechanism.size_quantities
-    stages = _stage_quantities(scene)
-    named = {key: key.partition(".")[2] for key in mechanism.keys(scene.tip)}
-    seconds = {key: SECOND_FIELDS[key] for key in mechanism.second_keys}
-    given, toleranced = scene.numbers(seconds), scene.tolerances.numbers
+    sizes, numbers, columns = scene.search.sizes, scene.search.numbers, scene.mechanism.size_quantities
     return (
-        *(Variable(k, "size", n, FIELDS[n], columns[FIELDS[n]], sizes.get(n)) for k, n in named.items()),
         *(
-            Variable(key, "size", key, name, columns[name], sizes.get(key))
-            for key, name in seconds.items()
-            if given[key] is not None or key in sizes or toleranced
+            Variable(key, "size", name, field, columns[field], sizes.get(name))
+            for key, field in scene.size_fields.items()
+            for name in [key if key in SECOND_FIELDS else key.partition(".")[2]]
         ),
         *(
             Variable(key, "shared" if key in SHARED else "number", key, key, name, numbers.get(key))
             for key, name in scene.number_quantities.items()
         ),
-        *(Variable(key, "train", key, key, name, numbers.get(key)) for key, name in stages.items()),
+        *(Variable(key, "train", key, key, name, numbers.get(key)) for key, name in scene.stage_quantities.items()),
     )
 
 
 def is_of_train(key: str) -> bool:
     """Whether a key is that of a number of the train, which decides the motion."""
     return key.startswith("train.")
-
-
-def _stage_quantities(scene: Scene) -> dict[str, str]:
-    """The quantity that each number of a stage of the train is in tables, by key."""
-    found: dict[str, str] = {}
-    for number, row in enumerate(scene.train, start=1):
-        own, turns = keys_of_stage(row.stage), scene.turns_after(number)
-        keys = [key for key in OF_STAGE if key in own]
-        found |= {f"train.{number}.{key}": stage_quantity(number, key, turns=turns) for key in keys}
-    return found
 
 
 def angles_of(search: Search, segments: Sequence[GivenSegment]) -> tuple[Variable, ...]:

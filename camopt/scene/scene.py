@@ -8,16 +8,18 @@ import os
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
+from math import isnan
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import tomli_w
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, ValidationError
 
-from camopt.mechanisms import Mechanism, mechanism_for
+from camopt.mechanisms import FIELDS, SECOND_FIELDS, Mechanism, mechanism_for
 from camopt.mechanisms.follower import TIPS, Tip
 from camopt.mistakes import BadInput, Mistake, nearest, printable
-from camopt.quantities import number_quantities
+from camopt.motion import LAWS
+from camopt.quantities import OF_STAGE, number_quantities, stage_quantity
 from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
@@ -57,10 +59,13 @@ from camopt.scene.tables import (
 )
 from camopt.scene.text import is_typed, parsed, plain
 from camopt.scene.tolerances import Tolerances, read_measured
-from camopt.scene.train import MOST_STAGES, TrainStage, tool_turns
+from camopt.scene.train import MOST_STAGES, TrainStage, keys_of_stage, tool_turns
 from camopt.scene.turn import read_searched_laws
 from camopt.scene.units import with_units
 from camopt.storage.files import read_bytes
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SCENES = "a TOML file or a shipped scene"
 RESULTS = "a TOML file, a shipped scene, a table of designs (.parquet) or a folder that a command wrote"
@@ -368,6 +373,70 @@ class Scene(HasHtml, Drawn, SceneTable):
                 rows = isinstance(found[key], tuple)
                 found[key] = _row(found[key], name) if rows else getattr(found[key], name, None)
         return found
+
+    @property
+    def size_fields(self) -> dict[str, str]:
+        """The field of ``Designs`` that each of its sizes is, by key; that of the body first.
+
+        Sizes of a second contact that are those of the first are not among them.
+        """
+        mechanism, searched, toleranced = self.mechanism, self.search.sizes, self.tolerances.numbers
+        own = {key: FIELDS[key.partition(".")[2]] for key in mechanism.keys(self.tip)}
+        seconds = {key: SECOND_FIELDS[key] for key in mechanism.second_keys}
+        given = self.numbers(seconds)
+        apart = (key for key in seconds if given[key] is not None or key in searched or toleranced)
+        return own | {key: seconds[key] for key in apart}
+
+    @property
+    def stage_quantities(self) -> dict[str, str]:
+        """The quantity that each number of a stage of its train is in tables, by key."""
+        found: dict[str, str] = {}
+        for number, row in enumerate(self.train, start=1):
+            own, turns = keys_of_stage(row.stage), self.turns_after(number)
+            keys = [key for key in OF_STAGE if key in own]
+            found |= {f"train.{number}.{key}": stage_quantity(number, key, turns=turns) for key in keys}
+        return found
+
+    def with_row(self, row: "Mapping[str, Any] | pd.Series[Any]") -> "Scene":
+        """The scene of one design: this one with the sizes, other numbers, laws and angles of a row of a table.
+
+        Parameters
+        ----------
+        row : Mapping or pandas.Series
+            Values by column, as tables name them; other columns, and values that are missing, change nothing.
+
+        Returns
+        -------
+        Scene
+            For ``evaluate``, ``plot``, ``certify`` and the others.
+
+        Raises
+        ------
+        BadInput
+            If a value is one that the scene may not have.
+
+        Examples
+        --------
+        >>> scene = camopt.find_scene("roller-1000rpm")
+        >>> scene.with_row({"base_radius_mm": 90, "law": "poly345"}).motion[0].law
+        'poly345'
+        """
+        row = row if isinstance(row, Mapping) else row.dropna()
+        missing = [
+            name for name, value in row.items() if value is None or (isinstance(value, float) and isnan(value))
+        ]
+        given = {str(name): value for name, value in row.items() if name not in missing}
+        columns = self.mechanism.size_quantities
+        quantities = {key: columns[field] for key, field in self.size_fields.items()}
+        quantities |= {**self.number_quantities, **self.stage_quantities}
+        changes: dict[str, Any] = {k: given[name] + 0.0 for k, name in quantities.items() if name in given}  # no −0
+        known, motion = {*LAWS, *self.laws}, self.to_dict().get("motion")
+        for number, segment in enumerate(motion or ()):
+            both = given.get("law") if segment["segment"] in ("rise", "return") else None
+            law = given.get(f"law_{segment['segment']}", both)
+            segment |= {"law": law} if law in known else {}  # others name several: its own, one after the other
+            segment |= {"angle": given["angles_deg"][number]} if "angles_deg" in given else {}
+        return self.replace(**changes, motion=motion)
 
     def with_values(self, values: Mapping[str, Any]) -> "Scene":
         """The scene with other values by dotted key, which are checked already, as those of ``[search]`` are."""

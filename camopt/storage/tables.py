@@ -16,6 +16,7 @@ from camopt.storage.manifest import Manifest, whole_result_file
 TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
 COLUMN_TYPES = (*TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
 SCENE_KEY, VERSION_KEY = b"camopt_scene", b"camopt_version"
+PANDAS_KEY = b"PANDAS_ATTRS"  # where pandas, from 2.1 on, keeps and finds the attrs of a table
 ROWS_IN_GROUP = 1 << 17
 ARROW_ERRORS = (pa.ArrowException, ValueError, OSError, MemoryError)
 """What pyarrow raises of a file that is no good."""
@@ -24,6 +25,7 @@ PARQUET: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
 
 def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
     """Write a table, whole or not at all."""
+    table = table.replace_schema_metadata(with_pandas_attributes(table.schema).metadata)
     with whole_file(path) as partial, pa.OSFile(os.fsencode(partial), "wb") as file:
         # items of lists keep their name
         pq.write_table(table, file, row_group_size=ROWS_IN_GROUP, use_compliant_nested_type=False, **PARQUET)
@@ -61,7 +63,8 @@ class TableFile:
         """Some columns, or all."""
         with _refused(self._path):
             # threads that hold a file of Python abort a process that ends just then (apache/arrow#34314)
-            return self._parquet.read(columns, use_threads=False)
+            table = self._parquet.read(columns, use_threads=False)
+        return table.replace_schema_metadata(self.layout.metadata)  # the file has them twice; these were read
 
 
 @contextmanager
@@ -121,6 +124,12 @@ def table_facts(layout: pa.Schema) -> dict[Hashable | None, Any]:
         "sweep": json.loads(whole.get("camopt_sweep", "null")),
         "version": whole.get("camopt_version", ""),
     }
+
+
+def with_pandas_attributes(layout: pa.Schema) -> pa.Schema:
+    """The schema of a table, with its facts where pandas finds them for ``attrs``."""
+    facts = json.dumps(table_facts(layout), ensure_ascii=False)
+    return layout.with_metadata({**(layout.metadata or {}), PANDAS_KEY: facts.encode()})
 
 
 def _decoded(metadata: dict[bytes, bytes] | None) -> dict[str, str]:

@@ -37,7 +37,7 @@ from camopt.synthesis.synthesise import (
     starting_laws,
 )
 from camopt.synthesis.synthesised import Synthesis
-from camopt.tables.designs import Design, scene_with_row
+from camopt.tables.designs import Design
 from camopt.verdicts.evaluation import evaluate
 
 STARTS = 2  # starts of convex steps: those that promise most
@@ -217,7 +217,7 @@ class AxisMinimiser:
         offset = demand.problem.design.sense * demand.length * laws.lead
         sizes = {"offset_mm": offset, "roller_radius_mm": demand.body}
         for larger in LARGER:
-            cam = scene_with_row(scene, {**sizes, name: prime * (1.0 + larger) - demand.roller})
+            cam = scene.with_row({**sizes, name: prime * (1.0 + larger) - demand.roller})
             found = evaluate(cam)
             if found["feasible"]:
                 return Synthesis(self.scene, cam, Design(found, cam), 0.0)

@@ -29,7 +29,7 @@ from camopt.synthesis.crossing_jerk import crossing_jerk
 from camopt.synthesis.demand import CROSSING_JERK, LOST_AREA, SIZE_WORDS, SQUARES, TERM_ORDERS, Demand
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.synthesised import Synthesis, free_names
-from camopt.tables.designs import Design, scene_with_row
+from camopt.tables.designs import Design
 
 if TYPE_CHECKING:
     from camopt.synthesis.iterate import Iterate
@@ -193,7 +193,7 @@ def cam_for(asked: Scene, demand: Demand, found: "Iterate") -> Synthesis | None:
     if best[size] > largest_size(demand):
         return None
     objective = objective_of(demand, found, best[size])
-    return Synthesis(asked, scene_with_row(scene, best), best, objective)
+    return Synthesis(asked, scene.with_row(best), best, objective)
 
 
 def objective_of(demand: Demand, found: "Iterate", size: float) -> float:

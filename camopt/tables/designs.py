@@ -9,9 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
-from camopt.motion import LAWS
 from camopt.problem.problem import resolve
-from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
@@ -22,7 +20,7 @@ from camopt.tables.layout import Cell, Table
 from camopt.tables.result import Result
 
 if TYPE_CHECKING:
-    import pandas as pd
+    pass
 
 
 class Design(Result, Drawn, dict[str, Any]):
@@ -121,18 +119,19 @@ class ByLaw(dict[str, Design]):
         raise UnknownName(f"{name!r} is no law with a feasible design; {nearest(str(name), self)}")
 
 
-def scene_of(table: "str | os.PathLike[str] | pd.DataFrame", row: int) -> Scene:
+def scene_of(table: Any, row: int | None = None, *, scene: Scene | None = None) -> Scene:
     """The scene of one row of a table: the scene that was searched, with the sizes, laws and numbers of the row.
-
-    The table is needed as well as the row, because only the table contains the scene.
 
     Parameters
     ----------
-    table : str, os.PathLike or pandas.DataFrame
-        A Parquet file that ``sweep`` or ``frontier`` wrote, or the DataFrame that ``camopt.load`` makes of it;
-        rows may have been filtered out.
-    row : int
+    table : str, os.PathLike, DataFrame, Series or Mapping
+        A Parquet file that ``sweep`` or ``frontier`` wrote, or the DataFrame that ``camopt.load`` or
+        ``pandas.read_parquet`` makes of it; rows may have been filtered out. Or one row: a pandas Series, a
+        mapping, or a table of one row.
+    row : int, optional
         The row's label in the DataFrame: its number in the file, counted from 0.
+    scene : Scene, optional
+        The scene that was searched, where the table has lost its ``attrs``, as in a merge with another one.
 
     Returns
     -------
@@ -155,37 +154,32 @@ def scene_of(table: "str | os.PathLike[str] | pd.DataFrame", row: int) -> Scene:
     >>> smallest = designs.base_radius_mm.idxmin()
     >>> camopt.scene_of(designs, smallest).cam.base_radius
     55.0
+    >>> camopt.scene_of(dict(designs.loc[smallest]), scene=scene).cam.base_radius
+    55.0
     """
-    from camopt.tables.table import load
+    from camopt.tables.table import load, row_of
 
-    name, frame = (os.fspath(table), load(table)) if isinstance(table, (str, os.PathLike)) else ("table", table)
-    text = frame.attrs.get("scene")
-    if not text:
-        raise BadInput([Mistake("camopt", "table", name, "a table that camopt wrote, which has its scene in it")])
-    if row not in frame.index:
-        has = f"a row of {name}, which has {len(frame):,}, counted from 0"
-        raise BadInput([Mistake("camopt", "row", row, has)])
-    values = {str(column): value for column, value in frame.loc[row].dropna().items()}
-    return scene_of_row(Scene.embedded(text, name), values)
+    name, given = (os.fspath(table), load(table)) if isinstance(table, (str, os.PathLike)) else ("table", table)
+    values = row_of(given, row, name)
+    text = getattr(given, "attrs", {}).get("scene")
+    if scene is None and text:
+        scene = Scene.embedded(text, name)
+    if scene is None and not _is_scene(values):
+        lost = "missing: the table has lost it, as in a merge, or camopt did not write it; give it as scene="
+        raise BadInput([Mistake("camopt", "scene", None, lost, bare=True)])
+    return scene_of_row(scene, values)
 
 
-def scene_of_row(searched: Scene, row: Mapping[str, Any]) -> Scene:
+def _is_scene(row: Mapping[str, Any]) -> bool:
+    """Whether a row has a scene of its own, as TOML."""
+    return "\n" in str(row.get("scene", ""))
+
+
+def scene_of_row(searched: Scene | None, row: Mapping[str, Any]) -> Scene:
     """The scene of a row: a frontier's has one of its own (TOML), others are designs of the scene searched."""
-    if "scene" in row:
-        return Scene.embedded(row["scene"], searched.file)
-    return scene_with_row(searched, row)
-
-
-def scene_with_row(scene: Scene, row: Mapping[str, Any]) -> Scene:
-    """The scene with the sizes, other numbers, laws and angles of a row; other values stay."""
-    varied = [each for each in variables_of(scene) if (each.is_size or each.is_searched) and each.quantity in row]
-    changes: dict[str, Any] = {each.key: row[each.quantity] + 0.0 for each in varied}  # no −0
-    known, motion = {*LAWS, *scene.laws}, scene.to_dict().get("motion")
-    for number, segment in enumerate(motion or ()):
-        law = row.get(f"law_{segment['segment']}")
-        segment |= {"law": law} if law in known else {}  # others name several: the scene's own, one after the other
-        segment |= {"angle": row["angles_deg"][number]} if "angles_deg" in row else {}
-    return scene.replace(**changes, motion=motion)
+    if searched is None or _is_scene(row):
+        return Scene.embedded(row["scene"], searched.file if searched else "table")
+    return searched.with_row(row)
 
 
 PARETO, DESIGNS = "pareto.parquet", "designs.parquet"

@@ -6,12 +6,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+import narwhals.stable.v2 as nw
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from camopt.mistakes import BadInput
+from camopt.mistakes import BadInput, Mistake
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES, Quantity
 from camopt.scene.scene import Scene
@@ -24,6 +25,7 @@ from camopt.storage.tables import (
     no_table,
     read_table,
     table_facts,
+    with_pandas_attributes,
     write_table,
 )
 from camopt.storage.version import VERSION
@@ -130,7 +132,7 @@ def parquet_options(layout: pa.Schema) -> dict[str, Any]:
 @contextmanager
 def row_groups(path: Path, names: tuple[str, ...], about: Mapping[str, str]) -> Iterator["RowGroups"]:
     """What writes rows of some quantities to a file."""
-    layout = schema_of((QUANTITIES[name] for name in names), **about)
+    layout = with_pandas_attributes(schema_of((QUANTITIES[name] for name in names), **about))
     with (
         pa.OSFile(os.fsencode(path), "wb") as file,  # Python's would wait for the interpreter in each write
         pq.ParquetWriter(file, layout, **PARQUET, **parquet_options(layout)) as parquet,
@@ -236,3 +238,25 @@ def _frame(table: pa.Table) -> "pd.DataFrame":
     frame: pd.DataFrame = table.replace_schema_metadata(None).to_pandas()
     frame.attrs = table_facts(table.schema)
     return frame
+
+
+def row_of(table: Any, row: int | None, name: str) -> dict[str, Any]:
+    """The values of one row, or of the row of a table, by column."""
+    frame = nw.from_native(table, eager_only=True, pass_through=True)
+    if not isinstance(frame, nw.DataFrame):
+        return _values_of(table if row is None else None, name)
+    labels = nw.maybe_get_index(frame)
+    every = np.arange(len(frame)) if labels is None else np.asarray(labels)
+    places = np.flatnonzero(every == row) if row is not None else np.arange(len(frame))
+    if places.size != 1:
+        has = f"a row of {name}, which has {len(frame):,}, counted from 0"
+        raise BadInput([Mistake("camopt", "row", row, has)])
+    place = int(places[0])
+    return frame[place : place + 1].rows(named=True)[0]
+
+
+def _values_of(row: Any, name: str) -> dict[str, Any]:
+    """The values of one row that is no table."""
+    if isinstance(row, Mapping) or hasattr(row, "dropna"):
+        return {str(column): value for column, value in dict(row).items()}
+    raise BadInput([Mistake("camopt", "table", name, "a table that camopt wrote, or one row of it")])
