@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from camopt.effects import Case, offered
+from camopt.effects import Case, offered, quantity_of, with_read
 from camopt.effects.contacts import contacts_of
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves
@@ -14,7 +14,7 @@ from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.problem.problem import Problem
-from camopt.quantities import GEOMETRY, QUANTITIES
+from camopt.quantities import GEOMETRY
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
 from camopt.verdicts.running import run_effects
@@ -82,8 +82,9 @@ class Picture:
     @property
     def wanted(self) -> frozenset[str]:
         """The names of the quantities of the effects that the scene calls for, and of those of its geometry."""
-        effects = {*GEOMETRY, *(QUANTITIES[name].effect for name in self.problem.wanted)}
-        return frozenset(name for name in offered(self.problem.setup) if QUANTITIES[name].effect in effects)
+        setup = self.problem.setup
+        effects = {*GEOMETRY, *(quantity_of(name, setup).effect for name in with_read(self.problem.wanted, setup))}
+        return frozenset(name for name in offered(setup) if quantity_of(name, setup).effect in effects)
 
     @cached_property
     def values(self) -> dict[str, Any]:

@@ -38,8 +38,9 @@ from camopt.effects import (
 from camopt.effects.case import Bounded, Case, Effect, Setup, SolidGiven
 from camopt.effects.contacts import of_each_contact, on_each_contact, on_one_disc
 from camopt.effects.given import Bodies, GivenDynamics, GivenErrors, GivenNumbers
+from camopt.effects.own import own_effect
 from camopt.numerics.same import Same
-from camopt.quantities import QUANTITIES, in_order
+from camopt.quantities import QUANTITIES, Quantity, in_order
 
 __all__ = [
     "EFFECTS",
@@ -51,9 +52,14 @@ __all__ = [
     "GivenNumbers",
     "Setup",
     "SolidGiven",
+    "effect_of",
     "effects_needed",
+    "effects_of",
+    "find_effect",
     "lacking",
     "offered",
+    "quantity_of",
+    "with_read",
 ]
 
 _OWN = {
@@ -115,6 +121,47 @@ EFFECTS: dict[str, Effect] = {e.name: _for_all_drives(e) for e in (*_OWN.values(
 """Every effect by name, cheapest first: the order in which they run."""
 
 
+def quantity_of(name: str, setup: Setup) -> Quantity:
+    """A quantity by name: one of the scene's own, or one that every scene has."""
+    return setup.own[name] if name in setup.own else QUANTITIES[name]
+
+
+def effects_of(setup: Setup) -> Mapping[str, Effect]:
+    """Every effect of a setup by name: those of all scenes, then those of the scene's own quantities."""
+    return EFFECTS | {each.name: each for each in _own_effects(Same(setup)).values()} if setup.own else EFFECTS
+
+
+def find_effect(name: str, setup: Setup) -> Effect | None:
+    """The effect that computes a quantity; None of a verdict."""
+    return _own_effects(Same(setup))[name] if name in setup.own else EFFECTS.get(QUANTITIES[name].effect)
+
+
+def effect_of(name: str, setup: Setup) -> Effect:
+    """The effect that computes a quantity."""
+    found = find_effect(name, setup)
+    assert found is not None
+    return found
+
+
+@lru_cache(maxsize=16)
+def _own_effects(same: Same[Setup]) -> Mapping[str, Effect]:
+    """The effect of each of the scene's own quantities; one that reads what is computed last is last too."""
+    found: dict[str, Effect] = {}
+    for name, each in same.value.own.items():
+        read = [found.get(read) or EFFECTS[QUANTITIES[read].effect] for read in each.reads]
+        found[name] = own_effect(each, last=any(effect.last for effect in read))
+    return found
+
+
+def with_read(names: Iterable[str], setup: Setup) -> frozenset[str]:
+    """Some quantities, and all that those of the scene's own among them read."""
+    found = set(names)
+    for each in reversed([*setup.own.values()]):
+        if each.name in found:
+            found.update(each.reads)
+    return frozenset(found)
+
+
 def offered(setup: Setup) -> tuple[str, ...]:
     """All quantities of a setup for which the scene gives enough values, in the order of the columns."""
     return _offered(Same(setup))
@@ -123,7 +170,10 @@ def offered(setup: Setup) -> tuple[str, ...]:
 @lru_cache(maxsize=16)
 def _offered(same: Same[Setup]) -> tuple[str, ...]:
     names = {name for effect in EFFECTS.values() for name in effect.offers(same.value)}
-    return tuple(in_order(names - lacking(same.value).keys()))
+    names -= lacking(same.value).keys()
+    for each in same.value.own.values():
+        names |= {each.name} if names.issuperset(each.reads) else set()
+    return tuple(in_order(names))
 
 
 def lacking(setup: Setup) -> Mapping[str, tuple[str, ...]]:
@@ -133,7 +183,11 @@ def lacking(setup: Setup) -> Mapping[str, tuple[str, ...]]:
 
 @lru_cache(maxsize=16)
 def _lacking(same: Same[Setup]) -> Mapping[str, tuple[str, ...]]:
-    return {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(same.value).items()}
+    found = {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(same.value).items()}
+    for each in same.value.own.values():
+        if keys := [key for read in each.reads for key in found.get(read, ())]:
+            found[each.name] = tuple(dict.fromkeys(keys))
+    return found
 
 
 def effects_needed(wanted: Iterable[str], setup: Setup) -> Mapping[str, frozenset[str]]:
@@ -146,10 +200,10 @@ def _needed(wanted: frozenset[str], same: Same[Setup]) -> Mapping[str, frozenset
     setup, asked, open_ = same.value, dict[str, set[str]](), set(wanted)
     while open_:
         name = open_.pop()
-        effect = EFFECTS.get(QUANTITIES[name].effect)
+        effect = find_effect(name, setup)
         if effect is None:
             continue
         if effect.name not in asked:
             open_ |= set(effect.reads(setup))
         asked.setdefault(effect.name, set()).add(name)
-    return {name: frozenset(asked[name]) for name in EFFECTS if name in asked}
+    return {name: frozenset(asked[name]) for name in effects_of(setup) if name in asked}

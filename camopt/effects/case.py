@@ -18,6 +18,7 @@ from camopt.mechanisms.design import Designs, Mechanism
 from camopt.mechanisms.follower import KNIFE, ROLLER, SPHERICAL, Tip
 from camopt.motion.programme import Programme
 from camopt.numerics.extremes import Extremes, Precision, extremes
+from camopt.quantities.own import OwnQuantity
 from camopt.trains.train import Train
 
 
@@ -66,6 +67,8 @@ class Setup:
     """The quantities that numbers of the scene are which a search varies, by key."""
     free: frozenset[str] = frozenset()
     """The keys of those numbers that designs bring; ``given`` has the largest of each then."""
+    own: Mapping[str, OwnQuantity] = field(default_factory=dict)
+    """The scene's own quantities by name, each after those that it reads."""
 
     def with_numbers(self, numbers: Mapping[str, Any]) -> "Setup":
         """The setup of one choice of numbers, by key of the scene."""

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import EFFECTS, Case, Setup
+from camopt.effects import Case, Setup, effect_of, find_effect
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
@@ -23,7 +23,6 @@ from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped
 from camopt.problem.claims import Claim
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, strictest
-from camopt.quantities import QUANTITIES
 from camopt.smallest.enclosure import (
     curve_of_designs,
     means_on_size,
@@ -47,14 +46,14 @@ TIMES = 4.0  # the relative error asked, and the rounding at a point, by which k
 
 def form_of(name: str, sign: float, setup: Setup) -> Peak | Mean | None:
     """What bounds an objective from its better side over boxes; ``sign`` is −1 if it is maximised."""
-    effect = EFFECTS[QUANTITIES[name].effect]
+    effect = effect_of(name, setup)
     known = effect.peaks(setup).get(name) or effect.means(setup).get(name)
     return known if known is not None and known.is_least == (sign < 0.0) else None
 
 
 def is_bounded(name: str, sign: float, setup: Setup) -> bool:
     """Whether boxes of designs bound an objective from its better side, at least those of one setting."""
-    effect = EFFECTS.get(QUANTITIES[name].effect)
+    effect = find_effect(name, setup)
     if effect is None or effect.is_of_sizes or effect.is_of_motion(setup):
         return effect is not None
     return form_of(name, sign, setup) is not None
@@ -120,7 +119,7 @@ class BoxBounds(NamedTuple):
         index = np.flatnonzero(exists)
         some, middle = box.take(index), inside.take(index)
         for k, (name, sign) in enumerate(asked.items()):
-            if is_ranged(EFFECTS[QUANTITIES[name].effect], setup):
+            if is_ranged(effect_of(name, setup), setup):
                 costs[:, k], moved = self._by_arithmetic(name, sign, box, inside)
                 change = np.maximum(change, moved)
             elif index.size:
@@ -168,7 +167,7 @@ class BoxBounds(NamedTuple):
             return same, np.zeros((len(self.free), len(box)))
         value = sign * as_interval(ranged(self.problem, {name}, box)[name]) + np.zeros(len(box))
         change = _relative(sloped.slopes, _widths(box, self.free), value.largest_magnitude)
-        return value.low if EFFECTS[QUANTITIES[name].effect].is_of_sizes else _lowered(value.low), change
+        return value.low if effect_of(name, self.problem.setup).is_of_sizes else _lowered(value.low), change
 
     def _by_form(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
         """The least cost of an objective that a curve decides, and its relative change."""
@@ -273,7 +272,7 @@ def coarse(problem: Problem) -> Problem:
 
 def _by_arithmetic(problem: Problem, limits: list[Limit], designs: Designs) -> FloatArray:
     """The least excess over each of those limits that sizes or the motion decide, (limits, designs)."""
-    effects = {name: EFFECTS[QUANTITIES[name].effect] for limit in limits for name in limit.needs}
+    effects = {name: effect_of(name, problem.setup) for limit in limits for name in limit.needs}
     known = {name for name, effect in effects.items() if is_ranged(effect, problem.setup)}
     chosen = [limit for limit in limits if known.issuperset(limit.needs)]
     columns = ranged(problem, known, designs, -1.0)

@@ -16,6 +16,7 @@ from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows
 from camopt.problem.settings import problems_of
 from camopt.problem.space import Space
+from camopt.quantities import QUANTITIES
 from camopt.storage.publishing import finish_publishing, revision
 from camopt.storage.tables import no_table, write_table
 from camopt.tables.result import Result
@@ -71,7 +72,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     space = Space(problem, problems_of(problem), {})
     with revision(path) as place:
         verdicts = _verdicts(space, rows, progress)
-        field = arrow_schema((COLUMN,), "").field(COLUMN)
+        field = arrow_schema((QUANTITIES[COLUMN],), "").field(COLUMN)
         write_table(table.append_column(field, pa.array(verdicts, type=pa.string())), place)
     return TableCertificate(verdicts)
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.effects import EFFECTS, effects_needed
+from camopt.effects import effects_needed, effects_of
 from camopt.engines.progress import Progress
 from camopt.front.blocks import BLOCK
 from camopt.front.pareto import best_of_laws, thinned
@@ -92,8 +92,9 @@ def _renewed(rows: Rows, found: Rows) -> Rows:
 
 def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> Rows:
     """Quantities of designs as ``evaluate`` gives them: what else it encloses shows in their last digits."""
-    asked = effects_needed(names | problem.wanted, problem.setup)
-    enclosed = (of_effect for effect, of_effect in asked.items() if not EFFECTS[effect].exact)
+    setup = problem.setup
+    asked, effects = effects_needed(names | problem.wanted, setup), effects_of(setup)
+    enclosed = (of_effect for effect, of_effect in asked.items() if not effects[effect].exact)
     return evaluate_rows(exactly(problem), designs, names.union(*enclosed)).only(names)
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import EFFECTS
+from camopt.effects import find_effect
 from camopt.effects.peak import Bodies
 from camopt.front.curve_numbers import AT_ONCE, CurveNumbers, OwnCurves
 from camopt.front.pareto import row_costs, undominated
@@ -23,7 +23,6 @@ from camopt.problem.limit import Limit, OnCurves, needs_of
 from camopt.problem.problem import Problem, strictest
 from camopt.problem.rows import Columns, Rows
 from camopt.problem.space import Space
-from camopt.quantities import QUANTITIES
 from camopt.verdicts.judging import excesses
 from camopt.verdicts.running import run_effects
 from camopt.verdicts.screening import (
@@ -147,7 +146,7 @@ class CurveVerdicts:
 
     def _is_shared(self, name: str) -> bool:
         """Whether a quantity is the same for designs of the motion that have the same size of the cam."""
-        setup, effect = self._problem.setup, EFFECTS.get(QUANTITIES[name].effect)
+        setup, effect = self._problem.setup, find_effect(name, self._problem.setup)
         of_motion = effect is not None and effect.is_of_motion(setup)
         return name == self._problem.size_name or (of_motion and not setup.free)
 

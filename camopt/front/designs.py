@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
-from camopt.effects import Case
+from camopt.effects import Case, quantity_of
 from camopt.front.design_columns import FILE, DesignColumns, read_columns
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake, listed_words, nearest
@@ -121,7 +121,7 @@ def evaluate_designs(
     motions = _by_motion(given, problem, table)
     parts = [part for each, some in motions for part in _evaluated(each, rows.take(some), some, found)]
     values = scattered(parts, table.count).columns
-    quantities = {name: QUANTITIES[name] for name in in_order(found)}
+    quantities = {name: quantity_of(name, given.setup) for name in in_order(found)}
     columns_in_order = [*quantities, *(f"{EXCESS}{limit.name}" for limit in problem.limits)]
     if not table.count:  # pandas sees no texts there
         values |= {name: values[name].astype(each.kind) for name, each in quantities.items()}
@@ -166,7 +166,8 @@ def _check_other_columns(
 
     A size or a number of another mechanism is none of this one's quantities.
     """
-    own = problem.sizes | {name for name, each in QUANTITIES.items() if each.effect != "sizes"}
+    own = problem.sizes | problem.setup.own.keys()
+    own |= {name for name, each in QUANTITIES.items() if each.effect != "sizes"}
     odd = table.others if strict else [n for n in table.others if n not in own and not n.startswith(EXCESS)]
     if odd and (strict or not table.values):
         known = (*columns, *LAW_KEYS)

@@ -62,7 +62,7 @@ def estimated(plan: SweepPlan, numbers: range, own: Threads, workers: int, folde
     share = len(numbers) / len(timed)
     kept = 0
     if plan.keep in TABLED:
-        kept = sum(len(batch_bytes(batch, plan.row_names)) for batch in batches)
+        kept = sum(len(batch_bytes(batch, plan.row_quantities)) for batch in batches)
     designs = plan.blocks.designs_before(numbers.stop) - plan.blocks.designs_before(numbers.start)
     return Estimate(designs, share * seconds, share * kept, shutil.disk_usage(folder).free)
 

@@ -2,7 +2,7 @@
 
 import json
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects import EFFECTS
+from camopt.effects import find_effect, quantity_of
 from camopt.engines import Engine
 from camopt.front.blocks import BLOCK, SHARING_BLOCK, Batch, Blocks, merged
 from camopt.front.curve_numbers import CurveNumbers, curve_numbers
@@ -21,7 +21,7 @@ from camopt.problem.rows import VERDICT
 from camopt.problem.sample import searched_space
 from camopt.problem.space import Space
 from camopt.problem.zones import Off
-from camopt.quantities import QUANTITIES, in_order, motion_quantity
+from camopt.quantities import Quantity, in_order, motion_quantity
 from camopt.scene.mapping import leaves
 from camopt.scene.scene import Scene
 from camopt.storage.version import version_of_rows
@@ -132,11 +132,20 @@ class SweepPlan:
         """The columns of tables."""
         return column_names(self.problem)
 
+    def quantities_of(self, names: Iterable[str]) -> list[Quantity]:
+        """The quantities that columns are."""
+        return [quantity_of(name, self.problem.setup) for name in names]
+
     @cached_property
     def row_names(self) -> tuple[str, ...]:
         """The columns of rows that are searched: all only where they are written as they are, or refined."""
         full = self.keep in TABLED or self.scene.search.refine
         return self.names if full else compared_names(self.problem)
+
+    @property
+    def row_quantities(self) -> list[Quantity]:
+        """The quantities that these columns are."""
+        return self.quantities_of(self.row_names)
 
     @cached_property
     def by_boxes(self) -> bool:
@@ -188,7 +197,7 @@ def boxes_are_sooner(plan: SweepPlan) -> bool:
     Blocks take time for each pitch curve and design, boxes for each motion: more where several objectives tell its
     designs apart, so that its part of the front is no single design.
     """
-    setup, effects = plan.problem.setup, [EFFECTS.get(QUANTITIES[name].effect) for name in plan.problem.objectives]
+    setup, effects = plan.problem.setup, [find_effect(name, plan.problem.setup) for name in plan.problem.objectives]
     apart = [each for each in effects if each is None or setup.free or not each.is_of_motion(setup)]
     least = BOXES_OF_MORE if len(apart) > 1 else BOXES_OF_ONE
     return plan.blocks.curves + A_DESIGN * len(plan.space) >= least * len(plan.space.problems)
@@ -251,7 +260,8 @@ def compared_names(problem: Problem) -> tuple[str, ...]:
 
 def column_names(problem: Problem) -> tuple[str, ...]:
     """The columns of a sweep: sizes, what limits and objectives need, named outputs, and the verdict."""
-    numbers = {name for name in problem.needed if QUANTITIES[name].kind is float}  # the verdict tells the rest
+    setup = problem.setup
+    numbers = {name for name in problem.needed if quantity_of(name, setup).kind is float}
     outputs = problem.named if problem.outputs else frozenset()
-    names = problem.sizes | numbers | outputs | set(VERDICT)
+    names = problem.sizes | numbers | outputs | setup.own.keys() | set(VERDICT)
     return tuple(in_order(names))

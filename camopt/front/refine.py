@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from camopt.effects import EFFECTS
+from camopt.effects import effect_of
 from camopt.engines.progress import Progress, report_progress
 from camopt.front.pareto import non_dominated, thinned
 from camopt.front.pattern_search import PatternSearch, by_search, polished
@@ -24,7 +24,6 @@ from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, concatenate_rows
 from camopt.problem.space import Space, boxes_of
-from camopt.quantities import QUANTITIES
 from camopt.smallest.optimise import SECONDS
 from camopt.smallest.smallest import smallest
 from camopt.verdicts.judging import evaluate_rows
@@ -87,7 +86,7 @@ def decided_objectives(problem: Problem) -> list[str]:
     moves = any(each.is_free for each in numbers)
     listed = {each.quantity for each in problem.choices.numbers if not (each in numbers and each.is_free)}
     names = [name for name in problem.objectives if name not in listed]
-    return [name for name in names if moves or not EFFECTS[QUANTITIES[name].effect].is_of_motion(problem.setup)]
+    return [name for name in names if moves or not effect_of(name, problem.setup).is_of_motion(problem.setup)]
 
 
 def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:

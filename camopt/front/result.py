@@ -12,7 +12,7 @@ from camopt.problem.space import EDGE_OF_SPACE
 from camopt.problem.unused import notes_of_search
 from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
-from camopt.tables.columns import bounds_shown, columns_of, laws_shown, with_law
+from camopt.tables.columns import bounds_shown, columns_of, laws_shown, own_units, with_law
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import Design, miss_sections
 from camopt.tables.layout import Table, table_of
@@ -182,7 +182,7 @@ class Sweep(Result, Drawn):
         knee, search, problem = [self.front.knee], self.scene.search, resolve(self.scene)
         columns = columns_of(problem, with_law(self.best.values()), (*search.minimise, *search.maximise))
         names = [*laws_shown(knee), *(name for name in columns if not name.startswith("law"))]
-        return table_of("Its knee", with_law(knee), names, bounds_shown(problem))
+        return table_of("Its knee", with_law(knee), names, bounds_shown(problem), own_units(problem))
 
     def sections(self) -> Iterator[Table | str]:
         """Counts, the best design of each law, the front; or the nearest miss."""

@@ -22,6 +22,7 @@ from camopt.front.plan import SweepKey, SweepPlan
 from camopt.mistakes import Stopped
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
+from camopt.quantities import Quantity
 from camopt.storage.files import WORK_FOLDER, LossWarning, read_bytes, regular_file, whole_file, write_text
 from camopt.storage.tables import ARROW_ERRORS, PARQUET
 from camopt.tables.table import arrow_schema, parquet_options, to_table
@@ -127,7 +128,7 @@ class Store:
                     path.unlink()
                 write_text(self.folder / QUESTION_FILE, self.question.encoded().decode())
                 self._is_own = True
-            write_batch(merged(some, self.plan.problem.objectives), self.plan.row_names, self.folder)
+            write_batch(merged(some, self.plan.problem.objectives), self.plan.row_quantities, self.folder)
         except OSError as trouble:
             self.trouble = trouble
 
@@ -179,9 +180,9 @@ class BrokenBatch(ValueError):
     """A file is no whole batch of a sweep; the message completes "this is …"."""
 
 
-def batch_bytes(batch: Batch, names: tuple[str, ...]) -> bytes:
+def batch_bytes(batch: Batch, quantities: Iterable[Quantity]) -> bytes:
     """A batch as a Parquet file: its rows of all three kinds, and its numbers in the metadata."""
-    layout = arrow_schema(names, "")
+    layout = arrow_schema(quantities, "")
     tables = [to_table(getattr(batch, name), layout) for name in BATCH_TABLES]
     numbers = {name: value for name, value in vars(batch).items() if name not in BATCH_TABLES}
     about = {ABOUT: json.dumps([numbers, [table.num_rows for table in tables]])}
@@ -191,9 +192,9 @@ def batch_bytes(batch: Batch, names: tuple[str, ...]) -> bytes:
     return bytes(sink.getvalue())
 
 
-def write_batch(batch: Batch, names: tuple[str, ...], folder: Path) -> None:
+def write_batch(batch: Batch, quantities: Iterable[Quantity], folder: Path) -> None:
     """Write a batch, whole or not at all, under the name that tells its blocks and its digest."""
-    data = batch_bytes(batch, names)
+    data = batch_bytes(batch, quantities)
     digest = sha256(data).hexdigest()[:16]
     with whole_file(folder / f"blocks-{batch.first:09d}-{batch.last:09d}-{digest}.parquet") as partial:
         partial.write_bytes(data)
@@ -217,7 +218,7 @@ def read_batch(path: Path, plan: SweepPlan) -> Batch:
     try:
         table = pq.read_table(pa.BufferReader(data))
         numbers, counts = json.loads(table.schema.metadata[ABOUT])
-        expected = arrow_schema(plan.row_names, "").remove_metadata()
+        expected = arrow_schema(plan.row_quantities, "").remove_metadata()
         if table.schema.remove_metadata() != expected or any(column.null_count for column in table.columns):
             raise BrokenBatch("not what a sweep of its scene gives")
         starts = np.cumsum([0, *counts]).tolist()

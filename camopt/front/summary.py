@@ -54,6 +54,7 @@ def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
 
 def _design(row: Mapping[str, Any], scene: Scene) -> Design:
     def value_of(name: str, value: Any) -> Any:
-        return float(value) if name in QUANTITIES and QUANTITIES[name].kind is float else value
+        known = name in scene.quantities or (name in QUANTITIES and QUANTITIES[name].kind is float)
+        return float(value) if known else value
 
     return Design({name: value_of(name, value) for name, value in row.items()}, scene)

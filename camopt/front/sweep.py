@@ -236,12 +236,13 @@ def _tables(
     stack: ExitStack, unit: Publication | None, plan: SweepPlan
 ) -> Mapping[str, TableWriter | TableInMemory]:
     """The tables of a sweep by name: files, open until the stack is left, or in memory if there is no folder."""
-    scene, columns = plan.scene.to_toml(), _columns(plan)
+    scene = plan.scene.to_toml()
+    columns = {table: plan.quantities_of(names) for table, names in _columns(plan).items()}
     if unit is None:
-        return {table: TableInMemory(names, scene) for table, names in columns.items()}
+        return {table: TableInMemory(quantities, scene) for table, quantities in columns.items()}
     return {
-        table: stack.enter_context(table_file(unit.path(file_name(table)), names, scene))
-        for table, names in columns.items()
+        table: stack.enter_context(table_file(unit.path(file_name(table)), quantities, scene))
+        for table, quantities in columns.items()
     }
 
 

@@ -1,14 +1,17 @@
 """Mistakes of scenes that ask for what their mechanism does not have, or for which they lack data."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from camopt.effects import Setup, lacking, offered, preload
+from camopt.effects import Setup, lacking, offered, preload, quantity_of
 from camopt.mechanisms.pairs import HALVES_HAVE_TO, SAME_HALVES, half_turns
 from camopt.mistakes import Mistake, nearest
 from camopt.motion.programme import Programme
 from camopt.problem.limits import OF_QUANTITIES, limited_quantity
 from camopt.problem.rows import VERDICT
 from camopt.quantities import EVERYTHING, QUANTITIES
+from camopt.quantities.own import OWN
 from camopt.scene.scene import Scene
 
 KEEPING, KEPT = ("force", "clearance"), ("contact_force_elastic_min_N",)
@@ -38,23 +41,36 @@ def _without(name: str, setup: Setup) -> str:
 def not_offered(scene: Scene, setup: Setup) -> list[Mistake]:
     """Mistakes for quantities that the mechanism does not have, or lacks keys for; an objective is a number."""
     offers, lacks = (*offered(setup), *VERDICT), lacking(setup)
-    numbers = tuple(name for name in offers if QUANTITIES[name].kind is float)
-    effects = {QUANTITIES[name].effect for name in (*offers, *lacks)}
+    numbers = tuple(name for name in offers if quantity_of(name, setup).kind is float)
+    effects = {quantity_of(name, setup).effect for name in (*offers, *lacks)}
     named = {
         "outputs": (scene.outputs, (*offers, *effects, EVERYTHING)),
         "search.minimise": (scene.search.minimise, numbers),
         "search.maximise": (scene.search.maximise, numbers),
     }
-    mistakes = []
+    mistakes = [*_not_computed(scene, setup)]
     for key, (names, allowed) in named.items():
         for name in names:
+            if name in setup.own:
+                continue
             if name in lacks:
                 needs = f"needs {', '.join(lacks[name])}"
                 mistakes.append(Mistake(scene.file, key, name, needs, bare=True))
             elif name not in allowed:
-                known = nearest(name, [n for n in allowed if n in QUANTITIES])
+                known = nearest(name, [n for n in allowed if n in QUANTITIES or n in setup.own])
                 mistakes.append(Mistake(scene.file, key, name, f"a quantity of this scene; {known}"))
     return mistakes
+
+
+def _not_computed(scene: Scene, setup: Setup) -> Iterator[Mistake]:
+    """Mistakes for quantities of the scene's own that read what this mechanism has not, or lacks keys for."""
+    offers, lacks = offered(setup), lacking(setup)
+    for name, own in setup.own.items():
+        for read in own.reads:
+            if read not in offers and read not in setup.own:
+                why = f"needs {', '.join(lacks[read])}" if read in lacks else "is no quantity of this mechanism"
+                value = scene.quantities[name].value
+                yield Mistake(scene.file, f"{OWN}.{name}", value, f"{read} {why}", bare=True)
 
 
 def unlike_halves(scene: Scene, motion: Programme) -> list[Mistake]:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import EFFECTS, Case, Setup
+from camopt.effects import Case, Setup, effect_of, quantity_of, with_read
 from camopt.effects.case import nothing
 from camopt.effects.contacts import contacts_of, least_size_of
 from camopt.effects.crossing import find_crossing, round_bodies
@@ -23,7 +23,7 @@ from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, MeanClaim, claims_of, mean_claim_of, train_claims_of
 from camopt.problem.rows import Columns
-from camopt.quantities import AT_LEAST, AT_MOST, QUANTITIES, SIGNED
+from camopt.quantities import AT_LEAST, AT_MOST, QUANTITIES, SIGNED, Quantity
 
 ASSEMBLY = "assembly"  # what a design violates that cannot be put together
 UNDERCUT, SELF_CROSSING, NO_RIB, PIVOT_IN_CAM = (
@@ -90,6 +90,11 @@ class Limit(ABC):
     def shown(self) -> tuple[str, ...]:
         """The quantities that people read beside the bound."""
         return ()
+
+    @property
+    def quantity(self) -> Quantity | None:
+        """The first of these."""
+        return quantity_of(self.shown[0], self.setup) if self.shown else None
 
     @property
     def relation(self) -> str:
@@ -162,13 +167,15 @@ class Limit(ABC):
     @cached_property
     def is_of_motion(self) -> bool:
         """Whether motion and speed alone decide it, not the design."""
-        effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
+        effects = [effect_of(name, self.setup) for name in self.needs]
         return bool(effects) and not self.setup.free and all(effect.is_of_motion(self.setup) for effect in effects)
 
     @cached_property
     def of_errors(self) -> bool:
         """Whether it is on errors by tolerances: those of all cams within them, of the nominal one as it is cut."""
-        return any(QUANTITIES[name].effect == MOTION_ERRORS.name for name in self.shown)
+        return any(
+            quantity_of(name, self.setup).effect == MOTION_ERRORS.name for name in with_read(self.shown, self.setup)
+        )
 
     @property
     def key(self) -> str:
@@ -178,7 +185,7 @@ class Limit(ABC):
     @cached_property
     def last(self) -> bool:
         """Whether it is checked only for designs that meet all other limits."""
-        return any(EFFECTS[QUANTITIES[name].effect].last for name in self.needs)
+        return any(effect_of(name, self.setup).last for name in self.needs)
 
 
 def needs_of(limits: Iterable[Limit]) -> frozenset[str]:
@@ -257,7 +264,7 @@ class QuantityLimit(Limit):
     @cached_property
     def implied(self) -> Implied:
         name = self.quantities[0]
-        return EFFECTS[QUANTITIES[name].effect].implies(self.setup, name, self.bound)
+        return effect_of(name, self.setup).implies(self.setup, name, self.bound)
 
     def excess(self, columns: Columns, designs: Designs) -> Any:
         peak = self.form
@@ -285,7 +292,7 @@ class QuantityLimit(Limit):
     def of_curves(self) -> tuple[str, ...] | None:
         if isinstance(self._weight, OfBody) or self._per_body or self._bodies:
             return ()
-        effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
+        effects = [effect_of(name, self.setup) for name in self.needs]
         return self.needs if all(effect.run is nothing for effect in effects) else None
 
     @property
@@ -354,6 +361,27 @@ class QuantityLimit(Limit):
         if isinstance(self.form, Peak) and self.form.extremes:
             return self._outward(self.form, columns, designs)  # weights rise with a bound as 1 does
         return np.asarray(-self._side / self._unit(designs) + np.zeros(len(designs)))
+
+
+@dataclass(frozen=True, eq=False)
+class OwnLimit(Limit):
+    """A quantity of the scene's own is a finite number, and at most the bound; an infinite bound is none."""
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        return (self.name,)
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        return self.needs if self.asked else ()
+
+    def excess(self, columns: Columns, designs: Designs) -> FloatArray:
+        value = columns[self.name]
+        over = (value - self.bound) / (abs(self.bound) or 1.0) if self.asked else -1.0
+        return np.asarray(np.where(value == np.inf, np.inf, over) + np.zeros(len(designs)))
+
+    def by_bound(self, columns: Columns, designs: Designs) -> FloatArray:
+        return np.full(len(designs), -1.0 / (abs(self.bound) or 1.0))
 
 
 def _crosses(setup: Setup, design: Designs, programme: Programme) -> bool | None:

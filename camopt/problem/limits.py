@@ -3,10 +3,10 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from math import pi
+from math import inf, pi
 from typing import Any
 
-from camopt.effects import EFFECTS, Setup, force, hertz, offered, outline, rib, wall
+from camopt.effects import Setup, effect_of, force, hertz, offered, outline, rib, wall
 from camopt.effects.contacts import peaks_at
 from camopt.effects.curvature import CONVEX, CUTTER
 from camopt.effects.mean import Mean
@@ -21,6 +21,7 @@ from camopt.problem.limit import (
     SELF_CROSSING,
     UNDERCUT,
     Limit,
+    OwnLimit,
     QuantityLimit,
     SelfCrossing,
     WithinBase,
@@ -94,7 +95,7 @@ def limited_quantity(key: str, setup: Setup) -> str:
 
 def peaks_of(quantity: str, setup: Setup) -> tuple[Peak, ...]:
     """The peak behind a quantity, at each contact of the follower; none if it is no extreme of curves."""
-    return tuple(peaks_at(EFFECTS[QUANTITIES[quantity].effect], setup, quantity))
+    return tuple(peaks_at(effect_of(quantity, setup), setup, quantity))
 
 
 def peak_of(quantity: str, setup: Setup) -> Peak | None:
@@ -104,7 +105,7 @@ def peak_of(quantity: str, setup: Setup) -> Peak | None:
 
 def other_form_of(quantity: str, setup: Setup) -> Mean | TrainPeak | None:
     """The mean behind a quantity, or the peak of a train; None if it is neither."""
-    effect = EFFECTS[QUANTITIES[quantity].effect]
+    effect = effect_of(quantity, setup)
     return effect.means(setup).get(quantity) or effect.train_peaks(setup).get(quantity)
 
 
@@ -202,6 +203,9 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     limits += of({name: name for name in named if name in BOUNDED and name not in LOAD_LIMITS})
     limits += _implied(setup)
     limits += of({key: limited_quantity(key, setup) for key in LOAD_LIMITS})
+    for name in setup.own:
+        if name in named or name in scene.search.objectives:
+            limits.append(OwnLimit(name, named.get(name, inf), setup, asked=name in named))
     return tuple(sorted(limits, key=lambda limit: limit.last))
 
 

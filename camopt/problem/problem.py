@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects import Setup, offered
+from camopt.effects import Setup, offered, quantity_of
 from camopt.effects.peak import unweighted
 from camopt.mechanisms import SECOND_FIELDS, SIZE_FIELDS, Designs
 from camopt.mistakes import BadInput, Mistake
@@ -264,7 +264,7 @@ class Problem:
     @cached_property
     def sizes(self) -> frozenset[str]:
         """The quantities of the sizes of a design."""
-        return frozenset(n for n in offered(self.setup) if QUANTITIES[n].effect == "sizes")
+        return frozenset(n for n in offered(self.setup) if quantity_of(n, self.setup).effect == "sizes")
 
     @cached_property
     def without_last(self) -> "Problem":
@@ -299,10 +299,11 @@ class Problem:
 
     @property
     def named(self) -> frozenset[str]:
-        """The quantities of the scene's named outputs, or else those of motion and geometry."""
+        """The quantities of the scene's named outputs, or else those of motion and geometry; and its own."""
         outputs = self.outputs or GEOMETRY
-        named = [n for n in offered(self.setup) if QUANTITIES[n].effect in outputs or EVERYTHING in outputs]
-        return frozenset(named) | (frozenset(outputs) & QUANTITIES.keys())
+        about = {name: quantity_of(name, self.setup) for name in offered(self.setup)}
+        named = [name for name, each in about.items() if each.effect in outputs or EVERYTHING in outputs]
+        return frozenset(named) | (frozenset(outputs) & QUANTITIES.keys()) | self.setup.own.keys()
 
     @cached_property
     def wanted(self) -> frozenset[str]:

@@ -12,6 +12,7 @@ from camopt.problem.variables import is_of_train, variables_of
 from camopt.quantities import NUMBER_COLUMNS
 from camopt.scene.load import constant_and_changing
 from camopt.scene.materials import MATERIALS
+from camopt.scene.own_quantities import own_quantities
 from camopt.scene.scene import Scene
 from camopt.scene.sizes import FOLLOWER_SIZES
 from camopt.scene.tolerances import moves_tool, zone_of
@@ -30,6 +31,7 @@ def setup_of(scene: Scene) -> Setup:
         solid=_solid(scene),
         train=train_from(scene.train, angular=angular),
         errors=_errors(scene),
+        own=own_quantities(scene.quantities),
         varied={each.key: each.quantity for each in variables_of(scene) if each.is_number and each.is_searched},
     )
 

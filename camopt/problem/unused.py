@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from camopt.effects import EFFECTS, effects_needed, lacking, offered
+from camopt.effects import EFFECTS, effect_of, effects_needed, lacking, offered, quantity_of
 from camopt.effects.contacts import OF_EACH, PLACES
 from camopt.problem.problem import resolve
 from camopt.problem.settings import laws_of
@@ -49,7 +49,7 @@ def unused(scene: Scene) -> list[str]:
 
     def reads(effect: str, key: str, names: frozenset[str]) -> bool:
         """Whether some quantities of an effect read a key; only loads read what presses on the cam."""
-        here = {name for name in names if _effect_of(name) == effect}
+        here = {name for name in names if name in QUANTITIES and _effect_of(name) == effect}
         return bool(here & massless.keys() if key in PRESSING or effect == "surface" else here)
 
     asked = frozenset(name for names in running.values() for name in names)
@@ -75,10 +75,10 @@ def _effect_of(name: str) -> str:
 def unanswered(scene: Scene) -> list[str]:
     """Sentences on wanted effects without a result: the keys that they lack."""
     setup = resolve(scene).setup
-    shown, lacks = {QUANTITIES[name].effect for name in offered(setup)}, lacking(setup)
+    shown, lacks = {quantity_of(name, setup).effect for name in offered(setup)}, lacking(setup)
     sentences = []
     for effect in dict.fromkeys(scene.outputs):
-        needs = [keys for name, keys in lacks.items() if QUANTITIES[name].effect == effect]
+        needs = [keys for name, keys in lacks.items() if quantity_of(name, setup).effect == effect]
         if needs and effect not in shown:
             carried = any(getattr(stage, key) for stage in scene.train for key in CARRIED)
             also = ", and does not count what the train carries alone" if carried else ""
@@ -100,7 +100,7 @@ def constant_objectives(scene: Scene) -> list[str]:
     same = [
         name
         for name in problem.objectives
-        if name in fixed or (not moving and EFFECTS[QUANTITIES[name].effect].is_of_motion(problem.setup))
+        if name in fixed or (not moving and effect_of(name, problem.setup).is_of_motion(problem.setup))
     ]
     decide = "decides" if len(same) == 1 else "decide"
     return [f"objectives: {', '.join(same)} {decide} nothing, being the same for all designs"] if same else []
@@ -117,7 +117,8 @@ def _given(scene: Scene) -> list[str]:
 def _for_want(keys: list[str], lacks: Mapping[str, tuple[str, ...]]) -> str:
     """The fewest keys that would make one of the quantities that read some keys computable."""
     effects = {effect for key in keys for effect in READERS[key]}
-    wanting = [tuple(needs) for name, needs in lacks.items() if QUANTITIES[name].effect in effects]
+    known = {name: QUANTITIES[name].effect for name in lacks if name in QUANTITIES}
+    wanting = [tuple(lacks[name]) for name, effect in known.items() if effect in effects]
     pressed = [needs for needs in wanting if any(n.endswith((".mass", ".inertia")) for n in needs)]
     chosen = pressed if set(keys) <= {*PRESSING} and pressed else wanting
     return f" without {', '.join(sorted(chosen, key=len)[0])}" if chosen else " with this follower"

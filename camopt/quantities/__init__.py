@@ -580,10 +580,14 @@ QUANTITIES: dict[str, Quantity] = Quantities({quantity.name: quantity for quanti
 
 
 def in_order(names: Collection[str]) -> list[str]:
-    """The quantities among some names in the order of the columns, numbers of a train behind other sizes."""
+    """Names in the order of the columns; numbers of a train are behind other sizes, own ones before verdicts."""
     found = [name for name in QUANTITIES if name in names]
-    of_train = sorted(name for name in names if name not in found and name in QUANTITIES)
-    return sorted([*found, *of_train], key=lambda name: QUANTITIES[name].effect != "sizes")
+    return sorted([*found, *sorted(name for name in names if name not in found)], key=_place)
+
+
+def _place(name: str) -> int:
+    """The place of a column: sizes, other quantities, a scene's own, the verdict."""
+    return {"sizes": 0, "limits": 3, "proof": 3}.get(QUANTITIES[name].effect, 1) if name in QUANTITIES else 2
 
 
 BOUNDED = {name: quantity for name, quantity in QUANTITIES.items() if quantity.relation}

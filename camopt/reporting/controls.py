@@ -9,7 +9,6 @@ from camopt.drawing.picture import round_length
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.variables import variables_of
-from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import computed, shown, shown_unit
 from camopt.scene.choices import StepRange
 from camopt.scene.read import numbers_read
@@ -179,7 +178,7 @@ def _limits(scene: Scene, problem: Problem) -> Iterator[Control]:
     """The bounds that the scene sets."""
     bounds = {limit.key: limit for limit in problem.limits if limit.asked and limit.key.startswith("limits.")}
     for key, limit in bounds.items():
-        unit = QUANTITIES[limit.shown[0]].unit if limit.shown else ""
+        unit = limit.quantity.unit if limit.quantity else ""
         yield _number(scene, key, "Limits", unit, limit.bound, None)
 
 

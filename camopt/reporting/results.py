@@ -218,7 +218,7 @@ def _known(row: Mapping[Any, Any]) -> dict[str, Any]:
 
 def _columns(frame: "pd.DataFrame", results: Sequence[ResultRows]) -> tuple[list[dict[str, Any]], Table]:
     """The columns as a page holds them, and a table of those that are the same in all rows."""
-    units = results[0].frame.attrs.get("units", {})
+    units, descriptions = (results[0].frame.attrs.get(key, {}) for key in ("units", "descriptions"))
     found: list[dict[str, Any]] = []
     same = []
     twice = {"law_return"} if "law_return" in frame and frame["law_return"].equals(frame["law_rise"]) else set()
@@ -233,7 +233,7 @@ def _columns(frame: "pd.DataFrame", results: Sequence[ResultRows]) -> tuple[list
             if name not in (RESULT, FRONT) and values.notna().any():
                 same.append([title, _text(values.dropna().iloc[0])])
             continue
-        about = QUANTITIES[name].sentence if name in QUANTITIES else ""
+        about = QUANTITIES[name].sentence if name in QUANTITIES else descriptions.get(name, "")
         known = {"name": str(name), "called": shown_name(str(name)), "title": title, "about": about}
         found.append({**known, "scale": computed(1.0, unit), **_packed_column(values)})
     found.sort(key=lambda column: (column["name"] != RESULT, column["name"] != FRONT, column["name"] != IN_ROW))

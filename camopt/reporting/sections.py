@@ -4,16 +4,17 @@ from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite
 from typing import Any
 
+from camopt.effects import quantity_of
 from camopt.problem.limit import Limit
-from camopt.problem.problem import Problem
-from camopt.quantities import QUANTITIES
+from camopt.problem.problem import Problem, resolve
+from camopt.quantities import QUANTITIES, Quantity
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.mapping import leaves
 from camopt.scene.places import tables_of
 from camopt.scene.scene import Scene
 from camopt.scene.units import as_shown
 from camopt.studies.called import what_runs
-from camopt.tables.cells import number, quantity, shown_name
+from camopt.tables.cells import name_in_shown_unit, number, quantity
 from camopt.tables.columns import bounds_shown, is_nothing
 from camopt.tables.layout import ABOUT, NUMERIC, WORDS, Cell, Table
 from camopt.verdicts.certify import CONDITIONS, certify_problem
@@ -86,7 +87,7 @@ def _reached(limit: Limit | None, found: Evaluation, verdict: str) -> Iterator[t
         yield "none allowed", "", ""
         return
     for name in names:
-        unit, value = QUANTITIES[name].unit, found[name]
+        unit, value = quantity_of(name, limit.setup).unit, found[name]
         side = 1.0 if limit.relation in ("≤", "±") else -1.0
         margin = side * (limit.bound - (abs(value) if side > 0.0 else value))
         just = verdict == HELD and abs(margin) <= found.scene.accuracy.relative_error * abs(limit.bound)
@@ -148,9 +149,10 @@ def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], label
     rows: list[list[Cell | str]] = []
     for name in names:
         values = [minus(quantity(name, each[name])).replace(",", ", ") if name in each else "" for each in found]
-        about, meaning = QUANTITIES[name], Cell(_meaning(name, found), ABOUT)
-        unit, bound = shown_unit(about.unit), bounds.get(name, "")
-        rows.append([shown_name(name), about.symbol, *values, unit, bound, meaning])
+        about = next(quantity_of(name, resolve(each.scene).setup) for each in found if name in each)
+        meaning, bound = Cell(_meaning(about, found), ABOUT), bounds.get(name, "")
+        called = name_in_shown_unit(name, about.unit)
+        rows.append([called, about.symbol, *values, shown_unit(about.unit), bound, meaning])
     return Table.of("Every quantity that the scene calls for", heads, rows)
 
 
@@ -160,9 +162,9 @@ def _common_bounds(problems: Iterable[Problem]) -> dict[str, str]:
     return {name: bound for name, bound in each[0].items() if all(other.get(name) == bound for other in each)}
 
 
-def _meaning(name: str, found: Iterable[Evaluation]) -> str:
-    reasons = [each.unbounded[name] for each in found if name in each.unbounded]
-    return "; ".join(dict.fromkeys(reasons)) or QUANTITIES[name].sentence
+def _meaning(about: Quantity, found: Iterable[Evaluation]) -> str:
+    reasons = [each.unbounded[about.name] for each in found if about.name in each.unbounded]
+    return "; ".join(dict.fromkeys(reasons)) or about.sentence
 
 
 def _tables_of(scene: Scene) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from camopt.scene.law_forms import NEAR_END, Fault
 from camopt.scene.load import check_load
 from camopt.scene.mapping import at, length, number_of, segments
 from camopt.scene.own_laws import check_laws, law_names
+from camopt.scene.own_quantities import check_own_quantities
 from camopt.scene.part import check_part, run_of_groove
 from camopt.scene.profile import check_profile, highest_on_profile
 from camopt.scene.sizes import FOLLOWER_SIZES, SEARCHED, SIGNED_SIZES, mechanism_in, sizes_in
@@ -34,6 +35,7 @@ GUIDE_KEYS = ("guide_length", "overhang", "friction", "stem_diameter")
 def faults_of(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault that needs more than one value to be seen."""
     yield from check_laws(data)
+    yield from check_own_quantities(data)
     yield from check_load(data)
     profiled = data.get("profile") is not None
     if profiled:

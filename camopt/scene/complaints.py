@@ -1,5 +1,6 @@
 """The errors of pydantic about the tables of a scene in plain words: one mistake for each key."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -32,12 +33,7 @@ def mistakes_of(error: ValidationError, model: type[BaseModel], prefix: str, fil
 def _mistake(each: Any, last: str, model: type[BaseModel], key: str, file: str) -> Mistake:
     kind, value, context = each["type"], each["input"], each.get("ctx", {})
     if kind == "extra_forbidden":
-        other = _only_key(last)
-        meant = f"did you mean {other}?" if other else nearest(last, model.model_fields)
-        why = f"not a known key; {meant}"
-        if "." in last and last.partition(".")[0] in model.model_fields:  # what ``unfolded`` could not put in place
-            why = "is given twice: leave out one of both"
-        return Mistake(file, key, value, getattr(model, "elsewhere", {}).get(last, why), bare=True)
+        return Mistake(file, key, value, unknown_key(last, model), bare=True)
     if kind == "missing":
         return Mistake(file, key, None, "missing", bare=True)
     if kind == "literal_error":
@@ -67,6 +63,15 @@ def _mistake(each: Any, last: str, model: type[BaseModel], key: str, file: str) 
         "too_short": "a list of at least one value",
     }
     return Mistake(file, key, value, plain.get(kind, each["msg"].lower()))
+
+
+def unknown_key(name: str, model: type[BaseModel], others: Iterable[str] = ()) -> str:
+    """What is said of a key that a table has not; it may have some ``others``."""
+    other = _only_key(name)
+    why = f"not a known key; {f'did you mean {other}?' if other else nearest(name, (*model.model_fields, *others))}"
+    if "." in name and name.partition(".")[0] in model.model_fields:  # what ``unfolded`` could not put in place
+        why = "is given twice: leave out one of both"
+    return str(getattr(model, "elsewhere", {}).get(name, why))
 
 
 def _only_key(name: str) -> str | None:

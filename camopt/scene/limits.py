@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import create_model
+from pydantic import ConfigDict, create_model
 
 from camopt.quantities import BOUNDED, SIGNED
 from camopt.scene.tables import ANYWHERE, POSITIVE, Acute, Anywhere, Length, Positive, SceneTable, Within
@@ -10,6 +10,9 @@ from camopt.scene.tables import ANYWHERE, POSITIVE, Acute, Anywhere, Length, Pos
 
 class ShortLimits(SceneTable):
     """The limits of the cam, by the short keys of the most common ones."""
+
+    model_config = ConfigDict(extra="allow")  # names of the scene's own quantities, which the scene checks
+    __pydantic_extra__: dict[str, Annotated[float | None, ANYWHERE]]
 
     pressure_angle: Acute | None = None
     """Largest |β| over rises, dwells and returns; deg."""
@@ -91,7 +94,7 @@ class ShortLimits(SceneTable):
     @property
     def given(self) -> dict[str, float]:
         """The bounds that are set, by key."""
-        return {key: bound for key, bound in vars(self).items() if bound is not None}
+        return {key: bound for key, bound in self if bound is not None}
 
 
 if TYPE_CHECKING:

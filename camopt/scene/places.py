@@ -8,6 +8,7 @@ from textwrap import dedent
 
 from camopt.quantities import BOUNDED, OF_SPRING, OF_TOOL
 from camopt.scene.choices import StepRange
+from camopt.scene.own_quantities import QuantityExpression
 from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, SceneTable, Segment, Through
 from camopt.scene.tolerances import Tolerance
 from camopt.scene.train import TrainStage
@@ -32,6 +33,7 @@ def tables_of(scene: type[SceneTable]) -> dict[str, type[SceneTable]]:
         "train": TrainStage,
         "tolerances.KEY": Tolerance,
         "laws.NAME": OwnLaw,
+        "quantities.NAME": QuantityExpression,
         "search.KEY": StepRange,
     }
 
@@ -44,7 +46,7 @@ def table_heading(place: str) -> str:
 def said_of(model: type[SceneTable], key: str) -> tuple[str, str]:
     """What is said of a key, without its full stop, and the unit that it ends with, "" if none."""
     own = (said[key] for base in model.__mro__ if key in (said := _docstrings(base)))
-    text = next(own, None) or BOUNDED[key].bounded
+    text = next(own, None) or (BOUNDED[key].bounded if key in BOUNDED else f"Most allowed ``{key}``.")
     sentence, mark, unit = text.removesuffix(".").rpartition("; ")
     return (sentence, unit) if mark else (text.removesuffix("."), "")
 

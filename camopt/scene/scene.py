@@ -31,6 +31,7 @@ from camopt.scene.limits import Limits
 from camopt.scene.load import read_load
 from camopt.scene.mapping import given_at_follower, without
 from camopt.scene.own_laws import own_law_tables, read_files, with_camopt_names
+from camopt.scene.own_quantities import QuantityExpression, read_own_quantities
 from camopt.scene.part import Part, resolved
 from camopt.scene.places import tables_of
 from camopt.scene.profile import read_profile
@@ -97,6 +98,8 @@ class Scene(HasHtml, Drawn, SceneTable):
         scene file) that is read when the scene is made.
     laws : dict
         Motion laws of the scene's own, by name.
+    quantities : dict
+        Quantities of the scene's own, by name: expressions over others, to report, to limit and to minimise.
     limits : Limits
         What a feasible cam meets.
     search : Search
@@ -150,6 +153,8 @@ class Scene(HasHtml, Drawn, SceneTable):
     """The cam's profile, in place of the motion: arcs and lines, or the name of a DXF file of them."""
     laws: dict[str, Inner[OwnLaw]] = Field(default_factory=dict)
     """Motion laws of the scene's own, by name."""
+    quantities: dict[str, Inner[QuantityExpression]] = Field(default_factory=dict)
+    """Quantities of the scene's own, by name: expressions over others."""
     limits: Inner[Limits] = Limits.model_construct()
     """What the cam must hold."""
     search: Inner[Search] = Search.model_construct()
@@ -165,8 +170,8 @@ class Scene(HasHtml, Drawn, SceneTable):
     accuracy: Inner[Accuracy] = Accuracy.model_construct()
     """How exact results are."""
     outputs: Outputs = ()
-    """Quantities or effects to report, or ``all``, beside sizes and what limits and objectives need, in place of
-    those of motion and geometry."""
+    """Names of quantities or effects to report, or ``all``, beside sizes and what limits and objectives need, in
+    place of those of motion and geometry."""
     _file: str = PrivateAttr("scene")
     _by_crank: bool = PrivateAttr(False)
 
@@ -272,6 +277,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         if "tolerances" in given:
             given["tolerances"] = unfolded(given["tolerances"])
         unread = [*read_former(given)]
+        read_own_quantities(given)
         found += read_shape(given, tables_of(Scene), file)
         read_bore(given)  # before units: a fit is none
         if is_typed({key: value for key, value in given.items() if key != "name"}):

@@ -37,6 +37,8 @@ def scene_schema(site: str = SITE) -> dict[str, Any]:
     tables["NumberRange"] = _described(_shaped(NumberRange.model_json_schema()), "search.KEY", NumberRange, site)
     top = _described(_shaped(made), *MODELS["Scene"], site)
     about = {"$schema": DIALECT, "title": "camopt scene"}
+    known = {"properties": dict.fromkeys(tables["Limits"]["properties"], True), "additionalProperties": False}
+    top |= {"if": {"required": ["quantities"]}, "else": {"properties": {"limits": known}}}  # others are of its own
     return {**about, **top, "description": "A cam, its follower, and what is asked of them.", "definitions": tables}
 
 

@@ -100,9 +100,9 @@ class Search(SceneTable):
     seed: Annotated[int, BeforeValidator(whole_number), Field(ge=0, le=MOST_SEED)] = 0
     """Number of the draw: another one draws other designs."""
     minimise: Quantities = ()
-    """Quantities that a Pareto front minimises."""
+    """Names of quantities that a Pareto front minimises."""
     maximise: Quantities = ()
-    """Quantities that a Pareto front maximises."""
+    """Names of quantities that a Pareto front maximises."""
     thin: Annotated[float, Within(ge=1e-9, lt=1)] | None = None
     """What a row that stays in the front costs at most more than one left out, as a share of an objective's range;
     no unit."""

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterable, Mapping
 from itertools import chain
 from numbers import Integral, Real
-from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
 
 from pydantic import (
@@ -80,15 +79,26 @@ class Name:
         return {"anyOf": [known, {"type": "string"}]} if self.others else known
 
 
-def known(names: Any, what: str, called: Mapping[str, str] = MappingProxyType({})) -> Name:
-    """One of some names; ``called`` are words of others for them."""
+def known(names: Any, what: str) -> Name:
+    """One of some names."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str) or value not in names:
-            raise ValueError(f"{what}; {nearest(called.get(str(value), str(value)), names)}")
+            raise ValueError(f"{what}; {nearest(str(value), names)}")
         return value
 
     return Name(check, names)
+
+
+def named(names: Any, what: str) -> Name:
+    """One of some names, or of those that the scene adds to them."""
+
+    def check(value: Any) -> str:
+        if not isinstance(value, str):
+            raise ValueError(f"{what}; {nearest(str(value), names)}")
+        return value
+
+    return Name(check, names, others=True)
 
 
 class Listed:
@@ -149,7 +159,9 @@ def or_text(schema: dict[str, Any]) -> None:
 Switch = Annotated[bool, BeforeValidator(_is_switch)]
 LawName = Annotated[str, Name(_is_name, (*LAWS, *chain(*ALIASES.values())), others=True)]
 MaterialName = Annotated[str, known(MATERIALS, "a material")]
-QuantityName = Annotated[str, known(QUANTITIES, "a quantity", {"size": "base_radius_mm"})]
+CALLED = {"size": "base_radius_mm"}
+"""Quantities by words of others."""
+QuantityName = Annotated[str, named(QUANTITIES, "a quantity")]
 
 
 class SceneTable(BaseModel):
@@ -559,7 +571,7 @@ def as_list(value: Any) -> Any:
 
 
 OutputName = Annotated[
-    str, known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all")
+    str, named((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all")
 ]
 Outputs = Annotated[tuple[OutputName, ...], Listed(as_list)]
 Quantities = Annotated[tuple[QuantityName, ...], Listed(as_list)]

@@ -28,6 +28,8 @@ NO_UNIT = "no unit"
 """What the text of a key says whose numbers have none."""
 SHARES = ("cpk", "shared")
 """Keys of a tolerance that are not in the unit of its number."""
+NAMED = ("laws", "quantities")
+"""Tables of tables with names of the user's."""
 EXACT = 15
 """Digits to which a converted number is rounded: those that a rounding error cannot reach."""
 Models = Mapping[str, type[SceneTable]]
@@ -70,9 +72,10 @@ class _Reader:
         found = {}
         for key, value in given.items():
             where = f"{place}.{key}".lstrip(".")
-            stands = "laws.NAME" if known == "laws" else without_choice(f"{known}.{key}".lstrip("."))
-            if known == "" and key == "laws" and isinstance(value, Mapping):
-                found[key] = self.table(value, model, where, "laws")
+            named = known in NAMED
+            stands = f"{known}.NAME" if named else without_choice(f"{known}.{key}".lstrip("."))
+            if known == "" and key in NAMED and isinstance(value, Mapping):
+                found[key] = self.table(value, model, where, key)
             elif stands in self.models and isinstance(value, (Mapping, list)):  # tolerances.profile is a number
                 found[key] = self.tables(value, self.models[stands], where, stands)
             else:

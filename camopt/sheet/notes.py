@@ -4,13 +4,13 @@ from collections.abc import Iterable, Iterator
 from math import degrees, isfinite, pi
 
 from camopt.contour.hole import keyway_turn
+from camopt.effects import quantity_of
 from camopt.effects.curvature import CUTTER
 from camopt.effects.pressure import BOTTOM
 from camopt.mechanisms.design import Designs
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.limit import Limit
-from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown, shown_unit, system_shown
 from camopt.sheet.cam import TrueCam, steady_of
 from camopt.sheet.groove import clearance_of
@@ -69,7 +69,7 @@ def _broken(cam: TrueCam) -> Iterator[str]:
 def _beyond(limit: Limit, found: Evaluation) -> list[str]:
     """A limit with what is reached and allowed, or its name where that is no number."""
     what = limit.name.replace("_", " ")
-    units = {name: QUANTITIES[name].unit for name in limit.shown if name in found}
+    units = {name: quantity_of(name, limit.setup).unit for name in limit.shown if name in found}
     texts = [
         f"{what} {with_unit(found[name], unit)} ({limit.relation} {with_unit(limit.bound, unit)})"
         for name, unit in units.items()

@@ -26,7 +26,6 @@ import scipy
 
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
-from camopt.quantities import QUANTITIES
 from camopt.smallest.freedom import DELTA, Freedom
 from camopt.verdicts.judging import every_excess
 
@@ -78,7 +77,7 @@ def bounds_met(freedom: Freedom) -> list[ActiveBound]:
     bounds = []
     for number, gradients in zip(met, _gradients(freedom, [limits[k] for k in met]), strict=True):
         limit, of = limits[number], worst[number]
-        unit = QUANTITIES[limit.shown[0]].unit if limit.shown else "mm"
+        unit = limit.quantity.unit if limit.quantity else "mm"
         by_value = float(limit.by_bound(columns[of], cams[of])[0])
         bounds.append(ActiveBound(limit.key, limit.bound, unit, limit.relation, gradients, by_value, limit))
     return [*bounds, *_ends_met(freedom)]

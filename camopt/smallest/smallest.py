@@ -26,6 +26,7 @@ from camopt.smallest.result import Smallest, discs_of
 from camopt.verdicts.screening import feasible
 
 ALIKE = 1e-6  # relative: discs whose sizes differ by no more are as large as each other
+MOST_POLISHED = 40  # times that grids make an answer smaller
 
 
 def smallest(problem: Problem, bounds: SizeBounds, until: float = inf) -> Smallest:
@@ -87,8 +88,16 @@ def _polished(problem: Problem, bounds: SizeBounds, answer: Smallest, until: flo
     )
     if answer.design is None or answer.proved or told:
         return answer
-    smaller = shrink_on_grids(problem, bounds, answer.design, CLOSE, until)
-    return answer if smaller is None or smaller.size[0] >= answer.size else replace(answer, design=smaller)
+    design = answer.design
+    for _ in range(MOST_POLISHED):  # where two quantities are alike, grids follow their valley slowly
+        smaller = shrink_on_grids(problem, bounds, design, CLOSE, until)
+        if smaller is None or smaller.size[0] >= design.size[0]:
+            break
+        little = smaller.size[0] >= design.size[0] * (1.0 - ALIKE)
+        design = smaller
+        if little:
+            break
+    return answer if design is answer.design else replace(answer, design=design)
 
 
 def of_like_discs(problem: Problem, bounds: SizeBounds, until: float) -> Designs | None:

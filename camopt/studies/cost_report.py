@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
 
-from camopt.effects import EFFECTS, Case, lacking
+from camopt.effects import EFFECTS, Case, effects_of, lacking
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput
 from camopt.numerics.clock import timed
@@ -84,7 +84,7 @@ def cost_report(scene: Scene) -> CostReport:
     rows, times = Rows({}, len(designs)), {}
     for each in asked:
         case = Case(setup, problem.programme, designs)
-        work = partial(extended, rows, case, EFFECTS[each.effect], frozenset(each.writes))
+        work = partial(extended, rows, case, effects_of(setup)[each.effect], frozenset(each.writes))
         rows, times[each.effect] = timed(work, COST_RUNS)
     whole = sum(times.values())
     entries = tuple(

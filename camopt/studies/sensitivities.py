@@ -17,13 +17,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import Case
+from camopt.effects import Case, quantity_of
 from camopt.mechanisms import Designs
 from camopt.mistakes import UnknownName, nearest
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.variables import Variable
-from camopt.quantities import QUANTITIES, in_order
+from camopt.quantities import in_order
 from camopt.scene.scene import Scene
 from camopt.verdicts.running import run_effects
 
@@ -133,7 +133,8 @@ def sensitivities(scene: Scene) -> Sensitivities:
     problem = exactly(resolve_design(scene))
     variables = _variables(problem)
     numbers = {each.key: value for each, (value, _) in variables.items() if each.is_number}
-    freed, names = problem.freed(numbers), [n for n in problem.wanted if QUANTITIES[n].kind is float]
+    freed = problem.freed(numbers)
+    names = [name for name in problem.wanted if quantity_of(name, problem.setup).kind is float]
     around = _around(problem.design, variables)
     columns = run_effects(Case(freed.setup, freed.programme, around), names).columns
     exists = freed.setup.mechanism.exists(around, freed.programme)

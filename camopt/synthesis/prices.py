@@ -23,7 +23,6 @@ from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.stable import difference_of_squares_root
 from camopt.problem.problem import resolve
-from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.smallest.freedom import Freedom
 from camopt.smallest.price import Price
@@ -216,7 +215,7 @@ def _given(scene: Scene) -> Iterator[GivenBound]:
     problem = resolve(scene)
     for limit in problem.limits:
         if limit.asked and not limit.given_by.startswith("limits."):
-            unit = QUANTITIES[limit.shown[0]].unit if limit.shown else "mm"
+            unit = limit.quantity.unit if limit.quantity else "mm"
             yield GivenBound(limit.key, limit.bound, unit, limit.relation)
     for name in PEAKS:
         peak = getattr(scene.synthesis, name)

@@ -5,12 +5,13 @@ from dataclasses import replace
 from math import inf
 from typing import Any, NamedTuple
 
+from camopt.effects import quantity_of
 from camopt.mistakes import Unmet, listed_words
 from camopt.motion.segments import MOVE
 from camopt.numerics.irreducible import irreducible
 from camopt.problem.limit import Limit
 from camopt.problem.problem import resolve
-from camopt.quantities import AT_LEAST, QUANTITIES
+from camopt.quantities import AT_LEAST
 from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.smallest.optimum import Optimum
@@ -110,7 +111,7 @@ def _reached(limit: Limit, row: Mapping[str, Any]) -> Missed:
         return Missed("broken", inf, "other")
     worst = max(values, key=lambda name: abs(values[name] - limit.bound))
     by = abs(values[worst] - limit.bound) / (abs(limit.bound) or 1.0)
-    asked = f"{limit.relation} {with_unit(limit.bound, QUANTITIES[worst].unit)}"
+    asked = f"{limit.relation} {with_unit(limit.bound, quantity_of(worst, limit.setup).unit)}"
     easier = "smaller" if limit.relation.startswith((AT_LEAST, ">")) else "larger"
     reached = f"{shown_name(worst)} = {quantity(worst, values[worst])}"
     return Missed(f"{reached} was reached, {asked} is asked", by, easier)

@@ -3,6 +3,7 @@
 from collections.abc import Container, Iterable, Mapping, Sequence
 from typing import Any
 
+from camopt.effects import quantity_of
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES, in_order
 from camopt.quantities.unit_systems import shown
@@ -21,12 +22,17 @@ def bounds_shown(problem: Problem) -> dict[str, str]:
     found: dict[str, str] = {}
     for limit in problem.limits:
         for name in limit.shown:
-            bound = shown(limit.bound, QUANTITIES[name].unit)
+            bound = shown(limit.bound, quantity_of(name, limit.setup).unit)
             found.setdefault(name, f"{limit.relation} {bound:g}".replace("-", "−"))
     on_parts = {found.get(name) for name in STROKE_ANGLES}
     if len(on_parts) == 1 and None not in on_parts:
         found[WHOLE_TURN] = found[STROKE_ANGLES[0]]
     return found
+
+
+def own_units(problem: Problem) -> dict[str, str]:
+    """The units of the scene's own quantities, by name."""
+    return {name: each.unit for name, each in problem.setup.own.items()}
 
 
 def columns_of(problem: Problem, rows: Iterable[TableRow], asked: Iterable[str] = ()) -> list[str]:
@@ -35,7 +41,7 @@ def columns_of(problem: Problem, rows: Iterable[TableRow], asked: Iterable[str] 
     A law on rises and returns alike is one column, ``law``; so is a pressure angle that is asked over the turn.
     """
     rows, bounds = list(rows), bounds_shown(problem)
-    outputs = problem.wanted - problem.needed if problem.outputs else frozenset()
+    outputs = problem.wanted - problem.needed if problem.outputs else problem.setup.own.keys()
     asked = [*asked, *in_order(outputs)]
     twice = {WHOLE_TURN} - {*asked} or {*STROKE_ANGLES} - {*asked}
     named = dict.fromkeys([*asked, *(name for name in bounds if WHOLE_TURN not in bounds or name not in twice)])
@@ -88,6 +94,6 @@ def is_nothing(searched: Container[str], name: str, rows: Iterable[TableRow]) ->
     """
     if any(row[name] not in (0.0, "") for row in rows):
         return False
-    effect = QUANTITIES[name].effect
+    effect = QUANTITIES[name].effect if name in QUANTITIES else ""
     unsearched = name.removesuffix("_mm") not in searched
     return effect == "pressure" or (effect == "sizes" and unsearched)

@@ -5,8 +5,8 @@ from typing import Any
 
 from camopt.problem.problem import Problem
 from camopt.quantities.unit_systems import shown_unit
-from camopt.tables.cells import quantity, shown_name, unit_of_column
-from camopt.tables.columns import TableRow, bounds_shown, columns_of
+from camopt.tables.cells import name_in_shown_unit, quantity, unit_of_column
+from camopt.tables.columns import TableRow, bounds_shown, columns_of, own_units
 from camopt.tables.layout import ABOUT, VALUE, Cell, Table, table_of
 
 
@@ -16,7 +16,7 @@ def designs_table(
     """A row for each design: sizes, wanted quantities, and further columns; lists become texts."""
     shown = [{name: _words(value) for name, value in row.items()} for row in rows]
     names = [*columns_of(problem, shown, asked), *last]
-    return table_of(title, shown, names, bounds_shown(problem))
+    return table_of(title, shown, names, bounds_shown(problem), own_units(problem))
 
 
 def _words(value: Any) -> Any:
@@ -28,11 +28,12 @@ def design_table(title: str, problem: Problem, design: TableRow, about: Mapping[
 
     A narrow terminal leaves meanings out, but not those that are cells of words.
     """
-    bounds = bounds_shown(problem)
+    bounds, units = bounds_shown(problem), own_units(problem)
     rows: list[list[str | Cell]] = []
     for name, text in about.items():
-        unit = shown_unit(unit_of_column(name))
+        unit = unit_of_column(name, units.get(name))
         limit = [bounds.get(name, "")] if bounds else []
-        rows.append([shown_name(name), quantity(name, design[name]).replace(",", ", "), unit, *limit, text])
+        value = quantity(name, design[name], unit).replace(",", ", ")
+        rows.append([name_in_shown_unit(name, unit), value, shown_unit(unit), *limit, text])
     heads = [Cell(""), Cell("", VALUE), Cell(""), *([Cell("")] if bounds else []), Cell("", ABOUT)]
     return Table.of(title, heads, rows)

@@ -8,6 +8,7 @@ from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
+from camopt.effects import quantity_of
 from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, Flag, Word
@@ -75,7 +76,9 @@ class Design(Result, Drawn, dict[str, Any]):
     def table(self) -> Table:
         """The sizes of the design and the quantities that its scene wants, beside the limits."""
         (row,), problem = with_law([self]), resolve(self.searched)
-        about = {n: QUANTITIES[n].sentence if n in QUANTITIES else "" for n in columns_of(problem, [row])}
+        shown, own = columns_of(problem, [row]), problem.setup.own
+        known = {name: quantity_of(name, problem.setup) for name in shown if name in own or name in QUANTITIES}
+        about = {name: known[name].sentence if name in known else "" for name in shown}
         return design_table(self.searched.name, problem, row, about)
 
     def document(self) -> dict[str, Any]:

@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def arrow_schema(names: tuple[str, ...], scene: str) -> pa.Schema:
+def arrow_schema(quantities: Iterable[Quantity], scene: str) -> pa.Schema:
     """The schema of some quantities, with the scene (TOML text) and the version that made the table."""
-    return schema_of((QUANTITIES[name] for name in names), camopt_scene=scene)
+    return schema_of(quantities, camopt_scene=scene)
 
 
 def schema_of(quantities: Iterable[Quantity], **about: str) -> pa.Schema:
@@ -130,9 +130,9 @@ def parquet_options(layout: pa.Schema) -> dict[str, Any]:
 
 
 @contextmanager
-def row_groups(path: Path, names: tuple[str, ...], about: Mapping[str, str]) -> Iterator["RowGroups"]:
+def row_groups(path: Path, quantities: Iterable[Quantity], about: Mapping[str, str]) -> Iterator["RowGroups"]:
     """What writes rows of some quantities to a file."""
-    layout = with_pandas_attributes(schema_of((QUANTITIES[name] for name in names), **about))
+    layout = with_pandas_attributes(schema_of(quantities, **about))
     with (
         pa.OSFile(os.fsencode(path), "wb") as file,  # Python's would wait for the interpreter in each write
         pq.ParquetWriter(file, layout, **PARQUET, **parquet_options(layout)) as parquet,
@@ -227,9 +227,9 @@ def frame_of(path: str | os.PathLike[str], manifest: Manifest | None = None) -> 
     return _frame(read_quantities(path, manifest))
 
 
-def frame_of_rows(parts: Iterable[Rows], names: tuple[str, ...], about: Mapping[str, str]) -> "pd.DataFrame":
+def frame_of_rows(parts: Iterable[Rows], quantities: Iterable[Quantity], about: Mapping[str, str]) -> "pd.DataFrame":
     """Rows of some quantities as ``load`` gives them, with what there is to say of the table."""
-    layout = schema_of((QUANTITIES[name] for name in names), **about)
+    layout = schema_of(quantities, **about)
     tables = [to_table(rows, layout) for rows in parts]
     return _frame(pa.concat_tables(tables or [layout.empty_table()]))
 

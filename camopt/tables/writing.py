@@ -1,13 +1,14 @@
 """Tables that grow by batches: a file that a thread of its own writes, beside the search, or rows in memory."""
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from camopt.problem.rows import Rows
+from camopt.quantities import Quantity
 from camopt.storage.files import naming, whole_file
 
 if TYPE_CHECKING:
@@ -26,10 +27,10 @@ def tables_of_arrow() -> Any:
 
 
 @contextmanager
-def table_file(path: Path, names: tuple[str, ...], scene: str) -> Iterator["TableWriter"]:
+def table_file(path: Path, quantities: Iterable[Quantity], scene: str) -> Iterator["TableWriter"]:
     """A Parquet file of some quantities that grows by batches, and takes its final name only when whole."""
     with whole_file(path) as partial, ExitStack() as open_file:
-        writer = TableWriter(path, partial, open_file, names, {"camopt_scene": scene})
+        writer = TableWriter(path, partial, open_file, quantities, {"camopt_scene": scene})
         with writer.thread:
             yield writer
             writer.finish()
@@ -43,11 +44,11 @@ class TableWriter:
         path: Path,
         partial: Path,
         open_file: ExitStack,
-        names: tuple[str, ...],
+        quantities: Iterable[Quantity],
         about: dict[str, str],
     ) -> None:
         self._path, self._partial, self._open_file = path, partial, open_file
-        self._names, self._about = names, about
+        self._quantities, self._about = tuple(quantities), about
         self.thread = ThreadPoolExecutor(1)
         self._writing: deque[Future[None]] = deque()
         self._groups: RowGroups | None = None
@@ -84,7 +85,7 @@ class TableWriter:
 
     def _opened(self) -> "RowGroups":
         if self._groups is None:
-            rows = tables_of_arrow().row_groups(self._partial, self._names, self._about)
+            rows = tables_of_arrow().row_groups(self._partial, self._quantities, self._about)
             self._groups = self._open_file.enter_context(rows)
         return self._groups
 
@@ -96,8 +97,8 @@ class TableWriter:
 class TableInMemory:
     """Keeps rows of some quantities for pandas, where no file is written."""
 
-    def __init__(self, names: tuple[str, ...], scene: str) -> None:
-        self._names, self._about, self._rows = names, {"camopt_scene": scene}, list[Rows]()
+    def __init__(self, quantities: Iterable[Quantity], scene: str) -> None:
+        self._quantities, self._about, self._rows = tuple(quantities), {"camopt_scene": scene}, list[Rows]()
 
     def describe(self, key: str, text: str) -> None:
         """Add something to the metadata."""
@@ -106,12 +107,12 @@ class TableInMemory:
     def append(self, rows: Rows) -> None:
         """Add rows."""
         if rows.count:
-            self._rows.append(rows.only(self._names))
+            self._rows.append(rows.only(each.name for each in self._quantities))
 
     def end(self) -> None:
         """Take no more rows."""
 
     def to_pandas(self) -> "pd.DataFrame":
         """The rows as ``load`` gives those of a file."""
-        frame: pd.DataFrame = tables_of_arrow().frame_of_rows(self._rows, self._names, self._about)
+        frame: pd.DataFrame = tables_of_arrow().frame_of_rows(self._rows, self._quantities, self._about)
         return frame

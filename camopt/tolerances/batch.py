@@ -24,15 +24,15 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import scipy
 
+from camopt.effects import quantity_of
 from camopt.effects.answers import ORDERS, SECOND
 from camopt.effects.motion import error_names, scale, unit_of
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit
-from camopt.problem.problem import Problem, resolve_design
+from camopt.problem.problem import Problem, resolve, resolve_design
 from camopt.problem.zones import error_zones
-from camopt.quantities import QUANTITIES
 from camopt.quantities.shown import Drawn
 from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
@@ -252,10 +252,11 @@ class Batch(Result, Drawn):
         """The share of cams that holds each limit, and how its quantity is spread."""
         if not self.spreads:
             return None
+        setup = resolve(self.scene).setup
         heads = ["limit", "held by", "0.135 %", "median", "99.865 %", "worst", "by"]
         rows = [["all", _percent(self.held), *([""] * 5)]]
         for each in self.spreads:
-            unit = QUANTITIES[each.quantity].unit
+            unit = quantity_of(each.quantity, setup).unit
             values = [number(shown(value, unit)) for value in (each.low, each.median, each.high)]
             parts = sorted(each.variances.items(), key=lambda part: -part[1])[:MOST_PARTS]
             by = ", ".join(f"{key.removeprefix('follower.')} {100.0 * part:.0f} %" for key, part in parts)
@@ -365,7 +366,7 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
         held = np.all(found.excess <= 0.0, axis=0)
         spreads = tuple(_spreads(*found))
         for limit, each in zip(found.limits, found.values, strict=True):
-            known = QUANTITIES[limit.shown[0]]
+            known = quantity_of(limit.shown[0], limit.setup)
             samples[known.name] = Sampled(known.unit, known.sentence, each)
     on_errors |= {} if within is None else {error_names(problem.setup)[0]: within}
     for each in largest:
@@ -460,7 +461,7 @@ class _Drawn:
         (excess, low), (other, high) = at_ends(LimitedBy(box.problem, limits, INTERFERENCE), every, between)
         if not numbers and np.array_equal(low, high, equal_nan=True):  # no limit is on what holds two contacts
             return None
-        side = np.array([QUANTITIES[limit.shown[0]].side for limit in limits]).reshape(-1, 1)
+        side = np.array([quantity_of(limit.shown[0], limit.setup).side for limit in limits]).reshape(-1, 1)
         tight = ~(side * low >= side * high)
         values, worst = (np.where(tight, *ends) for ends in ((high, low), (between.high, between.low)))
         errors |= moving_apart(self.off)

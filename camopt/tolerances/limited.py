@@ -13,7 +13,6 @@ from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.problem.limit import Limit, needs_of
 from camopt.problem.problem import Problem
-from camopt.quantities import QUANTITIES
 from camopt.verdicts.judging import excesses
 from camopt.verdicts.running import run_effects
 
@@ -88,5 +87,5 @@ def _of_case(case: Case, limits: Sequence[Limit]) -> Limited:
 
 def worst_of(limit: Limit, excess: FloatArray, values: FloatArray) -> int:
     """Which design is the worst by the quantity of a limit (designs,); one that is not assembled before others."""
-    outward = QUANTITIES[limit.shown[0]].side * values if limit.shown else excess
+    outward = limit.quantity.side * values if limit.quantity else excess
     return int(np.argmax(np.where(np.isnan(outward) | np.isposinf(excess), np.inf, outward)))

@@ -17,13 +17,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.effects import quantity_of
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import concatenate
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.limit import Limit, QuantityLimit
 from camopt.problem.limits import ERROR_LIMITS
-from camopt.problem.problem import Problem, exactly
+from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.settings import toleranced
 from camopt.problem.variables import Variable, variables_of
 from camopt.problem.zones import MOST_CORNERED, MOST_LINKS, Off, all_moved, corners, number_zones, of_train
@@ -325,9 +326,9 @@ def margins_table(scene: Scene, margins: tuple[Margin, ...]) -> Table:
     """The limits with the nominal cam's quantity, that of the worst cam, and whether every cam holds them."""
     heads = ["limit", "bound", "nominal", "worst", "every cam", "worst cam"]
     units = {each.key: each.unit for each in variables_of(scene)}
-    rows = []
+    setup, rows = resolve(scene).setup, []
     for each in margins:
-        unit = QUANTITIES[each.quantity].unit if each.quantity else ""
+        unit = quantity_of(each.quantity, setup).unit if each.quantity else ""
         bound = f"{each.relation} {with_unit(each.bound, unit)}" if each.quantity else ""
         values = [number(shown(v, unit)) if each.quantity else "" for v in (each.nominal, each.worst)]
         made = {**each.sizes, INTERFERENCE: 0.0} if _is_lost(each.sizes) else each.sizes

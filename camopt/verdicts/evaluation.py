@@ -8,7 +8,7 @@ from warnings import warn
 
 import numpy as np
 
-from camopt.effects import Case
+from camopt.effects import Case, quantity_of
 from camopt.effects.clearance import SKIDDING
 from camopt.effects.joints import JointRow, joint_rows
 from camopt.effects.motion import MOVE_KINDS, scale, unit_of
@@ -90,9 +90,9 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
     def table(self) -> Table:
         """Every quantity with its unit, limit and meaning, or the reason why it is infinite: a row each."""
         names = [name for name in self if not is_nothing(self.scene.search.sizes, name, [self])]
-        reasons = {name: Cell(reason) for name, reason in self.unbounded.items()}
-        about = {name: reasons.get(name, QUANTITIES[name].sentence) for name in names}
-        return design_table(self.scene.name, resolve(self.scene), self, about)
+        reasons, problem = {name: Cell(reason) for name, reason in self.unbounded.items()}, resolve(self.scene)
+        about = {name: reasons.get(name, quantity_of(name, problem.setup).sentence) for name in names}
+        return design_table(self.scene.name, problem, self, about)
 
     def sections(self) -> Iterator[Table | str]:
         """Every quantity, then the largest lift, the forces in joints and the numbers of the scene."""
@@ -136,7 +136,7 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
         face. On a pivot the largest sum of the magnitudes of both forces on it.
         """
         problem = resolve(self.scene)
-        called = any(QUANTITIES[name].effect == "joints" for name in self)
+        called = any(quantity_of(name, problem.setup).effect == "joints" for name in self)
         return joint_rows(problem.setup, problem.programme) if called else []
 
     @property
@@ -272,6 +272,8 @@ def _told(problem: Problem, order: int, kinds: int) -> str:
 
 def _reason(name: str, problem: Problem) -> str:
     """Why a quantity is infinite."""
+    if name in problem.setup.own:
+        return "its expression has no finite value here"
     if QUANTITIES[name].effect == "vibration":
         return "the undamped train resonates: it vibrates a whole number of times in a turn"
     if name == SKIDDING and not problem.programme.corners:

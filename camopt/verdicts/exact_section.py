@@ -40,7 +40,7 @@ BallSeries = arb_series | arb
 
 def is_integrated(names: tuple[str, ...]) -> bool:
     """Whether some quantities are integrals over the turn, which doubles do not prove."""
-    return any(QUANTITIES[name].effect in INTEGRATED for name in names)
+    return any(name in QUANTITIES and QUANTITIES[name].effect in INTEGRATED for name in names)
 
 
 def integrated_rows(

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects import EFFECTS, Case
+from camopt.effects import Case, effect_of
 from camopt.effects.contacts import SeenCurve, at_contact, contacts_of
 from camopt.effects.crossing import round_bodies
 from camopt.effects.peak import Derivative
@@ -25,7 +25,6 @@ from camopt.problem.claims import AnyClaim, Claim, Plain
 from camopt.problem.limit import SELF_CROSSING, Limit
 from camopt.problem.problem import Problem
 from camopt.problem.zones import Off, of_train
-from camopt.quantities import QUANTITIES
 from camopt.verdicts.claim_boxes import Answer, Ends, over_box
 from camopt.verdicts.ranges import is_ranged, ranged
 from camopt.verdicts.running import run_effects
@@ -76,7 +75,7 @@ def limit_over_box(problem: Problem, limit: Limit, design: Designs, ends: Ends, 
         return Answer(BROKEN, design)
     if limit.claims and all(isinstance(each.curve, Derivative) for each in limit.claims):
         return _at_speeds(problem, limit, design, ends)
-    effects = [EFFECTS[QUANTITIES[name].effect] for name in limit.needs]
+    effects = [effect_of(name, problem.setup) for name in limit.needs]
     if effects and all(is_ranged(each, problem.setup) for each in effects):
         box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in ends.items()})
         excess = as_interval(limit.excess(ranged(problem, {*limit.needs}, box, 1.0), box))

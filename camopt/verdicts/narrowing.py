@@ -10,9 +10,11 @@ from math import isfinite
 
 import numpy as np
 
+from camopt.effects.own import own_range, range_of
 from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
 from camopt.numerics import LEAST
+from camopt.numerics.interval import Interval
 from camopt.problem.claims import claims_of
 from camopt.problem.limits import peaks_of
 from camopt.problem.problem import SINGLE_ERROR, Problem
@@ -38,7 +40,7 @@ def narrow(problem: Problem, designs: Designs, rows: Rows) -> Rows:
     columns, half_width = dict(rows.columns), half_width.copy()
     for k in open_:
         row = rows.take(np.array([k]))
-        proved = _proved(*problem.alone(designs.take([k])), row, asked)
+        proved = _with_own(problem, row, _proved(*problem.alone(designs.take([k])), row, asked))
         for name, (low, high) in proved.items():
             if not low <= row.column(name)[0] <= high:
                 columns[name] = np.array(np.broadcast_to(columns[name], rows.count))
@@ -56,6 +58,18 @@ def _relative(row: Rows, name: str) -> float:
     """The width of the enclosure of a quantity of one design, relative to it."""
     width, value = float(np.abs(np.max(row.outward[name]))), abs(float(row.column(name)[0]))
     return width / value if value > 0.0 and isfinite(value) else 0.0
+
+
+def _with_own(problem: Problem, row: Rows, proved: dict[str, ProvedRange]) -> dict[str, ProvedRange]:
+    """Proved bounds with those of the scene's own quantities that follow from them."""
+    found = dict(proved)
+    for name, own in problem.setup.own.items():
+        if name in row.outward and found.keys() & own.reads:
+            known = {read: range_of(row.column(read), row.outward.get(read, 0.0)) for read in own.reads}
+            known |= {read: Interval(*np.array(found[read])[:, None]) for read in own.reads if read in found}
+            made = own_range(own, known)
+            found[name] = float(made.low[0]), float(made.high[0])
+    return found
 
 
 @precisely()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects import EFFECTS, Case, Effect, Setup, effects_needed
+from camopt.effects import Case, Effect, Setup, effects_needed, effects_of
 from camopt.effects.case import Bounded, nothing
 from camopt.mechanisms import Designs
 from camopt.problem.limit import Limit, needs_of
@@ -29,8 +29,8 @@ def columns_for(problem: Problem, limits: Iterable[Limit], designs: Designs) -> 
 
 def planned(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, frozenset[str]]]:
     """The effects to run, each with the quantities to keep: those wanted, and those that another effect reads."""
-    asked = effects_needed(wanted, setup)
-    return [(EFFECTS[name], frozenset(names)) for name, names in asked.items()]
+    effects = effects_of(setup)
+    return [(effects[name], frozenset(names)) for name, names in effects_needed(wanted, setup).items()]
 
 
 def extended(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:

@@ -232,11 +232,11 @@ def test_a_sweep_goes_on_to_the_same_rows_from_whatever_is_whole(fault, kept, tm
             chosen.rename(folder / kept[2].name.replace("blocks-00000000", "blocks-00000001"))
         case "of another sweep":
             other = sweep_plan(SCENE.replace(**{"cam.rpm": 900}), "all", BLOCK)
-            write_batch(other.blocks.batch(2), other.row_names, folder)
+            write_batch(other.blocks.batch(2), other.row_quantities, folder)
         case "twice":
             asked = sweep_plan(SCENE, "feasible", BLOCK)
             three = merged([asked.blocks.batch(number) for number in (1, 2, 3)], asked.problem.objectives)
-            write_batch(three, asked.row_names, folder)
+            write_batch(three, asked.row_quantities, folder)
         case "no question":
             (folder / "question.json").unlink()
         case "odd":
@@ -248,7 +248,7 @@ def test_a_sweep_goes_on_to_the_same_rows_from_whatever_is_whole(fault, kept, tm
 def test_a_batch_is_the_same_from_its_file(tmp_path):
     asked = sweep_plan(SCENE.replace(**{"limits.pressure_angle": None}), "all", BLOCK)
     batch = merged([asked.blocks.batch(n) for n in (11, 12)], asked.problem.objectives)  # of two laws
-    write_batch(batch, asked.row_names, tmp_path)
+    write_batch(batch, asked.row_quantities, tmp_path)
     ((blocks, path),) = batch_files(tmp_path.iterdir())
     again = read_batch(path, asked)
     assert blocks == range(batch.first, batch.last)

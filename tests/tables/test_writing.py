@@ -7,10 +7,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from camopt.problem.rows import Rows
+from camopt.quantities import QUANTITIES
 from camopt.tables.table import RowGroups
 from camopt.tables.writing import table_file
 
 NAMES = ("base_radius_mm",)
+COLUMNS = [QUANTITIES[name] for name in NAMES]
 
 
 def rows(*values):
@@ -19,7 +21,7 @@ def rows(*values):
 
 def test_batches_are_written_in_their_order(tmp_path, monkeypatch):
     monkeypatch.setattr("camopt.tables.table.ROWS_IN_GROUP", 8)
-    with table_file(tmp_path / "a.parquet", NAMES, "") as table:
+    with table_file(tmp_path / "a.parquet", COLUMNS, "") as table:
         table.describe("told", "before")
         for k in range(0, 30, 3):
             table.append(rows(k, k + 1.0, k + 2.0))
@@ -37,7 +39,7 @@ def test_trouble_of_the_thread_names_its_own_table_and_leaves_none(tmp_path, mon
     paths = [tmp_path / f"{name}.parquet" for name in ("designs", "pareto")]
 
     def write():
-        with table_file(paths[0], NAMES, "") as table, table_file(paths[1], NAMES, ""):
+        with table_file(paths[0], COLUMNS, "") as table, table_file(paths[1], COLUMNS, ""):
             table.append(rows(1.0))
             table.finish()
 

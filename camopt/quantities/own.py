@@ -1,0 +1,31 @@
+"""Quantities of a scene's own: numbers that follow from the quantities of each design."""
+
+from dataclasses import dataclass, field
+
+from camopt.quantities.expression import Node
+from camopt.quantities.quantity import AT_MOST, Quantity
+
+OWN = "quantities"
+"""What quantities of a scene's own have as their effect, and the table that gives them."""
+
+
+@dataclass(frozen=True)
+class OwnQuantity(Quantity):
+    """A quantity that a scene defines by an expression over others; a bound on it is one from above."""
+
+    tree: Node = field(default_factory=lambda: Node(""), repr=False)
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The quantities from which it follows."""
+        return self.tree.names
+
+    @property
+    def relation(self) -> str:
+        """The relation to its bound."""
+        return AT_MOST
+
+
+def own_quantity(name: str, unit: str, sentence: str, tree: Node) -> OwnQuantity:
+    """A quantity of a scene's own."""
+    return OwnQuantity(name, "", unit, OWN, sentence, float, tree)

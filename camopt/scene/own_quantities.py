@@ -1,0 +1,151 @@
+"""The scene's own quantities: how expressions become quantities, and the checks of them and of their names.
+
+The checks work on the plain mapping of a scene, as those of ``scene.checks`` do.
+"""
+
+import re
+from collections.abc import Collection, Iterator, Mapping
+from functools import lru_cache
+from keyword import iskeyword
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator
+
+from camopt.mistakes import nearest, shortened
+from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
+from camopt.quantities.expression import CONSTANTS, FUNCTIONS, parse_expression
+from camopt.quantities.own import OWN, OwnQuantity, own_quantity
+from camopt.scene.complaints import unknown_key
+from camopt.scene.law_forms import Fault
+from camopt.scene.limits import Limits
+from camopt.scene.mapping import at
+from camopt.scene.tables import CALLED, SceneTable, one_line
+
+MOST_QUANTITIES, LONGEST_NAME = 100, 60
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+VERDICTS = ("limits", "proof")
+"""The effects whose quantities are verdicts on designs."""
+RESULT_KEYS = (
+    *("law", "binding", "proved", "local", "within", "bound", "free", "held_by", "gap_mm", "clear_above_mm"),
+    *("angles_deg", "every_cam", "nominal_mm", "nominal_proved", "safety_mm", "by_law", "scene", "row"),
+    *("unbounded", "warnings", "joint_forces", "tightest"),
+)
+"""What results have beside quantities."""
+
+
+class QuantityExpression(SceneTable):
+    """A quantity of the scene's own: an expression over quantities of a design.
+
+    ``compactness = "outer_radius_mm * torque_rms_N_m"`` is short for a table with this ``value``. An expression has
+    numbers, names of quantities, names of own quantities above it, ``+ - * / **``, parentheses, ``pi``, and the
+    functions ``abs``, ``sqrt``, ``min``, ``max``, ``sin``, ``cos``, ``tan``, ``asin``, ``acos``, ``atan``,
+    ``atan2``, ``radians`` and ``degrees``; it has at most 200 nodes. Angles of functions are in rad:
+    ``sin(radians(pressure_angle_max_deg))``.
+
+    The scene calls for the effects of the quantities in it, and for no others. ``limits.compactness = 3`` bounds it
+    from above; to hold a quantity above a bound, limit its negative. ``search.minimise`` and ``search.maximise``
+    take it by its name. If a limit or an objective names it, a design where it is no finite number is infeasible.
+    """
+
+    value: str
+    """Expression over quantities, such as ``"outer_radius_mm * torque_rms_N_m"``."""
+    unit: Annotated[str, BeforeValidator(one_line)] = ""
+    """Unit of the value, for headings and tables."""
+    sentence: Annotated[str, BeforeValidator(one_line)] = ""
+    """What the quantity is, for tables and reports: the expression, if not given."""
+
+
+def own_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The tables of the scene's own quantities, by name."""
+    tables = data.get(OWN)
+    return tables if isinstance(tables, Mapping) else {}
+
+
+def read_own_quantities(data: dict[str, Any]) -> None:
+    """Put a table in place of each expression that stands alone, in ``data`` itself."""
+    if isinstance(data.get(OWN), dict):
+        data[OWN] = {name: {"value": e} if isinstance(e, str) else e for name, e in data[OWN].items()}
+
+
+def own_quantities(tables: Mapping[str, QuantityExpression]) -> dict[str, OwnQuantity]:
+    """The scene's own quantities by name, each after those that it reads; they are checked already."""
+    return {name: _own_quantity(name, each.value, each.unit, each.sentence) for name, each in tables.items()}
+
+
+@lru_cache(maxsize=256)  # a search makes many scenes with the same ones
+def _own_quantity(name: str, value: str, unit: str, sentence: str) -> OwnQuantity:
+    return own_quantity(name, unit, sentence or value, parse_expression(value, lambda name: None))
+
+
+# ----------------------------------------------------------------------------------------------------- checks
+
+
+def check_own_quantities(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Every fault of the scene's own quantities, and of names of quantities that may be theirs."""
+    tables = own_tables(data)
+    if len(tables) > MOST_QUANTITIES:
+        yield OWN, None, f"has {len(tables):,} quantities; at most {MOST_QUANTITIES} are allowed"
+        return
+    names = [*tables]
+    for place, (name, table) in enumerate(tables.items()):
+        if why := _clash(name):
+            yield OWN, name, why
+        value = table.get("value") if isinstance(table, Mapping) else None
+        if isinstance(value, str):
+            try:
+                parse_expression(value, lambda name, at=place: _check_name(name, names[:at], names[at:]))  # type: ignore[misc]
+            except ValueError as wrong:
+                yield f"{OWN}.{name}", value, str(wrong)
+    yield from _check_limits(data, names)
+    yield from _check_named(data, names)
+
+
+def _clash(name: str) -> str:
+    """What keeps a name from being that of an own quantity; empty if nothing does."""
+    if not NAME.fullmatch(name) or len(name) > LONGEST_NAME or iskeyword(name):
+        return f"the name of a quantity must be a letter, then letters, digits and _, at most {LONGEST_NAME} in all"
+    if name in QUANTITIES:
+        return "is a quantity of every scene; give yours another name"
+    if name in Limits.model_fields:
+        return f"is the limit limits.{name}; give your quantity another name"
+    if name in (*FUNCTIONS, *CONSTANTS, *DISCIPLINES, EVERYTHING, *RESULT_KEYS):
+        return "has another meaning already; give your quantity another name"
+    return ""
+
+
+def _check_name(name: str, above: Collection[str], below: Collection[str]) -> None:
+    """Check a name in an expression, with the own quantities above it, and itself with those below."""
+    if name in below:
+        raise ValueError(f"{name} is not above it in [{OWN}]: an expression reads own quantities above it alone")
+    if name in above:
+        return
+    if name not in QUANTITIES:
+        meant = nearest(CALLED.get(name, name), (*above, *QUANTITIES))
+        raise ValueError(f"{shortened(name)} is no quantity; {meant}")
+    if QUANTITIES[name].kind is not float or QUANTITIES[name].effect in VERDICTS:
+        raise ValueError(f"{name} is no number of a design, or a verdict; an expression reads numbers")
+
+
+def _check_limits(data: Mapping[str, Any], own: Collection[str]) -> Iterator[Fault]:
+    """A limit has a short key, or the name of a quantity."""
+    limits = data.get("limits")
+    if not isinstance(limits, Mapping):
+        return
+    for key in limits:
+        if key not in Limits.model_fields and key not in own:
+            yield f"limits.{key}", limits[key], unknown_key(str(key), Limits, own)
+
+
+def _check_named(data: Mapping[str, Any], own: Collection[str]) -> Iterator[Fault]:
+    """Objectives and outputs are quantities; outputs may be effects too."""
+    asked = {
+        "search.minimise": ("a quantity", ()),
+        "search.maximise": ("a quantity", ()),
+        "outputs": ("a quantity, an effect (camopt effects lists them) or all", (*DISCIPLINES, EVERYTHING)),
+    }
+    for key, (what, others) in asked.items():
+        named = at(data, key)
+        known = (*own, *QUANTITIES, *others)
+        for place, name in enumerate(named if isinstance(named, list) else [named], start=1):
+            if isinstance(name, str) and name not in known and name not in QUANTITIES:
+                yield f"{key}.{place}", name, f"must be {what}; {nearest(CALLED.get(name, name), known)}"
