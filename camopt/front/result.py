@@ -164,6 +164,18 @@ class Sweep(Result, Drawn):
             f"<Sweep of {self.scene.name}: {self.designs:,} designs,{feasible} {self.pareto:,} on the Pareto front>"
         )
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to know of the front unasked: that it is the grid's alone, where an objective is the scene's own."""
+        search = self.scene.search
+        own = [name for name in search.objectives if name in self.scene.quantities]
+        if not own or not self.pareto:
+            return ()
+        space = "sample" if search.samples else "grid"
+        moved = ", and its rows were moved from there without proof" if search.refine else ""
+        why = f"boxes of designs do not bound {', '.join(own)}, so that every design was evaluated"
+        return (f"the front is that of the {space}{moved}: {why}",)
+
     def table(self) -> Table | None:
         """The best design of each law."""
         if not self.best:
@@ -242,8 +254,8 @@ class Sweep(Result, Drawn):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What of the scene is odd or unused, and objectives that are the same for all designs."""
-        return notes_of_search(self.scene)
+        """Warnings, what of the scene is odd or unused, and objectives that are the same for all designs."""
+        return (*self.warnings, *notes_of_search(self.scene))
 
     def document(self) -> dict[str, Any]:
         """Counts, files, the best designs and the front."""
@@ -263,6 +275,7 @@ class Sweep(Result, Drawn):
             "nearest_miss": self.nearest_miss,
             **({} if self.every_cam is None else {"every_cam": self.every_cam}),
             **({"obstacle": self.obstacle} if self.obstacle else {}),
+            **({"warnings": self.warnings} if self.warnings else {}),
         }
 
     @property

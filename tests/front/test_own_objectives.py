@@ -91,6 +91,9 @@ def test_a_front_is_the_one_of_all_rows(case, keep, tmp_path, monkeypatch):
     sizes = ["law_rise", "base_radius_mm", "offset_mm", "roller_radius_mm"]
     assert 0 < len(front) == found.pareto
     assert {*map(tuple, front[sizes].to_numpy())} == {*map(tuple, expected[sizes].to_numpy())}
+    told = "mine" in scene.search.objectives
+    assert [("sample" if scene.search.samples else "grid") in each for each in found.warnings] == [True] * told
+    assert (found.boxes == 0) == (told or keep == "all")
     assert front.attrs["units"]["mine"] == "mm·N·m"
     assert front.attrs["descriptions"]["mine"] == VALUE
 
