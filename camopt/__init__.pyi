@@ -34,6 +34,8 @@ from .mistakes import Unmet as Unmet
 from .mistakes import Unsolved as Unsolved
 from .motion import LAWS as LAWS
 from .quantities import QUANTITIES as QUANTITIES
+from .quantities.function import QuantityFunction as QuantityFunction
+from .quantities.function import quantity as quantity
 from .quantities.unit_systems import shown_in as shown_in
 from .reporting.report import report as report
 from .scene.scene import Scene as Scene

@@ -2,7 +2,7 @@
 
 A value that is no finite number is infinite. The enclosure of a value is that of its expression over the enclosures
 of its quantities, by interval arithmetic with room for the rounding of each operation; where none of them has a
-width, the value is exact to rounding, as they are.
+width, the value is exact to rounding, as they are. That of a Python function has no enclosure.
 
 Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 5.
 """
@@ -37,9 +37,9 @@ def own_effect(quantity: OwnQuantity, last: bool) -> Effect:
 
 
 def _run(quantity: OwnQuantity, case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    columns = {name: case.found[name] for name in quantity.reads}
+    columns: Mapping[str, Any] = {name: case.found[name] for name in quantity.reads}
     value = own_value(quantity, columns, len(case.designs))
-    if not any(name in case.outward for name in columns):
+    if quantity.call or not any(name in case.outward for name in columns):
         return {quantity.name: value}
     found = own_range(quantity, {n: range_of(column, case.outward.get(n, 0.0)) for n, column in columns.items()})
     with np.errstate(**WITHOUT_BOUNDS):
@@ -49,6 +49,10 @@ def _run(quantity: OwnQuantity, case: Case, wanted: frozenset[str]) -> dict[str,
 
 def own_value(quantity: OwnQuantity, columns: Mapping[str, Any], count: int) -> FloatArray:
     """The values of so many designs; infinite where the expression has no finite one."""
+    if quantity.call:
+        columns = {
+            name: np.broadcast_to(np.asarray(column, dtype=float), (count,)) for name, column in columns.items()
+        }
     with np.errstate(all="ignore"):
         value = np.asarray(quantity.tree.evaluate(columns), dtype=float) + np.zeros(count)
     return np.where(np.isfinite(value), value, np.inf)

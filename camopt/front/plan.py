@@ -2,16 +2,18 @@
 
 import json
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from camopt.effects import find_effect, quantity_of
 from camopt.engines import Engine
+from camopt.engines.threads import Threads
 from camopt.front.blocks import BLOCK, SHARING_BLOCK, Batch, Blocks, merged
 from camopt.front.curve_numbers import CurveNumbers, curve_numbers
 from camopt.front.curve_verdicts import curves_tell_all
@@ -22,6 +24,7 @@ from camopt.problem.sample import searched_space
 from camopt.problem.space import Space
 from camopt.problem.zones import Off
 from camopt.quantities import Quantity, in_order, motion_quantity
+from camopt.quantities.function import ArrayFunction, FunctionCall, make_known
 from camopt.scene.mapping import leaves
 from camopt.scene.scene import Scene
 from camopt.storage.version import version_of_rows
@@ -171,11 +174,17 @@ class SweepPlan:
 
     def question(self, part: int = 1, parts: int = 1) -> SweepKey:
         """The question, or that of one of several equal parts."""
-        return SweepKey(self.scene.to_toml(), self.keep, self.block, version_of_rows(), part, parts)
+        version = " ".join([version_of_rows(), *(each.digest for each in self.calls)])
+        return SweepKey(self.scene.to_toml(), self.keep, self.block, version, part, parts)
+
+    @property
+    def calls(self) -> list[FunctionCall]:
+        """The Python functions that are quantities of the scene."""
+        return [each.call for each in self.problem.setup.own.values() if each.call]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Only the key goes to another process."""
-        return plan_of_key, (self.question(),)
+        """Only the key goes to another process, with the functions that it has to import."""
+        return plan_of_key, (self.question(), dict(filter(None, (each.share() for each in self.calls))))
 
     def evaluated(self, numbers: Sequence[int]) -> Batch:
         """The results of consecutive blocks."""
@@ -183,6 +192,9 @@ class SweepPlan:
 
     def batches(self, numbers: range, engine: Engine) -> Iterator[Batch]:
         """The results of blocks on an engine, some at a time, in order."""
+        if not isinstance(engine, Threads):
+            for each in self.calls:
+                each.share()  # an engine has other words for what cannot be sent
         sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE, dtype=int)).tolist()
         return engine.in_order(self.evaluated, numbers, sample)
 
@@ -233,8 +245,9 @@ def _not_robust(scene: Scene, keep: str) -> Iterator[Mistake]:
         yield Mistake("camopt", "keep", keep, "with search.robust feasible or pareto", bare=True)
 
 
-def plan_of_key(question: SweepKey) -> SweepPlan:
-    """The plan of a key, on another machine or in a later run."""
+def plan_of_key(question: SweepKey, functions: Mapping[str, ArrayFunction] = MappingProxyType({})) -> SweepPlan:
+    """The plan of a key, on another machine or in a later run; ``functions`` are made known there."""
+    make_known(functions)
     return sweep_plan(Scene.embedded(question.scene, "sweep"), question.keep, question.block)
 
 

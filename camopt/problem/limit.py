@@ -177,6 +177,12 @@ class Limit(ABC):
             quantity_of(name, self.setup).effect == MOTION_ERRORS.name for name in with_read(self.shown, self.setup)
         )
 
+    @cached_property
+    def by_function(self) -> bool:
+        """Whether the number of a Python function decides it."""
+        own = self.setup.own
+        return any(own[name].call for name in with_read(self.needs, self.setup) if name in own)
+
     @property
     def key(self) -> str:
         """The key of the scene that gives its bound; the name of a limit that has none there."""

@@ -292,6 +292,11 @@ class Problem:
             if not limit.infinite_at(self.programme)
         )
 
+    @cached_property
+    def by_function(self) -> bool:
+        """Whether the number of a Python function decides a limit."""
+        return any(limit.by_function for limit in self.limits)
+
     @property
     def needed(self) -> frozenset[str]:
         """The quantities that limits and objectives call for."""

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from camopt.quantities.expression import Node
+from camopt.quantities.function import FunctionCall
 from camopt.quantities.quantity import AT_MOST, Quantity
 
 OWN = "quantities"
@@ -11,9 +12,9 @@ OWN = "quantities"
 
 @dataclass(frozen=True)
 class OwnQuantity(Quantity):
-    """A quantity that a scene defines by an expression over others; a bound on it is one from above."""
+    """A quantity that a scene defines by an expression or a function of others; a bound on it is one from above."""
 
-    tree: Node = field(default_factory=lambda: Node(""), repr=False)
+    tree: Node | FunctionCall = field(default_factory=lambda: Node(""), repr=False)
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -21,11 +22,16 @@ class OwnQuantity(Quantity):
         return self.tree.names
 
     @property
+    def call(self) -> FunctionCall | None:
+        """The call of a Python function that it is; None of an expression."""
+        return self.tree if isinstance(self.tree, FunctionCall) else None
+
+    @property
     def relation(self) -> str:
         """The relation to its bound."""
         return AT_MOST
 
 
-def own_quantity(name: str, unit: str, sentence: str, tree: Node) -> OwnQuantity:
+def own_quantity(name: str, unit: str, sentence: str, tree: Node | FunctionCall) -> OwnQuantity:
     """A quantity of a scene's own."""
     return OwnQuantity(name, "", unit, OWN, sentence, float, tree)

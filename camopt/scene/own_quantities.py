@@ -4,8 +4,9 @@ The checks work on the plain mapping of a scene, as those of ``scene.checks`` do
 """
 
 import re
-from collections.abc import Collection, Iterator, Mapping
-from functools import lru_cache
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import suppress
+from functools import lru_cache, partial
 from keyword import iskeyword
 from typing import Annotated, Any
 
@@ -13,13 +14,14 @@ from pydantic import BeforeValidator
 
 from camopt.mistakes import nearest, shortened
 from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
-from camopt.quantities.expression import CONSTANTS, FUNCTIONS, parse_expression
+from camopt.quantities.expression import CONSTANTS, FUNCTIONS, MOST_CHARACTERS, WORD, parse_expression
+from camopt.quantities.function import FunctionCall, QuantityFunction, installed_quantities, load_installed
 from camopt.quantities.own import OWN, OwnQuantity, own_quantity
 from camopt.scene.complaints import unknown_key
 from camopt.scene.law_forms import Fault
 from camopt.scene.limits import Limits
 from camopt.scene.mapping import at
-from camopt.scene.tables import CALLED, SceneTable, one_line
+from camopt.scene.tables import CALLED, Listed, SceneTable, as_list, one_line
 
 MOST_QUANTITIES, LONGEST_NAME = 100, 60
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -34,7 +36,7 @@ RESULT_KEYS = (
 
 
 class QuantityExpression(SceneTable):
-    """A quantity of the scene's own: an expression over quantities of a design.
+    """A quantity of the scene's own: an expression over quantities of a design, or a Python function of them.
 
     ``compactness = "outer_radius_mm * torque_rms_N_m"`` is short for a table with this ``value``. An expression has
     numbers, names of quantities, names of own quantities above it, ``+ - * / **``, parentheses, ``pi``, and the
@@ -45,10 +47,18 @@ class QuantityExpression(SceneTable):
     The scene calls for the effects of the quantities in it, and for no others. ``limits.compactness = 3`` bounds it
     from above; to hold a quantity above a bound, limit its negative. ``search.minimise`` and ``search.maximise``
     take it by its name. If a limit or an objective names it, a design where it is no finite number is infeasible.
+
+    In Python, ``camopt.quantity`` makes one of a function. Every scene knows the quantities that installed packages
+    have as entry points of the group ``camopt.quantities``, by their names.
     """
 
-    value: str
+    value: str | None = None
     """Expression over quantities, such as ``"outer_radius_mm * torque_rms_N_m"``."""
+    function: Annotated[str, BeforeValidator(one_line)] | None = None
+    """Name of a Python function in place of ``value``: an entry point of the group ``camopt.quantities``, or what
+    ``camopt.quantity`` calls a function. No module is imported for a name in a file."""
+    columns: Annotated[tuple[str, ...], Listed(as_list)] = ()
+    """Quantities that the function takes, in this order."""
     unit: Annotated[str, BeforeValidator(one_line)] = ""
     """Unit of the value, for headings and tables."""
     sentence: Annotated[str, BeforeValidator(one_line)] = ""
@@ -62,19 +72,60 @@ def own_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def read_own_quantities(data: dict[str, Any]) -> None:
-    """Put a table in place of each expression that stands alone, in ``data`` itself."""
-    if isinstance(data.get(OWN), dict):
-        data[OWN] = {name: {"value": e} if isinstance(e, str) else e for name, e in data[OWN].items()}
+    """Put a table in place of each expression or function that stands alone, in ``data`` itself.
+
+    With those of installed packages that the scene names.
+    """
+    given = data.get(OWN, {})
+    if isinstance(given, list) and all(isinstance(each, QuantityFunction) for each in given):
+        given = {each.name: each for each in given}
+    if not isinstance(given, dict):
+        return
+    tables = {name: _table(each) for name, each in given.items()}
+    if unknown := {*_named(data, tables)} - {*QUANTITIES, *tables, *FUNCTIONS, *CONSTANTS}:
+        tables = {name: _table({"function": name}) for name in installed_quantities() if name in unknown} | tables
+    if tables:
+        data[OWN] = tables
+
+
+def _table(given: Any) -> Any:
+    """The table of an own quantity."""
+    if isinstance(given, QuantityFunction):
+        return given.table
+    if isinstance(given, str):
+        return {"value": given}
+    if isinstance(given, dict) and "columns" not in given and given.get("function") in installed_quantities():
+        with suppress(ValueError):  # said when it is computed
+            return load_installed(given["function"]).table | given
+    return given
+
+
+def _named(data: Mapping[str, Any], tables: Mapping[str, Any]) -> Iterator[str]:
+    """The names of quantities that a scene has, and some other words."""
+    limits = data.get("limits")
+    yield from (key for key in (limits if isinstance(limits, Mapping) else ()) if key not in Limits.model_fields)
+    for key in ("search.minimise", "search.maximise", "outputs"):
+        named = at(data, key)
+        yield from (each for each in (named if isinstance(named, list) else [named]) if isinstance(each, str))
+    for each in tables.values():
+        value = each.get("value") if isinstance(each, Mapping) else None
+        yield from WORD.findall(value[:MOST_CHARACTERS]) if isinstance(value, str) else ()
 
 
 def own_quantities(tables: Mapping[str, QuantityExpression]) -> dict[str, OwnQuantity]:
     """The scene's own quantities by name, each after those that it reads; they are checked already."""
-    return {name: _own_quantity(name, each.value, each.unit, each.sentence) for name, each in tables.items()}
+    return {name: _own_quantity(name, *vars(each).values()) for name, each in tables.items()}
 
 
 @lru_cache(maxsize=256)  # a search makes many scenes with the same ones
-def _own_quantity(name: str, value: str, unit: str, sentence: str) -> OwnQuantity:
-    return own_quantity(name, unit, sentence or value, parse_expression(value, lambda name: None))
+def _own_quantity(
+    name: str, value: str | None, function: str | None, columns: tuple[str, ...], unit: str, sentence: str
+) -> OwnQuantity:
+    if value is not None:
+        return own_quantity(name, unit, sentence or value, parse_expression(value, lambda name: None))
+    assert function is not None
+    made_of = f"{function} of {', '.join(columns)}"
+    return own_quantity(name, unit, sentence or made_of, FunctionCall(name, function, columns))
 
 
 # ----------------------------------------------------------------------------------------------------- checks
@@ -90,14 +141,37 @@ def check_own_quantities(data: Mapping[str, Any]) -> Iterator[Fault]:
     for place, (name, table) in enumerate(tables.items()):
         if why := _clash(name):
             yield OWN, name, why
-        value = table.get("value") if isinstance(table, Mapping) else None
-        if isinstance(value, str):
-            try:
-                parse_expression(value, lambda name, at=place: _check_name(name, names[:at], names[at:]))  # type: ignore[misc]
-            except ValueError as wrong:
-                yield f"{OWN}.{name}", value, str(wrong)
+        if isinstance(table, Mapping):
+            yield from _check_table(
+                f"{OWN}.{name}", table, partial(_check_name, above=names[:place], below=names[place:])
+            )
     yield from _check_limits(data, names)
     yield from _check_named(data, names)
+
+
+def _check_table(key: str, table: Mapping[str, Any], check_name: Callable[[str], None]) -> Iterator[Fault]:
+    """An own quantity has an expression, or a function with its columns, over quantities that it may read."""
+    value, function, columns = (table.get(name) for name in ("value", "function", "columns"))
+    if (value is None) == (function is None):
+        yield key, None, "has a value or a function, one of both"
+    elif value is None and not columns:
+        yield f"{key}.columns", None, "missing; a function takes columns"
+    elif function is None and columns:
+        yield f"{key}.columns", columns, "belongs to a function; an expression names its quantities itself"
+    if isinstance(value, str) and (why := _trouble(parse_expression, value, check_name)):
+        yield key, value, why
+    for place, name in enumerate(columns if isinstance(columns, list) else (), start=1):
+        if why := _trouble(check_name, str(name)):
+            yield f"{key}.columns.{place}", name, why
+
+
+def _trouble(check: Callable[..., Any], *given: Any) -> str:
+    """What a check finds wrong; empty if nothing."""
+    try:
+        check(*given)
+    except ValueError as wrong:
+        return str(wrong)
+    return ""
 
 
 def _clash(name: str) -> str:

@@ -103,7 +103,9 @@ class Result(HasHtml):
         frame = pd.json_normalize([plain_record(each) for each in records])
         if index is not None:
             frame.index = pd.Index(index)
-        frame.attrs = {"units": {each: QUANTITIES[each].unit for each in frame if each in QUANTITIES}}
+        own = getattr(getattr(self, "scene", None), "quantities", {})
+        units = {each: QUANTITIES[each].unit for each in frame if each in QUANTITIES}
+        frame.attrs = {"units": units | {each: own[each].unit for each in frame if each in own}}
         return frame
 
 

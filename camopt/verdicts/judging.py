@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from camopt.effects import Case, with_read
 from camopt.effects.contacts import some_of
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.limit import ASSEMBLY, Limit, needs_of
@@ -29,9 +28,12 @@ SIDES = np.array([[1.0], [-1.0]])  # shares of the widths of enclosures, a row e
 LAST_AT_ONCE = 16  # designs of which limits that are asked last are asked, where there is a time to stop
 
 
-def proved_status(programme: Programme) -> str:
-    """The status of a proved verdict; what is proved of a table is not known of the motion between its points."""
-    return SAMPLED if programme.sampled else CERTIFIED
+def proved_status(problem: Problem) -> str:
+    """The status of a proved verdict; what is proved of a table is not known of the motion between its points.
+
+    Nor does the number of a Python function prove anything.
+    """
+    return SAMPLED if problem.programme.sampled or problem.by_function else CERTIFIED
 
 
 class Effort(NamedTuple):
@@ -59,7 +61,7 @@ def evaluate_with_effort(
     exists = problem.setup.mechanism.exists(designs, problem.programme)
     feasible = exists & np.all(outer <= 0.0, axis=0)
     undecided = exists & ~feasible & ~np.any(inner > 0.0, axis=0)
-    proved, over = proved_status(problem.programme), np.where(feasible | undecided, outer, inner)
+    proved, over = proved_status(problem), np.where(feasible | undecided, outer, inner)
     verdict = {
         "feasible": feasible,
         "violated": np.where(exists, violations(problem.limits, over), ASSEMBLY),
@@ -140,7 +142,7 @@ def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> R
     verdict = {
         "feasible": feasible,
         "violated": violations(problem.limits, np.where(verdicts == HELD, -1.0, 1.0)),
-        "status": np.where(settled, proved_status(problem.programme), UNDECIDED),
+        "status": np.where(settled, proved_status(problem), UNDECIDED),
     }
     return Rows(rows.columns | verdict, rows.count)
 

@@ -179,7 +179,7 @@ def _with_verdict(candidates: Candidates, wanted: frozenset[str]) -> Screened:
     """The rows of candidates that hold all limits; those that may are looked at again."""
     problem, held = candidates.problem, candidates.held
     rows = with_exact_numbers(problem, candidates.designs, candidates.rows).only(wanted)
-    verdict = {"feasible": True, "violated": "", "status": proved_status(problem.programme)}
+    verdict = {"feasible": True, "violated": "", "status": proved_status(problem)}
     rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():
         return Screened(Rows(rows.columns | verdict, rows.count), candidates.which, Effort())
