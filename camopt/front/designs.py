@@ -342,5 +342,5 @@ def _evaluated(
 
 def _without_value(name: str) -> Any:
     """What a table has in place of a quantity that a design does not have."""
-    kind = QUANTITIES[name].kind
+    kind = QUANTITIES[name].kind if name in QUANTITIES else float
     return inf if kind is float else kind()

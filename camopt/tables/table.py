@@ -227,7 +227,9 @@ def frame_of(path: str | os.PathLike[str], manifest: Manifest | None = None) -> 
     return _frame(read_quantities(path, manifest))
 
 
-def frame_of_rows(parts: Iterable[Rows], quantities: Iterable[Quantity], about: Mapping[str, str]) -> "pd.DataFrame":
+def frame_of_rows(
+    parts: Iterable[Rows], quantities: Iterable[Quantity], about: Mapping[str, str]
+) -> "pd.DataFrame":
     """Rows of some quantities as ``load`` gives them, with what there is to say of the table."""
     layout = schema_of(quantities, **about)
     tables = [to_table(rows, layout) for rows in parts]

@@ -5,7 +5,18 @@ import pytest
 from support.depth import times
 from support.expressions import for_pandas
 
-from camopt import certify, evaluate, find_scene, load, merge, optimise, scene_of, sweep, sweep_part
+from camopt import (
+    certify,
+    evaluate,
+    evaluate_designs,
+    find_scene,
+    load,
+    merge,
+    optimise,
+    scene_of,
+    sweep,
+    sweep_part,
+)
 from camopt.engines.processes import Processes
 from camopt.front import plan
 
@@ -109,6 +120,18 @@ def test_rows_are_those_of_evaluate_in_processes_and_in_parts(tmp_path):
     assert texts[0] == texts[1] == texts[2]
     rows = load(tmp_path / "threads" / "pareto.parquet")
     assert evaluate(scene_of(rows, len(rows) // 2))["mine"] == rows["mine"][len(rows) // 2]
+
+
+def test_rows_in_memory_have_own_quantities_and_go_back_in():
+    scene = BASE.replace(quantities=COMPACT, **CASES["a limit"])
+    rows = sweep(scene, keep="all").to_pandas("designs")
+    assert rows.attrs["units"]["mine"] == "mm·N·m"
+    again = evaluate_designs(scene, rows, strict=False)
+    assert again["mine"].to_numpy() == pytest.approx(rows["mine"].to_numpy(), rel=1e-9)
+    assert again.attrs["units"]["mine"] == "mm·N·m"
+    assert ((again["excess_mine"] <= 0.0) == (again["mine"] <= 1700)).all()
+    (apart,) = evaluate_designs(scene, {"base_radius_mm": [41.0], "offset_mm": [90.0]})["mine"]
+    assert apart == np.inf
 
 
 def test_a_value_that_is_no_number_is_never_the_least(tmp_path):
