@@ -3,6 +3,7 @@
 import dataclasses
 import doctest
 import inspect
+import textwrap
 from functools import cache
 
 import numpy as np
@@ -100,3 +101,12 @@ def test_an_example_runs(name, tmp_path, monkeypatch):
     quiet = doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS)  # else with pytest -v it is not
     quiet.run(example, out=failures.append, clear_globs=False)
     assert failures == []
+
+
+def test_the_session_in_the_text_of_the_package_runs():
+    code = [line for line in camopt.__doc__.splitlines() if line.startswith("    ")]
+    assert len(code) > 5
+    given = {"camopt": camopt}
+    exec(textwrap.dedent("\n".join(code)), given)
+    assert given["one"].cam.base_radius == given["front"]["base_radius_mm"][0]
+    assert given["rows"]["feasible"].all()
