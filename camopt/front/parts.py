@@ -85,6 +85,11 @@ class SweepPart(Result):
     folder: Path = field(repr=False)
     already_done: bool = False
 
+    @property
+    def shown_cam(self) -> None:
+        """None: the scene is what was searched."""
+        return None
+
     def sections(self) -> Iterator[str]:
         """Counts of the part."""
         part = f"part {self.part} of {self.parts}"

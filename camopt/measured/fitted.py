@@ -192,11 +192,6 @@ class Fit(Result, Drawn):
         return self.warnings
 
     @property
-    def shown_cam(self) -> Scene:
-        """The cam of the motion."""
-        return self.scene
-
-    @property
     def deviation_rms(self) -> float:
         """The root mean square of what the motion is off the points by."""
         return float(np.sqrt(np.mean(np.square(self.deviation.at_points))))

@@ -263,11 +263,6 @@ class Inspection(Result):
         """A mapping for each tolerance."""
         return [{**each._asdict(), "share": each.share} for each in self.used]
 
-    @property
-    def shown_cam(self) -> Scene:
-        """The drawing."""
-        return self.scene
-
 
 def _some(words: Sequence[Any]) -> str:
     """The first of some words."""

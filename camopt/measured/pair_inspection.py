@@ -244,11 +244,6 @@ class PairInspection(Result):
         }
         return about | (dict.fromkeys(found) if self.reason else found)
 
-    @property
-    def shown_cam(self) -> Scene:
-        """The drawing."""
-        return self.scene
-
 
 def inspect_pair(
     profiles: Sequence[MeasuredProfile],

@@ -54,9 +54,7 @@ def _said(error: MotionError) -> str:
 
 def tables_of(scene: Scene, found: MotionErrors) -> list[Table]:
     """The errors of the motion, what two contacts do, the margins of limits, and a small batch with its yield."""
-    batch = sample_cams(scene, CAMS)
-    tables = (found.table(), found.plays_table(), found.margins_table(), batch.table(), batch.limits_table())
-    return [table for table in tables if table is not None]
+    return [*found.tables(), *sample_cams(scene, CAMS).tables()]
 
 
 def picture_of(found: MotionErrors) -> str:

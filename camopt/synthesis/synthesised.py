@@ -131,11 +131,6 @@ class Synthesis(Result, Drawn):
         return float(self.design["relative_half_width"])
 
     @property
-    def shown_cam(self) -> Scene:
-        """The cam of the free laws."""
-        return self.scene
-
-    @property
     def gap(self) -> float | None:
         """The most that any other motion could improve, as a share of the objective; None without a bound."""
         return None if self.bound is None else max(0.0, 1.0 - self.bound / self.objective)

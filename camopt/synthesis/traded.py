@@ -80,6 +80,11 @@ class Frontier(Result, Drawn):
         title = f"{self.scene.name}: the frontier"
         return table_of(title, shown, ["law", *self.axes, "bound", *sizes], units=self.units)
 
+    @property
+    def shown_cam(self) -> None:
+        """None: the scene is what was searched."""
+        return None
+
     def sections(self) -> Iterator[Table | str]:
         """The free laws along the frontier, the known laws, and the least value of each axis."""
         defaults = default_peaks(self.scene, self.axes)

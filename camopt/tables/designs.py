@@ -85,11 +85,6 @@ class Design(Result, Drawn, dict[str, Any]):
         """The quantities by name."""
         return dict(self)
 
-    @property
-    def shown_cam(self) -> Scene:
-        """The scene of this one design."""
-        return self.scene
-
     @cached_property
     def scene(self) -> Scene:
         """The scene of this one design: that which was searched, with the design's own sizes, laws and so on."""

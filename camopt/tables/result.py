@@ -60,6 +60,11 @@ class Result(HasHtml):
         scene = getattr(self, "scene", None)
         return float("inf") if scene is None else float(scene.accuracy.relative_error)
 
+    @property
+    def shown_cam(self) -> Any:
+        """The scene of the cam that a notebook shows beside the tables; None if there is none."""
+        return getattr(self, "scene", None)
+
     def table(self) -> Table | None:
         """The main table; None if there is none."""
         return None

@@ -159,11 +159,6 @@ class Allocation(Result):
         """A mapping for each tolerance."""
         return [each._asdict() for each in self.tolerances]
 
-    @property
-    def shown_cam(self) -> Scene:
-        """The cam with these tolerances."""
-        return self.scene
-
 
 def allocate(
     scene: Scene, within: float, costs: Any = None, seconds: float = SECONDS, only: Sequence[str] = ()

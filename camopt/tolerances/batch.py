@@ -286,11 +286,6 @@ class Batch(Result, Drawn):
         return [{**each._asdict(), "held": each.held._asdict()} for each in self.spreads]
 
     @property
-    def shown_cam(self) -> Scene:
-        """The nominal cam."""
-        return self.scene
-
-    @property
     def bounds(self) -> dict[str, float]:
         """The limits on what the cams have, by column."""
         return {limit.shown[0]: limit.bound for limit in resolve_design(self.scene).limits[::-1] if limit.shown}

@@ -145,11 +145,6 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
         problem = resolve_design(self.scene)
         return tightest_contact(exactly(problem)) if problem.setup.mechanism.further else ""
 
-    @property
-    def shown_cam(self) -> Scene:
-        """The scene itself."""
-        return self.scene
-
     def to_json(self) -> dict[str, Any]:
         """The old name of ``to_dict``."""
         warn("to_json is now to_dict", DeprecationWarning, stacklevel=2)
