@@ -24,6 +24,7 @@ from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, MeanClaim, claims_of, mean_claim_of, train_claims_of
 from camopt.problem.rows import Columns
 from camopt.quantities import AT_LEAST, AT_MOST, QUANTITIES, SIGNED, Quantity
+from camopt.quantities.own import OwnQuantity
 
 ASSEMBLY = "assembly"  # what a design violates that cannot be put together
 UNDERCUT, SELF_CROSSING, NO_RIB, PIVOT_IN_CAM = (
@@ -177,11 +178,10 @@ class Limit(ABC):
             quantity_of(name, self.setup).effect == MOTION_ERRORS.name for name in with_read(self.shown, self.setup)
         )
 
-    @cached_property
-    def by_function(self) -> bool:
-        """Whether the number of a Python function decides it."""
-        own = self.setup.own
-        return any(own[name].call for name in with_read(self.needs, self.setup) if name in own)
+    @property
+    def unproved(self) -> bool:
+        """Whether a number decides it that has no enclosure."""
+        return False
 
     @property
     def key(self) -> str:
@@ -380,6 +380,13 @@ class OwnLimit(Limit):
     @property
     def shown(self) -> tuple[str, ...]:
         return self.needs if self.asked else ()
+
+    @cached_property
+    def unproved(self) -> bool:
+        """Whether it reads a Python function, or what is no quantity to be bounded, as where something is."""
+        read = [quantity_of(name, self.setup) for name in with_read(self.needs, self.setup)]
+        functions = [isinstance(each, OwnQuantity) and each.call for each in read]
+        return any(functions) or not all(each.relation or each.effect == "sizes" for each in read)
 
     def excess(self, columns: Columns, designs: Designs) -> FloatArray:
         value = columns[self.name]

@@ -293,9 +293,9 @@ class Problem:
         )
 
     @cached_property
-    def by_function(self) -> bool:
-        """Whether the number of a Python function decides a limit."""
-        return any(limit.by_function for limit in self.limits)
+    def unproved(self) -> bool:
+        """Whether a number decides a limit that has no enclosure, as that of a Python function."""
+        return any(limit.unproved for limit in self.limits)
 
     @property
     def needed(self) -> frozenset[str]:

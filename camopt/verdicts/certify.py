@@ -148,7 +148,7 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
 def certify_design(problem: Problem, design: Designs) -> dict[str, str]:
     """As ``certify_limits``, and for a disc cam whether it is free of a self-crossing, under ``self_crossing``."""
     verdicts = certify_limits(problem, design)
-    verdicts |= {limit.name: UNDECIDED for limit in problem.limits if limit.by_function and limit.name in verdicts}
+    verdicts |= {limit.name: UNDECIDED for limit in problem.limits if limit.unproved and limit.name in verdicts}
     if not problem.setup.mechanism.body.closed or ASSEMBLY in verdicts:
         return verdicts
     undercut = verdicts.get(UNDERCUT, HELD)  # flat faces and knife edges make no other crossing
@@ -206,9 +206,10 @@ def certify(scene: Scene) -> Certificate:
     contacts, through a train of a changing ratio or with links that are off), on the jump speed, the preload and
     the spring rate that are required, the half-width of a contact, the fluctuation of energy, and quantities of the
     scene's own, by the enclosures of what they read. Limits on the mass and the like of a groove, or of a cam with
-    corners, and on Python functions, stay undecided. Where moves are asked for anything, so is
-    ``conditions``: held if they meet it all, to a millionth of the largest displacement and velocity, a
-    hundred-thousandth of the acceleration and a thousandth of the jerk.
+    corners, on Python functions, and on expressions of where something is, stay undecided.
+
+    Where moves are asked for anything, ``conditions`` is there: held if they meet it all, to a millionth of the
+    largest displacement and velocity, a hundred-thousandth of the acceleration and a thousandth of the jerk.
 
     Numbers of the scene are taken as exact; of a profile, the centres that are found of its arcs, and the cam
     angles where they meet, are taken as they are rounded. Limits are decided at every cam angle of the continuous

@@ -31,9 +31,9 @@ LAST_AT_ONCE = 16  # designs of which limits that are asked last are asked, wher
 def proved_status(problem: Problem) -> str:
     """The status of a proved verdict; what is proved of a table is not known of the motion between its points.
 
-    Nor does the number of a Python function prove anything.
+    Nor does a number without an enclosure prove anything, such as that of a Python function.
     """
-    return SAMPLED if problem.programme.sampled or problem.by_function else CERTIFIED
+    return SAMPLED if problem.programme.sampled or problem.unproved else CERTIFIED
 
 
 class Effort(NamedTuple):

@@ -242,6 +242,15 @@ def test_a_limit_is_decided_on_either_side_of_the_value(text):
             assert ("mine" in evaluate(limited)["violated"]) == (verdict == "broken")
 
 
+@pytest.mark.parametrize("name", ["pressure_angle_max_at_deg", "pitch_circle_radius_mm"])
+def test_an_expression_of_where_something_is_proves_nothing(name):
+    scene = BASE.replace(
+        quantities={"inner": name, "mine": "inner * 2"}, **{"limits.mine": 1e6, "limits.pressure_angle": 60}
+    )
+    found = evaluate(scene)
+    assert (found["mine"], found["status"], certify(scene)["mine"]) == (2 * found["inner"], "sampled", "undecided")
+
+
 def test_a_sum_of_sizes_may_be_at_its_limit():
     scene = BASE.replace(quantities={"mine": "base_radius_mm + roller_radius_mm"})
     assert certify(scene.replace(**{"limits.mine": evaluate(scene)["mine"]}))["mine"] == "held"
