@@ -145,7 +145,6 @@ def check_own_quantities(data: Mapping[str, Any]) -> Iterator[Fault]:
             yield from _check_table(
                 f"{OWN}.{name}", table, partial(_check_name, above=names[:place], below=names[place:])
             )
-    yield from _check_limits(data, names)
     yield from _check_named(data, names)
 
 
@@ -200,9 +199,9 @@ def _check_name(name: str, above: Collection[str], below: Collection[str]) -> No
         raise ValueError(f"{name} is no number of a design, or a verdict; an expression reads numbers")
 
 
-def _check_limits(data: Mapping[str, Any], own: Collection[str]) -> Iterator[Fault]:
+def check_limit_keys(data: Mapping[str, Any]) -> Iterator[Fault]:
     """A limit has a short key, or the name of a quantity."""
-    limits = data.get("limits")
+    limits, own = data.get("limits"), own_tables(data)
     if not isinstance(limits, Mapping):
         return
     for key in limits:

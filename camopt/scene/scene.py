@@ -31,7 +31,7 @@ from camopt.scene.limits import Limits
 from camopt.scene.load import read_load
 from camopt.scene.mapping import given_at_follower, without
 from camopt.scene.own_laws import own_law_tables, read_files, with_camopt_names
-from camopt.scene.own_quantities import QuantityExpression, read_own_quantities
+from camopt.scene.own_quantities import QuantityExpression, check_limit_keys, read_own_quantities
 from camopt.scene.part import Part, resolved
 from camopt.scene.places import tables_of
 from camopt.scene.profile import read_profile
@@ -286,7 +286,7 @@ class Scene(HasHtml, Drawn, SceneTable):
         tables = with_camopt_names(given, own_law_tables(given))
         unread += read_keyway(tables)
         unread += [*read_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
-        unread += read_measured(tables, folder)
+        unread += [*read_measured(tables, folder), *check_limit_keys(tables)]
         by_crank = isinstance(cam := tables.get("cam"), dict) and "rpm_of_crank" in cam
         unread += read_speed(tables)
         read_profile(tables)

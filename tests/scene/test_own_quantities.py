@@ -110,6 +110,7 @@ def test_a_name_that_has_another_meaning_is_one_sentence(name):
         ({"quantities": {"x": {"value": "1", "units": "mm"}}}, "quantities.x.units", "not a known key"),
         ({"quantities": {f"x{k}": "1" for k in range(101)}}, "quantities", "at most 100 are allowed"),
         ({"limits.mine": 3}, "limits.mine", "not a known key"),
+        ({"limits.mine": "x"}, "limits.mine", "not a known key"),
         ({"quantities": {"mine": READ}, "limits.mine": "x"}, "limits.mine", "must be a number"),
         ({"quantities": {"mine": READ}, "search.minimise": ["mind"]}, "search.minimise.1", "did you mean mine?"),
         ({"quantities": {"mine": "torque_rms_N_m"}}, "quantities.mine", "torque_rms_N_m needs follower.dynamics"),
