@@ -21,6 +21,7 @@ from camopt.comparing.settings import Difference, differing
 from camopt.comparing.sides import Side, side_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.quantities.shown import Drawn
+from camopt.scene.arguments import options_by_keyword
 from camopt.scene.scene import Scene
 from camopt.storage.tables import no_table
 from camopt.tables.designs import DESIGNS, PARETO
@@ -172,7 +173,8 @@ def _plain(record: Mapping[str, Any]) -> dict[str, Any]:
     return {name: None if name in odd else value for name, value in record.items()}
 
 
-def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Comparison:
+@options_by_keyword
+def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Comparison:
     """Compare two results: designs, Pareto fronts, settings, and of two cams their quantities.
 
     Parameters

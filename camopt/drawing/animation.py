@@ -12,7 +12,7 @@ from camopt.drawing.moving_svg import moving_svg
 from camopt.drawing.picture import Picture
 from camopt.drawing.stage import DISC_SIZE, GROOVE_SIZE, set_stage
 from camopt.problem.problem import resolve_design
-from camopt.scene.scene import Scene
+from camopt.scene.arguments import SceneSource, scene_from
 from camopt.storage.files import checked_suffix, whole_file
 
 MOVING_KINDS = (".svg", ".gif", ".mp4")
@@ -44,7 +44,7 @@ class Animation:
         return f'<img src="data:image/svg+xml;base64,{image}" alt="a cam turning under its follower">'
 
 
-def animate(scene: Scene, path: Target = None) -> Animation:
+def animate(scene: SceneSource, path: Target = None) -> Animation:
     """Animate a scene's cam, turning under its follower; to an SVG, GIF or MP4 file as well, if a path is given.
 
     Beside the cam, to scale, are diagrams of displacement, acceleration and pressure angle, whose cursors show the
@@ -54,7 +54,7 @@ def animate(scene: Scene, path: Target = None) -> Animation:
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         A scene with sizes of its own.
     path : str or os.PathLike, optional
         A file to write as well. SVG: one file without scripts, which browsers animate, and other programs show as
@@ -76,6 +76,7 @@ def animate(scene: Scene, path: Target = None) -> Animation:
     --------
     >>> animation = camopt.animate(camopt.find_scene("two-pauses"), "turning.svg")
     """
+    scene = scene_from(scene)
     suffix = None if path is None else checked_suffix(path, "path", MOVING_KINDS)
     if suffix == ".mp4":
         ffmpeg()  # or the trouble is known before the work

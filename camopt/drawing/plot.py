@@ -1,5 +1,6 @@
 """One verb for every picture: what is drawn says which picture it has."""
 
+import os
 from collections.abc import Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
@@ -8,13 +9,16 @@ from camopt.drawing.canvas import Target, style
 from camopt.drawing.construction.construct import construct
 from camopt.mistakes import BadInput, Mistake
 from camopt.quantities.shown import Drawn
+from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def plot(what: Drawn | Sequence[Drawn], path: Target = None, *, ax: Any = None, **options: Any) -> "Figure":
+def plot(
+    what: Drawn | SceneSource | Sequence[Drawn], path: Target = None, *, ax: Any = None, **options: Any
+) -> "Figure":
     """Draw a cam or a result; to a PNG, SVG or PDF file as well, if a path is given.
 
     - A scene with sizes of its own, a design, or what ``evaluate`` gives: the cam to scale at cam angle 0 (a groove
@@ -43,7 +47,7 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, *, ax: Any = None, 
 
     Parameters
     ----------
-    what : Scene, Design, Evaluation, Construction, Synthesis, Frontier, Fit, Comparison, Harmonics, Batch, …
+    what : Scene, str, os.PathLike, Design, Evaluation, Construction, Synthesis, Frontier, Fit, Comparison, …
         What is drawn; of spectra also a list.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
@@ -74,6 +78,8 @@ def plot(what: Drawn | Sequence[Drawn], path: Target = None, *, ax: Any = None, 
     >>> spectra = [camopt.response_spectrum(law) for law in ("cycloidal", "poly345")]
     >>> figure = camopt.plot(spectra, "spectra.png")
     """
+    if isinstance(what, (str, os.PathLike)):
+        what = scene_from(what)
     if isinstance(what, Scene) and options.get("construction") is not None:
         what = construct(what, options.pop("construction"))
     every = [what] if isinstance(what, Drawn) else what if isinstance(what, (list, tuple)) else []

@@ -20,6 +20,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve_design
 from camopt.quantities import AT_FOLLOWER, DERIVATIVES, displacement_unit, motion_quantity
 from camopt.quantities.unit_systems import shown, shown_unit
+from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.storage.files import checked_suffix, whole_file
 from camopt.storage.tables import write_table
@@ -63,11 +64,12 @@ FORM = {
 """Columns of a curve, by what follows its name: unit, and the words after those of the curve."""
 
 
+@options_by_keyword
 def cam_points(
-    scene: Scene,
+    scene: SceneSource,
     angles: ArrayLike | None = None,
-    cutter_radius: float | None = None,
     *,
+    cutter_radius: float | None = None,
     step: float | None = None,
     chord: float | None = None,
     disc: int | None = None,
@@ -101,7 +103,7 @@ def cam_points(
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         A validated scene.
     angles : array_like, optional
         Cam angles in deg, from 0 to 360, in any order; without them, a step and a chord, 0, 1, … 360.
@@ -132,6 +134,7 @@ def cam_points(
     >>> points["displacement_mm"].round(3).tolist()
     [0.0, 43.75, 50.0]
     """
+    scene = scene_from(scene)
     problem = resolve_design(scene)
     curves = curves_of(problem, cutter_radius, disc)
     if not curves:
@@ -226,7 +229,7 @@ def write_points(
         If the file cannot be written.
     """
     suffix = checked_suffix(path, "path", tuple(WRITERS))
-    write_columns(cam_points(scene, None, cutter_radius, step=step, chord=chord), scene, path, suffix)
+    write_columns(cam_points(scene, None, cutter_radius=cutter_radius, step=step, chord=chord), scene, path, suffix)
 
 
 def write_columns(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str], suffix: str) -> None:

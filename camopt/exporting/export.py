@@ -18,6 +18,7 @@ from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.body import WHICH_DISC
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, resolve_design
+from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.oddities import thin_walls
 from camopt.scene.scene import Scene
 from camopt.storage.files import check_writable, checked_suffix, path_of
@@ -29,12 +30,13 @@ TORN = 1e-9  # mm
 COARSE = 0.25  # of the tolerance of the profile: no curve in a file should take more of it
 
 
-def export(scene: Scene, path: str | os.PathLike[str], disc: int | None = None, **settings: Any) -> Export:
+@options_by_keyword
+def export(scene: SceneSource, path: str | os.PathLike[str], *, disc: int | None = None, **settings: Any) -> Export:
     """Write the cam of a scene to a file for a machine, a person or another program, as its ending says.
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         A validated scene whose sizes are given.
     path : str or os.PathLike
         The file; the table of endings and their settings is in docs/how-to/write-files.md.
@@ -65,6 +67,7 @@ def export(scene: Scene, path: str | os.PathLike[str], disc: int | None = None, 
     >>> found.curves["profile"].deviation_mm <= 0.001
     True
     """
+    scene = scene_from(scene)
     suffix = checked_suffix(path, "file", tuple(ENDINGS))
     write = writer(suffix)
     mistakes = [*_unknown(suffix, write, settings), *_of_disc(scene, suffix, disc)]

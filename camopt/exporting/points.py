@@ -28,7 +28,7 @@ def write(
         raise BadInput([Mistake("camopt", "step", step, "not together with a chord: one of both", bare=True)])
     check_kind("polyline", CHORD if chord is None else chord)
     spacing = {"chord": AIM * (chord or CHORD)} if step is None else {"step": step}
-    columns = cam_points(work.scene, None, cutter_radius, disc=work.disc, **spacing)
+    columns = cam_points(work.scene, None, cutter_radius=cutter_radius, disc=work.disc, **spacing)
     angles = np.radians(columns["cam_angle_deg"])
     curves = {
         name: CurveInFile(

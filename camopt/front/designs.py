@@ -29,6 +29,7 @@ from camopt.problem.rows import VERDICT, Rows, scattered
 from camopt.problem.settings import freed_of, given_profile, in_settings
 from camopt.problem.variables import Variable
 from camopt.quantities import QUANTITIES, in_order
+from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.scene import Scene
 from camopt.scene.tables import Cam, Drive, Dynamics, Follower, Materials, SceneTable
@@ -58,7 +59,7 @@ SCENES, MOTIONS = 4, 256  # of which answers are remembered
 
 
 def evaluate_designs(
-    scene: Scene, designs: Any, *, names: Iterable[str] | None = None, strict: bool = False
+    scene: SceneSource, designs: Any, *, names: Iterable[str] | None = None, strict: bool = False
 ) -> "pd.DataFrame":
     """Compute the quantities of many designs, and the excess of each over every limit.
 
@@ -66,7 +67,7 @@ def evaluate_designs(
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         Everything that the designs share: motion, limits, ``outputs``, and the sizes, laws and other numbers that
         ``designs`` does not have.
     designs : table, mapping, sequence of mappings or array
@@ -108,6 +109,7 @@ def evaluate_designs(
     >>> one["base_radius_mm"].tolist()
     [90.0]
     """
+    scene = scene_from(scene)
     import pandas as pd
 
     given = resolve(scene)

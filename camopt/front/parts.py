@@ -30,6 +30,7 @@ from camopt.front.streaming import Seen, gathered
 from camopt.front.sweep import SWEEP_COMMAND, Write, result_of, swept_already, up_to_date
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.unused import notes_of_search
+from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.storage.manifest import DamagedManifest, Manifest, has_entry, manifest_of, readable_manifest
 from camopt.storage.publishing import publication, published_answer
@@ -122,10 +123,12 @@ class SweepPart(Result):
         return f"<Part {self.part} of {self.parts} of a sweep of {self.scene.name}: {self.designs:,} designs>"
 
 
+@options_by_keyword
 @with_progress_bar("designs")
 def sweep_part(  # noqa: PLR0913
-    scene: Scene,
+    scene: SceneSource,
     part: tuple[int, int],
+    *,
     out: str | os.PathLike[str],
     keep: str = "feasible",
     workers: int | None = None,
@@ -140,7 +143,7 @@ def sweep_part(  # noqa: PLR0913
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         As for ``sweep``.
     part : tuple of two int
         Which part, from 1, and of how many: (3, 100).
@@ -179,6 +182,8 @@ def sweep_part(  # noqa: PLR0913
     >>> camopt.merge(["parts"]).designs
     3
     """
+    scene = scene_from(scene)
+    check_count("workers", workers)
     plan, own = _part_of(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
     folder, question = Path(out) / name_of_part(*part), plan.question(*part)
     if not again and (answer := published_answer(folder, PART_COMMAND, question.plain)):
@@ -227,10 +232,12 @@ def _part_of(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
     return replace(plan, most=min(plan.block, max(len(plan.space) // (BLOCKS_OF_A_PART * parts), 1)))
 
 
+@options_by_keyword
 @with_progress_bar("designs")
 def merge(
     parts: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     out: str | os.PathLike[str] | None = None,
+    *,
     progress: Progress | None = None,
     tell: Tell | None = None,
     again: bool = False,

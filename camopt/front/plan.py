@@ -25,6 +25,7 @@ from camopt.problem.space import Space
 from camopt.problem.zones import Off
 from camopt.quantities import Quantity, in_order, motion_quantity
 from camopt.quantities.function import ArrayFunction, FunctionCall, make_known
+from camopt.scene.arguments import check_count
 from camopt.scene.mapping import leaves
 from camopt.scene.scene import Scene
 from camopt.storage.version import version_of_rows
@@ -224,6 +225,7 @@ def key_of(question: Any) -> SweepKey | None:
 
 def sweep_plan(scene: Scene, keep: str, block: int | None = None) -> SweepPlan:
     """The plan of a sweep of a scene. Errors are those of ``sweep``."""
+    check_count("block", block)
     if keep not in KEPT:
         raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
     given = resolve(scene)

@@ -28,7 +28,7 @@ from camopt.front.streaming import Seen, gathered
 from camopt.front.summary import from_summary, summary_of
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
-from camopt.scene.scene import Scene
+from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
 from camopt.storage.files import write_text
 from camopt.storage.publishing import Publication, publication, published_answer
 from camopt.tables.cells import to_json
@@ -38,10 +38,12 @@ from camopt.tables.writing import TableInMemory, TableWriter, table_file
 SWEEP_COMMAND, SWEEP_SCENE = "sweep", "scene.toml"
 
 
+@options_by_keyword
 @with_progress_bar("designs")
 def sweep(  # noqa: PLR0913
-    scene: Scene,
+    scene: SceneSource,
     out: str | os.PathLike[str] | None = None,
+    *,
     keep: str | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -54,7 +56,7 @@ def sweep(  # noqa: PLR0913
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         Limits, objectives, and in ``[search]`` the values of each size and of other numbers, such as the spring
         rate, and the laws.
     out : str or os.PathLike, optional
@@ -109,8 +111,10 @@ def sweep(  # noqa: PLR0913
     >>> swept.designs, swept.feasible
     (9, 0)
     """
+    scene = scene_from(scene)
     counted = out is None and keep is None  # designs that nobody asked to keep; the front is the same
     plan = sweep_plan(scene, FRONT_ONLY if counted else keep or "feasible", block)
+    check_count("workers", workers)
     own = Threads(workers or os.cpu_count() or 1)
     if out is not None and not again and (done := swept_already(plan, out, tell)):
         return done

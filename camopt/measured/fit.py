@@ -22,9 +22,10 @@ from camopt.measured.outline import LIKELY, read_outline
 from camopt.measured.profile import MeasuredProfile, Touched, touched
 from camopt.measured.reading import MeasuredPoints, read_points
 from camopt.mechanisms.body import BODIES, DISC
-from camopt.mechanisms.follower import OSCILLATING, TRANSLATING
+from camopt.mechanisms.follower import FLAT, OSCILLATING, ROLLER, TRANSLATING
 from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
 from camopt.problem.problem import Problem, resolve, resolve_design
+from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.mapping import FOLLOWER, given_at_follower
 from camopt.scene.scene import Scene
 from camopt.scene.train import stages_in, tool_turns
@@ -47,9 +48,11 @@ HARDLY_MOVING = [{"segment": kind, "angle": 180.0, "lift": 1e-9, "law": "cycloid
 """The motion of a cam whose own is not known yet."""
 
 
+@options_by_keyword
 def fit(  # noqa: PLR0913
     points: str | os.PathLike[str] | ArrayLike | MeasuredProfile,
-    scene: Scene | Mapping[str, Any],
+    scene: SceneSource | Mapping[str, Any] | None = None,
+    *,
     band: float | None = None,
     columns: Sequence[str | int] | None = None,
     angle_unit: str = "deg",
@@ -57,6 +60,10 @@ def fit(  # noqa: PLR0913
     turn: float | None = None,
     keep_outliers: bool = False,
     segments: Sequence[str] | None = None,
+    rpm: float | None = None,
+    base_radius: float | None = None,
+    follower: str | None = None,
+    roller_radius: float | None = None,
 ) -> Fit:
     """Find the gentlest motion that stays within a band of measured points.
 
@@ -74,10 +81,11 @@ def fit(  # noqa: PLR0913
         A file: text with any delimiter, decimal point or decimal comma, or a workbook (``camopt[excel]``). It has
         columns of angle and lift, or lifts alone, in equal steps round the turn. Or an array of such rows. Or a
         ``MeasuredProfile`` of either: the lift is then that of the scene's follower on this profile.
-    scene : Scene or Mapping
+    scene : Scene, str, os.PathLike or Mapping, optional
         The cam and the follower that the motion is for, and its limits, whose motion is replaced. Or a mapping of
-        the tables ``cam`` and ``follower``, without a motion. A profile gives the base radius, too. With a train
-        lifts are the tool's, or the follower's if ``motion_at`` says so; a profile gives the follower's.
+        the tables ``cam`` and ``follower``, without a motion; the options below say what neither has. A profile
+        gives the base radius, too. With a train lifts are the tool's, or the follower's if ``motion_at`` says so; a
+        profile gives the follower's.
     band : float, optional
         How far the motion may be from a point, mm (deg when oscillating). It is a band of the lift of a profile,
         too: along the profile's normal it is cos β times as wide. If not given, both this and the root mean
@@ -98,6 +106,14 @@ def fit(  # noqa: PLR0913
     segments : sequence of str, optional
         "rise", "return" and "dwell" in the order of the motion, from anywhere in its turn. They decide where it
         rests. Without them it rests where the points are likelier with a dwell.
+    rpm : float, optional
+        Speed of the cam, rev/min, in place of the scene's.
+    base_radius : float, optional
+        Base radius of the cam, mm, in place of the scene's; a profile has its own.
+    follower : str, optional
+        "flat", "roller" or "knife": a translating follower, without a scene; flat by default.
+    roller_radius : float, optional
+        Radius of the roller, mm, without a scene.
 
     Returns
     -------
@@ -130,10 +146,14 @@ def fit(  # noqa: PLR0913
     ['dwell', 'rise', 'return', 'dwell']
     >>> fitted.deviation.held
     True
+    >>> camopt.fit(lifts, base_radius=20, rpm=300, band=0.01).scene.cam.rpm
+    300.0
     """
+    profile = points if isinstance(points, MeasuredProfile) else None
+    numbers = {"rpm": rpm, "base_radius": base_radius}
+    scene = measured_cam(scene, numbers, follower, roller_radius, of_profile=profile is not None)
     tables = _without_motion(scene)
     _check_segments(segments)
-    profile = points if isinstance(points, MeasuredProfile) else None
     kind = PROFILES[profile.form] if profile else LIFT_TABLE
     columns_ = TableColumns(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn, kind)
     measured = read_points(points.points if isinstance(points, MeasuredProfile) else points, columns_)
@@ -203,10 +223,43 @@ def met_by_follower(
     return touched(problem, profile, points, lost, room, gaps_anywhere)
 
 
+def measured_cam(
+    scene: SceneSource | Mapping[str, Any] | None,
+    numbers: Mapping[str, float | None],
+    follower: str | None,
+    roller_radius: float | None,
+    *,
+    of_profile: bool,
+) -> Scene | Mapping[str, Any]:
+    """The cam and follower of a measured motion: a scene, or tables that options complete."""
+    cam = {name: value for name, value in numbers.items() if value is not None}
+    options = {"follower": follower, "roller_radius": roller_radius}
+    if of_profile and "base_radius" in cam:
+        why = "belongs to lifts: the profile itself has a base radius"
+        raise BadInput([Mistake("camopt", "base_radius", cam["base_radius"], why, bare=True)])
+    if scene is not None and not isinstance(scene, Mapping):
+        why = "belongs to a fit without a scene: the scene has a follower"
+        given = {name: value for name, value in options.items() if value is not None}
+        if given:
+            raise BadInput(Mistake("camopt", name, value, why, bare=True) for name, value in given.items())
+        scene = scene_from(scene)
+        return scene.replace(**{f"cam.{name}": value for name, value in cam.items()}) if cam else scene
+    if scene is not None and not cam and not any(options.values()):
+        return scene
+    tables = dict(scene or {})
+    own = {name: tables[name] if isinstance(tables.get(name), Mapping) else {} for name in ("cam", "follower")}
+    known = {"form": DISC.form, **cam, **own["cam"]}
+    sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
+    contact = {"motion": TRANSLATING.name, "contact": follower or FLAT.name, **sizes, **own["follower"]}
+    if known.get("base_radius") is None and not of_profile:
+        raise BadInput([Mistake("camopt", "base_radius", None, "missing; or name a scene", bare=True)])
+    if contact["contact"] == ROLLER.name and contact.get("roller_radius") is None:
+        raise BadInput([Mistake("camopt", "roller_radius", None, "missing; a roller has one", bare=True)])
+    return {**tables, "cam": known, "follower": contact}
+
+
 def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:
     """The tables of a scene but for its motion, and what is about that."""
-    if not isinstance(scene, (Scene, Mapping)):
-        raise BadInput([Mistake("camopt", "scene", scene, "a Scene, or a mapping of the tables cam and follower")])
     tables = scene.to_dict() if isinstance(scene, Scene) else dict(scene)
     tables = {key: value for key, value in tables.items() if key not in ("motion", "profile", "laws")}
     for name, keys in OF_THE_MOTION.items():

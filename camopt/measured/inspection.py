@@ -45,6 +45,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.neighbours import MEDIAN
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem, resolve_design
+from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import zone_of
 from camopt.tables.cells import number, with_unit
@@ -269,15 +270,16 @@ def _some(words: Sequence[Any]) -> str:
     return ", ".join(map(str, words[:SHOWN_ROWS])) + (" and others" if len(words) > SHOWN_ROWS else "")
 
 
+@options_by_keyword
 def inspect(
     profile: MeasuredProfile,
-    scene: Scene,
+    scene: SceneSource,
+    *,
     columns: Sequence[str | int] | None = None,
     angle_unit: str = "deg",
     lift_unit: str | None = None,
     turn: float | None = None,
     keep_outliers: bool = False,
-    *,
     aligned: bool = False,
 ) -> Inspection:
     """Find the error of motion that a measured cam has against its drawing, and which tolerance makes it.
@@ -289,7 +291,7 @@ def inspect(
     ----------
     profile : MeasuredProfile
         Points of the profile of a disc cam, as for ``fit``.
-    scene : Scene
+    scene : Scene, str or os.PathLike
         The drawing: a scene with sizes of its own; its ``[tolerances]`` are what is allowed.
     columns : sequence of str or int, optional
         Names or numbers (from 1) of the columns, as for ``fit``.
@@ -332,6 +334,7 @@ def inspect(
     >>> round(abs(complex(*found.eccentricity)), 4), found.within
     (0.01, True)
     """
+    scene = scene_from(scene)
     columns_ = TableColumns(columns, angle_unit, lift_unit or "mm", turn)
     (found,) = inspected([profile], scene, columns_, keep_outliers, aligned)
     return found.found()

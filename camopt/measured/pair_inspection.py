@@ -33,6 +33,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.problem.problem import Problem, resolve_design
+from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import zone_of
 from camopt.tables.cells import number, with_unit
@@ -245,15 +246,16 @@ class PairInspection(Result):
         return about | (dict.fromkeys(found) if self.reason else found)
 
 
+@options_by_keyword
 def inspect_pair(
     profiles: Sequence[MeasuredProfile],
-    scene: Scene,
+    scene: SceneSource,
+    *,
     columns: Sequence[str | int] | None = None,
     angle_unit: str = "deg",
     lift_unit: str | None = None,
     turn: float | None = None,
     keep_outliers: bool = False,
-    *,
     aligned: bool = False,
 ) -> PairInspection:
     """Find how far apart a measured conjugate pair, or the disc in a yoke, holds both contacts of its follower.
@@ -267,7 +269,7 @@ def inspect_pair(
     ----------
     profiles : sequence of MeasuredProfile
         Points of the first and of the second disc; of a yoke those of its one disc.
-    scene : Scene
+    scene : Scene, str or os.PathLike
         The drawing: a scene with sizes of its own whose follower has two contacts.
     columns : sequence of str or int, optional
         Names or numbers (from 1) of the columns of all profiles, as for ``inspect``.
@@ -312,6 +314,7 @@ def inspect_pair(
     >>> found.quantity, round(found.drawn, 3), found.variation < 1e-3
     ('subtending angle', 90.602, True)
     """
+    scene = scene_from(scene)
     problem = resolve_design(scene)
     mechanism = problem.setup.mechanism
     if not mechanism.further or mechanism.ribbed:

@@ -382,8 +382,6 @@ def _of_class(searched: Variable) -> str:
 def _resolved(same: Same[Scene]) -> Problem:
     """As ``resolve``, of a design that a search leaves as it is."""
     scene = same.value
-    if not isinstance(scene, Scene):
-        raise BadInput([Mistake("camopt", "scene", scene, "a Scene, such as find_scene or Scene.from_toml give")])
     variables = variables_of(scene)
     given = scene.numbers(each.key for each in variables)
     missing = [v for v in variables if given[v.key] is None and (v.is_size or v.is_searched)]

@@ -21,6 +21,7 @@ from camopt.problem.space import boxes_of, choices
 from camopt.problem.variables import not_varied
 from camopt.problem.zones import Off, of_train
 from camopt.quantities import in_order
+from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.smallest.closed_form import negligible
 from camopt.smallest.exchange import EXCHANGES, broken_at, with_proof
@@ -44,8 +45,9 @@ NOMINAL = 3  # of so many parts of the time, one is for the nominal cam beside a
 RADII = 48  # sizes above the optimum at which feasibility is looked at
 
 
+@options_by_keyword
 @with_progress_bar("laws")
-def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SECONDS) -> Optimum:
+def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: float = SECONDS) -> Optimum:
     """Find the smallest base radius (mean radius of a cylindrical cam) with which every limit of a scene is met.
 
     The base radius is free, within the range that ``[search]`` gives it, if any. For other sizes and numbers, such
@@ -60,7 +62,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         Limits, and in ``[search]`` the laws to try and what is free.
     progress : callable or True, optional
         True shows a progress bar. A function is called with (laws done, laws in all). If it
@@ -93,6 +95,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     >>> round(best["base_radius_mm"], 4), best["proved"]
     (54.5395, True)
     """
+    scene = scene_from(scene)
     problem, end = exactly(resolve(scene)), end_of(seconds)
     shared = [each for each in problem.choices.numbers if each.enters == "shared"]
     fixed = [*not_varied(problem.file, shared, "optimise takes"), *_both_free(problem)]

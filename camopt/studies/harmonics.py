@@ -25,6 +25,7 @@ from camopt.numerics.panels import TABLE_DEGREE
 from camopt.problem.problem import resolve
 from camopt.quantities import displacement_unit
 from camopt.quantities.shown import Drawn
+from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.tables.cells import with_unit
 from camopt.tables.layout import Table, table_of
@@ -108,12 +109,12 @@ class Harmonics(Result, Drawn):
         return table_of(title, rows, rows[0], units=units)
 
 
-def harmonics(scene: Scene, orders: int = ORDERS) -> Harmonics:
+def harmonics(scene: SceneSource, orders: int = ORDERS) -> Harmonics:
     """Compute the first harmonics of a scene's motion and of its acceleration.
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         Its sizes play no part.
     orders : int, default 24
         How many, from 1 to 10,000.
@@ -138,6 +139,7 @@ def harmonics(scene: Scene, orders: int = ORDERS) -> Harmonics:
     >>> round(float(found.frequency_Hz[2]), 6), found.acceleration_unit
     (50.0, 'm/s²')
     """
+    scene = scene_from(scene)
     if isinstance(orders, bool) or not isinstance(orders, int) or not 1 <= orders <= MOST_ORDERS:
         raise BadInput([Mistake("camopt", "orders", orders, f"a whole number from 1 to {MOST_ORDERS:,}")])
     problem = resolve(scene)

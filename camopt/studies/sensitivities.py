@@ -24,6 +24,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.variables import Variable
 from camopt.quantities import in_order
+from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.verdicts.running import run_effects
 
@@ -97,7 +98,7 @@ class Sensitivities(Mapping[tuple[str, str], Sensitivity]):
         return f"<Sensitivities of {self.scene.name}: {len(self.quantities)} quantities by {variables} variables>"
 
 
-def sensitivities(scene: Scene) -> Sensitivities:
+def sensitivities(scene: SceneSource) -> Sensitivities:
     """Find the derivative of each quantity of a cam by each of its sizes and numbers.
 
     Quantities are those that ``evaluate`` gives for the scene and that are numbers. Variables are the sizes of the
@@ -106,7 +107,7 @@ def sensitivities(scene: Scene) -> Sensitivities:
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         A scene with sizes of its own.
 
     Returns
@@ -130,6 +131,7 @@ def sensitivities(scene: Scene) -> Sensitivities:
     >>> round(camopt.sensitivities(scene)["acceleration_max_m_s2", "cam.rpm"].derivative, 4)
     1.7778
     """
+    scene = scene_from(scene)
     problem = exactly(resolve_design(scene))
     variables = _variables(problem)
     numbers = {each.key: value for each, (value, _) in variables.items() if each.is_number}

@@ -32,6 +32,7 @@ from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows, concatenate_rows
 from camopt.quantities import Quantity
 from camopt.quantities.shown import Drawn
+from camopt.scene.arguments import options_by_keyword
 from camopt.storage.tables import write_table
 from camopt.tables.layout import Table, table_of
 from camopt.tables.result import Columns, Result
@@ -74,7 +75,8 @@ class Spectrum(Columns, Drawn):
     together = True
 
 
-def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, damping_ratio: float = 0.0) -> Spectrum:
+@options_by_keyword
+def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, *, damping_ratio: float = 0.0) -> Spectrum:
     """Compute how a follower train vibrates after one rise, by the ratio t₁/Tₙ of rise time to natural period.
 
     Parameters

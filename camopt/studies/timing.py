@@ -21,6 +21,7 @@ from camopt.numerics.panels import derivatives
 from camopt.numerics.piecewise import sign_changes
 from camopt.problem.problem import resolve
 from camopt.quantities import displacement_unit
+from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import with_unit
@@ -152,12 +153,12 @@ class Timing(Result):
         }
 
 
-def timing(scene: Scene, lifts: Iterable[float] | None = None) -> Timing:
+def timing(scene: SceneSource, lifts: Iterable[float] | None = None) -> Timing:
     """Find the cam angles at which the follower passes given lifts.
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         Its sizes play no part, but for its ``[tolerances]``: with these, and sizes, the earliest and the latest cam
         angle of each passage are found too.
     lifts : iterable of float, optional
@@ -180,6 +181,7 @@ def timing(scene: Scene, lifts: Iterable[float] | None = None) -> Timing:
     >>> round(above.rises_at_deg, 6) < round(above.falls_at_deg, 6)
     True
     """
+    scene = scene_from(scene)
     problem = resolve(scene)
     setup, programme = problem.setup, problem.programme.tool
     most = programme.lift / programme.unit

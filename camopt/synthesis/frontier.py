@@ -24,6 +24,7 @@ from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
 from camopt.problem.limits import limited_quantity
 from camopt.problem.problem import resolve
+from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.synthesis import residual
@@ -44,10 +45,12 @@ LARGEST_CAM = 5.0  # of the least size: a cam of a load that is traded, where no
 NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
+@options_by_keyword
 @with_progress_bar("points")
 def frontier(
-    scene: Scene,
+    scene: SceneSource,
     axes: Sequence[str] = ("size", "acceleration"),
+    *,
     points: int = 24,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -58,7 +61,7 @@ def frontier(
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         The limits, the ranges of sizes, and ``[synthesis]``.
     axes : sequence of str, default ("size", "acceleration")
         Terms of the objective (as in ``[synthesis] minimise``), or loads that a limit bounds from above, such as
@@ -101,6 +104,9 @@ def frontier(
     >>> [round(row["size"], 1) for row in found.rows]
     [30.6]
     """
+    scene = scene_from(scene)
+    check_count("points", points, 0)
+    check_count("workers", workers)
     scene, axes = _checked(scene, axes)
     demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
     with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used:

@@ -19,6 +19,7 @@ from camopt.motion.law import Law
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.stable import difference_of_squares_root
+from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.smallest.price import Price
 from camopt.smallest.prices import prices
@@ -54,8 +55,9 @@ ROBUST_ROUNDS = 2  # of what tolerances take of limits: at the sizes of the opti
 WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
 
+@options_by_keyword
 @with_progress_bar("starts")
-def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesis:
+def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synthesis:
     """Compute new motion laws for a scene, as its ``[synthesis]`` asks, and the smallest cam for them.
 
     With ``search.robust`` the cam is a robust one, as of ``optimise``: every cam within the tolerances of its
@@ -64,7 +66,7 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesis:
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         The limits, the ranges of sizes, and ``[synthesis]``.
     progress : callable or True, optional
         True shows a progress bar. A function is called with (starting points done, starting points in all).
@@ -96,6 +98,7 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesis:
     >>> round(camopt.synthesise(coarse).design["base_radius_mm"], 1)
     39.8
     """
+    scene = scene_from(scene)
     demands = by_offset(demand_of(scene))
     bounds: list[float | None]
     if CROSSING_JERK in demands[0].objective:

@@ -13,6 +13,7 @@ from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.quantities.shown import Drawn
+from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.written import write_scene
 from camopt.tables.columns import columns_of, joined_laws, with_law
@@ -117,7 +118,7 @@ class ByLaw(dict[str, Design]):
         raise UnknownName(f"{name!r} is no law with a feasible design; {nearest(str(name), self)}")
 
 
-def scene_of(table: Any, row: int | None = None, *, scene: Scene | None = None) -> Scene:
+def scene_of(table: Any, row: int | None = None, *, scene: SceneSource | None = None) -> Scene:
     """The scene of one row of a table: the scene that was searched, with the sizes, laws and numbers of the row.
 
     Parameters
@@ -128,7 +129,7 @@ def scene_of(table: Any, row: int | None = None, *, scene: Scene | None = None) 
         mapping, or a table of one row.
     row : int, optional
         The row's label in the DataFrame: its number in the file, counted from 0.
-    scene : Scene, optional
+    scene : Scene, str or os.PathLike, optional
         The scene that was searched, where the table has lost its ``attrs``, as in a merge with another one.
 
     Returns
@@ -160,12 +161,13 @@ def scene_of(table: Any, row: int | None = None, *, scene: Scene | None = None) 
     name, given = (os.fspath(table), load(table)) if isinstance(table, (str, os.PathLike)) else ("table", table)
     values = row_of(given, row, name)
     text = getattr(given, "attrs", {}).get("scene")
-    if scene is None and text:
-        scene = Scene.embedded(text, name)
-    if scene is None and not _is_scene(values):
+    searched = None if scene is None else scene_from(scene)
+    if searched is None and text:
+        searched = Scene.embedded(text, name)
+    if searched is None and not _is_scene(values):
         lost = "missing: the table has lost it, as in a merge, or camopt did not write it; give it as scene="
         raise BadInput([Mistake("camopt", "scene", None, lost, bare=True)])
-    return scene_of_row(scene, values)
+    return scene_of_row(searched, values)
 
 
 def _is_scene(row: Mapping[str, Any]) -> bool:

@@ -30,6 +30,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem, resolve_design
 from camopt.problem.zones import number_zones
+from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table
@@ -160,8 +161,9 @@ class Allocation(Result):
         return [each._asdict() for each in self.tolerances]
 
 
+@options_by_keyword
 def allocate(
-    scene: Scene, within: float, costs: Any = None, seconds: float = SECONDS, only: Sequence[str] = ()
+    scene: SceneSource, within: float, *, costs: Any = None, seconds: float = SECONDS, only: Sequence[str] = ()
 ) -> Allocation:
     """Find the cheapest grades of tolerances of which no cam moves the tool further off than a distance.
 
@@ -172,7 +174,7 @@ def allocate(
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         A scene with sizes of its own, and ``[tolerances]`` of what may be graded.
     within : float
         How far the tool may be off at any cam angle, mm (deg).
@@ -205,6 +207,7 @@ def allocate(
     >>> camopt.allocate(scene, 0.04).tolerances[0].named
     'IT6'
     """
+    scene = scene_from(scene)
     if not (isinstance(within, int | float) and within > 0.0):
         raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
     scene = scene.toleranced

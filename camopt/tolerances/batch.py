@@ -35,6 +35,7 @@ from camopt.problem.problem import Problem, resolve, resolve_design
 from camopt.problem.zones import error_zones
 from camopt.quantities.shown import Drawn
 from camopt.quantities.unit_systems import shown
+from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
@@ -303,7 +304,8 @@ class Batch(Result, Drawn):
         write_columns(self.samples, self.scene, path)
 
 
-def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | None = None) -> Batch:
+@options_by_keyword
+def sample_cams(scene: SceneSource, cams: int = CAMS, *, seed: int = 0, within: float | None = None) -> Batch:
     """Draw cams whose errors are spread as the tolerances of a scene say: their motions, and which hold the limits.
 
     The motion is that of the nominal profile with all errors of a cam, where its follower comes to rest on it. For
@@ -313,7 +315,7 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         A scene with sizes of its own and ``[tolerances]``; its limits count if sizes of the follower have some.
     cams : int, default 65,536
         How many, at most 16,777,216; Sobol points are the most even for a power of 2.
@@ -344,6 +346,8 @@ def sample_cams(scene: Scene, cams: int = CAMS, seed: int = 0, within: float | N
     >>> round(camopt.sample_cams(scene, cams=2**14).held.share, 2)
     0.8
     """
+    scene = scene_from(scene)
+    check_count("seed", seed, 0)
     if within is not None and not (isinstance(within, int | float) and isfinite(within) and within > 0.0):
         raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
     if not isinstance(cams, int) or not 1 <= cams <= MOST_CAMS:

@@ -29,6 +29,7 @@ from camopt.motion.programme import JUMP_SIDE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design
 from camopt.quantities.shown import Drawn
+from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
@@ -354,7 +355,7 @@ class MotionErrors(Result, Drawn):
         return {"": said, **{name: "" if value is None else value for name, value in values.items()}}
 
 
-def tolerance(scene: Scene) -> MotionErrors:
+def tolerance(scene: SceneSource) -> MotionErrors:
     """Find how far the motion of a real cam may be from the one asked, by its ``[tolerances]``.
 
     The profile is cut for the sizes of the scene, with errors along its normal; the follower is put together with
@@ -362,7 +363,7 @@ def tolerance(scene: Scene) -> MotionErrors:
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         A scene with sizes of its own, and ``[tolerances]``, or ``part.profile_tolerance``.
 
     Returns
@@ -384,6 +385,7 @@ def tolerance(scene: Scene) -> MotionErrors:
     >>> [round(each.worst, 4) for each in camopt.tolerance(scene).errors]
     [0.0134, 0.028, inf]
     """
+    scene = scene_from(scene)
     scene = scene.toleranced
     turn = TurnErrors(scene, resolve_design(scene))
     margins = Box.of(scene, turn.problem).margins

@@ -22,6 +22,7 @@ from camopt.problem.limit import ASSEMBLY, SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.rows import Rows
 from camopt.problem.settings import toleranced
+from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.tables.layout import Table, table_of
 from camopt.tables.result import Result
@@ -197,7 +198,7 @@ def code_of_verdicts(verdicts: Iterable[str]) -> int:
     return {BROKEN: NOTHING_FEASIBLE, UNDECIDED: NOT_REACHED, HELD: 0}[worst(verdicts)]
 
 
-def certify(scene: Scene) -> Certificate:
+def certify(scene: SceneSource) -> Certificate:
     """Prove or refute each limit of a scene for its design: held, broken or undecided, by the limit's name.
 
     For a disc cam ``self_crossing`` is there too: held if the profile provably crosses itself nowhere, broken
@@ -221,7 +222,7 @@ def certify(scene: Scene) -> Certificate:
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         A scene with sizes of its own.
 
     Returns
@@ -246,6 +247,7 @@ def certify(scene: Scene) -> Certificate:
     >>> verdicts["pressure_angle"], verdicts["undercut"]
     ('broken', 'held')
     """
+    scene = scene_from(scene)
     return Certificate(certify_problem(resolve_design(scene)), scene)
 
 

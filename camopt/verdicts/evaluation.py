@@ -19,6 +19,7 @@ from camopt.problem.unused import notes_of
 from camopt.quantities import QUANTITIES, Flag, Word, displacement_unit, in_order
 from camopt.quantities.shown import Drawn
 from camopt.quantities.unit_systems import MM, shown, shown_in, shown_unit
+from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.read import Read, numbers_read
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
@@ -189,7 +190,7 @@ JOINTS_SAY = (
 )
 
 
-def evaluate(scene: Scene) -> Evaluation:
+def evaluate(scene: SceneSource) -> Evaluation:
     """Compute every quantity that a scene calls for, for the sizes that the scene gives.
 
     Extremes are those of the continuous motion, with a relative error of at most 1e-13, or the scene's own if
@@ -198,7 +199,7 @@ def evaluate(scene: Scene) -> Evaluation:
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         A scene with sizes of its own.
 
     Returns
@@ -221,6 +222,7 @@ def evaluate(scene: Scene) -> Evaluation:
     >>> round(cam["pressure_angle_max_deg"], 3), cam["violated"]
     (41.626, 'pressure_angle')
     """
+    scene = scene_from(scene)
     return evaluate_design(scene, resolve_design(scene))
 
 

@@ -72,9 +72,9 @@ FEW = find_scene("two-pauses").replace(**{"search.law": ["cycloidal", "poly345"]
 SWEPT = FEW.replace(search={"base_radius": [61, 67], "law": ["cycloidal"]})
 WORKS = {
     "optimise": lambda folder, progress: camopt.optimise(FEW, progress=progress),
-    "optimise by place": lambda folder, progress: camopt.optimise(FEW, progress),
+    "optimise by place": lambda folder, progress: camopt.optimise(FEW, progress=progress),
     "sweep": lambda folder, progress: camopt.sweep(SWEPT, progress=progress),
-    "sweep_part": lambda folder, progress: camopt.sweep_part(SWEPT, (1, 1), folder, progress=progress),
+    "sweep_part": lambda folder, progress: camopt.sweep_part(SWEPT, (1, 1), out=folder, progress=progress),
     "merge": lambda folder, progress: camopt.merge(folder, progress=progress),
     "synthesise": lambda folder, progress: camopt.synthesise(FEW, progress=progress),
 }

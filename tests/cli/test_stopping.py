@@ -24,10 +24,10 @@ COARSE = camopt.find_scene("roller-1000rpm").replace(
 )
 WORK = {
     "sweep": lambda progress, folder: camopt.sweep(COARSE, folder / "s", progress=progress, keep="front-only"),
-    "optimise": lambda progress, _: camopt.optimise(COARSE, progress),
-    "synthesise": lambda progress, _: camopt.synthesise(COARSE, progress),
+    "optimise": lambda progress, _: camopt.optimise(COARSE, progress=progress),
+    "synthesise": lambda progress, _: camopt.synthesise(COARSE, progress=progress),
     "frontier": lambda progress, _: camopt.frontier(COARSE, points=2, workers=1, progress=progress),
-    "sweep_part": lambda progress, folder: camopt.sweep_part(COARSE, (1, 2), folder.parent, progress=progress),
+    "sweep_part": lambda progress, folder: camopt.sweep_part(COARSE, (1, 2), out=folder.parent, progress=progress),
     "merge": lambda progress, folder: camopt.merge([folder / "parts"], progress=progress),
     "certify_table": lambda progress, folder: certify_table(folder / "designs.parquet", progress),
     "measure": lambda progress, _: measure(COARSE, progress),
@@ -39,7 +39,7 @@ WORK = {
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("swept")
     camopt.sweep(COARSE, folder)
-    camopt.sweep_part(COARSE, (1, 1), folder / "parts")
+    camopt.sweep_part(COARSE, (1, 1), out=folder / "parts")
     return folder
 
 
@@ -68,7 +68,7 @@ def test_false_stops_at_once(name, folder):
 
 @pytest.mark.parametrize("answer", [None, 0, True, []])
 def test_no_other_answer_stops(answer):
-    assert camopt.optimise(COARSE, lambda done, total: answer).best is not None
+    assert camopt.optimise(COARSE, progress=lambda done, total: answer).best is not None
 
 
 # --------------------------------------------------------------------------- signals

@@ -430,7 +430,7 @@ def test_designs_that_differ_are_written_with_where_they_come_from(folders, tmp_
     changed = tables[0].set_column(place, tables[0].schema.field(place), [more])
     write_table(changed, tmp_path / "other.parquet")
     for other, out in ((folders[1] / "designs.parquet", "moved"), (tmp_path / "other.parquet", "changed")):
-        found = compare(folders[0] / "designs.parquet", other, tmp_path / f"{out}{suffix}").by_table["table"]
+        found = compare(folders[0] / "designs.parquet", other, out=tmp_path / f"{out}{suffix}").by_table["table"]
         rows = camopt.load if suffix == ".parquet" else pd.read_csv
         written = rows(tmp_path / f"{out}{suffix}")
         kinds = {change: written[written["change"] == change] for change in written["change"].unique()}
@@ -551,7 +551,7 @@ def test_a_hostile_table_is_compared_or_refused(folders, tmp_path):
     for number, (_, made) in enumerate(tables):
         path.write_bytes(made())
         try:
-            found = compare(path, (whole, path)[number % 2], tmp_path / "rows.csv")
+            found = compare(path, (whole, path)[number % 2], out=tmp_path / "rows.csv")
             json.dumps(found.to_dict(), allow_nan=False)
             ends["compared"] += 1
         except (BadInput, OSError) as trouble:

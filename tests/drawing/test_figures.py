@@ -73,7 +73,7 @@ def test_same_scene_same_file_and_no_settings_left_behind(tmp_path: Path) -> Non
     import matplotlib
 
     settings = dict(matplotlib.rcParams)
-    spectrum = camopt.response_spectrum("cycloidal", np.linspace(0.5, 4.0, 20), 0.02)
+    spectrum = camopt.response_spectrum("cycloidal", np.linspace(0.5, 4.0, 20), damping_ratio=0.02)
     pictures = {
         "cam": partial(plot, find_scene("oscillating-roller")),
         "of": partial(camopt.plot, [spectrum]),

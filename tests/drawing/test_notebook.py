@@ -94,7 +94,7 @@ def test_a_notebook_shows_the_table_that_a_terminal_prints(results, kind, capsys
 
 
 def test_a_result_without_rows_says_so_in_a_line(results, tmp_path):
-    part = camopt.sweep_part(SCENE, (1, 2), tmp_path)
+    part = camopt.sweep_part(SCENE, (1, 2), out=tmp_path)
     none = dataclasses.replace(results["Optimum"], best=None, by_law={})
     for result in (part, none):
         assert result.table() is None

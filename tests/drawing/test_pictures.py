@@ -180,12 +180,12 @@ def test_a_notebook_shows_a_figure_without_pyplot():
     assert shown.stdout == "PNG\n"
 
 
-SPECTRUM = camopt.response_spectrum("cycloidal", np.linspace(0.5, 4.0, 20), 0.02)
+SPECTRUM = camopt.response_spectrum("cycloidal", np.linspace(0.5, 4.0, 20), damping_ratio=0.02)
 
 
 @cache
 def spectra():
-    return [camopt.response_spectrum(law, np.linspace(0.5, 4.0, 20), 0.02) for law in camopt.LAWS]
+    return [camopt.response_spectrum(law, np.linspace(0.5, 4.0, 20), damping_ratio=0.02) for law in camopt.LAWS]
 
 
 def test_spectra(tmp_path):
@@ -230,7 +230,7 @@ def test_a_design_and_an_evaluation_have_the_picture_of_their_scene(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "what", [3, "two-pauses", None, [], [find_scene("two-pauses"), 3], [SPECTRUM, find_scene("two-pauses")]]
+    "what", [3, ["two-pauses"], None, [], [find_scene("two-pauses"), 3], [SPECTRUM, find_scene("two-pauses")]]
 )
 def test_what_has_no_picture_is_told(what, tmp_path):
     with pytest.raises(BadInput, match=r"what = .*must be a scene, a design, or a result that has a picture"):

@@ -55,7 +55,7 @@ def test_a_face_that_swings_has_none():
 def test_designs_of_a_sweep_have_the_diameter_of_their_law(tmp_path):
     scene = Scene.from_dict(cam_with("flat", "cycloidal", outputs=[DIAMETER]))
     search = {"base_radius": [60, 80], "law": ["cycloidal", "poly345"]}
-    best = sweep(scene.replace(search=search, limits={}), tmp_path, "all").best
+    best = sweep(scene.replace(search=search, limits={}), tmp_path, keep="all").best
     assert len(best) == 2
     for row in best.values():
         assert row[DIAMETER] == pytest.approx(evaluate(row.scene)[DIAMETER], rel=1e-9)

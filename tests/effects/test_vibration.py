@@ -177,7 +177,7 @@ def rest_to_dwell(law, ratio, damping):
 @pytest.mark.parametrize("law", ACCELERATIONS)
 def test_spectra_against_fifty_digits(law, damping):
     ratios = np.array([0.1, 0.37, 0.8, 1.3, 2.2, 3.6, 5.7, 9.9, 77.3])
-    found = camopt.response_spectrum(law, ratios, damping)["residual"]
+    found = camopt.response_spectrum(law, ratios, damping_ratio=damping)["residual"]
     expected = [rest_to_dwell(law, ratio, damping) for ratio in ratios]
     assert found == pytest.approx(expected, rel=1e-11, abs=1e-16)
 

@@ -183,8 +183,8 @@ def test_a_sweep_writes_the_files_of_one_thread_though_a_worker_is_killed(engine
         while victims:
             os.kill(victims.pop(), signal.SIGKILL)
 
-    one = camopt.sweep(SCENE, tmp_path / "one", keep, workers=1)
-    many = camopt.sweep(SCENE, tmp_path / "many", keep, progress=kill, block=100, engine=engine)
+    one = camopt.sweep(SCENE, tmp_path / "one", keep=keep, workers=1)
+    many = camopt.sweep(SCENE, tmp_path / "many", keep=keep, progress=kill, block=100, engine=engine)
     assert not victims
     assert files(many) == files(one)
     assert {**vars(many), "files": ()} == {**vars(one), "files": ()}

@@ -31,7 +31,8 @@ def test_straight_lines_stay_within_the_chord(name, chord):
     scene = find_scene(name)
     cutter = None if name.startswith("flat") else 5.0
     found, dense = (
-        cam_points(scene, a, cutter, chord=c) for a, c in ((None, chord), (np.arange(0, 360, 0.1), None))
+        cam_points(scene, a, cutter_radius=cutter, chord=c)
+        for a, c in ((None, chord), (np.arange(0, 360, 0.1), None))
     )
     assert found["cam_angle_deg"][[0, -1]].tolist() == [0.0, 360.0]
     curves = {name.removesuffix("_x_mm") for name in found if name.endswith("_x_mm")}

@@ -325,7 +325,7 @@ def test_the_default_scene():
 @pytest.mark.usefixtures("_boxes")
 def test_boxes_do_not_depend_on_threads(tmp_path):
     scene = find_scene("roller-1000rpm").replace(**{"search.offset": {"start": -30, "stop": 30, "step": 5}})
-    results = [sweep(scene, tmp_path / str(workers), "front-only", workers) for workers in (1, 3)]
+    results = [sweep(scene, tmp_path / str(workers), keep="front-only", workers=workers) for workers in (1, 3)]
     tables = [(tmp_path / str(workers) / "pareto.parquet").read_bytes() for workers in (1, 3)]
     assert tables[0] == tables[1]
     assert results[0].evaluated == results[1].evaluated
@@ -351,7 +351,10 @@ def test_ties_and_infinities(ties):
 
 @pytest.mark.usefixtures("_boxes")
 def test_what_a_sweep_of_the_front_alone_tells(ties, tmp_path):
-    usual, alone = sweep(ties, tmp_path / "usual", "pareto"), sweep(ties, tmp_path / "alone", "front-only")
+    usual, alone = (
+        sweep(ties, tmp_path / "usual", keep="pareto"),
+        sweep(ties, tmp_path / "alone", keep="front-only"),
+    )
     assert (alone.feasible, alone.impossible) == (None, None)
     assert alone.front == usual.front
     assert alone.designs == usual.designs == usual.evaluated
@@ -367,11 +370,11 @@ def test_what_a_sweep_of_the_front_alone_tells(ties, tmp_path):
 
 def test_the_front_of_a_large_space_is_found_by_boxes(ties, tmp_path, monkeypatch):
     """With the same tables: that of the designs which are kept has those on the front."""
-    usual = sweep(ties, tmp_path / "usual", "pareto")
+    usual = sweep(ties, tmp_path / "usual", keep="pareto")
     tied = space_of(resolve(ties))
     cost = (Blocks(tied, (), curve_numbers(tied)).curves + plan.A_DESIGN * len(tied)) / len(tied.problems)
     monkeypatch.setattr(plan, "BOXES_OF_ONE", cost)  # the jerk is that of the motion
-    boxes, same = (sweep(ties, tmp_path / name, name) for name in ("pareto", "front-only"))
+    boxes, same = (sweep(ties, tmp_path / name, keep=name) for name in ("pareto", "front-only"))
     assert replace(same, files=boxes.files) == boxes
     assert (usual.decided_by_boxes, boxes.feasible, boxes.front) == (0, None, usual.front)
     assert boxes.decided_by_boxes + boxes.evaluated >= boxes.designs == usual.designs
@@ -410,7 +413,7 @@ def test_an_interrupt_leaves_no_files(ties, tmp_path):
         raise KeyboardInterrupt("by hand")
 
     with pytest.raises(KeyboardInterrupt, match="by hand"):
-        sweep(ties, tmp_path / "new", "front-only", progress=stop)
+        sweep(ties, tmp_path / "new", keep="front-only", progress=stop)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -283,7 +283,9 @@ def test_a_disk_that_takes_no_batch_does_not_end_the_sweep(tmp_path, whole, at_o
 @pytest.mark.parametrize("parts", [1, 3, 12])
 @pytest.mark.parametrize("keep", ["feasible", "pareto"])
 def test_parts_are_merged_to_what_one_run_writes(parts, keep, tmp_path, whole):
-    counts = [camopt.sweep_part(SCENE, (part, parts), tmp_path / "parts", keep) for part in range(1, parts + 1)]
+    counts = [
+        camopt.sweep_part(SCENE, (part, parts), out=tmp_path / "parts", keep=keep) for part in range(1, parts + 1)
+    ]
     assert sum(part.designs for part in counts) == 2400
     result = camopt.merge([tmp_path / "parts"], tmp_path / "merged")
     assert files_in(tmp_path / "merged") == whole[keep]
@@ -291,8 +293,8 @@ def test_parts_are_merged_to_what_one_run_writes(parts, keep, tmp_path, whole):
 
 
 def test_parts_may_lie_anywhere(tmp_path, whole):
-    one = camopt.sweep_part(SCENE, (1, 2), tmp_path / "here")
-    two = camopt.sweep_part(SCENE, (2, 2), tmp_path / "there")
+    one = camopt.sweep_part(SCENE, (1, 2), out=tmp_path / "here")
+    two = camopt.sweep_part(SCENE, (2, 2), out=tmp_path / "there")
     camopt.merge([two.folder, one.folder.parent], tmp_path / "merged")
     assert files_in(tmp_path / "merged") == whole["feasible"]
 
@@ -302,23 +304,23 @@ def test_an_interrupted_part_goes_on(tmp_path, at_once, monkeypatch):
     monkeypatch.setattr("camopt.front.parts.sweep_plan", lambda scene, keep: sweep_plan(scene, keep, BLOCK))
     told = []
     with pytest.raises(Stopped, match=r"[67]00 of 1,200 designs are done"):
-        camopt.sweep_part(SCENE, (2, 2), tmp_path, progress=stopped(600))
-    found = camopt.sweep_part(SCENE, (2, 2), tmp_path, tell=told.append)
+        camopt.sweep_part(SCENE, (2, 2), out=tmp_path, progress=stopped(600))
+    found = camopt.sweep_part(SCENE, (2, 2), out=tmp_path, tell=told.append)
     assert found.designs == 1200
     assert len(told) == 1
 
 
 def test_parts_are_of_equal_size(tmp_path):
-    counts = [camopt.sweep_part(SCENE, (part, 7), tmp_path).designs for part in range(1, 8)]
+    counts = [camopt.sweep_part(SCENE, (part, 7), out=tmp_path).designs for part in range(1, 8)]
     assert sum(counts) == 2400
     assert max(counts) - min(counts) <= 2 * 2400 / (8 * 7)
 
 
 def test_all_that_keeps_parts_from_being_merged_is_named(tmp_path):
     for part in (1, 2, 4):
-        camopt.sweep_part(SCENE, (part, 5), tmp_path / "parts")
-    camopt.sweep_part(SCENE, (1, 5), tmp_path / "again")
-    camopt.sweep_part(SCENE.replace(**{"cam.rpm": 900}), (3, 5), tmp_path / "other", "pareto")
+        camopt.sweep_part(SCENE, (part, 5), out=tmp_path / "parts")
+    camopt.sweep_part(SCENE, (1, 5), out=tmp_path / "again")
+    camopt.sweep_part(SCENE.replace(**{"cam.rpm": 900}), (3, 5), out=tmp_path / "other", keep="pareto")
     (cut,) = (tmp_path / "parts" / "part-2-of-5").glob("blocks-*")
     cut.write_bytes(cut.read_bytes()[:-1])
     (tmp_path / "parts" / "part-9-of-9").mkdir()
@@ -338,7 +340,7 @@ def test_places_without_parts(tmp_path):
 
 
 def test_parts_are_not_merged_into_a_folder_with_another_interrupted_sweep(tmp_path, at_once, whole):
-    camopt.sweep_part(SCENE, (1, 1), tmp_path / "parts")
+    camopt.sweep_part(SCENE, (1, 1), out=tmp_path / "parts")
     with pytest.raises(Stopped, match=KEPT):
         sweep(SCENE.replace(**{"cam.rpm": 900}), tmp_path / "out", block=BLOCK, progress=stopped(1200))
     with pytest.raises(BadInput, match="must be another folder: an interrupted sweep is kept in this one"):
@@ -363,7 +365,7 @@ def test_an_interrupt_while_tables_are_finished_says_what_is_kept(tmp_path, monk
 def test_a_damaged_part_is_refused(place, bit, manifest, tmp_path_factory):
     part = tmp_path_factory.getbasetemp() / "damaged" / "part-1-of-1"
     if not part.exists():
-        camopt.sweep_part(SCENE, (1, 1), part.parent)
+        camopt.sweep_part(SCENE, (1, 1), out=part.parent)
     (file,) = part.glob("manifest.json" if manifest else "blocks-*")
     whole = file.read_bytes()
     data = bytearray(whole)
@@ -388,7 +390,7 @@ def test_a_damaged_part_is_refused(place, bit, manifest, tmp_path_factory):
 )
 def test_a_part_that_does_not_exist(part, message, tmp_path):
     with pytest.raises(BadInput, match=message):
-        camopt.sweep_part(SCENE, part, tmp_path)
+        camopt.sweep_part(SCENE, part, out=tmp_path)
 
 
 # ------------------------------------------------------------------------------------------------------- foreseen
@@ -520,10 +522,10 @@ def never(*_):
 def test_a_sweep_that_is_done_is_given_back_as_it_was(what, keep, tmp_path, monkeypatch):
     """All that it says is that of the first run, without a design being evaluated, or a byte written."""
     scene, told = SMALL.replace(**QUESTIONS[what]), []
-    first = sweep(scene, tmp_path, keep, tell=told.append)
+    first = sweep(scene, tmp_path, keep=keep, tell=told.append)
     before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
     monkeypatch.setattr("camopt.front.sweep.result_of", never)
-    again = sweep(scene, tmp_path, keep, block=50, tell=told.append)
+    again = sweep(scene, tmp_path, keep=keep, block=50, tell=told.append)
     assert told == [DONE.format(tmp_path)]
     assert (first.already_done, again.already_done) == (False, True)
     assert replace(again, already_done=False) == first
@@ -542,7 +544,7 @@ def done(tmp_path):
 
     def again(scene=SMALL, keep="feasible", **how):
         told = []
-        result = sweep(scene, tmp_path / "out", keep, tell=told.append, **how)
+        result = sweep(scene, tmp_path / "out", keep=keep, tell=told.append, **how)
         assert told == ([DONE.format(tmp_path / "out")] if result.already_done else [])
         return result.already_done
 

@@ -119,7 +119,7 @@ def test_each_row_is_what_evaluate_says_of_the_scene_with_its_numbers(
     contact, seed, block, workers, tmp_path_factory
 ):
     scene, out = question(contact, seed), tmp_path_factory.mktemp("swept")
-    swept = sweep(scene, out, "all", workers, block=block)
+    swept = sweep(scene, out, keep="all", workers=workers, block=block)
     designs, front = load(out / "designs.parquet"), load(out / "pareto.parquet")
     assert len(designs) + swept.impossible == swept.designs == len(searched_space(resolve(scene)))
     columns = {each.key: each.quantity for each in resolve(scene).choices.numbers}
@@ -134,12 +134,12 @@ def test_each_row_is_what_evaluate_says_of_the_scene_with_its_numbers(
     for row in range(min(len(front), 1)):
         same(front.loc[row], evaluate(scene_of(front, row)), 0.0)
     again = out / "again"
-    sweep(scene, again, "all")
+    sweep(scene, again, keep="all")
     assert (out / "designs.parquet").read_bytes() == (again / "designs.parquet").read_bytes()
 
 
 def test_a_grid_has_every_combination_once(tmp_path):
-    swept = sweep(VALVE, tmp_path, "all")
+    swept = sweep(VALVE, tmp_path, keep="all")
     rows = load(tmp_path / "designs.parquet")
     names = ["law_rise", "base_radius_mm", "spring_rate_N_per_mm", "preload_N"]
     expected = product(["poly345", "cycloidal"], range(40, 121, 10), [10, 20], [100, 300])
@@ -161,7 +161,7 @@ def test_a_sweep_is_the_sweeps_of_all_settings_together(more, tmp_path):
         assert all(each["feasible"] for each in found)
         if not more:
             sizes = {f"search.{key}": [value] for key, value in zip(columns, values, strict=True)}
-            alone = sweep(one.replace(**sizes), tmp_path / "alone", "feasible")
+            alone = sweep(one.replace(**sizes), tmp_path / "alone", keep="feasible")
             feasible += alone.feasible
             alike = load(tmp_path / "alone" / "designs.parquet")
             assert alike.equals(some.reset_index(drop=True))
@@ -204,7 +204,7 @@ def test_boxes_give_the_front_of_the_full_sweep(minimise, more, tmp_path, monkey
     monkeypatch.setattr(front_search, "FEW_DESIGNS", 2)
     for keep in ("pareto", "front-only"):
         scene = VALVE.replace(**{**more, "search.minimise": minimise, "search.base_radius.step": 8})
-        sweep(scene, tmp_path / keep, keep)
+        sweep(scene, tmp_path / keep, keep=keep)
     assert load(tmp_path / "pareto/pareto.parquet").equals(load(tmp_path / "front-only/pareto.parquet"))
 
 
@@ -245,7 +245,7 @@ def test_a_refined_front_moves_numbers_in_their_ranges(tmp_path):
 
 def test_the_rows_of_a_table_are_certified_with_their_numbers(tmp_path):
     scene = VALVE.replace(**{"search.base_radius": [60, 80], "search.follower.dynamics.spring_rate": [10]})
-    swept = sweep(scene, tmp_path, "all")
+    swept = sweep(scene, tmp_path, keep="all")
     counts = certify_table(tmp_path / "designs.parquet")
     rows = load(tmp_path / "designs.parquet")
     assert (rows["proof"] == "held").tolist() == rows["feasible"].tolist()
@@ -257,7 +257,7 @@ def test_the_rows_of_a_table_are_certified_with_their_numbers(tmp_path):
 
 def test_a_table_of_designs_may_have_numbers(tmp_path):
     """The rows of a sweep, given as a table to a scene that searches nothing, have the same quantities."""
-    sweep(VALVE, tmp_path, "all")
+    sweep(VALVE, tmp_path, keep="all")
     rows = load(tmp_path / "designs.parquet")
     columns = ["base_radius_mm", "preload_N", "spring_rate_N_per_mm"]
     alone = VALVE.replace(search=None, outputs=["sizes", "contact_force_min_N", "contact_stress_max_MPa"])

@@ -48,7 +48,7 @@ def test_a_sweep_in_memory_keeps_the_front_alone_unless_told():
 
 def test_merged_parts_have_rows(tmp_path):
     for part in (1, 2):
-        sweep_part(SCENE, (part, 2), tmp_path / f"part-{part}")
+        sweep_part(SCENE, (part, 2), out=tmp_path / f"part-{part}")
     merged = merge([tmp_path / "part-1", tmp_path / "part-2"], tmp_path / "whole")
     for name in ("pareto", "designs"):
         assert_frame_equal(merged.to_pandas(name), sweep(SCENE, keep="feasible").to_pandas(name), check_exact=True)

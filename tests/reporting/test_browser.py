@@ -51,7 +51,7 @@ def swept(folder):
 def fronted(folder):
     """The page of a frontier of two points."""
     scene = camopt.find_scene("two-pauses").replace(**{"synthesis.pieces": 20})
-    write_frontier(camopt.frontier(scene, ["size", "acceleration"], 2), folder / "frontier")
+    write_frontier(camopt.frontier(scene, ["size", "acceleration"], points=2), folder / "frontier")
     return camopt.report(folder / "frontier", folder / "frontier.html")
 
 

@@ -65,7 +65,7 @@ def fronts(seed: int, folder: Path) -> tuple[str, int, int]:
         patch.setattr(front_search, "FEW_DESIGNS", int(rng.integers(1, 9)))
         patch.setattr(front_search, "EVALUATED_AT_ONCE", int(rng.integers(2, 50)))
         for keep in ("all", "front-only"):
-            sweep(scene, folder / keep, keep, block=int(rng.choice([3, 17, 65536])) if keep == "all" else None)
+            sweep(scene, folder / keep, keep=keep, block=int(rng.choice([3, 17, 65536])) if keep == "all" else None)
     full, boxes = (read_table(folder / keep / "pareto.parquet") for keep in ("all", "front-only"))
     assert full.equals(boxes), f"seed {seed}: {full.num_rows} rows by the full sweep, {boxes.num_rows} by boxes"
     costs = full.select([*(scene.search.minimise or ()), *(scene.search.maximise or ())]).to_pandas()

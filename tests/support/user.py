@@ -29,4 +29,5 @@ assert_type(designs, pd.DataFrame)
 assert_type(camopt.scene_of(designs, 0), camopt.Scene)
 assert_type(camopt.synthesise(scene).design["base_radius_mm"], float)
 assert_type(camopt.frontier(scene).rows[0]["bound"], float | None)
-camopt.evaluate("two-pauses")  # type: ignore[arg-type]  # a name is not yet a scene
+assert_type(camopt.evaluate("two-pauses")["feasible"], bool)
+camopt.sweep(scene, "results", "all")  # type: ignore[call-arg]  # keep is a keyword

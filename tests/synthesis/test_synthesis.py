@@ -565,7 +565,7 @@ def test_a_sweep_of_the_synthesised_scene(tmp_path):
     result = free(made())
     size = result.design["base_radius_mm"]
     scene = result.scene.replace(**{"search.base_radius": [size - 1, size + 0.01, size + 1]})
-    found = sweep(scene.replace(**{"search.offset": None}), tmp_path, "all", 1)
+    found = sweep(scene.replace(**{"search.offset": None}), tmp_path, keep="all", workers=1)
     assert (found.designs, found.feasible) == (3, 2)
 
 

@@ -29,7 +29,11 @@ def made(tmp_path_factory):
     """A result, and one of another run."""
     folder = tmp_path_factory.mktemp("made")
     for name, sizes in (("one", [60, 100]), ("other", [70, 110])):
-        sweep(find_scene("roller-1000rpm").replace(**SEARCH, **{"search.base_radius": sizes}), folder / name, "all")
+        sweep(
+            find_scene("roller-1000rpm").replace(**SEARCH, **{"search.base_radius": sizes}),
+            folder / name,
+            keep="all",
+        )
     return folder
 
 
@@ -153,7 +157,7 @@ def test_nothing_is_known_to_be_whole_without_a_manifest(result):
 @pytest.fixture(scope="module")
 def part(tmp_path_factory):
     scene = find_scene("roller-1000rpm").replace(**SEARCH, **{"search.base_radius": [60, 100]})
-    return camopt.sweep_part(scene, (1, 2), tmp_path_factory.mktemp("part")).folder
+    return camopt.sweep_part(scene, (1, 2), out=tmp_path_factory.mktemp("part")).folder
 
 
 def test_a_part_of_a_sweep_is_checked_by_its_manifest(part, tmp_path):

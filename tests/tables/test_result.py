@@ -56,7 +56,7 @@ def results(tmp_path_factory):
         replace(best, prices=camopt.prices(best)),
         best.best,
         swept,
-        camopt.sweep_part(SCENE, (1, 2), folder / "parts"),
+        camopt.sweep_part(SCENE, (1, 2), out=folder / "parts"),
         camopt.Synthesis(SCENE, best.best.scene, best.best, 60.0, 59.0),
         camopt.Frontier(SCENE, ("size", "acceleration"), rows, rows[:1], {"size": (60.0, 59.0)}),
         camopt.fit(lifts, {"name": "lifts", "cam": {"form": "disc", "base_radius": 30.0}, "follower": flat}),

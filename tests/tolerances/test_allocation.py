@@ -24,7 +24,7 @@ FOUR = {6: 3.0, 7: 1.5, 8: 1.0, 9: 0.7}
 def test_no_set_of_grades_that_keeps_the_distance_is_cheaper(contact, given, within):
     """By the proved worst case of each set."""
     scene = scene_of(contact, given=given)
-    found = camopt.allocate(scene, within, FOUR)
+    found = camopt.allocate(scene, within, costs=FOUR)
     held = {}
     for grades in product(FOUR, repeat=len(found.tolerances)):
         changes = {}
@@ -59,7 +59,7 @@ def test_no_set_of_grades_that_keeps_the_distance_is_cheaper(contact, given, wit
 def test_the_grades_of_followers_held_from_both_sides_are_the_cheapest_too(name, given, within, only):
     """Of those with which each cam has a preload, where one is meant to; the rib would be within with IT7."""
     scene, grades = camopt.find_scene(name).replace(part={}, limits={}, tolerances=given), (5, 6, 7)
-    found, held = camopt.allocate(scene, within, dict(zip(grades, (4, 3, 2), strict=True)), only=only), {}
+    found, held = camopt.allocate(scene, within, costs=dict(zip(grades, (4, 3, 2), strict=True)), only=only), {}
     asked = [each.key for each in found.tolerances]
     body = scene.cam.base_radius or scene.cam.mean_radius
     for tried in product(grades, repeat=len(asked)):
@@ -92,7 +92,7 @@ def test_grades_cost_no_less_than_the_best_widths_of_reciprocal_cost():
     }
     price = {"follower.offset": 0.01, "profile": 0.03}
     costs = {key: {grade: price[key] / t for grade, t in each.items()} for key, each in widths.items()}
-    found = camopt.allocate(scene, within, costs)
+    found = camopt.allocate(scene, within, costs=costs)
     answers = Responses(problem, np.linspace(0.01, 6.27, 400))
     c = np.abs([answers.to_size("offset")[0], answers.to_profile[0]])
     t, b = cp.Variable(2, pos=True), np.array([*price.values()])
@@ -115,7 +115,7 @@ def test_what_cannot_be_kept_or_is_no_cost_is_said(tmp_path):
         (0.1, tmp_path / "none.csv", "must be a CSV file"),
     ):
         with pytest.raises(BadInput, match=said):
-            camopt.allocate(scene, within, costs)
+            camopt.allocate(scene, within, costs=costs)
     with pytest.raises(BadInput, match=r"only = 'follower.ofset': is no tolerance with a grade; did you mean"):
         camopt.allocate(scene, 0.1, only=["follower.ofset"])
     with pytest.raises(BadInput, match="names nothing that has a grade"):

@@ -22,7 +22,7 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
     the scene in it. Of two scenes with all sizes the quantities that differ stand side by side. The
     exit code is 0 whether or not they differ; --json says it under "same".
     """
-    result = camopt.compare(a, b, out)
+    result = camopt.compare(a, b, out=out)
     if picture:
         camopt.plot(result, picture)
     return cli.print_result(result, as_json, quiet, filter(None, (out, picture)))

@@ -68,7 +68,9 @@ def frontier(
         library.publication(out, "frontier", library.FRONTIER_FILES) as unit,
         cli.progress(quiet, "points") as advance,
     ):
-        result = camopt.frontier(scene, traded, points, workers, advance, engine, tell)
+        result = camopt.frontier(
+            scene, traded, points=points, workers=workers, progress=advance, engine=engine, tell=tell
+        )
         library.write_frontier(result, unit.staging)
         camopt.plot(result, unit.path(library.FRONTIER_FILES[1]))
     return cli.print_result(result, as_json, quiet, unit.files)

@@ -20,5 +20,7 @@ def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: 
     FOLDERs hold what `camopt sweep --part` wrote, in them or in folders inside them.
     """
     with cli.progress(quiet, "designs") as advance:
-        result = camopt.merge(parts, out, advance, cli.say_lost if quiet else cli.say_note, again)
+        result = camopt.merge(
+            parts, out, progress=advance, tell=cli.say_lost if quiet else cli.say_note, again=again
+        )
     return cli.print_result(result, as_json, quiet, [] if result.already_done else result.files)

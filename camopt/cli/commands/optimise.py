@@ -49,7 +49,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     written = library.publication(out, "optimise", (library.OPTIMUM,)) if out else nullcontext()
     with written as unit, cli.progress(quiet, "laws") as advance:
         end = library.now() + seconds
-        result = camopt.optimise(scene, advance, seconds)
+        result = camopt.optimise(scene, progress=advance, seconds=seconds)
         if unit:
             library.write_scenes(result.by_law, unit.staging)
         result = replace(result, prices=camopt.prices(result, max(end - library.now(), NO_SECONDS)))

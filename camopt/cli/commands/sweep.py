@@ -106,9 +106,21 @@ def sweep(
     made: Any
     with cli.progress(quiet, "boxes of designs" if by_boxes else "designs") as advance:
         if part:
-            made = camopt.sweep_part(scene, part, out, keep, workers, advance, engine, notify, again)
+            made = camopt.sweep_part(
+                scene,
+                part,
+                out=out,
+                keep=keep,
+                workers=workers,
+                progress=advance,
+                engine=engine,
+                tell=notify,
+                again=again,
+            )
         else:
-            made = camopt.sweep(scene, out, keep, workers, advance, engine=engine, tell=notify, again=again)
+            made = camopt.sweep(
+                scene, out, keep=keep, workers=workers, progress=advance, engine=engine, tell=notify, again=again
+            )
     files = [] if made.already_done else [made.folder] if part else made.files
     return cli.print_result(made, as_json, quiet, files)
 

@@ -41,7 +41,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
         cli.say_notes(library.lost_ramps(scene))
     with library.publication(out, "synthesise", library.SYNTHESIS) as unit:
         with cli.progress(quiet, "starts") as advance:
-            result = camopt.synthesise(scene, advance)
+            result = camopt.synthesise(scene, progress=advance)
             known = library.known_laws_of(scene)
             library.write_laws(result, unit.staging)
             library.write_comparison(result, known, unit.staging)

@@ -135,8 +135,8 @@ def tolerance(
     if out:
         check_folder(scene, out, library.CAM_FILES[0])
     most, keeping = (_distance(scene, *each) for each in (("--within", within), ("--allocate", allocate)))
-    batch = None if cams is None else camopt.sample_cams(scene, cams, seed or 0, most)
-    allocation = None if keeping is None else camopt.allocate(scene, keeping, costs, only=only)
+    batch = None if cams is None else camopt.sample_cams(scene, cams, seed=seed or 0, within=most)
+    allocation = None if keeping is None else camopt.allocate(scene, keeping, costs=costs, only=only)
     result = replace(camopt.tolerance(scene), batch=batch, allocation=allocation)
     written = [picture] if picture else []
     if picture:
@@ -180,5 +180,5 @@ def _inspected(
     chosen = columns and [name.strip() for name in columns.split(",")]
     profiles = [camopt.MeasuredProfile(file, profile or "", probe) for file in measured]
     if scene.mechanism.further or len(profiles) > 1:
-        return cli.print_result(camopt.inspect_pair(profiles, scene, chosen, **reading), as_json, quiet)
-    return cli.print_result(camopt.inspect(profiles[0], scene, chosen, **reading), as_json, quiet)
+        return cli.print_result(camopt.inspect_pair(profiles, scene, columns=chosen, **reading), as_json, quiet)
+    return cli.print_result(camopt.inspect(profiles[0], scene, columns=chosen, **reading), as_json, quiet)

@@ -12,6 +12,7 @@ from camopt.drawing.construction.stations import USUAL_PARTS
 from camopt.mechanisms.geometry import cam_curves
 from camopt.quantities.shown import Drawn
 from camopt.quantities.unit_systems import shown, shown_unit
+from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.tables.layout import NUMERIC, Cell, Table
 from camopt.tables.result import Result
@@ -95,12 +96,12 @@ class Construction(Result, Drawn):
         return Table.of(title, ["", "", *(Cell(text, NUMERIC) for text in heads)], rows)
 
 
-def construct(scene: Scene, parts: int = USUAL_PARTS) -> Construction:
+def construct(scene: SceneSource, parts: int = USUAL_PARTS) -> Construction:
     """Construct a scene's cam as lectures do: numbered stations, kinematic inversion, envelope.
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or os.PathLike
         A scene with sizes of its own, whose follower touches the cam in one place.
     parts : int, default 6
         Equal parts of each stroke, an even number from 4 to 24.
@@ -125,6 +126,7 @@ def construct(scene: Scene, parts: int = USUAL_PARTS) -> Construction:
     >>> construction = camopt.construct(camopt.find_scene("two-pauses"), parts=8)
     >>> figure = camopt.plot(construction, "construction.pdf")
     """
+    scene = scene_from(scene)
     found = Construction(scene, parts)
     assert found.inversion  # refuses what cannot be constructed
     return found

@@ -1,0 +1,58 @@
+"""Arguments of the public functions: scenes by name or path, options by keyword, numbers of things."""
+
+import os
+import warnings
+from collections.abc import Callable
+from functools import wraps
+from inspect import Parameter, signature
+from logging import INFO, getLogger
+from typing import Any, ParamSpec, TypeVar
+
+from camopt.mistakes import BadInput, Mistake
+from camopt.scene.scene import Scene, find_scene
+
+SceneSource = Scene | str | os.PathLike[str]
+"""A scene, the name of a shipped one, or the path of a TOML file."""
+LOG = getLogger("camopt")
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
+
+
+def scene_from(what: SceneSource) -> Scene:
+    """The scene that a caller gives, names or has in a file; errors are those of ``find_scene``."""
+    if isinstance(what, Scene):
+        return what
+    if isinstance(what, (str, os.PathLike)):
+        return find_scene(what)
+    raise BadInput([Mistake("camopt", "scene", what, "a Scene, the name of a shipped scene, or a TOML file")])
+
+
+def check_count(name: str, value: Any, least: int = 1) -> None:
+    """BadInput for a number of things that is no whole number, or too small; None leaves the choice to camopt."""
+    if value is not None and (not isinstance(value, int) or isinstance(value, bool) or value < least):
+        raise BadInput([Mistake("camopt", name, value, f"a whole number of at least {least}")])
+
+
+def options_by_keyword(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+    """Let a function still read its keyword-only options by position, for one version, with a warning.
+
+    Sentences that it would tell go to the logger "camopt" if there is no ``tell``.
+    """
+    parameters = signature(function).parameters.values()
+    most = sum(each.kind is Parameter.POSITIONAL_OR_KEYWORD for each in parameters)
+    names = [each.name for each in parameters if each.kind is Parameter.KEYWORD_ONLY]
+
+    @wraps(function)
+    def call(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
+        options: dict[str, Any] = dict(kwargs)
+        extra = dict(zip(names, args[most:], strict=False))
+        if extra and len(args) <= most + len(names) and not extra.keys() & options.keys():
+            what = f"{function.__name__} takes {', '.join(extra)} by keyword; the next version reads no position"
+            warnings.warn(what, DeprecationWarning, stacklevel=2)
+            args, options = args[:most], options | extra  # type: ignore[assignment]
+        if "tell" in names and options.get("tell") is None and LOG.isEnabledFor(INFO):
+            options["tell"] = LOG.info
+        return function(*args, **options)
+
+    return call
