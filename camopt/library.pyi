@@ -2,16 +2,14 @@
 
 from .exporting.cam_points import write_points as write_points
 from .front.certified import certify_table as certify_table
-from .mechanisms.body import DISC as DISC
-from .mechanisms.follower import FLAT as FLAT
-from .mechanisms.follower import ROLLER as ROLLER
-from .mechanisms.follower import TRANSLATING as TRANSLATING
 from .numerics.clock import now as now
 from .problem.unused import notes_of as notes_of
 from .reporting.listings import list_keys as list_keys
 from .reporting.listings import list_laws as list_laws
 from .reporting.listings import list_scenes as list_scenes
+from .scene.scene import SCENES as SCENES
 from .scene.schema import scene_schema as scene_schema
+from .scene.search import unfolded as unfolded
 from .scene.sources import shipped_toml as shipped_toml
 from .scene.starting import starting_scene as starting_scene
 from .scene.units import converted as converted

@@ -231,16 +231,21 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--max-pressure-return", type=float, help="Largest pressure angle allowed on returns, deg."),
         click.option("--max-pressure", type=float, help="Largest pressure angle allowed, deg."),
         click.option("--rpm", type=float, help="Speed of the cam, rev/min."),
-        click.option(
-            "--set",
-            "settings",
-            type=Setting(),
-            multiple=True,
-            help="Any key of the scene, such as follower.offset=5, motion.1.angle=90; KEY= clears it. Repeatable.",
-        ),
+        set_option,
     ):
         command = option(command)
     return command
+
+
+def set_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The option that sets any key of the scene."""
+    return click.option(
+        "--set",
+        "settings",
+        type=Setting(),
+        multiple=True,
+        help="Any key of the scene, such as follower.offset=5, motion.1.angle=90; KEY= clears it. Repeatable.",
+    )(command)
 
 
 def listed(context: click.Context, option: click.Parameter, text: str | None) -> Any:

@@ -20,7 +20,7 @@ def scene_at(target: str, row: int | None, changes: Changes, what: str = "scene"
     table = target.endswith(".parquet")
     if table and row is not None:
         return changed(scene_of(target, row), changes)
-    if table:
+    if table and allowed == WITH_ROW:
         raise BadInput([Mistake("camopt", "SCENE", target, "is a table: say which row with --row", bare=True)])
     if row is not None:
         raise BadInput([Mistake("camopt", "--row", row, f"belongs to a table; {target} is a scene", bare=True)])

@@ -966,15 +966,42 @@ def test_the_scene_itself_is_not_written_over(run, tmp_path):
     assert camopt.find_scene("fitted.toml").laws == camopt.find_scene("own.toml").laws
 
 
+def test_the_function_has_the_options_of_the_command(run, tmp_path):
+    """The same scene from options, from tables and from a scene with changes."""
+    options = ("--base-radius", 20, "--follower", "roller", "--roller-radius", 7, "--rpm", 431)
+    assert run("cam.csv", *options)[0] == 0
+    expected = camopt.find_scene("fitted.toml")
+    sizes = {"base_radius": 20, "rpm": 431, "roller_radius": 7}
+    assert camopt.fit("cam.csv", follower="roller", **sizes).scene.to_dict() == expected.to_dict()
+    tables = {"cam": {"rpm": 431}, "follower": {"contact": "roller", "roller_radius": 7}}
+    assert camopt.fit("cam.csv", tables, base_radius=20).scene.to_dict() == expected.to_dict()
+    changed = camopt.fit("cam.csv", "fitted.toml", base_radius=23, rpm=300).scene
+    assert (changed.cam.base_radius, changed.cam.rpm) == (23, 300)
+
+
+def test_a_fit_takes_any_key_and_the_speed_of_the_crank(run, tmp_path):
+    given = ("--base-radius", 20, "--set", "cam.rpm_of_crank=3000", "--set", "follower.dynamics.mass=0.3")
+    assert run("cam.csv", *given)[0] == 0
+    found = camopt.find_scene("fitted.toml")
+    assert (found.cam.rpm, found.follower.dynamics.mass) == (1500, 0.3)
+    assert run("cam.csv", "--scene", "fitted.toml", "--set", "cam.rpm_of_crank=2000", "--out", "other.toml")[0] == 0
+    assert camopt.find_scene("other.toml").cam.rpm == 1000
+    code, _, err = run("cam.csv", "--base-radius", 20, "--set", "follower.ofset=3")
+    assert (code, len(err.splitlines())) == (2, 1)
+    assert err.startswith("camopt: --set follower.ofset = 3: not a known key; did you mean offset?")
+    code, _, err = run("cam.csv", "--base-radius", 20, "--rpm", 300, "--set", "cam.rpm=3")
+    assert (code, err) == (2, "camopt: --set cam.rpm = 3: is given by --rpm already\n")
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "line"),
     [
-        (["cam.csv"], 2, "camopt: --base-radius: missing; or name a --scene"),
+        (["cam.csv"], 2, "camopt: --base-radius: missing; or name a scene"),
         (["cam.csv", "--base-radius", 20, "--band", -1], 2, "camopt: --band = -1.0: must be at least"),
         (["cam.csv", "--base-radius", 20, "--columns", "1,7"], 2, "cam.csv: columns = '7': must be a number from 1 to 2"),
         (["cam.csv", "--base-radius", 20, "--angle-unit", "gon"], 2, "camopt: --angle-unit = 'gon': must be one of deg, rad"),
         (["cam.csv", "--base-radius", 20, "--follower", "roller"], 2, "camopt: --roller-radius: missing; a roller has one"),
-        (["cam.csv", "--scene", "exhaust-valve", "--follower", "flat"], 2, "camopt: --follower = 'flat': belongs to a fit without --scene"),
+        (["cam.csv", "--scene", "exhaust-valve", "--follower", "flat"], 2, "camopt: --follower = 'flat': belongs to a fit without a scene"),
         (["cam.csv", "--scene", "no-such"], 2, "camopt: --scene = 'no-such': must be a TOML file or a shipped scene"),
         (["cam.csv", "--base-radius", 20, "--segments", "rise, rise,return"], 2, "camopt: --segments = 'rise,rise,return': must be rise, return and dwell in their order"),
         (["cam.csv", "--base-radius", 20, "--segments", "rise,dwell,return,rise,return"], 2, "camopt: --segments = 'rise,dwell,return,rise,return': must be the strokes of the points"),

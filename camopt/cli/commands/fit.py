@@ -12,12 +12,14 @@ from camopt.cli.options import (
     Command,
     Measure,
     OutputPlace,
-    changed,
     check_file,
+    given_overrides,
+    options_named,
     output_options,
     refuse_without,
+    set_option,
+    values_of,
 )
-from camopt.mistakes import BadInput, Mistake
 
 
 @click.command(cls=Command)
@@ -33,6 +35,7 @@ from camopt.mistakes import BadInput, Mistake
 )
 @click.option("--roller-radius", type=Measure("mm"), help="Radius of the roller, mm.")
 @click.option("--rpm", type=float, help="Speed of the cam, rev/min.")
+@set_option
 @click.option(
     "--profile",
     help="polar or xy: the points are those of a profile, by cam angle and distance from the axis, or x and y.",
@@ -65,18 +68,16 @@ def fit(
     file: Path,
     target: str | None,
     rpm: float | None,
+    settings: tuple[tuple[str, Any], ...],
     columns: str | None,
     segments: str | None,
     out: Path,
     picture: Path | None,
     as_json: bool,
     quiet: bool,
-    base_radius: float | None,
-    follower: str | None,
-    roller_radius: float | None,
     profile: str | None,
     probe: float | None,
-    **reading: Any,
+    **options: Any,
 ) -> int:
     """Find the gentlest motion within a band of measured points of a cam, as a scene.
 
@@ -85,45 +86,16 @@ def fit(
     check_file(target, out)
     if profile is None:
         refuse_without("--profile", {"probe": probe})
-    scene = _measured_cam(target, rpm, base_radius, follower, roller_radius, profile)
+    changes = given_overrides({"rpm": rpm, "settings": settings})
+    if target:
+        scene = cli.scene_at(target, None, changes, allowed=library.SCENES)
+    else:
+        scene = library.unfolded(values_of(changes)) or None
     chosen, order = (given and [name.strip() for name in given.split(",")] for given in (columns, segments))
     points = file if profile is None else camopt.MeasuredProfile(file, profile, probe or 0.0)
-    result = camopt.fit(points, scene, columns=chosen, segments=order, **reading)
+    with options_named(changes):
+        result = camopt.fit(points, scene, columns=chosen, segments=order, **options)
     library.write_scene(out, result.scene)
     if picture:
         camopt.plot(result, picture)
     return cli.print_result(result, as_json, quiet, filter(None, (out, picture)))
-
-
-def _measured_cam(
-    target: str | None,
-    rpm: float | None,
-    base_radius: float | None,
-    follower: str | None,
-    roller_radius: float | None,
-    profile: str | None,
-) -> Any:
-    """The cam and follower of a measured motion: a scene, or its tables from options alone."""
-    if profile and base_radius is not None:
-        why = "belongs to lifts: the profile itself has a base radius"
-        raise BadInput([Mistake("camopt", "--base-radius", base_radius, why, bare=True)])
-    if target is None:
-        if base_radius is None and not profile:
-            raise BadInput([Mistake("camopt", "--base-radius", None, "missing; or name a --scene", bare=True)])
-        if follower == library.ROLLER.name and roller_radius is None:
-            raise BadInput([Mistake("camopt", "--roller-radius", None, "missing; a roller has one", bare=True)])
-        sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
-        known = {"base_radius": base_radius, "rpm": rpm}
-        cam = {"form": library.DISC.form, **{key: value for key, value in known.items() if value is not None}}
-        return {
-            "cam": cam,
-            "follower": {"motion": library.TRANSLATING.name, "contact": follower or library.FLAT.name, **sizes},
-        }
-    why = "belongs to a fit without --scene: the scene has a follower"
-    others = {"--follower": follower, "--roller-radius": roller_radius}
-    given = [Mistake("camopt", name, value, why, bare=True) for name, value in others.items() if value is not None]
-    if given:
-        raise BadInput(given)
-    changes = {"cam.rpm": ("--rpm", rpm), "cam.base_radius": ("--base-radius", base_radius)}
-    scene = camopt.find_scene(target)
-    return changed(scene, {key: change for key, change in changes.items() if change[1] is not None})
