@@ -113,7 +113,7 @@ def sweep(  # noqa: PLR0913
     """
     scene = scene_from(scene)
     counted = out is None and keep is None  # designs that nobody asked to keep; the front is the same
-    plan = sweep_plan(scene, FRONT_ONLY if counted else keep or "feasible", block)
+    plan = sweep_plan(scene, FRONT_ONLY if counted else "feasible" if keep is None else keep, block)
     check_count("workers", workers)
     own = Threads(workers or os.cpu_count() or 1)
     if out is not None and not again and (done := swept_already(plan, out, tell)):
