@@ -109,9 +109,9 @@ def evaluate_designs(
     >>> one["base_radius_mm"].tolist()
     [90.0]
     """
-    scene = scene_from(scene)
     import pandas as pd
 
+    scene = scene_from(scene)
     given = resolve(scene)
     columns = _columns(given)
     table = read_columns(designs, {*columns, *LAW_KEYS}, names)

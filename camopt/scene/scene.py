@@ -9,6 +9,7 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from math import isnan
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -435,7 +436,10 @@ class Scene(HasHtml, Drawn, SceneTable):
         columns = self.mechanism.size_quantities
         quantities = {key: columns[field] for key, field in self.size_fields.items()}
         quantities |= {**self.number_quantities, **self.stage_quantities}
-        changes: dict[str, Any] = {k: given[name] + 0.0 for k, name in quantities.items() if name in given}  # no −0
+        changes: dict[str, Any] = {key: given[name] for key, name in quantities.items() if name in given}
+        changes = {
+            key: value + 0.0 if isinstance(value, Real) else value for key, value in changes.items()
+        }  # no −0
         known, motion = {*LAWS, *self.laws}, self.to_dict().get("motion")
         for number, segment in enumerate(motion or ()):
             both = given.get("law") if segment["segment"] in ("rise", "return") else None

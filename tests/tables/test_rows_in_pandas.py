@@ -104,3 +104,5 @@ def test_numbers_of_a_row_are_those_of_the_scene():
     assert {each.law for each in found.motion if each.law} == {"poly345"}
     with pytest.raises(BadInput, match=r"cam\.rpm = -3.0"):
         valve.with_row({"rpm": -3})
+    with pytest.raises(BadInput, match=r"cam\.base_radius = 'far': must be a number"):
+        valve.with_row({"base_radius_mm": "far"})
