@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from camopt.effects import Case, offered, quantity_of, with_read
+from camopt.effects import Case, offered, quantity_of, with_read_quantities
 from camopt.effects.contacts import contacts_of
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves
@@ -83,7 +83,10 @@ class Picture:
     def wanted(self) -> frozenset[str]:
         """The names of the quantities of the effects that the scene calls for, and of those of its geometry."""
         setup = self.problem.setup
-        effects = {*GEOMETRY, *(quantity_of(name, setup).effect for name in with_read(self.problem.wanted, setup))}
+        effects = {
+            *GEOMETRY,
+            *(quantity_of(name, setup).effect for name in with_read_quantities(self.problem.wanted, setup)),
+        }
         return frozenset(name for name in offered(setup) if quantity_of(name, setup).effect in effects)
 
     @cached_property

@@ -59,7 +59,7 @@ __all__ = [
     "lacking",
     "offered",
     "quantity_of",
-    "with_read",
+    "with_read_quantities",
 ]
 
 _OWN = {
@@ -153,7 +153,7 @@ def _own_effects(same: Same[Setup]) -> Mapping[str, Effect]:
     return found
 
 
-def with_read(names: Iterable[str], setup: Setup) -> frozenset[str]:
+def with_read_quantities(names: Iterable[str], setup: Setup) -> frozenset[str]:
     """Some quantities, and all that those of the scene's own among them read."""
     found = set(names)
     for each in reversed([*setup.own.values()]):

@@ -19,9 +19,9 @@ from camopt.numerics.interval import WITHOUT_BOUNDS, Interval, as_interval
 from camopt.quantities.expression import DOUBLES, Rules
 from camopt.quantities.own import OWN, OwnQuantity
 
-ROUNDED = 4.0 * np.finfo(float).eps
+OPERATION_ROUNDING = 4.0 * np.finfo(float).eps
 """What each operation may be off, relative."""
-LARGEST_POWER = 1024.0
+LARGEST_EXPONENT = 1024.0
 """Whole exponents up to which a base may be below 0."""
 
 
@@ -30,18 +30,20 @@ def own_effect(quantity: OwnQuantity, last: bool) -> Effect:
     return Effect(
         f"{OWN}.{quantity.name}",
         lambda setup: (quantity.name,),
-        partial(_run, quantity),
+        partial(_own_column, quantity),
         reads=lambda setup: quantity.reads,
         last=last,
     )
 
 
-def _run(quantity: OwnQuantity, case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def _own_column(quantity: OwnQuantity, case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     columns: Mapping[str, Any] = {name: case.found[name] for name in quantity.reads}
     value = own_value(quantity, columns, len(case.designs))
     if quantity.call or not any(name in case.outward for name in columns):
         return {quantity.name: value}
-    found = own_range(quantity, {n: range_of(column, case.outward.get(n, 0.0)) for n, column in columns.items()})
+    found = own_range(
+        quantity, {n: enclosure_of(column, case.outward.get(n, 0.0)) for n, column in columns.items()}
+    )
     with np.errstate(**WITHOUT_BOUNDS):
         width = np.maximum(found.high - value, value - found.low)
     return {quantity.name: Bounded(value, np.where(np.isfinite(value), width, 0.0), np.abs(value))}
@@ -64,7 +66,7 @@ def own_range(quantity: OwnQuantity, ranges: Mapping[str, Interval]) -> Interval
         return as_interval(quantity.tree.evaluate(ranges, RANGES))
 
 
-def range_of(column: Any, outward: Any) -> Interval:
+def enclosure_of(column: Any, outward: Any) -> Interval:
     """The enclosure of a quantity."""
     far = column + np.where(np.isfinite(column), outward, 0.0)
     return Interval(np.minimum(column, far), np.maximum(column, far))
@@ -73,64 +75,64 @@ def range_of(column: Any, outward: Any) -> Interval:
 # ----------------------------------------------------------------------------------- expressions over intervals
 
 
-def _power(a: Interval, exponent: Interval) -> Interval:
+def _range_power(a: Interval, exponent: Interval) -> Interval:
     """A base to a power: of any sign to a whole number, else of none below 0."""
     number = float(exponent.low.flat[0]) if exponent.low.size else 0.0
     same = np.all(exponent.low == number) and np.all(exponent.high == number)
-    if same and number == np.floor(number) and abs(number) <= LARGEST_POWER:
-        return _whole_power(a, int(number))
+    if same and number == np.floor(number) and abs(number) <= LARGEST_EXPONENT:
+        return _range_whole_power(a, int(number))
     low, high = np.maximum(a.low, 0.0), np.maximum(a.high, 0.0)
-    return _hull([base**by for base in (low, high) for by in (exponent.low, exponent.high)])
+    return _hull_of_ends([base**by for base in (low, high) for by in (exponent.low, exponent.high)])
 
 
-def _whole_power(a: Interval, number: int) -> Interval:
+def _range_whole_power(a: Interval, number: int) -> Interval:
     if number < 0:
-        return as_interval(1.0 / _whole_power(a, -number))
+        return as_interval(1.0 / _range_whole_power(a, -number))
     if number % 2:
         return Interval(a.low**number, a.high**number)
     return Interval(a.least_magnitude**number, a.largest_magnitude**number)
 
 
-def _tangent(a: Interval) -> Interval:
+def _range_tangent(a: Interval) -> Interval:
     """Rising between its poles; without bounds across one."""
     turn = [np.floor(end / np.pi + 0.5) for end in (a.low, a.high)]
     across = ~(turn[0] == turn[1])
     return Interval(np.where(across, -np.inf, np.tan(a.low)), np.where(across, np.inf, np.tan(a.high)))
 
 
-def _within_one(a: Interval) -> Interval:
+def _clip_to_one(a: Interval) -> Interval:
     return Interval(np.clip(a.low, -1.0, 1.0), np.clip(a.high, -1.0, 1.0))
 
 
-def _falling(function: Callable[[Any], Any], a: Interval) -> Interval:
+def _falling_range(function: Callable[[Any], Any], a: Interval) -> Interval:
     return Interval(function(a.high), function(a.low))
 
 
-def _hull(ends: list[FloatArray]) -> Interval:
+def _hull_of_ends(ends: list[FloatArray]) -> Interval:
     return Interval(reduce(np.fmin, ends), reduce(np.fmax, ends))
 
 
 OF_RANGES: Rules = {
-    "**": _power,
-    "tan": _tangent,
-    "asin": lambda a: np.arcsin(_within_one(a)),
-    "acos": lambda a: _falling(np.arccos, _within_one(a)),
+    "**": _range_power,
+    "tan": _range_tangent,
+    "asin": lambda a: np.arcsin(_clip_to_one(a)),
+    "acos": lambda a: _falling_range(np.arccos, _clip_to_one(a)),
     "radians": lambda a: Interval(np.radians(a.low), np.radians(a.high)),
 }
 """What intervals have no rule of their own for, or a narrower one."""
 
 
-def _rounded_out(rule: Callable[..., Any]) -> Callable[..., Interval]:
+def _with_rounding(rule: Callable[..., Any]) -> Callable[..., Interval]:
     """A rule with room for the rounding of its result; what has no bound is infinite."""
 
-    def found(*parts: Any) -> Interval:
+    def rounded_rule(*parts: Any) -> Interval:
         made = rule(*map(as_interval, parts))
-        room = ROUNDED * made.largest_magnitude
+        room = OPERATION_ROUNDING * made.largest_magnitude
         low, high = made.low - room, made.high + room
         return Interval(np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high))
 
-    return found
+    return rounded_rule
 
 
-RANGES: Rules = {name: _rounded_out(OF_RANGES.get(name, rule)) for name, rule in DOUBLES.items()}
+RANGES: Rules = {name: _with_rounding(OF_RANGES.get(name, rule)) for name, rule in DOUBLES.items()}
 """What operators and functions are on ranges."""

@@ -185,7 +185,7 @@ class SweepPlan:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Only the key goes to another process, with the functions that it has to import."""
-        return plan_of_key, (self.question(), dict(filter(None, (each.share() for each in self.calls))))
+        return plan_of_key, (self.question(), dict(filter(None, (each.shared_function() for each in self.calls))))
 
     def evaluated(self, numbers: Sequence[int]) -> Batch:
         """The results of consecutive blocks."""
@@ -195,7 +195,7 @@ class SweepPlan:
         """The results of blocks on an engine, some at a time, in order."""
         if not isinstance(engine, Threads):
             for each in self.calls:
-                each.share()  # an engine has other words for what cannot be sent
+                each.shared_function()  # an engine has other words for what cannot be sent
         sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE, dtype=int)).tolist()
         return engine.in_order(self.evaluated, numbers, sample)
 

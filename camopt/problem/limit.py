@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import Case, Setup, effect_of, quantity_of, with_read
+from camopt.effects import Case, Setup, effect_of, quantity_of, with_read_quantities
 from camopt.effects.case import nothing
 from camopt.effects.contacts import contacts_of, least_size_of
 from camopt.effects.crossing import find_crossing, round_bodies
@@ -175,11 +175,12 @@ class Limit(ABC):
     def of_errors(self) -> bool:
         """Whether it is on errors by tolerances: those of all cams within them, of the nominal one as it is cut."""
         return any(
-            quantity_of(name, self.setup).effect == MOTION_ERRORS.name for name in with_read(self.shown, self.setup)
+            quantity_of(name, self.setup).effect == MOTION_ERRORS.name
+            for name in with_read_quantities(self.shown, self.setup)
         )
 
     @property
-    def unproved(self) -> bool:
+    def is_unproved(self) -> bool:
         """Whether a number decides it that has no enclosure."""
         return False
 
@@ -382,9 +383,9 @@ class OwnLimit(Limit):
         return self.needs if self.asked else ()
 
     @cached_property
-    def unproved(self) -> bool:
+    def is_unproved(self) -> bool:
         """Whether it reads a Python function, or what is no quantity to be bounded, as where something is."""
-        read = [quantity_of(name, self.setup) for name in with_read(self.needs, self.setup)]
+        read = [quantity_of(name, self.setup) for name in with_read_quantities(self.needs, self.setup)]
         functions = [isinstance(each, OwnQuantity) and each.call for each in read]
         return any(functions) or not all(each.relation or each.effect == "sizes" for each in read)
 

@@ -293,9 +293,9 @@ class Problem:
         )
 
     @cached_property
-    def unproved(self) -> bool:
+    def is_unproved(self) -> bool:
         """Whether a number decides a limit that has no enclosure, as that of a Python function."""
-        return any(limit.unproved for limit in self.limits)
+        return any(limit.is_unproved for limit in self.limits)
 
     @property
     def needed(self) -> frozenset[str]:

@@ -582,10 +582,10 @@ QUANTITIES: dict[str, Quantity] = Quantities({quantity.name: quantity for quanti
 def in_order(names: Collection[str]) -> list[str]:
     """Names in the order of the columns; numbers of a train are behind other sizes, own ones before verdicts."""
     found = [name for name in QUANTITIES if name in names]
-    return sorted([*found, *sorted(name for name in names if name not in found)], key=_place)
+    return sorted([*found, *sorted(name for name in names if name not in found)], key=_column_place)
 
 
-def _place(name: str) -> int:
+def _column_place(name: str) -> int:
     """The place of a column: sizes, other quantities, a scene's own, the verdict."""
     return {"sizes": 0, "limits": 3, "proof": 3}.get(QUANTITIES[name].effect, 1) if name in QUANTITIES else 2
 

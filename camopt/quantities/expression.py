@@ -43,7 +43,7 @@ FUNCTIONS = {
 }
 """How many arguments each function takes; of min and max so many at least."""
 CONSTANTS = {"pi": float(np.pi)}
-ALLOWED = f"allowed are numbers, quantities, + - * / **, parentheses, {', '.join(FUNCTIONS)} and pi"
+WHAT_IS_ALLOWED = f"allowed are numbers, quantities, + - * / **, parentheses, {', '.join(FUNCTIONS)} and pi"
 SIGNS = (ast.operator, ast.unaryop, ast.expr_context)
 """What the parser makes nodes of that only say which operator another node is, or how a name is used."""
 Rules = Mapping[str, Callable[..., Any]]
@@ -71,13 +71,13 @@ DOUBLES: Rules = {
 """What operators and functions are on numbers and arrays of them."""
 
 
-class Node(NamedTuple):
+class ExpressionNode(NamedTuple):
     """A node of the tree: a number, a name, or an operator or function with what it takes."""
 
     rule: str
     """Of a number and a name empty."""
     value: float | str = 0.0
-    parts: "tuple[Node, ...]" = ()
+    parts: "tuple[ExpressionNode, ...]" = ()
 
     def evaluate(self, names: Mapping[str, Any], rules: Rules = DOUBLES) -> Any:
         """Its value, from those of the names."""
@@ -92,7 +92,7 @@ class Node(NamedTuple):
         return tuple(dict.fromkeys([*own, *(name for part in self.parts for name in part.names)]))
 
 
-def parse_expression(text: str, check_name: Callable[[str], None]) -> Node:
+def parse_expression(text: str, check_name: Callable[[str], None]) -> ExpressionNode:
     """The tree of an expression; ``check_name`` raises a ValueError for a name that it may not have.
 
     Raises
@@ -109,7 +109,9 @@ def parse_expression(text: str, check_name: Callable[[str], None]) -> Node:
             warnings.simplefilter("ignore")
             body = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ValueError(f"is no expression, such as 'outer_radius_mm * torque_rms_N_m'; {ALLOWED}") from None
+        raise ValueError(
+            f"is no expression, such as 'outer_radius_mm * torque_rms_N_m'; {WHAT_IS_ALLOWED}"
+        ) from None
     if (count := sum(not isinstance(each, SIGNS) for each in ast.walk(body))) > MOST_NODES:
         raise ValueError(f"has {count:,} nodes; at most {MOST_NODES} are allowed")
     tree = _node(body, check_name)
@@ -117,31 +119,31 @@ def parse_expression(text: str, check_name: Callable[[str], None]) -> Node:
     return tree
 
 
-def _node(each: ast.AST, check_name: Callable[[str], None]) -> Node:
+def _node(each: ast.AST, check_name: Callable[[str], None]) -> ExpressionNode:
     match each:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-            return Node("", _finite(value))
+            return ExpressionNode("", _finite_number(value))
         case ast.Name(id=name) if name in CONSTANTS:
-            return Node("", CONSTANTS[name])
+            return ExpressionNode("", CONSTANTS[name])
         case ast.Name(id=name) if name in FUNCTIONS:
             raise ValueError(f"{name} is a function: give it arguments, as in {name}(…)")
         case ast.Name(id=name):
             check_name(name)
-            return Node("", name)
+            return ExpressionNode("", name)
         case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
-            return Node(OPERATORS[type(op)], parts=(_node(left, check_name), _node(right, check_name)))
+            return ExpressionNode(OPERATORS[type(op)], parts=(_node(left, check_name), _node(right, check_name)))
         case ast.UnaryOp(op=ast.UAdd(), operand=operand):
             return _node(operand, check_name)
         case ast.UnaryOp(op=ast.USub(), operand=operand):
-            return Node("neg", parts=(_node(operand, check_name),))
+            return ExpressionNode("neg", parts=(_node(operand, check_name),))
         case ast.Call(func=ast.Name(id=name)) if name not in FUNCTIONS:
             raise ValueError(f"{shortened(name)} is no function here; {nearest(name, FUNCTIONS)}")
         case ast.Call(func=ast.Name(id=name), args=given, keywords=[]):
-            return Node(name, parts=_arguments(name, tuple(_node(part, check_name) for part in given)))
-    raise ValueError(f"{shortened(ast.unparse(each))} is not allowed; {ALLOWED}")
+            return ExpressionNode(name, parts=_arguments(name, tuple(_node(part, check_name) for part in given)))
+    raise ValueError(f"{shortened(ast.unparse(each))} is not allowed; {WHAT_IS_ALLOWED}")
 
 
-def _finite(value: float) -> float:
+def _finite_number(value: float) -> float:
     try:
         number = float(value)
     except OverflowError:
@@ -151,7 +153,7 @@ def _finite(value: float) -> float:
     return number
 
 
-def _arguments(name: str, parts: tuple[Node, ...]) -> tuple[Node, ...]:
+def _arguments(name: str, parts: tuple[ExpressionNode, ...]) -> tuple[ExpressionNode, ...]:
     least, many = FUNCTIONS[name], name in ("min", "max")
     if len(parts) < least or (len(parts) > least and not many):
         count = f"{least}{' or more' if many else ''} argument{'s' if least > 1 else ''}"
@@ -159,7 +161,7 @@ def _arguments(name: str, parts: tuple[Node, ...]) -> tuple[Node, ...]:
     return parts
 
 
-def _check_constants(tree: Node) -> float | None:
+def _check_constants(tree: ExpressionNode) -> float | None:
     """The value of a part without names, which has to be finite; None of another part."""
     values = [_check_constants(part) for part in tree.parts]
     if tree.rule == "/" and values[1] == 0.0:

@@ -153,7 +153,7 @@ def load_installed(name: str) -> QuantityFunction:
     try:
         found = installed_quantities()[name].load()
     except Exception as error:  # whatever a module does when it is imported
-        raise ValueError(f"its entry point fails: {_told(error)}") from error
+        raise ValueError(f"its entry point fails: {_first_line(error)}") from error
     if not isinstance(found, QuantityFunction):
         raise ValueError(
             f"its entry point has {type(found).__name__}, and has to have what camopt.quantity returns"
@@ -161,7 +161,7 @@ def load_installed(name: str) -> QuantityFunction:
     return found
 
 
-def _told(error: Exception) -> str:
+def _first_line(error: Exception) -> str:
     return shortened(f"{type(error).__name__}: {error}".splitlines()[0])
 
 
@@ -188,7 +188,7 @@ class FunctionCall:
         except BadInput:
             raise
         except Exception as error:
-            raise self._mistake(f"fails: {_told(error)}") from error
+            raise self._mistake(f"fails: {_first_line(error)}") from error
         if value.shape not in ((), given[0].shape):
             raise self._mistake(f"has to return an array of {given[0].size} numbers here, not one of {value.shape}")
         return value
@@ -216,14 +216,14 @@ class FunctionCall:
         function = self.function
         kept = [getattr(function, "__defaults__", None), getattr(function, "__kwdefaults__", None)]
         kept += [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
-        facts = _facts(function.__code__) if hasattr(function, "__code__") else function
+        facts = _code_facts(function.__code__) if hasattr(function, "__code__") else function
         try:
             data = pickle.dumps((facts, kept))
         except Exception:  # whatever cannot be pickled: it is this process's alone
             data = f"{id(function)} of {id(_KNOWN)}".encode()
         return sha256(data).hexdigest()[:16]
 
-    def share(self) -> tuple[str, ArrayFunction] | None:
+    def shared_function(self) -> tuple[str, ArrayFunction] | None:
         """What another process gets of it; None of an entry point, which each process has.
 
         Raises
@@ -246,7 +246,7 @@ def make_known(functions: Mapping[str, ArrayFunction]) -> None:
     _KNOWN.update(functions)
 
 
-def _facts(code: CodeType) -> Any:
+def _code_facts(code: CodeType) -> Any:
     """What a function does, without where it stands."""
-    inner = [_facts(each) if isinstance(each, CodeType) else each for each in code.co_consts]
+    inner = [_code_facts(each) if isinstance(each, CodeType) else each for each in code.co_consts]
     return code.co_code, code.co_names, code.co_varnames, inner

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from camopt.quantities.expression import Node
+from camopt.quantities.expression import ExpressionNode
 from camopt.quantities.function import FunctionCall
 from camopt.quantities.quantity import AT_MOST, Quantity
 
@@ -14,7 +14,7 @@ OWN = "quantities"
 class OwnQuantity(Quantity):
     """A quantity that a scene defines by an expression or a function of others; a bound on it is one from above."""
 
-    tree: Node | FunctionCall = field(default_factory=lambda: Node(""), repr=False)
+    tree: ExpressionNode | FunctionCall = field(default_factory=lambda: ExpressionNode(""), repr=False)
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -32,6 +32,6 @@ class OwnQuantity(Quantity):
         return AT_MOST
 
 
-def own_quantity(name: str, unit: str, sentence: str, tree: Node | FunctionCall) -> OwnQuantity:
+def own_quantity(name: str, unit: str, sentence: str, tree: ExpressionNode | FunctionCall) -> OwnQuantity:
     """A quantity of a scene's own."""
     return OwnQuantity(name, "", unit, OWN, sentence, float, tree)

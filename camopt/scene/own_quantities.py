@@ -21,10 +21,10 @@ from camopt.scene.complaints import unknown_key
 from camopt.scene.law_forms import Fault
 from camopt.scene.limits import Limits
 from camopt.scene.mapping import at
-from camopt.scene.tables import CALLED, Listed, SceneTable, as_list, one_line
+from camopt.scene.tables import OTHER_WORDS, Listed, SceneTable, as_list, one_line
 
 MOST_QUANTITIES, LONGEST_NAME = 100, 60
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+QUANTITY_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 VERDICTS = ("limits", "proof")
 """The effects whose quantities are verdicts on designs."""
 RESULT_KEYS = (
@@ -81,14 +81,16 @@ def read_own_quantities(data: dict[str, Any]) -> None:
         given = {each.name: each for each in given}
     if not isinstance(given, dict):
         return
-    tables = {name: _table(each) for name, each in given.items()}
-    if unknown := {*_named(data, tables)} - {*QUANTITIES, *tables, *FUNCTIONS, *CONSTANTS}:
-        tables = {name: _table({"function": name}) for name in installed_quantities() if name in unknown} | tables
+    tables = {name: _quantity_table(each) for name, each in given.items()}
+    if unknown := {*_names_in(data, tables)} - {*QUANTITIES, *tables, *FUNCTIONS, *CONSTANTS}:
+        tables = {
+            name: _quantity_table({"function": name}) for name in installed_quantities() if name in unknown
+        } | tables
     if tables:
         data[OWN] = tables
 
 
-def _table(given: Any) -> Any:
+def _quantity_table(given: Any) -> Any:
     """The table of an own quantity."""
     if isinstance(given, QuantityFunction):
         return given.table
@@ -100,7 +102,7 @@ def _table(given: Any) -> Any:
     return given
 
 
-def _named(data: Mapping[str, Any], tables: Mapping[str, Any]) -> Iterator[str]:
+def _names_in(data: Mapping[str, Any], tables: Mapping[str, Any]) -> Iterator[str]:
     """The names of quantities that a scene has, and some other words."""
     limits = data.get("limits")
     yield from (key for key in (limits if isinstance(limits, Mapping) else ()) if key not in Limits.model_fields)
@@ -139,13 +141,13 @@ def check_own_quantities(data: Mapping[str, Any]) -> Iterator[Fault]:
         return
     names = [*tables]
     for place, (name, table) in enumerate(tables.items()):
-        if why := _clash(name):
+        if why := _name_clash(name):
             yield OWN, name, why
         if isinstance(table, Mapping):
             yield from _check_table(
                 f"{OWN}.{name}", table, partial(_check_name, above=names[:place], below=names[place:])
             )
-    yield from _check_named(data, names)
+    yield from _check_quantity_names(data, names)
 
 
 def _check_table(key: str, table: Mapping[str, Any], check_name: Callable[[str], None]) -> Iterator[Fault]:
@@ -157,14 +159,14 @@ def _check_table(key: str, table: Mapping[str, Any], check_name: Callable[[str],
         yield f"{key}.columns", None, "missing; a function takes columns"
     elif function is None and columns:
         yield f"{key}.columns", columns, "belongs to a function; an expression names its quantities itself"
-    if isinstance(value, str) and (why := _trouble(parse_expression, value, check_name)):
+    if isinstance(value, str) and (why := _fault_of(parse_expression, value, check_name)):
         yield key, value, why
     for place, name in enumerate(columns if isinstance(columns, list) else (), start=1):
-        if why := _trouble(check_name, str(name)):
+        if why := _fault_of(check_name, str(name)):
             yield f"{key}.columns.{place}", name, why
 
 
-def _trouble(check: Callable[..., Any], *given: Any) -> str:
+def _fault_of(check: Callable[..., Any], *given: Any) -> str:
     """What a check finds wrong; empty if nothing."""
     try:
         check(*given)
@@ -173,9 +175,9 @@ def _trouble(check: Callable[..., Any], *given: Any) -> str:
     return ""
 
 
-def _clash(name: str) -> str:
+def _name_clash(name: str) -> str:
     """What keeps a name from being that of an own quantity; empty if nothing does."""
-    if not NAME.fullmatch(name) or len(name) > LONGEST_NAME or iskeyword(name):
+    if not QUANTITY_NAME.fullmatch(name) or len(name) > LONGEST_NAME or iskeyword(name):
         return f"the name of a quantity must be a letter, then letters, digits and _, at most {LONGEST_NAME} in all"
     if name in QUANTITIES:
         return "is a quantity of every scene; give yours another name"
@@ -193,7 +195,7 @@ def _check_name(name: str, above: Collection[str], below: Collection[str]) -> No
     if name in above:
         return
     if name not in QUANTITIES:
-        meant = nearest(CALLED.get(name, name), (*above, *QUANTITIES))
+        meant = nearest(OTHER_WORDS.get(name, name), (*above, *QUANTITIES))
         raise ValueError(f"{shortened(name)} is no quantity; {meant}")
     if QUANTITIES[name].kind is not float or QUANTITIES[name].effect in VERDICTS:
         raise ValueError(f"{name} is no number of a design, or a verdict; an expression reads numbers")
@@ -209,7 +211,7 @@ def check_limit_keys(data: Mapping[str, Any]) -> Iterator[Fault]:
             yield f"limits.{key}", limits[key], unknown_key(str(key), Limits, own)
 
 
-def _check_named(data: Mapping[str, Any], own: Collection[str]) -> Iterator[Fault]:
+def _check_quantity_names(data: Mapping[str, Any], own: Collection[str]) -> Iterator[Fault]:
     """Objectives and outputs are quantities; outputs may be effects too."""
     asked = {
         "search.minimise": ("a quantity", ()),
@@ -221,4 +223,4 @@ def _check_named(data: Mapping[str, Any], own: Collection[str]) -> Iterator[Faul
         known = (*own, *QUANTITIES, *others)
         for place, name in enumerate(named if isinstance(named, list) else [named], start=1):
             if isinstance(name, str) and name not in known and name not in QUANTITIES:
-                yield f"{key}.{place}", name, f"must be {what}; {nearest(CALLED.get(name, name), known)}"
+                yield f"{key}.{place}", name, f"must be {what}; {nearest(OTHER_WORDS.get(name, name), known)}"

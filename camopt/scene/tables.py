@@ -90,7 +90,7 @@ def known(names: Any, what: str) -> Name:
     return Name(check, names)
 
 
-def named(names: Any, what: str) -> Name:
+def name_among(names: Any, what: str) -> Name:
     """One of some names, or of those that the scene adds to them."""
 
     def check(value: Any) -> str:
@@ -159,9 +159,9 @@ def or_text(schema: dict[str, Any]) -> None:
 Switch = Annotated[bool, BeforeValidator(_is_switch)]
 LawName = Annotated[str, Name(_is_name, (*LAWS, *chain(*ALIASES.values())), others=True)]
 MaterialName = Annotated[str, known(MATERIALS, "a material")]
-CALLED = {"size": "base_radius_mm"}
+OTHER_WORDS = {"size": "base_radius_mm"}
 """Quantities by words of others."""
-QuantityName = Annotated[str, named(QUANTITIES, "a quantity")]
+QuantityName = Annotated[str, name_among(QUANTITIES, "a quantity")]
 
 
 class SceneTable(BaseModel):
@@ -571,7 +571,8 @@ def as_list(value: Any) -> Any:
 
 
 OutputName = Annotated[
-    str, named((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all")
+    str,
+    name_among((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all"),
 ]
 Outputs = Annotated[tuple[OutputName, ...], Listed(as_list)]
 Quantities = Annotated[tuple[QuantityName, ...], Listed(as_list)]

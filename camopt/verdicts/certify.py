@@ -149,7 +149,7 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
 def certify_design(problem: Problem, design: Designs) -> dict[str, str]:
     """As ``certify_limits``, and for a disc cam whether it is free of a self-crossing, under ``self_crossing``."""
     verdicts = certify_limits(problem, design)
-    verdicts |= {limit.name: UNDECIDED for limit in problem.limits if limit.unproved and limit.name in verdicts}
+    verdicts |= {limit.name: UNDECIDED for limit in problem.limits if limit.is_unproved and limit.name in verdicts}
     if not problem.setup.mechanism.body.closed or ASSEMBLY in verdicts:
         return verdicts
     undercut = verdicts.get(UNDERCUT, HELD)  # flat faces and knife edges make no other crossing

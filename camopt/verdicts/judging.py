@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.effects import Case, with_read
+from camopt.effects import Case, with_read_quantities
 from camopt.effects.contacts import some_of
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
@@ -33,7 +33,7 @@ def proved_status(problem: Problem) -> str:
 
     Nor does a number without an enclosure prove anything, such as that of a Python function.
     """
-    return SAMPLED if problem.programme.sampled or problem.unproved else CERTIFIED
+    return SAMPLED if problem.programme.sampled or problem.is_unproved else CERTIFIED
 
 
 class Effort(NamedTuple):
@@ -98,7 +98,7 @@ def bound_excesses(problem: Problem, designs: Designs, wanted: frozenset[str], u
     After ``until`` (``clock.now``) nothing more is found of limits that are checked last.
     """
     case, rows, later = Case(problem.setup, problem.programme, designs), Rows({}, len(designs)), []
-    wanted = with_read(wanted, problem.setup)
+    wanted = with_read_quantities(wanted, problem.setup)
     for effect, names in planned(wanted | problem.needed, problem.setup):
         if effect.last and not names & wanted:
             later.append((effect, names))

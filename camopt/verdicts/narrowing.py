@@ -10,7 +10,7 @@ from math import isfinite
 
 import numpy as np
 
-from camopt.effects.own import own_range, range_of
+from camopt.effects.own import enclosure_of, own_range
 from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
 from camopt.numerics import LEAST
@@ -65,7 +65,7 @@ def _with_own(problem: Problem, row: Rows, proved: dict[str, ProvedRange]) -> di
     found = dict(proved)
     for name, own in problem.setup.own.items():
         if name in row.outward and found.keys() & own.reads:
-            known = {read: range_of(row.column(read), row.outward.get(read, 0.0)) for read in own.reads}
+            known = {read: enclosure_of(row.column(read), row.outward.get(read, 0.0)) for read in own.reads}
             known |= {read: Interval(*np.array(found[read])[:, None]) for read in own.reads if read in found}
             made = own_range(own, known)
             found[name] = float(made.low[0]), float(made.high[0])

@@ -115,7 +115,7 @@ def test_rows_are_those_of_evaluate_in_processes_and_in_parts(tmp_path):
     sweep(scene, out=tmp_path / "processes", keep="feasible", engine=Processes(1))
     for part in (1, 2):
         sweep_part(scene, (part, 2), out=tmp_path / f"part-{part}")
-    merge([tmp_path / "part-1", tmp_path / "part-2"], tmp_path / "merged")
+    merge([tmp_path / "part-1", tmp_path / "part-2"], out=tmp_path / "merged")
     texts = [(tmp_path / name / "pareto.parquet").read_bytes() for name in ("threads", "processes", "merged")]
     assert texts[0] == texts[1] == texts[2]
     rows = load(tmp_path / "threads" / "pareto.parquet")

@@ -59,3 +59,13 @@ def test_stress_and_radius_next_to_a_cusp_are_those_of_60_digits(contact):
     stress = other["contact_stress_max_MPa"] * float(mpmath.sqrt(load / known))
     assert found["profile_radius_min_mm"] == pytest.approx(float(radius), rel=1e-9)
     assert found["contact_stress_max_MPa"] == pytest.approx(stress, rel=1e-9)
+
+
+@pytest.mark.parametrize("contact", CUSPED)
+def test_an_own_quantity_follows_a_number_that_is_proved(contact):
+    scene = cam_with(contact, outputs=NAMES)
+    own = {"mine": "contact_stress_max_MPa / 7"}
+    near = {**scene, "cam": {**scene["cam"], "base_radius": CUSPED[contact]}, "quantities": own}
+    found = evaluate(Scene.from_dict(near))
+    assert found["mine"] == pytest.approx(found["contact_stress_max_MPa"] / 7, rel=1e-9)
+    assert found["relative_half_width"] <= 1e-9
