@@ -82,7 +82,8 @@ def read_own_quantities(data: dict[str, Any]) -> None:
     if not isinstance(given, dict):
         return
     tables = {name: _quantity_table(each) for name, each in given.items()}
-    if unknown := {*_names_in(data, tables)} - {*QUANTITIES, *tables, *FUNCTIONS, *CONSTANTS}:
+    known = {*QUANTITIES, *tables, *FUNCTIONS, *CONSTANTS, *DISCIPLINES, EVERYTHING}
+    if unknown := {name for name in _names_in(data, tables) if name.isidentifier()} - known:
         tables = {
             name: _quantity_table({"function": name}) for name in installed_quantities() if name in unknown
         } | tables
@@ -96,9 +97,10 @@ def _quantity_table(given: Any) -> Any:
         return given.table
     if isinstance(given, str):
         return {"value": given}
-    if isinstance(given, dict) and "columns" not in given and given.get("function") in installed_quantities():
+    name = given.get("function") if isinstance(given, dict) and "columns" not in given else None
+    if isinstance(name, str) and name in installed_quantities():
         with suppress(ValueError):  # said when it is computed
-            return load_installed(given["function"]).table | given
+            return load_installed(name).table | given
     return given
 
 
