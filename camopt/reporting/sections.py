@@ -5,7 +5,7 @@ from math import isfinite
 from typing import Any
 
 from camopt.effects import quantity_of
-from camopt.problem.limit import Limit
+from camopt.problem.limit import Limit, OwnLimit
 from camopt.problem.problem import Problem, resolve
 from camopt.quantities import QUANTITIES, Quantity
 from camopt.quantities.unit_systems import shown, shown_unit
@@ -65,7 +65,7 @@ def _words(name: str) -> str:
 
 
 def _proof(limit: Limit | None) -> str:
-    if limit is None or limit.decided:
+    if limit is None or limit.decided or isinstance(limit, OwnLimit):
         return IN_DOUBLES
     if limit.claims:
         return IN_BALLS
@@ -84,7 +84,7 @@ def _reached(limit: Limit | None, found: Evaluation, verdict: str) -> Iterator[t
         return
     names = [] if limit is None else [name for name in limit.shown if name in found]
     if limit is None or not names:
-        yield "none allowed", "", ""
+        yield "finite" if isinstance(limit, OwnLimit) else "none allowed", "", ""
         return
     for name in names:
         unit, value = quantity_of(name, limit.setup).unit, found[name]

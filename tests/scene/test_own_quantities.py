@@ -19,6 +19,7 @@ from camopt.effects.own import RANGES
 from camopt.numerics.interval import Interval
 from camopt.problem.problem import resolve
 from camopt.quantities.expression import FUNCTIONS, MOST_NODES, parse_expression
+from camopt.reporting.sections import limits_sheet
 from camopt.scene.keys import found_keys
 from camopt.studies.called import what_runs
 
@@ -277,3 +278,15 @@ def test_commands_take_a_scene_with_own_quantities(command, tmp_path, capsys):
     out = capsys.readouterr()
     assert "Traceback" not in out.err
     assert "mine" in out.out or command[0] == "keys"
+
+
+def test_a_report_says_how_own_limits_are_decided():
+    scene = BASE.replace(
+        quantities={"mine": READ, "other": "mine / 2"}, **{"limits.mine": 9999, "search.minimise": ["other"]}
+    )
+    rows = {
+        row[0].text: [cell.text for cell in row[1:]] for row in limits_sheet(evaluate(scene), resolve(scene)).rows
+    }
+    assert rows["mine"][:2] == ["held", "≤ 9999"]
+    assert rows["other"][:2] == ["held", "finite"]
+    assert {rows[name][-1] for name in ("mine", "other")} == {"double precision"}
