@@ -62,18 +62,20 @@ def random_quantities(first, last):
     return found
 
 
-@pytest.mark.parametrize("first", [0, *(range(100, times(100, 300), 100))])
+@pytest.mark.parametrize("first", range(0, times(300, 3000), 100))
 def test_random_expressions_are_what_pandas_makes_of_the_same_rows(first, tmp_path):
     both = random_quantities(first, first + 100)
     scene = BASE.replace(quantities={name: ours for name, (ours, _) in both.items()}, outputs=list(READ))
     sweep(scene, out=tmp_path, keep="all", workers=1)
     rows = load(tmp_path / "designs.parquet")
-    assert len(both) > 60
+    assert len(both) > 90
     assert len(rows) > 200
+    read = rows[list(READ)]
+    read.attrs = {}  # pandas copies them for each column of each expression
     own = {name: getattr(np, name) for name in ("minimum", "maximum", "radians", "degrees")}
     for name, (ours, theirs) in both.items():
         with np.errstate(all="ignore"):
-            expected = rows.eval(theirs, engine="python", local_dict=own) + np.zeros(len(rows))
+            expected = read.eval(theirs, engine="python", local_dict=own) + np.zeros(len(rows))
         expected = np.where(np.isfinite(expected), expected, np.inf)
         assert rows[name].to_numpy() == pytest.approx(expected, rel=1e-12), ours
 
