@@ -1,4 +1,4 @@
-"""What holds for all tests: how many of their cases are tried (``one_in``), and when kernels are compiled."""
+"""What holds for all tests: how many of their cases are tried (``one_in``)."""
 
 import gc
 import os
@@ -12,7 +12,6 @@ from hypothesis import settings
 from support.depth import is_deep
 from support.ways import boxes_for_front_only
 
-from camopt.kernels import compile
 from camopt.numerics.workspace import keep_freed_memory
 
 gc.set_threshold(1_000_000)  # until tests are collected: what is made by then stays
@@ -73,12 +72,4 @@ def _few_levels(monkeypatch):
 @pytest.fixture
 def _boxes():
     with boxes_for_front_only():
-        yield
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _compiled_for_many():
-    """Tests share what is compiled: it pays after a fifth of the work."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compile, "COMPILATION", 0.2 * compile.COMPILATION)
         yield

@@ -177,4 +177,5 @@ def test_the_command_spaces_and_loads_its_points(capsys, tmp_path, monkeypatch, 
         (["--points", f"p.{suffix}", "--cutter-radius", "0"], "camopt: --cutter-radius = 0.0: must be above 0"),
     ):
         assert main(["evaluate", "mine.toml", *options]) == 2
-        assert capsys.readouterr().err.splitlines()[0].startswith(message)
+        told = [line for line in capsys.readouterr().err.splitlines() if "compiling" not in line]
+        assert told[0].startswith(message)
