@@ -8,7 +8,6 @@ of costs between the ideal and the nadir of both fronts together.
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import moocore
 import numpy as np
 
 from camopt.front.pareto import hypervolume, scale_of_costs, undominated
@@ -94,6 +93,8 @@ def compared_fronts(a: FloatArray, b: FloatArray) -> Fronts:
 
 def _side(mine: FloatArray, others: FloatArray, here: FloatArray, there: FloatArray, dominated: int) -> FrontSide:
     """One front beside the other: costs, then both normalised."""
+    import moocore  # noqa: PLC0415, two cams are compared without it
+
     volume, exact = hypervolume(here) if len(here) else (0.0, True)
     known = {tuple(row) for row in others.tolist()}
     here, there = _near(here), _near(there)

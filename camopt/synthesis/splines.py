@@ -12,9 +12,8 @@ from functools import cache, cached_property
 from math import comb
 
 import numpy as np
-import scipy
+import scipy  # its parts when they are used: pages and comparisons do without sparse matrices
 from numpy.typing import NDArray
-from scipy import sparse
 
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
@@ -70,14 +69,14 @@ class Splines:
         """What each coefficient adds to the integral over the stroke: its support over the degree + 1."""
         return (self.knots[self.degree + 1 :] - self.knots[: self.count]) / (self.degree + 1)
 
-    def at(self, x: FloatArray, order: int) -> sparse.csr_array:
+    def at(self, x: FloatArray, order: int) -> "scipy.sparse.csr_array":
         """The matrix from coefficients to values of a derivative at x, from 0 to 1."""
         inner = self.knots[order : self.knots.size - order]
         by_knots = derivative_matrix(self.knots, self.degree, order)
         basis = scipy.interpolate.BSpline.design_matrix(x, inner, self.degree - order, extrapolate=True)
         return without_rounding(basis @ by_knots)
 
-    def bernstein(self, order: int) -> sparse.csr_array:
+    def bernstein(self, order: int) -> "scipy.sparse.csr_array":
         """The matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
         return _bernstein(self, order, self._parts)
 
@@ -88,12 +87,12 @@ class Splines:
         starts = self.ends[:-1, None] + shares * np.diff(self.ends)[:, None]
         return (*starts.ravel().tolist(), 1.0)
 
-    def between(self, order: int, low: float, high: float) -> sparse.csr_array:
+    def between(self, order: int, low: float, high: float) -> "scipy.sparse.csr_array":
         """The same for a range of x: from part to part within it."""
         inside = [x for x in self._parts if low + LEAST_PART < x < high - LEAST_PART]
         return _bernstein(self, order, (low, *inside, high))
 
-    def once(self, order: int, degree: int) -> sparse.csr_array:
+    def once(self, order: int, degree: int) -> "scipy.sparse.csr_array":
         """As ``bernstein``, of a derivative as polynomials of a degree, but none that repeats the one before."""
         return _once(self, order, degree)
 
@@ -127,7 +126,7 @@ class Splines:
 
 
 @cache
-def _bernstein(splines: Splines, order: int, ends: tuple[float, ...]) -> sparse.csr_array:
+def _bernstein(splines: Splines, order: int, ends: tuple[float, ...]) -> "scipy.sparse.csr_array":
     """Of a derivative on parts, none of which has a knot inside."""
     degree, parts = splines.degree - order, len(ends) - 1
     x = (1.0 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) / 2.0  # inside a part: no knot
@@ -135,29 +134,31 @@ def _bernstein(splines: Splines, order: int, ends: tuple[float, ...]) -> sparse.
     ways = np.array([comb(degree, k) for k in range(degree + 1)])
     values = ways * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
     nodes = (np.array(ends[:-1])[:, None] + np.diff(ends)[:, None] * x).ravel()
-    found = sparse.kron(sparse.eye_array(parts), np.linalg.inv(values)) @ splines.at(nodes, order)
+    found = scipy.sparse.kron(scipy.sparse.eye_array(parts), np.linalg.inv(values)) @ splines.at(nodes, order)
     return without_rounding(found)
 
 
-def without_rounding(matrix: sparse.csr_array) -> sparse.csr_array:
+def without_rounding(matrix: "scipy.sparse.csr_array") -> "scipy.sparse.csr_array":
     """A matrix without entries that are rounding."""
-    found = sparse.csr_array(matrix)
+    found = scipy.sparse.csr_array(matrix)
     found.data[np.abs(found.data) <= LEAST_ENTRY * np.abs(found.data).max(initial=0.0)] = 0.0
     found.eliminate_zeros()
     return found
 
 
 @cache
-def _once(splines: Splines, order: int, degree: int) -> sparse.csr_array:
+def _once(splines: Splines, order: int, degree: int) -> "scipy.sparse.csr_array":
     own = splines.degree - order
     return elevated(splines.bernstein(order), own, degree - own)[splines.fresh(order, degree)]
 
 
-def elevated(rows: sparse.csr_array, degree: int, up: int) -> sparse.csr_array:
+def elevated(rows: "scipy.sparse.csr_array", degree: int, up: int) -> "scipy.sparse.csr_array":
     """Bernstein coefficients of polynomials of a degree as those of one that is ``up`` higher."""
     for _ in range(up):
         degree += 1
         share = np.arange(degree + 1) / degree
         once = np.diag(1.0 - share)[:, :-1] + np.diag(share)[:, 1:]
-        rows = sparse.kron(sparse.eye_array(rows.shape[0] // degree), sparse.csr_array(once)) @ rows
-    return sparse.csr_array(rows)
+        rows = (
+            scipy.sparse.kron(scipy.sparse.eye_array(rows.shape[0] // degree), scipy.sparse.csr_array(once)) @ rows
+        )
+    return scipy.sparse.csr_array(rows)

@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-import narwhals.stable.v2 as nw
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -244,6 +243,8 @@ def _frame(table: pa.Table) -> "pd.DataFrame":
 
 def row_of(table: Any, row: int | None, name: str) -> dict[str, Any]:
     """The values of one row, or of the row of a table, by column."""
+    import narwhals.stable.v2 as nw  # most commands are given no table
+
     frame = nw.from_native(table, eager_only=True, pass_through=True)
     if not isinstance(frame, nw.DataFrame):
         return _values_of(table if row is None else None, name)
