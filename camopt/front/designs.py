@@ -267,10 +267,13 @@ def _out_of_range(key: str, name: str, table: DesignColumns) -> Iterator[Mistake
     if values.size and values.dtype.kind in "iuf":
         looked_at = [int(values.argmin()), int(values.argmax())]  # the first that is not a number, if there is one
     for row in looked_at:
+        place, value = f"{name}[{table.labels[row]}]", values.item(row)
+        if value is None:
+            yield Mistake(FILE, place, None, "missing", bare=True)
+            return
         try:
-            _type_of(key).validate_python(values.item(row))
+            _type_of(key).validate_python(value)
         except ValidationError as error:
-            place = f"{name}[{table.labels[row]}]"
             yield mistakes_of(error, TABLE_TYPES[key.rpartition(".")[0]], place, FILE)[0]
             return
 

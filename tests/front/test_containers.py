@@ -5,7 +5,10 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pandas.testing import assert_frame_equal
+from support.depth import times
 
 from camopt import BadInput, evaluate, evaluate_designs, find_scene, load, sweep
 
@@ -128,6 +131,8 @@ def test_a_table_that_says_nothing_of_designs_is_refused():
 def test_a_row_has_every_column():
     with pytest.raises(BadInput, match=r"designs: offset_mm\[1\]: missing"):
         evaluate_designs(SCENE, [{"base_radius_mm": 60.0, "offset_mm": 3.0}, {"base_radius_mm": 70.0}])
+    with pytest.raises(BadInput, match=r"designs: rpm\[1\]: missing"):
+        evaluate_designs(SCENE, {"base_radius_mm": 60.0, "rpm": [300.0, None]})
 
 
 def test_numbers_far_from_those_before_have_the_same_bits():
@@ -152,3 +157,21 @@ def test_a_scene_is_resolved_once(monkeypatch):
     for rpm in (700.0, 811.0, 900.0):
         evaluate_designs(SCENE, points | {"rpm": rpm, "law": "cycloidal"})
     assert not made
+
+
+NAME = st.sampled_from(["base_radius_mm", "offset_mm", "law", "law_rise", "cost", "rpm", "feasible", 3])
+VALUE = st.floats(1.0, 200.0) | st.sampled_from(["cycloidal", None, "", [1.0], {}, True, 10**400, -0.0, b"x"])
+ROWS = st.lists(st.dictionaries(NAME, VALUE, max_size=3), max_size=3)
+
+
+@pytest.mark.filterwarnings("ignore:designs. camopt ignores")
+@given(ROWS | st.dictionaries(NAME, VALUE | st.lists(VALUE, max_size=3), max_size=3) | VALUE)
+@settings(max_examples=times(60, deep=2000))
+def test_whatever_is_given_is_evaluated_or_refused_in_plain_words(designs):
+    try:
+        found = evaluate_designs(SCENE, designs)
+    except BadInput as refused:
+        told = str(refused)
+        assert told.startswith(("designs: ", "camopt: designs: must be "))
+    else:
+        assert not found.isna().any(axis=None)
