@@ -56,7 +56,7 @@ def read_columns(designs: Any, known: Collection[str], names: Iterable[str] | No
 def _table_of(designs: Any, names: Iterable[str] | None) -> "tuple[Any, pd.Index[Any] | range | None]":
     """What has the columns of a container by name, and the labels of its rows, if it has any."""
     if names is not None:
-        return _named(designs, [*names]), None
+        return _columns_of_array(designs, [*names]), None
     if is_pandas_row(designs):
         return dict(designs), designs.to_frame().columns
     if isinstance(designs, Mapping) and (labelled := list(filter(is_pandas_row, designs.values()))):
@@ -69,7 +69,7 @@ def _table_of(designs: Any, names: Iterable[str] | None) -> "tuple[Any, pd.Index
     if isinstance(designs, np.ndarray) and designs.dtype.names:
         return {name: designs[name] for name in designs.dtype.names}, None
     if isinstance(designs, (list, tuple)) and all(isinstance(r, Mapping) or is_pandas_row(r) for r in designs):
-        return _of_rows([dict(row) for row in designs]), None
+        return _columns_of_rows([dict(row) for row in designs]), None
     try:
         frame = nw.from_native(designs, eager_only=True, pass_through=True)
     except DuplicateError:
@@ -95,7 +95,7 @@ def _array_of(name: str, value: Any) -> NDArray[Any]:
     return np.asarray(value, dtype=object) if array.dtype.kind in "US" else array
 
 
-def _of_rows(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _columns_of_rows(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """The columns of a list of mappings."""
     names = dict.fromkeys(chain.from_iterable(rows))
     columns = {name: [row.get(name, ABSENT) for row in rows] for name in names}
@@ -105,7 +105,7 @@ def _of_rows(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return columns
 
 
-def _named(designs: Any, names: Sequence[str]) -> dict[str, Any]:
+def _columns_of_array(designs: Any, names: Sequence[str]) -> dict[str, Any]:
     """The columns of an array (rows, names), or of one design (names,)."""
     array = np.asarray(designs)
     if array.ndim not in (1, 2) or array.shape[-1] != len(names):

@@ -113,15 +113,15 @@ def evaluate_designs(
 
     scene = scene_from(scene)
     given = resolve(scene)
-    columns = _columns(given)
+    columns = _variables_by_column(given)
     table = read_columns(designs, {*columns, *LAW_KEYS}, names)
     _check_other_columns(given, columns, table, strict=strict)
-    varied = _varied(columns, table)
-    rows = _given(given, table, varied)
-    problem = _searching(scene, given, varied, table)
+    varied = _variables_in(columns, table)
+    rows = _designs_of(given, table, varied)
+    problem = _problem_of_search(scene, given, varied, table)
     found = problem.wanted | problem.sizes | frozenset(VERDICT)
-    motions = _by_motion(given, problem, table)
-    parts = [part for each, some in motions for part in _evaluated(each, rows.take(some), some, found)]
+    motions = _split_by_motion(given, problem, table)
+    parts = [part for each, some in motions for part in _evaluate_rows(each, rows.take(some), some, found)]
     values = scattered(parts, table.count).columns
     quantities = {name: quantity_of(name, given.setup) for name in in_order(found)}
     columns_in_order = [*quantities, *(f"{EXCESS}{limit.name}" for limit in problem.limits)]
@@ -129,34 +129,34 @@ def evaluate_designs(
         values |= {name: values[name].astype(each.kind) for name, each in quantities.items()}
     frame = pd.DataFrame({name: values[name] for name in columns_in_order}, index=table.labels)
     units = {name: each.unit for name, each in quantities.items()}
-    frame.attrs = {"units": units, "scene": _text_of(Same(scene))}
+    frame.attrs = {"units": units, "scene": _scene_text(Same(scene))}
     return frame
 
 
 def check_designs(scene: Scene, designs: "pd.DataFrame") -> None:
     """BadInput unless the columns of a table that tell its designs can be those of a scene; others may be there."""
     problem = resolve(scene)
-    columns = _columns(problem)
+    columns = _variables_by_column(problem)
     if lacking := sorted(problem.sizes - {*DERIVED, *designs}):
         raise BadInput([Mistake(FILE, name, None, "missing", bare=True) for name in lacking])
     table = read_columns(designs, {*columns, *LAW_KEYS})
-    varied = _varied(columns, table)
-    _given(problem, table, varied)
-    _searching(scene, problem, varied, table)
+    varied = _variables_in(columns, table)
+    _designs_of(problem, table, varied)
+    _problem_of_search(scene, problem, varied, table)
 
 
 @lru_cache(maxsize=SCENES)
-def _text_of(same: Same[Scene]) -> str:
+def _scene_text(same: Same[Scene]) -> str:
     return same.value.to_toml()
 
 
-def _columns(problem: Problem) -> Mapping[str, Variable]:
+def _variables_by_column(problem: Problem) -> Mapping[str, Variable]:
     """The variables of a problem by the columns that give them; a size also by its key in the scene."""
-    return _known_columns(Same(problem))
+    return _find_variables(Same(problem))
 
 
 @lru_cache(maxsize=SCENES)
-def _known_columns(same: Same[Problem]) -> Mapping[str, Variable]:
+def _find_variables(same: Same[Problem]) -> Mapping[str, Variable]:
     sizes = {f"{each.name}_mm": each for each in same.value.variables if each.is_size}
     return sizes | {each.quantity: each for each in same.value.variables}
 
@@ -180,14 +180,14 @@ def _check_other_columns(
         warnings.warn(text, stacklevel=3)
 
 
-def _varied(columns: Mapping[str, Variable], table: DesignColumns) -> dict[str, Variable]:
+def _variables_in(columns: Mapping[str, Variable], table: DesignColumns) -> dict[str, Variable]:
     """The variables that a table has columns of."""
     if "law" in table.values and ("law_rise" in table.values or "law_return" in table.values):
         raise BadInput([Mistake(FILE, "law", None, "must stand alone, without law_rise and law_return", bare=True)])
     return {name: columns[name] for name in table.values if name in columns}
 
 
-def _given(problem: Problem, table: DesignColumns, varied: Mapping[str, Variable]) -> Designs:
+def _designs_of(problem: Problem, table: DesignColumns, varied: Mapping[str, Variable]) -> Designs:
     """The designs of a table: its columns, and the scene's own sizes and searched numbers."""
     values = table.values
     mistakes = [
@@ -220,19 +220,21 @@ class _Search:
 
 
 @lru_cache(maxsize=SCENES)
-def _searches(same: Same[Scene]) -> dict[frozenset[str], _Search]:
+def _known_searches(same: Same[Scene]) -> dict[frozenset[str], _Search]:
     """The searches of a scene that are known, by the numbers that they vary; what designs have does not depend on
     the ends of a search, which only grow."""
     return {}
 
 
-def _searching(scene: Scene, given: Problem, varied: Mapping[str, Variable], table: DesignColumns) -> Problem:
+def _problem_of_search(
+    scene: Scene, given: Problem, varied: Mapping[str, Variable], table: DesignColumns
+) -> Problem:
     """The problem of a scene whose search varies the numbers of which a faultless table has columns."""
     columns = {each.searched: name for name, each in varied.items() if each.is_number and table.count}
     if not columns:
         return freed_of(given)
     ends = {key: (float(table.values[n].min()), float(table.values[n].max())) for key, n in columns.items()}
-    known = _searches(Same(scene))
+    known = _known_searches(Same(scene))
     before = known.get(frozenset(ends))
     if before and before.holds(ends):
         return before.problem
@@ -293,7 +295,7 @@ def _laws_of_scene(problem: Problem) -> tuple[str, str]:
     return problem.programme.law_names(RISE), problem.programme.law_names(RETURN)
 
 
-def _by_motion(
+def _split_by_motion(
     given: Problem, problem: Problem, table: DesignColumns
 ) -> Iterator[tuple[Problem, NDArray[np.intp]]]:
     """The problem of each pair of laws, in each setting that is one of problems, and the rows that have it."""
@@ -301,23 +303,23 @@ def _by_motion(
     strokes = [next((name for name in names if name in values), None) for names in LAWS_OF_STROKES]
     shared = [each for each in problem.choices.numbers if each.quantity in values and not each.is_ranged]
     named = [name for name in dict.fromkeys((*strokes, *(each.quantity for each in shared))) if name]
-    for rows in _alike([values[name] for name in named], table.count):
+    for rows in _group_rows([values[name] for name in named], table.count):
         first = {name: values[name].item(rows[0]) for name in named} if rows.size else {}
         set_ = problem
         if shared and first:
             (set_,) = in_settings(problem, [{each.key: float(first[each.quantity]) for each in shared}])
         laws = [name and first.get(name) for name in strokes]
         rise, fall = (None if law == own else law for law, own in zip(laws, _laws_of_scene(given), strict=True))
-        yield set_ if rise is fall is None else set_.moving(_asked_by(Same(given), rise, fall)), rows
+        yield set_ if rise is fall is None else set_.moving(_motion_with_laws(Same(given), rise, fall)), rows
 
 
 @lru_cache(maxsize=MOTIONS)
-def _asked_by(same: Same[Problem], rise: str | None, fall: str | None) -> Programme:
+def _motion_with_laws(same: Same[Problem], rise: str | None, fall: str | None) -> Programme:
     """The motion that is asked with other laws."""
     return same.value.asked_by(rise, fall)
 
 
-def _alike(columns: Iterable[NDArray[Any]], count: int) -> list[NDArray[np.intp]]:
+def _group_rows(columns: Iterable[NDArray[Any]], count: int) -> list[NDArray[np.intp]]:
     """The rows of each combination of values that some columns have."""
     codes = np.zeros(count, dtype=np.intp)
     for values in columns:
@@ -327,7 +329,7 @@ def _alike(columns: Iterable[NDArray[Any]], count: int) -> list[NDArray[np.intp]
     return np.split(order, np.flatnonzero(np.diff(codes[order])) + 1)
 
 
-def _evaluated(
+def _evaluate_rows(
     problem: Problem, designs: Designs, rows: NDArray[np.intp], names: frozenset[str]
 ) -> Iterator[tuple[NDArray[np.intp], Rows]]:
     """Quantities, verdicts and excesses of designs that share a motion, with the places of their rows."""
