@@ -93,7 +93,8 @@ def fit(
         scene = library.unfolded(values_of(changes)) or None
     chosen, order = (given and [name.strip() for name in given.split(",")] for given in (columns, segments))
     points = file if profile is None else camopt.MeasuredProfile(file, profile, probe or 0.0)
-    with options_named(changes):
+    sizes = {"cam.base_radius": "--base-radius", "follower.roller_radius": "--roller-radius"}
+    with options_named({**changes, **{key: (option, None) for key, option in sizes.items()}}):
         result = camopt.fit(points, scene, columns=chosen, segments=order, **options)
     library.write_scene(out, result.scene)
     if picture:
