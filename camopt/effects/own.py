@@ -46,7 +46,8 @@ def _own_column(quantity: OwnQuantity, case: Case, wanted: frozenset[str]) -> di
     )
     with np.errstate(**WITHOUT_BOUNDS):
         width = np.maximum(found.high - value, value - found.low)
-    return {quantity.name: Bounded(value, np.where(np.isfinite(value), width, 0.0), np.abs(value))}
+        scale = np.fmax(np.abs(value), largest_term(quantity.tree, columns))
+    return {quantity.name: Bounded(value, np.where(np.isfinite(value), width, 0.0), scale)}
 
 
 def own_value(quantity: OwnQuantity, columns: Mapping[str, Any], count: int) -> FloatArray:
@@ -58,6 +59,23 @@ def own_value(quantity: OwnQuantity, columns: Mapping[str, Any], count: int) -> 
     with np.errstate(all="ignore"):
         value = np.asarray(quantity.tree.evaluate(columns), dtype=float) + np.zeros(count)
     return np.where(np.isfinite(value), value, np.inf)
+
+
+def largest_term(tree: Any, columns: Mapping[str, Any]) -> Any:
+    """The largest magnitude of the terms of an expression, to which its error is relative where they cancel."""
+    match tree.rule:
+        case "+" | "-" | "min" | "max":
+            return reduce(np.maximum, (largest_term(part, columns) for part in tree.parts))
+        case "neg" | "abs":
+            return largest_term(tree.parts[0], columns)
+        case "*":
+            return largest_term(tree.parts[0], columns) * largest_term(tree.parts[1], columns)
+        case "/":
+            return largest_term(tree.parts[0], columns) / np.abs(tree.parts[1].evaluate(columns))
+        case "**":
+            power = largest_term(tree.parts[0], columns) ** tree.parts[1].evaluate(columns)
+            return np.fmax(np.abs(tree.evaluate(columns)), power)
+    return np.abs(tree.evaluate(columns))
 
 
 def own_range(quantity: OwnQuantity, ranges: Mapping[str, Interval]) -> Interval:

@@ -153,6 +153,20 @@ def test_a_value_that_is_no_number_is_never_the_least(tmp_path):
         assert front["mine"].iloc[0] == pytest.approx(best.min() if goal == "minimise" else best.max(), rel=1e-12)
 
 
+@pytest.mark.parametrize("power", [1, 2])
+def test_a_difference_near_zero_is_as_exact_as_its_terms(power):
+    radii = sweep(BASE.replace(outputs=["profile_radius_min_mm"]), keep="all").to_pandas("designs")
+    middle = float(radii["profile_radius_min_mm"].iloc[17])
+    scene = BASE.replace(
+        quantities={"mine": f"2 * ({middle!r} - profile_radius_min_mm) ** {power} / 3"}, **{"limits.mine": 1e-3}
+    )
+    found = sweep(scene, keep="all")
+    rows = found.to_pandas("designs")
+    assert np.abs(rows["mine"]).min() < 1e-9
+    assert rows["relative_half_width"].max() <= 1e-9
+    assert found.exit_code == 0
+
+
 def test_refinement_lowers_an_own_objective():
     mine = {"mine": "outer_radius_mm * torque_rms_N_m + 3 * (offset_mm - 6.1) ** 2"}
     scene = BASE.replace(quantities=mine, **{"search.minimise": ["mine"], "search.law": ["harmonic"]})
