@@ -18,6 +18,7 @@ from camopt.front.blocks import BLOCK, SHARING_BLOCK, Batch, Blocks, merged
 from camopt.front.curve_numbers import CurveNumbers, curve_numbers
 from camopt.front.curve_verdicts import curves_tell_all
 from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.motion.installed import installed_laws
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import VERDICT
 from camopt.problem.sample import searched_space
@@ -175,8 +176,10 @@ class SweepPlan:
 
     def question(self, part: int = 1, parts: int = 1) -> SweepKey:
         """The question, or that of one of several equal parts."""
-        version = " ".join([version_of_rows(), *(each.digest for each in self.calls)])
-        return SweepKey(self.scene.to_toml(), self.keep, self.block, version, part, parts)
+        text = self.scene.to_toml()
+        packages = (law.package for name, law in installed_laws().items() if f'"{name}"' in text)
+        version = " ".join([version_of_rows(), *packages, *(each.digest for each in self.calls)])
+        return SweepKey(text, self.keep, self.block, version, part, parts)
 
     @property
     def calls(self) -> list[FunctionCall]:

@@ -13,6 +13,7 @@ from camopt.motion import (
     poly4567,
     poly56789,
 )
+from camopt.motion.installed import installed_laws
 from camopt.motion.law import Law
 from camopt.motion.polynomial import cubic, poly8, uniform
 from camopt.motion.scca import (
@@ -43,5 +44,5 @@ _ALL: tuple[Law, ...] = (
     half_harmonic_2,
 )
 
-LAWS: dict[str, Law] = {law.NAME: law for law in _ALL}
-"""Every built-in law by the name that scenes use."""
+LAWS: dict[str, Law] = {**installed_laws(), **{law.NAME: law for law in _ALL}}
+"""Every built-in law by the name that scenes use, and those of installed packages under names that no other has."""

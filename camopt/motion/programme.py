@@ -12,6 +12,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from camopt.motion import LAWS
+from camopt.motion.installed import InstalledLaw
 from camopt.motion.joints import with_moves
 from camopt.motion.law import Law
 from camopt.motion.load import ExternalLoad
@@ -145,8 +146,8 @@ class Programme:
 
     @property
     def sampled(self) -> bool:
-        """Whether a law comes from the points of a table, and is not known between them."""
-        return any(isinstance(s.law, SplineLaw) and s.law.sampled for s in self.tool.strokes)
+        """Whether a law comes from the points of a table or the functions of a package: unknown between."""
+        return any(isinstance(s.law, SplineLaw | InstalledLaw) and s.law.sampled for s in self.tool.strokes)
 
     @property
     def monotone(self) -> bool:

@@ -30,6 +30,7 @@ from camopt.verdicts.asked import conditions_verdict
 from camopt.verdicts.ball import as_arb, precisely
 from camopt.verdicts.deciding import Largest, Side, sign_of
 from camopt.verdicts.exact_curve import BALL_NUMBERS, ExactCurve, in_balls
+from camopt.verdicts.exact_laws import NoExactForm
 from camopt.verdicts.exact_mean import mean_verdict
 from camopt.verdicts.exact_motion import ExactMotion, TurnPart, exact_motion
 from camopt.verdicts.exact_section import integrated_rows, is_integrated
@@ -129,7 +130,10 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
     """The verdict on each limit for one design: held, broken or undecided, as at ``until`` (``clock.now``)."""
     if not problem.setup.mechanism.exists(design, problem.programme)[0]:
         return {ASSEMBLY: BROKEN}
-    motion = exact_turn(problem.programme)
+    try:
+        motion = exact_turn(problem.programme)
+    except NoExactForm:
+        return {limit.name: UNDECIDED for limit in problem.limits}
     exact = in_balls(design)
     verdicts: dict[str, str] = {}
     for limit in problem.limits:
@@ -215,7 +219,8 @@ def certify(scene: SceneSource) -> Certificate:
     Numbers of the scene are taken as exact; of a profile, the centres that are found of its arcs, and the cam
     angles where they meet, are taken as they are rounded. Limits are decided at every cam angle of the continuous
     motion, in ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit. A law that the
-    scene gives as a table is the spline through its points.
+    scene gives as a table is the spline through its points. With a law that another package brings as functions,
+    all limits stay undecided.
 
     With ``search.robust`` a limit is held if every cam within the tolerances of its numbers and of its train holds
     it: the nominal one in balls, all others in intervals, over the whole box of numbers and all cam angles at once.
@@ -253,7 +258,11 @@ def certify(scene: SceneSource) -> Certificate:
 
 def certify_problem(problem: Problem) -> dict[str, str]:
     """As ``certify``, for a scene already resolved."""
-    asked = conditions_verdict(problem.given, exact_motion(problem.programme).given)
+    try:
+        asked = conditions_verdict(problem.given, exact_motion(problem.programme).given)
+    except NoExactForm:
+        given = problem.given.strokes
+        asked = UNDECIDED if any(each.key and each.asked(given[0].low) for each in given) else None
     return certify_cams(problem) | ({} if asked is None else {CONDITIONS: asked})
 
 

@@ -13,6 +13,9 @@ from typing import Any
 
 from flint import arb, arb_poly, fmpq, fmpq_mat
 
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion import LAWS
+from camopt.motion.installed import EXACT_CLASSES, InstalledLaw
 from camopt.motion.law import Law
 from camopt.motion.polynomial import PolynomialLaw
 from camopt.motion.profile_law import ProfileLaw
@@ -218,12 +221,31 @@ def _rational(values: tuple[float, ...]) -> list[fmpq]:
     return [fmpq(*value.as_integer_ratio()) for value in values]
 
 
+class NoExactForm(BadInput):
+    """A law is known by its functions alone, of which no number is proved."""
+
+    def __init__(self, name: str) -> None:
+        kinds = "one of camopt's own, or an object of PolynomialLaw, SCCALaw or SplineLaw"
+        super().__init__([Mistake("camopt", "law", name, f"a law with an exact form: {kinds}")])
+
+    def __reduce__(self) -> Any:
+        return NoExactForm, (self.mistakes[0].value,)
+
+
+def _installed(law: InstalledLaw) -> tuple[Piece, ...]:
+    """The pieces of the law of a package, if it is of a class of camopt's."""
+    if type(law.law) not in EXACT_CLASSES:
+        raise NoExactForm(law.NAME)
+    return pieces_of(law.law)
+
+
 EXACT_BY_TYPE: dict[type, Callable[[Any], tuple[Piece, ...]]] = {
     SplineLaw: _spline,
     PolynomialLaw: _by_conditions,
     SCCALaw: _scca,
     SkewedLaw: _skewed,
     MirroredLaw: _mirrored,
+    InstalledLaw: _installed,
 }
 """The exact form of laws that come in families; ``EXACT_BY_NAME`` has that of laws by name."""
 
@@ -231,9 +253,18 @@ EXACT_BY_TYPE: dict[type, Callable[[Any], tuple[Piece, ...]]] = {
 @cache
 @precisely()
 def pieces_of(law: Law) -> tuple[Piece, ...]:
-    """The pieces of a law."""
-    form = EXACT_BY_TYPE.get(type(law))
-    return EXACT_BY_NAME[law.NAME]() if form is None else form(law)
+    """The pieces of a law.
+
+    Raises
+    ------
+    NoExactForm
+        If it is of another package, and not of a class of camopt's.
+    """
+    if form := EXACT_BY_TYPE.get(type(law)):
+        return form(law)
+    if law.NAME in EXACT_BY_NAME and LAWS.get(law.NAME) is law:
+        return EXACT_BY_NAME[law.NAME]()
+    raise NoExactForm(law.NAME)
 
 
 Stretch = Piece | ProfilePiece | DrivenPiece

@@ -22,6 +22,7 @@ from camopt.problem.rows import Rows
 from camopt.verdicts.ball import Ball, as_arb, precisely
 from camopt.verdicts.certify import bounded, exact_turn, largest_of, on_arcs
 from camopt.verdicts.exact_curve import in_balls
+from camopt.verdicts.exact_laws import NoExactForm
 from camopt.verdicts.exact_motion import ExactMotion
 from camopt.verdicts.words import HELD, UNDECIDED, worst
 
@@ -75,7 +76,11 @@ def _with_own(problem: Problem, row: Rows, proved: dict[str, ProvedRange]) -> di
 @precisely()
 def _proved(problem: Problem, design: Designs, row: Rows, asked: float) -> dict[str, ProvedRange]:
     """Proved bounds of the quantities of one design that are less exact than asked."""
-    found, exact, motion = {}, in_balls(design), exact_turn(problem.programme)
+    found, exact = {}, in_balls(design)
+    try:
+        motion = exact_turn(problem.programme)
+    except NoExactForm:
+        return {}
     for name in row.outward:
         peaks = peaks_of(name, problem.setup) if _relative(row, name) > asked else ()
         if not peaks or on_arcs(problem, peaks[0].curves[0][0]):
