@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from math import floor, isfinite
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,7 +31,7 @@ def checked_angles(angles: ArrayLike) -> FloatArray:
 
 def in_steps(step: float) -> FloatArray:
     """Cam angles (deg) from 0 to 360 in even steps; the last falls short where they do not divide the turn."""
-    if not (isfinite(step) and 360.0 / MOST_POINTS <= step <= 360.0):
+    if not (isinstance(step, Real) and isfinite(step) and 360.0 / MOST_POINTS <= step <= 360.0):
         raise BadInput([Mistake("camopt", "step", step, f"from {360.0 / MOST_POINTS:g} to 360 deg")])
     count = floor(360.0 / step * (1.0 + 1e-12))
     return np.append(step * np.arange(count), [step * count, 360.0] if 360.0 - step * count > 1e-9 else [360.0])
@@ -42,7 +43,7 @@ def within_chord(chord: float, starts: FloatArray, curves: Curves) -> FloatArray
     Arcs are halved until the curve is so near their chord at seven places between the ends. ``starts`` are angles
     at which the motion changes; they are among those found.
     """
-    if not (isfinite(chord) and chord > 0.0):
+    if not (isinstance(chord, Real) and isfinite(chord) and chord > 0.0):
         raise BadInput([Mistake("camopt", "chord", chord, "above 0 mm")])
     even = np.linspace(0.0, 360.0, round(360.0 / WIDEST_STEP) + 1)
     even = even[np.abs(even[:, None] - starts).min(axis=1, initial=np.inf) > NARROWEST_STEP]

@@ -13,7 +13,7 @@ changes as the curve does at its cam angle.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,8 @@ from camopt.problem.variables import Variable
 from camopt.quantities import in_order
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
+from camopt.tables.layout import Table, table_of
+from camopt.tables.result import Result
 from camopt.verdicts.running import run_effects
 
 STEP_SHARE = 1e-3  # of what a variable is of the order of: the error of the formula is its fourth power
@@ -57,7 +59,7 @@ class Sensitivity(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sensitivities(Mapping[tuple[str, str], Sensitivity]):
+class Sensitivities(Result, Mapping[tuple[str, str], Sensitivity]):
     """The sensitivities of one cam by (quantity, key of the variable).
 
     Attributes
@@ -79,6 +81,22 @@ class Sensitivities(Mapping[tuple[str, str], Sensitivity]):
     scene: Scene
     quantities: dict[str, float]
     found: dict[tuple[str, str], Sensitivity]
+    main_rows: ClassVar[str] = "sensitivities"
+
+    def table(self) -> Table:
+        """A row for each quantity and variable: the derivative, in the quantity's unit by the variable's."""
+        rows = [
+            {**row, "derivative": "" if row["derivative"] is None else row["derivative"]} for row in self._records
+        ]
+        return table_of(f"{self.scene.name}: sensitivities", rows, ["quantity", "variable", "derivative"])
+
+    def document(self) -> dict[str, Any]:
+        """The quantities of the cam, and a record for each derivative."""
+        return {"scene": self.scene.name, "quantities": self.quantities, "sensitivities": self._records}
+
+    @property
+    def _records(self) -> list[dict[str, Any]]:
+        return [{"quantity": name, "variable": key, **each._asdict()} for (name, key), each in self.found.items()]
 
     def __getitem__(self, pair: tuple[str, str]) -> Sensitivity:
         if pair not in self.found:

@@ -76,6 +76,7 @@ def results(tmp_path_factory):
         Costs(SCENE, [{"quantity": "q", "method": "m", "setting": 1.0, "ns_per_design": 3.0, "error_max": 4.0}]),
         TableCertificate(["held", "broken"]),
         list_keys("cam"),
+        camopt.sensitivities(SCENE),
         camopt.cam_points(SCENE, [0, 90, 180]),
         camopt.response_spectrum("cycloidal", [1.0, 2.0]),
     ]
