@@ -422,8 +422,8 @@ def test_a_tolerance_of_the_profile_that_takes_the_preload_is_told(command, tmp_
     said = f"the worst has a clearance of {-found.plays[1].least:.6g} deg"
     assert said in found.plays_table().note
     (tmp_path / "thin.toml").write_text(scene.to_toml())
-    assert said in command("evaluate", tmp_path / "thin.toml")[1]
-    assert "no preload" not in command("evaluate", "press-feed-by-pair")[1]
+    assert said in command("evaluate", tmp_path / "thin.toml")[2]
+    assert "no preload" not in command("evaluate", "press-feed-by-pair")[2]
 
 
 def test_the_backlash_of_a_groove_is_its_clearance_over_the_pressure_angle():
