@@ -135,8 +135,8 @@ def reference_of(function: ArrayFunction) -> str:
 
 @cache
 def installed_quantities() -> Mapping[str, EntryPoint]:
-    """The entry points of installed packages that are quantities, by name; none is loaded."""
-    return {each.name: each for each in entry_points(group=ENTRY_POINTS)}
+    """The entry points that are quantities, none loaded; of two of a name the first on the path of imports."""
+    return {each.name: each for each in reversed(tuple(entry_points(group=ENTRY_POINTS)))}
 
 
 @cache
@@ -150,13 +150,15 @@ def load_installed(name: str) -> QuantityFunction:
     """
     if name not in installed_quantities():
         raise ValueError(f"is no entry point of the group {ENTRY_POINTS}: install the package that has it")
+    entry = installed_quantities()[name]
+    package = f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.module
     try:
-        found = installed_quantities()[name].load()
+        found = entry.load()
     except Exception as error:  # whatever a module does when it is imported
-        raise ValueError(f"its entry point fails: {_first_line(error)}") from error
+        raise ValueError(f"the entry point of {package} fails: {_first_line(error)}") from error
     if not isinstance(found, QuantityFunction):
         raise ValueError(
-            f"its entry point has {type(found).__name__}, and has to have what camopt.quantity returns"
+            f"the entry point of {package} has to be what camopt.quantity returns, not {type(found).__name__}"
         )
     return found
 

@@ -185,8 +185,8 @@ def test_every_scene_knows_the_quantities_of_installed_packages(installed, expec
 @pytest.mark.parametrize(
     ("name", "what"),
     [
-        ("broken", "its entry point fails: AttributeError"),
-        ("odd", "its entry point has builtin_function_or_method"),
+        ("broken", "the entry point of shop 1.0 fails: AttributeError"),
+        ("odd", "has to be what camopt.quantity returns, not builtin_function_or_method"),
         ("absent", "is no entry point of the group camopt.quantities"),
     ],
 )
