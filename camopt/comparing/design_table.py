@@ -11,9 +11,10 @@ from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray
 from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES
+from camopt.scene.design_rows import DERIVED
 from camopt.scene.scene import Scene
 from camopt.storage.tables import SCENE_KEY, TYPES, table_facts
-from camopt.tables.columns import DERIVED, axes_of
+from camopt.tables.columns import axes_of
 
 LAW_COLUMN, OWN_SCENE, FREE_COLUMN = "law_rise", "scene", "free"
 """Columns: one that every table of designs has; two that a frontier has."""

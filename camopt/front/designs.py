@@ -31,10 +31,10 @@ from camopt.problem.variables import Variable
 from camopt.quantities import QUANTITIES, in_order
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.complaints import mistakes_of
+from camopt.scene.design_rows import DERIVED
 from camopt.scene.scene import Scene
 from camopt.scene.tables import Cam, Drive, Dynamics, Follower, Materials, SceneTable
 from camopt.scene.train import TrainStage
-from camopt.tables.columns import DERIVED
 from camopt.verdicts.judging import CERTIFIED, evaluate_with_effort, excesses
 from camopt.verdicts.running import run_effects
 

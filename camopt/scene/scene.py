@@ -8,7 +8,6 @@ import os
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from math import isnan
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -24,6 +23,7 @@ from camopt.quantities import OF_STAGE, number_quantities, stage_quantity
 from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
+from camopt.scene.design_rows import check_row, is_missing, values_of_row
 from camopt.scene.drawn_profile import read_drawing
 from camopt.scene.fits import read_bore, read_keyway
 from camopt.scene.former import FORMER_KEYS, read_former
@@ -404,13 +404,20 @@ class Scene(HasHtml, Drawn, SceneTable):
             found |= {f"train.{number}.{key}": stage_quantity(number, key, turns=turns) for key in keys}
         return found
 
+    @property
+    def row_columns(self) -> dict[str, str]:
+        """The column in which tables have each size and number of its designs, by key."""
+        columns = self.mechanism.size_quantities
+        sizes = {key: columns[field] for key, field in self.size_fields.items()}
+        return {**sizes, **self.number_quantities, **self.stage_quantities}
+
     def with_row(self, row: "Mapping[str, Any] | pd.Series[Any]") -> "Scene":
         """The scene of one design: this one with the sizes, other numbers, laws and angles of a row of a table.
 
         Parameters
         ----------
-        row : Mapping or pandas.Series
-            Values by column, as tables name them; other columns, and values that are missing, change nothing.
+        row : Mapping, pandas.Series or pandas.DataFrame of one row
+            Values by column, as tables name them; other columns change nothing.
 
         Returns
         -------
@@ -420,7 +427,8 @@ class Scene(HasHtml, Drawn, SceneTable):
         Raises
         ------
         BadInput
-            If a value is one that the scene may not have.
+            If no column is a size, number or law of the mechanism, or a value is missing, or is one that the scene
+            may not have. A law is one that the scene knows.
 
         Examples
         --------
@@ -428,17 +436,13 @@ class Scene(HasHtml, Drawn, SceneTable):
         >>> scene.with_row({"base_radius_mm": 90, "law": "poly345"}).motion[0].law
         'poly345'
         """
-        row = row if isinstance(row, Mapping) else row.dropna()
-        missing = [
-            name for name, value in row.items() if value is None or (isinstance(value, float) and isnan(value))
-        ]
-        given = {str(name): value for name, value in row.items() if name not in missing}
-        columns = self.mechanism.size_quantities
-        quantities = {key: columns[field] for key, field in self.size_fields.items()}
-        quantities |= {**self.number_quantities, **self.stage_quantities}
-        changes: dict[str, Any] = {key: given[name] for key, name in quantities.items() if name in given}
+        values = values_of_row(row)
+        check_row(self, values)
+        given = {name: value for name, value in values.items() if not is_missing(value)}
+        changes: dict[str, Any] = {key: given[name] for key, name in self.row_columns.items() if name in given}
         changes = {
-            key: value + 0.0 if isinstance(value, Real) else value for key, value in changes.items()
+            key: value + 0.0 if isinstance(value, Real) and not isinstance(value, bool) else value
+            for key, value in changes.items()
         }  # no −0
         known, motion = {*LAWS, *self.laws}, self.to_dict().get("motion")
         for number, segment in enumerate(motion or ()):

@@ -7,6 +7,7 @@ from camopt.effects import quantity_of
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES, in_order
 from camopt.quantities.unit_systems import shown
+from camopt.scene.design_rows import DERIVED
 
 TableRow = Mapping[str, Any]
 WHOLE_TURN, STROKE_ANGLES = (
@@ -14,7 +15,6 @@ WHOLE_TURN, STROKE_ANGLES = (
     ("pressure_angle_max_rise_deg", "pressure_angle_max_return_deg"),
 )
 LAW_COLUMNS = ("law_rise", "law_return")
-DERIVED = ("prime_radius_mm", "shaft_clearance_mm")  # sums and differences of other sizes
 
 
 def bounds_shown(problem: Problem) -> dict[str, str]:

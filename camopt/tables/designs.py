@@ -2,6 +2,7 @@
 
 import os
 import re
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from itertools import chain, count
@@ -9,11 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from camopt.effects import quantity_of
-from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
+from camopt.mistakes import BadInput, Mistake, UnknownName, listed_words, nearest
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.quantities.shown import Drawn
 from camopt.scene.arguments import SceneSource, scene_from
+from camopt.scene.design_rows import NO_DESIGN, odd_columns
 from camopt.scene.scene import Scene
 from camopt.scene.written import write_scene
 from camopt.tables.columns import columns_of, joined_laws, with_law
@@ -131,6 +133,7 @@ def scene_of(table: Any, row: int | None = None, *, scene: SceneSource | None = 
         The row's label in the DataFrame: its number in the file, counted from 0.
     scene : Scene, str or os.PathLike, optional
         The scene that was searched, where the table has lost its ``attrs``, as in a merge with another one.
+        One warning names columns that are no quantities of camopt.
 
     Returns
     -------
@@ -140,7 +143,7 @@ def scene_of(table: Any, row: int | None = None, *, scene: SceneSource | None = 
     Raises
     ------
     BadInput
-        If the table has no such row, or no scene.
+        If the table has no such row, or no scene, or the scene may not have what stands in the row.
     OSError
         If the file cannot be read.
 
@@ -167,7 +170,10 @@ def scene_of(table: Any, row: int | None = None, *, scene: SceneSource | None = 
     if searched is None and not _is_scene(values):
         lost = "missing: the table has lost it, as in a merge, or camopt did not write it; give it as scene="
         raise BadInput([Mistake("camopt", "scene", None, lost, bare=True)])
-    return scene_of_row(searched, values)
+    found = scene_of_row(searched, values)
+    if searched and not _is_scene(values) and (odd := odd_columns(searched, values)):
+        warnings.warn(f"{name}: camopt ignores {listed_words(odd)}: {NO_DESIGN}", stacklevel=2)
+    return found
 
 
 def _is_scene(row: Mapping[str, Any]) -> bool:

@@ -6,6 +6,9 @@ import pytest
 
 from camopt import BadInput, evaluate, evaluate_designs, find_scene, load, scene_of, sweep
 from camopt.exporting.cam_points import write_points
+from camopt.motion.table import RETURN, RISE
+from camopt.problem.problem import resolve_design
+from camopt.scene.sources import shipped_scenes
 
 SCENE = find_scene("roller-1000rpm").replace(
     search={"base_radius": [57.3, 71.9, 93.7, 121.3], "offset": [0, 11.3], "law": ["cycloidal", "poly345"]}
@@ -60,7 +63,11 @@ def test_a_merge_loses_the_scene_which_is_asked_for(folder):
     merged.attrs = {}
     with pytest.raises(BadInput, match=r"^camopt: scene: missing: the table has lost it, as in a merge.*scene=$"):
         scene_of(merged, 3)
-    found = scene_of(merged, 3, scene=SCENE)
+    with pytest.warns(
+        UserWarning, match="^table: camopt ignores cost: no size or number of this mechanism"
+    ) as told:
+        found = scene_of(merged, 3, scene=SCENE)
+    assert [each.filename for each in told] == [__file__]
     assert found.cam.base_radius == merged["base_radius_mm"][3]
     assert {each.law for each in found.motion if each.law} == {merged["law_rise"][3]}
 
@@ -106,3 +113,69 @@ def test_numbers_of_a_row_are_those_of_the_scene():
         valve.with_row({"rpm": -3})
     with pytest.raises(BadInput, match=r"cam\.base_radius = 'far': must be a number"):
         valve.with_row({"base_radius_mm": "far"})
+
+
+FREE = {"law_rise": "free-rise", "law_return": "free-return"}
+
+
+@pytest.mark.parametrize(
+    ("row", "told"),
+    [
+        ({"base_radius_mm": 67.3, **FREE}, "row: law_rise = 'free-rise': must be a motion law"),
+        ({"law": "cycliodal"}, "row: law = 'cycliodal': must be a motion law; did you mean cycloidal?"),
+        ({"law_rise": "xx"}, "row: law_rise = 'xx': must be a motion law; known: "),
+        ({"law": 3}, "row: law = 3: must be a motion law"),
+        ({"law": ["cycloidal"]}, r"row: law = \['cycloidal'\]: must be a motion law"),
+        ({"base_radius_mm": float("nan"), "offset_mm": 5.1}, "row: base_radius_mm: missing"),
+        ({"base_radius_mm": None}, "row: base_radius_mm: missing"),
+        ({"base_radius_mm": pd.NA}, "row: base_radius_mm: missing"),
+        ({"base_radius_mm": 67.3, "rpm": float("nan")}, "row: rpm: missing"),
+        ({"base_radius_mm": 67.3, "law_rise": float("nan")}, "row: law_rise: missing"),
+        ({"base_radus_mm": 99.1}, "row: base_radus_mm: no size or number of this.*did you mean base_radius_mm?"),
+        ({"outer_radius_mm": 99.1}, "row: outer_radius_mm: no size or number of this mechanism and no law"),
+        ({}, "camopt: row: must be a row with a size, a number or a law of this mechanism; known: base_radius_mm"),
+        ({"angles_deg": [90.0]}, r"row: angles_deg = \[90.0\]: must be the angles of the 4 segments"),
+        ({"base_radius_mm": "60"}, r"cam.base_radius = '60': must be a number"),
+        ({"base_radius_mm": True}, r"cam.base_radius = True: must be a number"),
+        (None, "camopt: row: must be one row of a table; this is a NoneType"),
+        ([1], "camopt: row: must be one row of a table; this is a list"),
+        (
+            pd.DataFrame({"base_radius_mm": [60.0, 70.0]}),
+            "row: must be one row of a table; this is a DataFrame",
+        ),
+    ],
+)
+def test_a_row_that_no_scene_may_have_is_refused(row, told):
+    scene = find_scene("roller-1000rpm")
+    with pytest.raises(BadInput, match=told):
+        scene.with_row(row)
+    if isinstance(row, dict):
+        with pytest.raises(BadInput, match=told):
+            scene_of(row, scene=scene)
+        with pytest.raises(BadInput, match=told):
+            scene.with_row(pd.Series(row, dtype=object))
+
+
+def test_a_row_with_a_law_of_its_own_scene_keeps_it():
+    own = SCENE.replace(**{"laws.free-rise": {"x": [0, 0.4, 1], "s": [0, 0.5, 1]}})
+    row = {"base_radius_mm": 67.3, "law": "free-rise"}
+    assert {each.law for each in own.with_row(row).motion if each.law} == {"free-rise"}
+    with pytest.raises(BadInput, match="law = 'free-rise'"):
+        SCENE.with_row(row)
+    assert scene_of({**row, "scene": own.to_toml()}, scene=SCENE) == own
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_laws_of_a_scene_itself_are_known_to_it(name):
+    scene = find_scene(name)
+    programme = resolve_design(scene).programme
+    laws = {"law_rise": programme.law_names(RISE), "law_return": programme.law_names(RETURN)}
+    assert scene.with_row(laws) == scene
+
+
+def test_columns_that_only_another_mechanism_has_may_be_missing():
+    flat, roller = find_scene("flat-reciprocating"), find_scene("roller-1000rpm")
+    rows = pd.concat([evaluate_designs(flat, {"base_radius_mm": 41.7}), evaluate_designs(roller, {"rpm": 431.0})])
+    assert rows["roller_radius_mm"].isna().tolist() == [True, False]
+    assert flat.with_row(rows.drop(columns="rpm").iloc[0]).cam.base_radius == 41.7
+    assert roller.with_row(rows.iloc[[1]]).cam.rpm == 431.0

@@ -1,0 +1,110 @@
+"""A row of a table as a design: the columns that a scene reads, and what is wrong with their values."""
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from math import isnan
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.motion.table import RETURN, RISE
+from camopt.quantities import QUANTITIES
+from camopt.scene.own_laws import law_names
+from camopt.scene.own_quantities import RESULT_KEYS
+from camopt.scene.turn import turn_in
+
+if TYPE_CHECKING:
+    from camopt.scene.scene import Scene
+
+ROW = "row"  # what messages call the row
+LAW_KEYS = ("law", "law_rise", "law_return")
+"""Columns with the law of all strokes, of the rises, and of the returns."""
+ANGLES = "angles_deg"
+"""The column with the angles of all segments."""
+EXCESS = "excess_"  # before the name of a limit: the column of its excess
+NO_DESIGN = "no size or number of this mechanism and no law"
+"""What is wrong with a column that no scene of a mechanism reads."""
+DERIVED = ("prime_radius_mm", "shaft_clearance_mm")  # sums and differences of other sizes
+
+
+def values_of_row(row: Any) -> dict[str, Any]:
+    """The values of a row by column; of a DataFrame of one row the named levels of its index are columns too."""
+    if hasattr(row, "iloc") and hasattr(row, "columns") and len(row) == 1:
+        return values_of_index(row.index, 0) | values_of_row(row.iloc[0])
+    if isinstance(row, Mapping) or (hasattr(row, "dropna") and not hasattr(row, "columns")):
+        return {str(name): value for name, value in dict(row).items()}
+    raise BadInput([Mistake("camopt", ROW, None, f"one row of a table; this is a {type(row).__name__}")])
+
+
+def values_of_index(index: Any, place: int) -> dict[str, Any]:
+    """The values of the named levels of an index of pandas, at one place."""
+    levels = [index.get_level_values(level) for level in range(index.nlevels)]
+    return {str(level.name): level[place] for level in levels if level.name is not None}
+
+
+def is_missing(value: Any) -> bool:
+    """Whether a value of a table is missing: None, not a number, or what pandas has in place of these."""
+    if isinstance(value, Real):
+        return isnan(value)
+    return value is None or type(value).__name__ in ("NAType", "NaTType", "MaskedConstant")
+
+
+def check_row(scene: "Scene", values: Mapping[str, Any]) -> None:
+    """BadInput unless a row has a column of a design, and in each a value that a scene may have there."""
+    columns = scene.row_columns
+    known = (*columns.values(), *LAW_KEYS, ANGLES)
+    if not values.keys() & {*known}:
+        if not values:
+            why = f"a row with a size, a number or a law of this mechanism; {nearest('', known)}"
+            raise BadInput([Mistake("camopt", ROW, None, why)])
+        raise BadInput(unread_columns(values, known, ROW))
+    if mistakes := [*_missing_values(scene, columns, values), *_unknown_laws(scene, values)]:
+        raise BadInput(mistakes)
+    angles: Any = values.get(ANGLES)
+    count, shape = len(scene.motion), np.asarray(angles, dtype=object).shape
+    if not is_missing(angles) and (isinstance(angles, str) or shape != (count,)):
+        raise BadInput([Mistake(ROW, ANGLES, angles, f"the angles of the {count} segments")])
+
+
+def unread_columns(names: Iterable[str], known: Collection[str], file: str) -> Iterator[Mistake]:
+    """A mistake for each column that no scene of a mechanism reads."""
+    return (Mistake(file, name, None, f"{NO_DESIGN}; {nearest(name, known)}", bare=True) for name in names)
+
+
+def odd_columns(scene: "Scene", names: Iterable[str]) -> list[str]:
+    """The columns that are neither quantities of camopt or of the scene, nor what results have beside these.
+
+    A size of another mechanism is none of this one's quantities.
+    """
+    own = {*RESULT_KEYS, *DERIVED, *LAW_KEYS, *scene.quantities, *scene.row_columns.values()}
+    own |= {*scene.mechanism.size_quantities.values()}
+    own |= {name for name, each in QUANTITIES.items() if each.effect != "sizes"}
+    return [name for name in names if name not in own and not name.startswith(EXCESS)]
+
+
+def _missing_values(scene: "Scene", columns: Mapping[str, str], values: Mapping[str, Any]) -> Iterator[Mistake]:
+    """Sizes and laws that are missing in a row, and numbers for which the scene would bring its own.
+
+    Tables of several scenes that stand after each other lack numbers that one of them does not have.
+    """
+    given = scene.numbers(columns)
+    asked = [name for key, name in columns.items() if key in scene.size_fields or given[key] is not None]
+    for name in (*asked, *LAW_KEYS):
+        if name in values and is_missing(values[name]):
+            yield Mistake(ROW, name, None, "missing", bare=True)
+
+
+def _unknown_laws(scene: "Scene", values: Mapping[str, Any]) -> Iterator[Mistake]:
+    """Laws that the scene does not have; a name of several laws may be that of its own motion."""
+    data = scene.to_dict()
+    for name in LAW_KEYS:
+        law, known = values.get(name), (*law_names(data), *scene.laws)
+        if name in values and not is_missing(law) and law not in (*known, *_own_law_names(data)):
+            yield Mistake(ROW, name, law, f"a motion law; {nearest(str(law), dict.fromkeys(known))}")
+
+
+def _own_law_names(data: Mapping[str, Any]) -> tuple[str, ...]:
+    """The laws of the rises and of the returns of a motion, as tables name them; none has the name ""."""
+    turn = turn_in(data)
+    return ("",) if turn is None else ("", turn[1].law_names(RISE), turn[1].law_names(RETURN))
