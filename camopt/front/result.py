@@ -12,11 +12,12 @@ from camopt.problem.space import EDGE_OF_SPACE
 from camopt.problem.unused import notes_of_search
 from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
+from camopt.storage.manifest import manifest_of
 from camopt.tables.columns import bounds_shown, columns_of, laws_shown, own_units, with_law
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import Design, miss_sections
 from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result
+from camopt.tables.result import Result, records_of
 from camopt.tables.writing import TableInMemory, tables_of_arrow
 from camopt.verdicts.judging import Effort
 from camopt.verdicts.words import BROKEN, UNDECIDED
@@ -122,6 +123,8 @@ class Sweep(Result, Drawn):
     already_done: bool = False
     _rows: Mapping[str, TableInMemory] = field(default_factory=dict, repr=False, compare=False)
     """The tables of a sweep without files."""
+    _question: Any = field(default=None, repr=False, compare=False)
+    """The question in the manifest of its folder."""
 
     def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
         """The Pareto front, or another table of the sweep, as a DataFrame like that of ``load``.
@@ -141,22 +144,38 @@ class Sweep(Result, Drawn):
         Raises
         ------
         BadInput
-            If the sweep has no such table: without ``out`` it has designs only if ``keep`` was given.
+            If the sweep has no such table: without ``out`` it has designs only if ``keep`` was given. If the
+            folder has another result now.
         OSError
             If a file cannot be read.
         """
         name = FRONT if name is None else name
-        files = {path.stem: path for path in self.files if path.suffix == ENDING}
-        if name in self._rows:
-            return self._rows[name].to_pandas()
-        if name in files:
-            frame: pd.DataFrame = tables_of_arrow().load(files[name])
+        known = self.kept_tables
+        if name in known:
+            if name in self._rows:
+                return self._rows[name].to_pandas()
+            self._check_folder()
+            frame: pd.DataFrame = tables_of_arrow().load(self.files[0].parent / f"{name}{ENDING}")
             return frame
         if name not in (FRONT, KEPT):
+            records_of(self.document(), name, known)
             return super().to_pandas(name)
-        known = f"a table of this sweep: {' or '.join([*self._rows, *files])}"
+        allowed = f"a table of this sweep: {' or '.join(known)}"
         more = '; a sweep without out keeps designs if keep names them, as keep="feasible"' if name == KEPT else ""
-        raise BadInput([Mistake("camopt", "table", name, known + more)])
+        raise BadInput([Mistake("camopt", "table", name, allowed + more)])
+
+    @property
+    def kept_tables(self) -> list[str]:
+        """The names of the tables of designs that ``to_pandas`` gives."""
+        return [*self._rows, *(path.stem for path in self.files if path.suffix == ENDING)]
+
+    def _check_folder(self) -> None:
+        """BadInput if a later run left another result in the folder of the sweep."""
+        folder = self.files[0].parent
+        manifest = manifest_of(folder)
+        if manifest and all(result.question != self._question for result in manifest.results.values()):
+            why = "has another result now; give each sweep a folder of its own"
+            raise BadInput([Mistake("camopt", "folder", str(folder), why, bare=True)])
 
     def __repr__(self) -> str:
         feasible = "" if self.feasible is None else f" {self.feasible:,} feasible,"

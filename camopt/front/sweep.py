@@ -182,6 +182,7 @@ def result_of(
             decided_by_boxes=seen.decided,
             every_cam=found.every_cam,
             _rows={name: table for name, table in tables.items() if isinstance(table, TableInMemory)},
+            _question=plan.question().plain_in_any_blocks if unit else None,
         )
         about = {"designs": len(space), "evaluated": seen.evaluated, "decided_by_boxes": seen.decided}
         tables["pareto"].describe("camopt_sweep", to_json(about))
@@ -212,13 +213,15 @@ def _publication(out: str | os.PathLike[str], plan: SweepPlan) -> AbstractContex
 
 def swept_already(plan: SweepPlan, out: str | os.PathLike[str], tell: Tell | None) -> Sweep | None:
     """The result of a sweep that is in a folder already; None if it is not."""
-    answer = published_answer(out, SWEEP_COMMAND, plan.question().plain_in_any_blocks)
+    question = plan.question().plain_in_any_blocks
+    answer = published_answer(out, SWEEP_COMMAND, question)
     with suppress(LookupError, TypeError, ValueError, AttributeError):  # a manifest may say anything
         numbers = from_summary(answer, plan.scene)
         if tell:
             tell(up_to_date(out))
         files = _places(plan, Path(out))
-        return Sweep(scene=plan.scene, designs=len(plan.space), files=files, already_done=True, **numbers)
+        numbers |= {"scene": plan.scene, "designs": len(plan.space), "_question": question}
+        return Sweep(files=files, already_done=True, **numbers)
     return None
 
 

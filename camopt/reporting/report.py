@@ -6,9 +6,9 @@ from collections.abc import Container, Iterable
 from dataclasses import replace
 from functools import singledispatch
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from camopt.front.result import Sweep
+from camopt.front.result import KEPT, Sweep
 from camopt.mistakes import BadInput, Mistake, printable
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve_design
@@ -36,6 +36,9 @@ from camopt.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, scene_of
 from camopt.tables.result import Result
 from camopt.tables.table import frame_of
 from camopt.verdicts.evaluation import Evaluation
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 MOST_CAMS = 4  # side by side
 
@@ -159,7 +162,9 @@ def _of_new_laws(what: Synthesis) -> Iterable[ShownCam]:
 
 @shown_of.register
 def _of_a_sweep(what: Sweep) -> Iterable[ShownCam | ResultRows]:
-    return _of_a_folder(Path(what.files[0]).parent)
+    name = printable(what.files[0].parent.name if what.files else what.scene.name)
+    front, designs = what.to_pandas(), KEPT in what.kept_tables
+    return _of_rows(name, what.to_pandas(KEPT), front) if designs else _of_rows(name, front)
 
 
 @shown_of.register(str)
@@ -177,13 +182,19 @@ def _of_a_path(what: str | os.PathLike[str]) -> Iterable[ShownCam | ResultRows]:
 
 def _of_a_table(path: Path, manifest: Manifest | None = None) -> Iterable[ShownCam | ResultRows]:
     """A table of designs; of one design its cam."""
-    frame = frame_of(path, manifest)
+    return _of_rows(printable(path.name), frame_of(path, manifest))
+
+
+def _of_rows(
+    name: str, frame: "pd.DataFrame", front: "pd.DataFrame | None" = None
+) -> Iterable[ShownCam | ResultRows]:
+    """Rows of designs, beside their Pareto front if there is one; of one design its cam."""
     if frame.empty:
         why = "a table with a design in it; no design was feasible, and others were not kept"
-        raise BadInput([Mistake("camopt", "table", str(path), why)])
+        raise BadInput([Mistake("camopt", "table", name, why)])
     if len(frame) == 1:
         return _of_a_scene(scene_of(frame, frame.index[0]))
-    return [of_frame(printable(path.name), frame)]
+    return [of_frame(name, frame, front)]
 
 
 def _of_a_folder(folder: Path) -> Iterable[ShownCam | ResultRows]:
@@ -191,10 +202,8 @@ def _of_a_folder(folder: Path) -> Iterable[ShownCam | ResultRows]:
     manifest = manifest_of(folder)
     there = {path.name for path in result_paths(folder, "*", manifest)}
     if {PARETO, DESIGNS} <= there:
-        frame = frame_of(folder / DESIGNS, manifest)
-        if len(frame) < 2:
-            return _of_a_table(folder / DESIGNS, manifest)
-        return [of_frame(printable(folder.name), frame, frame_of(folder / PARETO, manifest))]
+        frames = [frame_of(folder / name, manifest) for name in (DESIGNS, PARETO)]
+        return _of_rows(printable(folder.name), *frames)
     for table in (PARETO, FRONTIER):
         if table in there:
             return _of_a_table(folder / table, manifest)

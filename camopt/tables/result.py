@@ -177,11 +177,13 @@ class Listing(Result):
         return self.records
 
 
-def records_of(document: Mapping[str, Any], name: str) -> tuple[list[str] | None, list[Any]]:
-    """The rows under a key of a document, and their names if they have any."""
+def records_of(
+    document: Mapping[str, Any], name: str, tables: Iterable[str] = ()
+) -> tuple[list[str] | None, list[Any]]:
+    """The rows under a key of a document, and their names if they have any; a message names other tables too."""
     kinds = {key: each for key, each in document.items() if has_rows(each)}
-    if name not in kinds:
-        raise UnknownName(f"{name!r} names no rows of this result; {nearest(name, kinds)}")
+    if name not in [*kinds]:
+        raise UnknownName(f"{name!r} names no rows of this result; {nearest(str(name), [*tables, *kinds])}")
     rows = kinds[name]
     return ([*rows], [*rows.values()]) if isinstance(rows, Mapping) else (None, [*rows])
 

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 from pandas.testing import assert_frame_equal
 
-from camopt import BadInput, find_scene, load, merge, scene_of, sweep, sweep_part
+from camopt import BadInput, UnknownName, find_scene, load, merge, report, scene_of, sweep, sweep_part
 
 SCENE = find_scene("roller-1000rpm").replace(
     search={
@@ -46,12 +46,35 @@ def test_a_sweep_in_memory_keeps_the_front_alone_unless_told():
     assert sweep(SCENE, keep="all").to_pandas("by_law").index.tolist() == [*swept.best]
 
 
+def test_a_wrong_name_lists_the_tables_of_a_sweep(tmp_path):
+    for swept in (sweep(SCENE, keep="all"), sweep(SCENE, tmp_path)):
+        for wrong in ("desings", 3):
+            with pytest.raises(UnknownName, match=r"names no rows of .*: designs, pareto,.* by_law"):
+                swept.to_pandas(wrong)
+
+
 def test_merged_parts_have_rows(tmp_path):
     for part in (1, 2):
         sweep_part(SCENE, (part, 2), out=tmp_path / f"part-{part}")
     merged = merge([tmp_path / "part-1", tmp_path / "part-2"], tmp_path / "whole")
     for name in ("pareto", "designs"):
         assert_frame_equal(merged.to_pandas(name), sweep(SCENE, keep="feasible").to_pandas(name), check_exact=True)
+
+
+@pytest.mark.parametrize("name", ["pareto", "designs", None])
+@pytest.mark.parametrize("changes", [{"limits.pressure_angle": 25}, {"search.offset": [0]}, {"cam.rpm": 900}])
+def test_a_sweep_refuses_the_rows_of_a_later_one_in_its_folder(changes, name, tmp_path):
+    first = sweep(SCENE, tmp_path)
+    later = sweep(SCENE.replace(**changes), tmp_path)
+    with pytest.raises(BadInput, match="has another result now"):
+        first.to_pandas(name)
+    with pytest.raises(BadInput, match="has another result now"):
+        report(first, tmp_path / "page.html")
+    assert_frame_equal(later.to_pandas(name), sweep(SCENE.replace(**changes), keep="feasible").to_pandas(name))
+    again = sweep(SCENE, tmp_path)
+    assert_frame_equal(first.to_pandas(name), again.to_pandas(name), check_exact=True)
+    (tmp_path / "manifest.json").unlink()
+    assert_frame_equal(first.to_pandas(name), again.to_pandas(name), check_exact=True)
 
 
 def test_a_row_is_a_scene():

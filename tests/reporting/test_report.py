@@ -175,6 +175,27 @@ def test_a_table_without_a_design_is_refused_and_one_design_is_a_cam(tmp_path):
     assert cam["sizes"]["size"] == 140.0
 
 
+@pytest.mark.parametrize("keep", [None, "feasible", "all"])
+def test_a_sweep_in_memory_has_the_page_of_its_folder(swept, keep, tmp_path):
+    scene = swept[0].scene.replace(**{"search.minimise": ["base_radius_mm", "pressure_angle_max_deg"]})
+    kept = camopt.sweep(scene, keep=keep)
+    found = data_of(camopt.report(kept, tmp_path / "page.html"))
+    assert found["count"] == len(kept.to_pandas("designs" if keep else None))
+    if keep:
+        written = camopt.sweep(scene, tmp_path / scene.name, keep=keep)
+        assert found == data_of(camopt.report(written, tmp_path / "files.html"))
+
+
+def test_a_sweep_in_memory_of_one_design_is_a_cam_and_of_none_is_refused(tmp_path):
+    scene = camopt.find_scene("roller-1000rpm")
+    one = camopt.sweep(scene.replace(search={"base_radius": [140], "law": ["cycloidal"]}))
+    pages = [camopt.report(what, tmp_path / "page.html") for what in (one, [one])]
+    assert [data_of(page)["cams"][0]["sizes"]["size"] for page in pages] == [140.0, 140.0]
+    none = camopt.sweep(scene.replace(search={"base_radius": [20, 30], "law": ["cycloidal"]}))
+    with pytest.raises(camopt.BadInput, match=r"table = '1000 rpm roller cam': .* no design was feasible"):
+        camopt.report(none, tmp_path / "none.html")
+
+
 def test_a_table_says_which_designs_are_not_feasible(tmp_path):
     scene = camopt.find_scene("roller-1000rpm").replace(
         search={"base_radius": [30, 120, 140], "law": ["cycloidal"]}
