@@ -80,7 +80,9 @@ def fit(  # noqa: PLR0913
     points : str, os.PathLike, array_like or MeasuredProfile
         A file: text with any delimiter, decimal point or decimal comma, or a workbook (``camopt[excel]``). It has
         columns of angle and lift, or lifts alone, in equal steps round the turn. Or an array of such rows. Or a
-        ``MeasuredProfile`` of either: the lift is then that of the scene's follower on this profile.
+        table (pandas, polars, Arrow) or a mapping of columns, whose names count as those of a file. Or a series of
+        pandas, whose index is the cam angle unless it only counts rows. Or a ``MeasuredProfile`` of any of these:
+        the lift is then that of the scene's follower on this profile.
     scene : Scene, str, os.PathLike or Mapping, optional
         The cam and the follower that the motion is for, and its limits, whose motion is replaced. Or a mapping of
         the tables ``cam`` and ``follower``, without a motion; the options below say what neither has. A profile

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import narwhals.stable.v2 as nw
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -20,6 +21,7 @@ from camopt.storage.files import read_bytes
 
 FULL_TURN = 360.0
 FEWEST_MEASURED = 12  # points
+ROWS_ALLOWED = "must be a path, or rows of an angle and a lift"
 CLOSED = (361, 721, 1441, 3601)
 """Numbers of lifts in one column of which the last is the first of the next turn."""
 
@@ -120,13 +122,41 @@ def _table_of(name: str, data: bytes) -> NumberTable:
 
 def _table_of_array(name: str, source: Any) -> NumberTable:
     try:
-        numbers = np.array(source, dtype=float)
+        columns = _columns_of(source)
+        numbers = np.array(source if columns is None else [np.array(each, dtype=float) for _, each in columns])
+        numbers = numbers.astype(float) if columns is None else numbers.T
     except (TypeError, ValueError):
-        raise bad(name, "rows", None, "must be a path, or rows of an angle and a lift") from None
+        raise bad(name, "rows", None, ROWS_ALLOWED) from None
     numbers = numbers[:, None] if numbers.ndim == 1 else numbers
     if numbers.ndim != 2 or not numbers.size:
-        raise bad(name, "rows", None, "must be a path, or rows of an angle and a lift")
-    return NumberTable(numbers, np.arange(1, len(numbers) + 1), ("",) * numbers.shape[1])
+        raise bad(name, "rows", None, ROWS_ALLOWED)
+    names = [""] * numbers.shape[1] if columns is None else [each for each, _ in columns]
+    return NumberTable(numbers, np.arange(1, len(numbers) + 1), tuple(names))
+
+
+def _columns_of(source: Any) -> list[tuple[str, Any]] | None:
+    """The columns of a mapping, a series or a table, with their names; None of an array.
+
+    An index of pandas is a column too: the first one beside a single column, or else the last one. An index that
+    only counts rows is none.
+    """
+    if isinstance(source, Mapping):
+        return [(str(name), values) for name, values in source.items()]
+    table = nw.from_native(source, pass_through=True, allow_series=True, eager_only=True)
+    if not isinstance(table, (nw.Series, nw.DataFrame)):
+        return None
+    series = [table] if isinstance(table, nw.Series) else [*table.iter_columns()]
+    found = [(each.name if isinstance(each.name, str) else "", each.to_numpy()) for each in series]
+    index = nw.maybe_get_index(table)
+    if index is None or (index.name is None and (len(found) > 1 or _counts_rows(index))):
+        return found
+    at_index = (index.name if isinstance(index.name, str) else "", index)
+    return [at_index, *found] if len(found) == 1 else [*found, at_index]
+
+
+def _counts_rows(index: Any) -> bool:
+    """Whether an index of pandas has the numbers 0, 1, 2, … that pandas gives rows without one."""
+    return type(index).__name__ == "RangeIndex" and (index.start, index.step) == (0, 1)
 
 
 # ----------------------------------------------------------------------------------------------------- points

@@ -9,6 +9,9 @@ from zlib import crc32
 
 import numpy as np
 import openpyxl
+import pandas as pd
+import polars
+import pyarrow
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -115,6 +118,60 @@ def workbook(rows):
         book["Sheet"].append(row)
     book.save(data)
     return data.getvalue()
+
+
+PLACES = np.random.default_rng(7).permutation(ANGLES.size)
+FRAME = pd.DataFrame({"temperature": 20.0 + PLACES, "hub": LIFTS[PLACES], "winkel": ANGLES[PLACES]})
+SERIES = FRAME.set_index("winkel")["hub"]
+
+
+@pytest.mark.parametrize(
+    ("source", "columns"),
+    [
+        (SERIES, None),
+        (SERIES.rename_axis(None), None),
+        (SERIES.to_frame(), None),
+        (SERIES.rename(None).rename_axis(None).to_frame(), None),
+        (FRAME, None),
+        (FRAME.set_index("winkel"), None),
+        (FRAME.set_index("winkel"), ["winkel", "hub"]),
+        (FRAME, ["winkel", "hub"]),
+        (FRAME, [3, 2]),
+        (FRAME.rename(columns={"winkel": "a", "hub": "b"}), ["a", "b"]),
+        (FRAME.to_dict("list"), None),
+        (FRAME.convert_dtypes(), None),
+        (polars.DataFrame(FRAME.to_dict("list")), ["winkel", "hub"]),
+        (pyarrow.table(FRAME.to_dict("list")), None),
+        (pd.Series(LIFTS), None),
+        (pd.Series(LIFTS).to_frame("hub"), None),
+        (polars.Series(LIFTS), None),
+        (pd.DataFrame(np.column_stack([ANGLES, LIFTS])), [1, 2]),
+    ],
+)
+def test_tables_have_names_and_a_series_its_index(source, columns):
+    agree(read_points(source, TableColumns(columns)), 1e-11)
+
+
+@pytest.mark.parametrize(
+    ("source", "line"),
+    [
+        (FRAME.assign(note="a"), "points: rows: must be a path, or rows of an angle and a lift"),
+        (SERIES.rename(index=str).rename(index=lambda each: f"row {each}"), "points: rows: must be a path"),
+        (
+            FRAME[["temperature", "hub", "temperature"]].set_axis(["hub", "a", "hub"], axis=1),
+            "points: rows: must be",
+        ),
+        (FRAME.rename(columns={"winkel": "a"}), "which are angle and lift?"),
+        ({"angle": [0.0, 1.0], "lift": [3.0]}, "points: rows: must be"),
+        ({}, "points: rows: must be"),
+        (SERIES.rename("lift (inch)"), "column 'lift (inch)': is in inch, and mm is taken"),
+    ],
+)
+def test_a_table_that_is_none_of_points_is_refused(source, line):
+    with pytest.raises(BadInput) as refused:
+        read_points(source, TableColumns())
+    assert line in str(refused.value)
+    assert "\n" not in str(refused.value)
 
 
 def test_a_workbook(tmp_path):
