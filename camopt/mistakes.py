@@ -154,6 +154,11 @@ class Stopped(CamoptError):
     """
 
 
+def much_alike(word: str, known: Iterable[str]) -> str:
+    """The known name that is much like a word; empty if there is none."""
+    return next(iter(get_close_matches(shortened(word), [*known], n=1, cutoff=ALIKE_SHARE)), "")
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """The most similar known names, as the end of a message, or all known names."""
     return _nearest(shortened(word), tuple(known))

@@ -45,7 +45,7 @@ def read_columns(designs: Any, known: Collection[str], names: Iterable[str] | No
     BadInput
         If it is no such container, has columns of several lengths, has a column twice, or lacks a value in a row.
     """
-    table, labels = _table_of(designs, names)
+    table, labels = _table_of(designs, known, names)
     arrays = {str(name): _array_of(name, table[name]) for name in table if name in known}
     count = _count_of(arrays, len(table)) if labels is None else len(labels)
     values = {name: np.broadcast_to(value, (count,)) for name, value in arrays.items()}
@@ -53,17 +53,19 @@ def read_columns(designs: Any, known: Collection[str], names: Iterable[str] | No
     return DesignColumns(values, others, count, range(count) if labels is None else labels)
 
 
-def _table_of(designs: Any, names: Iterable[str] | None) -> "tuple[Any, pd.Index[Any] | range | None]":
+def _table_of(
+    designs: Any, known: Collection[str], names: Iterable[str] | None
+) -> "tuple[Any, pd.Index[Any] | range | None]":
     """What has the columns of a container by name, and the labels of its rows, if it has any."""
     if names is not None:
-        return _columns_of_array(designs, [*names]), None
+        return _columns_of_array(designs, [names] if isinstance(names, str) else [*names]), None
     if is_pandas_row(designs):
         return dict(designs), designs.to_frame().columns
     if isinstance(designs, Mapping) and (labelled := list(filter(is_pandas_row, designs.values()))):
         designs = labelled[0].to_frame("").assign(**designs)[[*designs]]  # rows of equal labels go together
     if is_pandas(designs):
         _check_once(designs.columns)
-        return designs, designs.index
+        return _with_levels(designs, known), designs.index
     if isinstance(designs, Mapping):
         return designs, None
     if isinstance(designs, np.ndarray) and designs.dtype.names:
@@ -77,7 +79,14 @@ def _table_of(designs: Any, names: Iterable[str] | None) -> "tuple[Any, pd.Index
         _check_once(designs.column_names)  # pyarrow alone takes a name twice
     if isinstance(frame, nw.DataFrame):
         return {name: frame[name] for name in frame.columns}, range(len(frame))
-    raise BadInput([Mistake("camopt", FILE, None, f"{CONTAINERS}; this is a {type(designs).__name__}")])
+    hint = ": give its .to_pandas()" if hasattr(designs, "to_pandas") else ""
+    raise BadInput([Mistake("camopt", FILE, None, f"{CONTAINERS}; this is a {type(designs).__name__}{hint}")])
+
+
+def _with_levels(frame: "pd.DataFrame", known: Collection[str]) -> "pd.DataFrame":
+    """A table of pandas with columns for the levels of its index that have known names."""
+    levels = [str(name) for name in frame.index.names if name in known and name not in frame.columns]
+    return frame.assign(**{name: frame.index.get_level_values(name) for name in levels})
 
 
 def _check_once(names: Iterable[Any]) -> None:
@@ -87,10 +96,13 @@ def _check_once(names: Iterable[Any]) -> None:
 
 
 def _array_of(name: str, value: Any) -> NDArray[Any]:
-    """A column as an array; numbers beside texts stay numbers."""
+    """A column as an array; numbers beside texts stay numbers, and masked values are None."""
+    value = value.tolist() if np.ma.is_masked(value) else value
     try:
         array = np.asarray(value)
     except ValueError:  # rows of several lengths
+        array = None
+    if array is None or array.ndim > 1 or array.dtype.names:
         raise BadInput([Mistake("camopt", FILE, None, f"columns of one value a row: {name} has more")]) from None
     return np.asarray(value, dtype=object) if array.dtype.kind in "US" else array
 
@@ -107,7 +119,7 @@ def _columns_of_rows(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 def _columns_of_array(designs: Any, names: Sequence[str]) -> dict[str, Any]:
     """The columns of an array (rows, names), or of one design (names,)."""
-    array = np.asarray(designs)
+    array = designs if np.ma.is_masked(designs) else np.asarray(designs)
     if array.ndim not in (1, 2) or array.shape[-1] != len(names):
         allowed = f"an array with a column for each of the {len(names)} names; this has the shape {array.shape}"
         raise BadInput([Mistake("camopt", FILE, None, allowed)])
@@ -118,8 +130,6 @@ def _columns_of_array(designs: Any, names: Sequence[str]) -> dict[str, Any]:
 def _count_of(arrays: Mapping[str, NDArray[Any]], columns: int) -> int:
     """The rows of columns: the length of all that are no single value; single values alone are one row."""
     lengths = {name: len(value) for name, value in arrays.items() if value.ndim == 1}
-    if deep := [name for name, value in arrays.items() if value.ndim > 1]:
-        raise BadInput([Mistake("camopt", FILE, None, f"columns of one value a row: {deep[0]} has more")])
     if len({*lengths.values()}) > 1:
         told = ", ".join(f"{name} has {size}" for name, size in lengths.items())
         raise BadInput([Mistake("camopt", FILE, None, f"columns of one length: {told}")])

@@ -5,8 +5,7 @@ that an optimiser can ask for one design at a time.
 """
 
 import re
-import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from math import inf
@@ -19,7 +18,7 @@ from pydantic import TypeAdapter, ValidationError
 from camopt.effects import Case, quantity_of
 from camopt.front.design_columns import FILE, DesignColumns, read_columns
 from camopt.mechanisms import Designs
-from camopt.mistakes import BadInput, Mistake, listed_words, nearest
+from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion.programme import Programme
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics.same import Same
@@ -31,7 +30,16 @@ from camopt.problem.variables import Variable
 from camopt.quantities import QUANTITIES, in_order
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.complaints import mistakes_of
-from camopt.scene.design_rows import DERIVED
+from camopt.scene.design_rows import (
+    ANGLES,
+    DERIVED,
+    EXCESS,
+    LAW_KEYS,
+    has_scene,
+    no_column_of_a_design,
+    odd_columns,
+    warn_of_odd_columns,
+)
 from camopt.scene.scene import Scene
 from camopt.scene.tables import Cam, Drive, Dynamics, Follower, Materials, SceneTable
 from camopt.scene.train import TrainStage
@@ -51,10 +59,10 @@ TABLE_TYPES: dict[str, type[SceneTable]] = {
 }
 LAWS_OF_STROKES = (("law_rise", "law"), ("law_return", "law"))
 """Columns with the law of the rises, and with that of the returns."""
-LAW_KEYS = ("law", "law_rise", "law_return")
 NOT_ASSEMBLED = {"violated": ASSEMBLY, "status": CERTIFIED}
 """What is known of designs that cannot be assembled, beside that they are not feasible; numbers are infinite."""
-EXCESS = "excess_"  # before the name of a limit: the column of its excess
+SCENE = "scene"  # the column with scenes of rows
+BY_SCENES = "give each row to scene_of, and that to evaluate"
 SCENES, MOTIONS = 4, 256  # of which answers are remembered
 
 
@@ -78,10 +86,11 @@ def evaluate_designs(
         ``law_rise`` and ``law_return``, and other numbers of the scene that ``[search]`` takes
         (``spring_rate_N_per_mm``, ``face_width_mm`` and so on). Rows of camopt's own tables go in as they are:
         their other quantities are computed anew.
-    names : iterable of str, optional
+        The named levels of an index of pandas are columns too.
+    names : str or iterable of str, optional
         The columns of an array, in their order.
     strict : bool, default False
-        Whether other columns are a mistake. If not, one warning names those that are no quantities of camopt.
+        Whether columns that are no quantities of camopt are a mistake. If not, one warning names them.
 
     Returns
     -------
@@ -96,8 +105,9 @@ def evaluate_designs(
     ------
     BadInput
         For a table of which no column is a size, number or law of the mechanism, a value that a scene would not
-        take, and a size or searched number that neither the scene nor ``designs`` has; with ``strict`` for every
-        other column.
+        take, and a size or searched number that neither the scene nor ``designs`` has; for angles of segments, and
+        for rows with scenes of their own, which ``scene_of`` reads; with ``strict`` for every column that is no
+        quantity of camopt.
 
     Examples
     --------
@@ -114,8 +124,10 @@ def evaluate_designs(
     scene = scene_from(scene)
     given = resolve(scene)
     columns = _variables_by_column(given)
-    table = read_columns(designs, {*columns, *LAW_KEYS}, names)
-    _check_other_columns(given, columns, table, strict=strict)
+    table = _read_designs(designs, columns, names)
+    known = (*columns, *LAW_KEYS)
+    if odd := _other_columns(scene, known, table, strict=strict):
+        warn_of_odd_columns(odd, known, table.values, FILE)
     varied = _variables_in(columns, table)
     rows = _designs_of(given, table, varied)
     problem = _problem_of_search(scene, given, varied, table)
@@ -139,7 +151,7 @@ def check_designs(scene: Scene, designs: "pd.DataFrame") -> None:
     columns = _variables_by_column(problem)
     if lacking := sorted(problem.sizes - {*DERIVED, *designs}):
         raise BadInput([Mistake(FILE, name, None, "missing", bare=True) for name in lacking])
-    table = read_columns(designs, {*columns, *LAW_KEYS})
+    table = _read_designs(designs, columns)
     varied = _variables_in(columns, table)
     _designs_of(problem, table, varied)
     _problem_of_search(scene, problem, varied, table)
@@ -161,23 +173,25 @@ def _find_variables(same: Same[Problem]) -> Mapping[str, Variable]:
     return sizes | {each.quantity: each for each in same.value.variables}
 
 
-def _check_other_columns(
-    problem: Problem, columns: Mapping[str, Variable], table: DesignColumns, *, strict: bool
-) -> None:
-    """Warn of columns that are no quantities of camopt; refuse them if no other is there, and all if asked.
+def _read_designs(designs: Any, columns: Collection[str], names: Iterable[str] | None = None) -> DesignColumns:
+    """The columns of a table that tell its designs: no angles, and no scenes of their own."""
+    table = read_columns(designs, {*columns, *LAW_KEYS, SCENE}, names)
+    scenes = table.values.pop(SCENE, None)
+    if scenes is not None and any(has_scene({SCENE: each}) for each in scenes.tolist()):
+        raise BadInput([Mistake(FILE, SCENE, None, f"each row has a scene of its own: {BY_SCENES}", bare=True)])
+    if ANGLES in table.others:
+        raise BadInput(
+            [Mistake(FILE, ANGLES, None, f"all designs have the scene's angles: {BY_SCENES}", bare=True)]
+        )
+    return table if scenes is None else replace(table, others=[*table.others, SCENE])
 
-    A size or a number of another mechanism is none of this one's quantities.
-    """
-    own = problem.sizes | problem.setup.own.keys()
-    own |= {name for name, each in QUANTITIES.items() if each.effect != "sizes"}
-    odd = table.others if strict else [n for n in table.others if n not in own and not n.startswith(EXCESS)]
-    if odd and (strict or not table.values):
-        known = (*columns, *LAW_KEYS)
-        why = "no size or number of this mechanism and no law"
-        raise BadInput(Mistake(FILE, name, None, f"{why}; {nearest(name, known)}", bare=True) for name in odd)
-    if odd:
-        text = f"{FILE}: camopt ignores {listed_words(odd)}: no size or number of this mechanism and no law"
-        warnings.warn(text, stacklevel=3)
+
+def _other_columns(scene: Scene, known: Collection[str], table: DesignColumns, *, strict: bool) -> list[str]:
+    """The columns that are no quantities; BadInput for these if ``strict``, and without a column of a design."""
+    odd = odd_columns(scene, table.others)
+    if (not table.values and (table.others or table.count)) or (odd and strict):
+        raise no_column_of_a_design(odd or table.others, known, FILE)
+    return odd
 
 
 def _variables_in(columns: Mapping[str, Variable], table: DesignColumns) -> dict[str, Variable]:

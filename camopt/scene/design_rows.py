@@ -1,13 +1,14 @@
 """A row of a table as a design: the columns that a scene reads, and what is wrong with their values."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+import warnings
+from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
 from math import isnan
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.mistakes import BadInput, Mistake, listed_words, much_alike, nearest
 from camopt.motion.table import RETURN, RISE
 from camopt.quantities import QUANTITIES
 from camopt.scene.own_laws import law_names
@@ -43,6 +44,11 @@ def values_of_index(index: Any, place: int) -> dict[str, Any]:
     return {str(level.name): level[place] for level in levels if level.name is not None}
 
 
+def has_scene(row: Mapping[str, Any]) -> bool:
+    """Whether a row has a scene of its own, as TOML."""
+    return "\n" in str(row.get("scene", ""))
+
+
 def is_missing(value: Any) -> bool:
     """Whether a value of a table is missing: None, not a number, or what pandas has in place of these."""
     if isinstance(value, Real):
@@ -55,10 +61,7 @@ def check_row(scene: "Scene", values: Mapping[str, Any]) -> None:
     columns = scene.row_columns
     known = (*columns.values(), *LAW_KEYS, ANGLES)
     if not values.keys() & {*known}:
-        if not values:
-            why = f"a row with a size, a number or a law of this mechanism; {nearest('', known)}"
-            raise BadInput([Mistake("camopt", ROW, None, why)])
-        raise BadInput(unread_columns(values, known, ROW))
+        raise no_column_of_a_design(values, known, ROW)
     if mistakes := [*_missing_values(scene, columns, values), *_unknown_laws(scene, values)]:
         raise BadInput(mistakes)
     angles: Any = values.get(ANGLES)
@@ -67,9 +70,12 @@ def check_row(scene: "Scene", values: Mapping[str, Any]) -> None:
         raise BadInput([Mistake(ROW, ANGLES, angles, f"the angles of the {count} segments")])
 
 
-def unread_columns(names: Iterable[str], known: Collection[str], file: str) -> Iterator[Mistake]:
-    """A mistake for each column that no scene of a mechanism reads."""
-    return (Mistake(file, name, None, f"{NO_DESIGN}; {nearest(name, known)}", bare=True) for name in names)
+def no_column_of_a_design(names: Collection[str], known: Collection[str], file: str) -> BadInput:
+    """What is wrong with columns of which no scene of a mechanism reads any, or with one of them."""
+    if not names:
+        why = f"a {file if file == ROW else 'table'} with a size, a number or a law of this mechanism"
+        return BadInput([Mistake("camopt", file, None, f"{why}; {nearest('', known)}")])
+    return BadInput(Mistake(file, n, None, f"{NO_DESIGN}; {nearest(n, known)}", bare=True) for n in names)
 
 
 def odd_columns(scene: "Scene", names: Iterable[str]) -> list[str]:
@@ -81,6 +87,13 @@ def odd_columns(scene: "Scene", names: Iterable[str]) -> list[str]:
     own |= {*scene.mechanism.size_quantities.values()}
     own |= {name for name, each in QUANTITIES.items() if each.effect != "sizes"}
     return [name for name in names if name not in own and not name.startswith(EXCESS)]
+
+
+def warn_of_odd_columns(odd: Sequence[str], known: Collection[str], given: Container[str], file: str) -> None:
+    """One warning to the caller of a function, with the columns that may have been meant and are not there."""
+    likes = {name: much_alike(name, known) for name in odd}
+    shown = [f"{n} (did you mean {like}?)" if like and like not in given else n for n, like in likes.items()]
+    warnings.warn(f"{file}: camopt ignores {listed_words(shown)}: {NO_DESIGN}", stacklevel=3)
 
 
 def _missing_values(scene: "Scene", columns: Mapping[str, str], values: Mapping[str, Any]) -> Iterator[Mistake]:

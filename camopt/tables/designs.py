@@ -2,7 +2,6 @@
 
 import os
 import re
-import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from itertools import chain, count
@@ -10,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from camopt.effects import quantity_of
-from camopt.mistakes import BadInput, Mistake, UnknownName, listed_words, nearest
+from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.quantities.shown import Drawn
 from camopt.scene.arguments import SceneSource, scene_from
-from camopt.scene.design_rows import NO_DESIGN, odd_columns
+from camopt.scene.design_rows import LAW_KEYS, has_scene, odd_columns, warn_of_odd_columns
 from camopt.scene.scene import Scene
 from camopt.scene.written import write_scene
 from camopt.tables.columns import columns_of, joined_laws, with_law
@@ -167,23 +166,18 @@ def scene_of(table: Any, row: int | None = None, *, scene: SceneSource | None = 
     searched = None if scene is None else scene_from(scene)
     if searched is None and text:
         searched = Scene.embedded(text, name)
-    if searched is None and not _is_scene(values):
+    if searched is None and not has_scene(values):
         lost = "missing: the table has lost it, as in a merge, or camopt did not write it; give it as scene="
         raise BadInput([Mistake("camopt", "scene", None, lost, bare=True)])
     found = scene_of_row(searched, values)
-    if searched and not _is_scene(values) and (odd := odd_columns(searched, values)):
-        warnings.warn(f"{name}: camopt ignores {listed_words(odd)}: {NO_DESIGN}", stacklevel=2)
+    if searched and not has_scene(values) and (odd := odd_columns(searched, values)):
+        warn_of_odd_columns(odd, (*searched.row_columns.values(), *LAW_KEYS), values, name)
     return found
-
-
-def _is_scene(row: Mapping[str, Any]) -> bool:
-    """Whether a row has a scene of its own, as TOML."""
-    return "\n" in str(row.get("scene", ""))
 
 
 def scene_of_row(searched: Scene | None, row: Mapping[str, Any]) -> Scene:
     """The scene of a row: a frontier's has one of its own (TOML), others are designs of the scene searched."""
-    if searched is None or _is_scene(row):
+    if searched is None or has_scene(row):
         return Scene.embedded(row["scene"], searched.file if searched else "table")
     return searched.with_row(row)
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pandas.testing import assert_frame_equal
 from support.depth import times
 
-from camopt import BadInput, evaluate, evaluate_designs, find_scene, load, sweep
+from camopt import BadInput, evaluate, evaluate_designs, find_scene, load, optimise, sweep
 
 SCENE = find_scene("roller-1000rpm")
 NAMES = ["base_radius_mm", "offset_mm", "roller_radius_mm"]
@@ -113,7 +113,8 @@ def test_an_evaluation_goes_in_as_it_is():
 
 def test_columns_of_others_are_ignored_with_one_warning():
     frame = pd.DataFrame(designs(3), columns=NAMES).assign(cost=3.0, machine="mill", face_offset_mm=2.0)
-    with pytest.warns(UserWarning, match="designs: camopt ignores cost, machine, face_offset_mm") as told:
+    told_of = r"designs: camopt ignores cost, machine, face_offset_mm: no size or number"
+    with pytest.warns(UserWarning, match=told_of) as told:
         found = evaluate_designs(SCENE, frame)
     assert len(told) == 1
     assert told[0].filename == __file__
@@ -126,6 +127,104 @@ def test_columns_of_others_are_ignored_with_one_warning():
 def test_a_table_that_says_nothing_of_designs_is_refused():
     with pytest.raises(BadInput, match=r"designs: base_radius: no size or number.*did you mean base_radius_mm"):
         evaluate_designs(SCENE, {"base_radius": [50.0], "cost": [3.0]})
+
+
+def test_a_warning_names_the_column_that_was_meant():
+    with pytest.warns(UserWarning, match=r"ignores cost, ofset_mm \(did you mean offset_mm\?\), base_radus_mm: no"):
+        evaluate_designs(SCENE, {"base_radius_mm": 67.3, "cost": 3.0, "ofset_mm": 5.1, "base_radus_mm": 3.0})
+
+
+@pytest.mark.parametrize("table", [{"outer_radius_mm": [201.3]}, {"prime_radius_mm": 67.3}, {"violated": [""]}])
+@pytest.mark.parametrize("strict", [False, True])
+def test_a_table_of_other_quantities_alone_is_refused(table, strict):
+    (name,) = table
+    with pytest.raises(BadInput, match=f"^designs: {name}: no size or number of this mechanism and no law"):
+        evaluate_designs(SCENE, table, strict=strict)
+
+
+def test_rows_without_columns_are_refused():
+    with pytest.raises(BadInput, match=r"^camopt: designs: must be a table with a size, a number or a law"):
+        evaluate_designs(SCENE, pd.DataFrame(index=range(3)))
+    assert evaluate_designs(SCENE, []).empty
+
+
+def test_named_levels_of_an_index_are_columns():
+    frame = pd.DataFrame(designs(6), columns=NAMES).assign(law_rise=["cycloidal", "poly345", "harmonic"] * 2)
+    expected = evaluate_designs(SCENE, frame)
+    for index in ("base_radius_mm", ["law_rise", "offset_mm"], ["law_rise", *NAMES]):
+        indexed = frame.set_index(index)
+        found = evaluate_designs(SCENE, indexed)
+        assert found.index.equals(indexed.index)
+        assert_frame_equal(found.reset_index(drop=True), expected, check_exact=True)
+        both = evaluate_designs(SCENE, frame.set_index(index, drop=False))
+        assert_frame_equal(both.reset_index(drop=True), expected, check_exact=True)
+    smallest = frame.groupby("law_rise").first()
+    by_law = frame.drop_duplicates("law_rise").sort_values("law_rise").reset_index(drop=True)
+    assert_frame_equal(
+        evaluate_designs(SCENE, smallest).reset_index(drop=True), evaluate_designs(SCENE, by_law), check_exact=True
+    )
+    named = {"offset_mm": frame.set_index("base_radius_mm")["offset_mm"]}
+    assert evaluate_designs(SCENE, named)["base_radius_mm"].tolist() == frame["base_radius_mm"].tolist()
+
+
+MASK = [[False, False], [True, False]]
+MASKED = {
+    "a mapping": {"base_radius_mm": np.ma.array([60.1, 70.3], mask=[0, 1]), "offset_mm": [1.1, 2.3]},
+    "an array with names": np.ma.array([[60.1, 1.1], [70.3, 2.3]], mask=MASK),
+    "a structured array": np.ma.array(
+        [(60.1, 1.1), (70.3, 2.3)], mask=[(0, 0), (1, 0)], dtype=[("base_radius_mm", float), ("offset_mm", float)]
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", MASKED)
+def test_a_masked_value_is_missing(kind):
+    names = NAMES[:2] if kind == "an array with names" else None
+    with pytest.raises(BadInput, match=r"^designs: base_radius_mm\[1\]: missing$"):
+        evaluate_designs(SCENE, MASKED[kind], names=names)
+    with pytest.raises(BadInput, match=r"^designs: law\[1\]: must be a motion law"):
+        evaluate_designs(SCENE, {"law": np.ma.array(["cycloidal", "poly345"], mask=[0, 1])})
+    unmasked = {"base_radius_mm": np.ma.array([60.1, 70.3])}
+    assert evaluate_designs(SCENE, unmasked)["base_radius_mm"].tolist() == [60.1, 70.3]
+
+
+def test_a_column_of_structures_is_refused():
+    polars = pytest.importorskip("polars")
+    with pytest.raises(BadInput, match="columns of one value a row: base_radius_mm has more"):
+        evaluate_designs(SCENE, polars.DataFrame({"base_radius_mm": [{"a": 1.1}]}))
+
+
+def test_angles_of_segments_are_refused():
+    row = {"base_radius_mm": 67.3, "angles_deg": [100.0, 90.0, 90.0, 80.0]}  # as of ``optimise``
+    assert [each.angle for each in SCENE.with_row(row).motion] == row["angles_deg"]
+    for rows in (row, [row], pd.DataFrame([row])):
+        with pytest.raises(
+            BadInput, match=r"^designs: angles_deg: .*give each row to scene_of, and that to evaluate"
+        ):
+            evaluate_designs(SCENE, rows)
+
+
+def test_rows_with_scenes_of_their_own_are_refused():
+    rows = pd.DataFrame({"base_radius_mm": [67.3, 71.9], "scene": [SCENE.to_toml()] * 2})
+    with pytest.raises(BadInput, match=r"^designs: scene: .*give each row to scene_of, and that to evaluate"):
+        evaluate_designs(SCENE, rows)
+    assert len(evaluate_designs(SCENE, rows.assign(scene="mine"))) == 2
+
+
+def test_tables_of_camopt_are_strictly_designs(tmp_path):
+    scene = SWEEPS["sizes and laws"]
+    swept = sweep(scene, tmp_path, keep="all")
+    for rows in (swept.to_pandas(), load(tmp_path / "designs.parquet"), optimise(scene).to_pandas()):
+        assert len(evaluate_designs(scene, rows, strict=True)) == len(rows)
+        assert len(evaluate_designs(scene, evaluate_designs(scene, rows), strict=True)) == len(rows)
+    with pytest.raises(BadInput, match=r"give its \.to_pandas\(\)"):
+        evaluate_designs(scene, swept)
+
+
+def test_one_name_may_be_a_text():
+    found = evaluate_designs(SCENE, [[60.1], [70.3]], names="base_radius_mm")
+    assert found["base_radius_mm"].tolist() == [60.1, 70.3]
+    assert evaluate_designs(SCENE, [60.1], names="base_radius_mm")["base_radius_mm"].tolist() == [60.1]
 
 
 def test_a_row_has_every_column():
