@@ -1,13 +1,14 @@
 """One verb for every picture: what is drawn says which picture it has."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
+from inspect import signature
 from typing import TYPE_CHECKING, Any, cast
 
 from camopt.drawing.canvas import Target, style
 from camopt.drawing.construction.construct import construct
-from camopt.mistakes import BadInput, Mistake
+from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.quantities.shown import Drawn
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
@@ -87,14 +88,31 @@ def plot(
     kind = kinds.pop() if len(kinds) == 1 else None
     if kind is None or not issubclass(kind, Drawn) or not (kind is type(what) or kind.together):
         why = "a scene, a design, or a result that has a picture; several together if response_spectrum gave them"
+        why += "; an optimum has a design as its best" if hasattr(what, "best") else ""
         raise BadInput([Mistake("camopt", "what", type(what).__name__, why)])
     pictures = import_module(f"camopt.{kind.picture}")
+    known = ["construction"] if isinstance(what, Scene) else [*signature(pictures.draw).parameters][2:]
+    _check_options(options, known)
     if ax is None:
         figure: Figure = pictures.draw(what, path, **options)
         return figure
     if path is not None or options or not hasattr(pictures, "draw_in"):
         why = "axes for a scene, a design, or what sweep, frontier, tolerance or harmonics gives, without a path"
         raise BadInput([Mistake("camopt", "ax", type(what).__name__, why)])
+    if not hasattr(ax, "figure"):
+        raise BadInput([Mistake("camopt", "ax", ax, "axes of matplotlib")])
     with style():
         pictures.draw_in(ax, what)
     return cast("Figure", ax.figure)
+
+
+def _check_options(options: Mapping[str, Any], known: Sequence[str]) -> None:
+    """BadInput for options that a picture has not."""
+    wrong = [name for name in options if name not in known]
+    if wrong:
+        has = [nearest(name, known) if known else "it has none" for name in wrong]
+        why = "is no option of this picture; {}. The figure that plot returns can be changed"
+        found = zip(wrong, has, strict=True)
+        raise BadInput(
+            Mistake("camopt", name, options[name], why.format(words), bare=True) for name, words in found
+        )

@@ -7,7 +7,7 @@ from functools import wraps
 from inspect import signature
 from typing import Any, ParamSpec, TypeVar
 
-from camopt.mistakes import Stopped
+from camopt.mistakes import BadInput, Mistake, Stopped
 
 Advance = Callable[[int, int], bool | None]
 """Called with how much is done, and of how much, which may change; False ends the work."""
@@ -40,7 +40,10 @@ def with_progress_bar(unit: str) -> Callable[[Callable[Parameters, Result]], Cal
         @wraps(function)
         def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
             given = signature(function).bind(*args, **kwargs)
-            if given.arguments.get("progress") is not True:
+            progress = given.arguments.get("progress")
+            if progress not in (None, True, False) and not callable(progress):
+                raise BadInput([Mistake("camopt", "progress", progress, "a function, True, False or None")])
+            if progress is not True:
                 return function(*args, **kwargs)
             with progress_bar(unit) as given.arguments["progress"]:
                 return function(*given.args, **given.kwargs)

@@ -21,8 +21,13 @@ Curves = Callable[[FloatArray], list[ComplexArray]]
 
 
 def checked_angles(angles: ArrayLike) -> FloatArray:
-    """Cam angles as an array; BadInput for one outside 0 to 360 deg."""
-    degrees = np.array(angles, dtype=float).reshape(-1)
+    """Cam angles as an array; BadInput for none, or for one outside 0 to 360 deg."""
+    try:
+        degrees = np.array(angles, dtype=float).reshape(-1)
+    except (TypeError, ValueError):
+        degrees = np.empty(0)
+    if not degrees.size:
+        raise BadInput([Mistake("camopt", "angles", angles, "at least one number of degrees")])
     outside = degrees[~((degrees >= 0.0) & (degrees <= 360.0))]
     if outside.size:
         raise BadInput([Mistake("camopt", "angles", float(outside[0]), "from 0 to 360 deg")])

@@ -125,6 +125,8 @@ def shown_of(what: Any) -> Iterable[ShownCam | ResultRows]:
     frame = getattr(what, "attrs", None)
     if frame is None:
         raise BadInput([Mistake("camopt", "what", type(what).__name__, "a result of camopt, a scene, or a path")])
+    if getattr(what, "ndim", 2) == 1:  # a row of a table
+        return _of_a_scene(scene_of(what))
     return [of_frame("table", what)]
 
 
@@ -141,6 +143,8 @@ def _of_a_design(what: Evaluation | Design) -> Iterable[ShownCam]:
 
 @shown_of.register
 def _of_an_optimum(what: Optimum) -> Iterable[ShownCam]:
+    if not what.by_law:
+        raise BadInput([Mistake("camopt", "what", what, "an optimum with a design; none was feasible")])
     return _smallest([ShownCam(law or what.scene.name, design.scene) for law, design in what.by_law.items()])
 
 

@@ -55,7 +55,12 @@ class ResultRows:
         """The scene that was searched."""
         text = self.frame.attrs.get("scene")
         names = {*self.frame.columns}
-        if not text or not {"law_rise", *RADIUS_COLUMNS} & names or len({"law_rise", "law_return"} & names) == 1:
+        if not text:
+            why = (
+                "has no scene: pandas drops attrs, as in a merge; merged.attrs.update(front.attrs) brings them back"
+            )
+            raise BadInput([Mistake("camopt", "table", self.name, why, bare=True)])
+        if not {"law_rise", *RADIUS_COLUMNS} & names or len({"law_rise", "law_return"} & names) == 1:
             why = "a table of designs that camopt wrote, such as pareto.parquet"
             raise BadInput([Mistake("camopt", "table", self.name, why)])
         return Scene.embedded(text, self.name)

@@ -25,7 +25,10 @@ def scene_from(what: SceneSource) -> Scene:
         return what
     if isinstance(what, (str, os.PathLike)):
         return find_scene(what)
-    raise BadInput([Mistake("camopt", "scene", what, "a Scene, the name of a shipped scene, or a TOML file")])
+    hint = "; Scene.from_dict makes one of a mapping" if isinstance(what, dict) else ""
+    hint = "; this has one as its scene" if isinstance(getattr(what, "scene", None), Scene) else hint
+    allowed = f"a Scene, the name of a shipped scene, or a TOML file{hint}"
+    raise BadInput([Mistake("camopt", "scene", what, allowed)])
 
 
 def check_count(name: str, value: Any, least: int = 1) -> None:

@@ -360,8 +360,11 @@ class Scene(HasHtml, Drawn, SceneTable):
         """The scene as TOML text; parsed, it gives an equal scene."""
         return tomli_w.dumps(self.to_dict())
 
-    def replace(self, **changes: Any) -> "Scene":
+    def replace(self, *tables: Any, **changes: Any) -> "Scene":
         """The scene with changes by dotted key, such as ``cam.rpm`` or ``motion.1.angle``; None clears a key."""
+        if tables:
+            why = 'keywords, as in scene.replace(**{"cam.rpm": 500})'
+            raise BadInput([Mistake("camopt", "changes", tables[0], why)])
         data = self.to_dict()
         if self.profile and changes.get("profile"):
             del data["cam"]["base_radius"]  # which follows from it

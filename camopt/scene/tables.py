@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from itertools import chain
 from numbers import Integral, Real
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -19,7 +19,7 @@ from pydantic_core import core_schema
 from camopt.mechanisms.body import CamForm
 from camopt.mechanisms.drive import DriveName
 from camopt.mechanisms.follower import MotionName, TipName
-from camopt.mistakes import BadInput, nearest
+from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.motion.aliases import ALIASES, SEGMENTS, segment_named
 from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
@@ -178,6 +178,15 @@ class SceneTable(BaseModel):
             super().__init__(**values)
         except ValidationError as error:
             raise BadInput(mistakes_of(error, type(self), type(self).__name__.lower())) from None
+
+    if not TYPE_CHECKING:  # or types would let any name be set
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            """Refuse a change, with the way to another scene."""
+            if name in type(self).model_fields:
+                why = "does not change: replace makes another scene, as scene.replace(name='x')"
+                raise BadInput([Mistake(type(self).__name__.lower(), name, value, why, bare=True)])
+            super().__setattr__(name, value)
 
     @classmethod
     def checked(cls, value: Any) -> Self:

@@ -11,6 +11,7 @@ from pathlib import Path
 from stat import S_IMODE, S_ISREG
 from tempfile import TemporaryFile
 from time import time
+from typing import Any
 from warnings import warn
 
 from camopt.mistakes import BadInput, Mistake
@@ -49,8 +50,15 @@ def path_of(path: str | os.PathLike[str]) -> Path:
     return found.absolute() if str(found).startswith("~") else found  # read again, it is the same
 
 
+def check_path(path: Any, key: str) -> None:
+    """BadInput for what is no path at all, such as a table."""
+    if not isinstance(path, (str, bytes, os.PathLike)):
+        raise BadInput([Mistake("camopt", key, type(path).__name__, "a path")])
+
+
 def checked_path(path: str | os.PathLike[str], key: str) -> Path:
     """A path as users write it; BadInput if it is none."""
+    check_path(path, key)
     try:
         return path_of(path)
     except ValueError as trouble:

@@ -22,6 +22,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.storage.files import (
     LARGEST_TEXT,
     WORK_FOLDER,
+    check_path,
     check_replaceable,
     named,
     naming,
@@ -145,6 +146,7 @@ def publication(
 
 
 def _checked_folder(folder: str | os.PathLike[str]) -> Path:
+    check_path(folder, "out")
     if not os.fspath(folder):  # as the shell gives a variable that is not set; a Path would be the current folder
         raise BadInput([Mistake("camopt", "out", "", "a folder; it is empty")])
     return Path(folder)

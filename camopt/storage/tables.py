@@ -55,9 +55,16 @@ class TableFile:
             self.layout: pa.Schema = self._parquet.schema_arrow
             self.count: int = self._parquet.metadata.num_rows
             if VERSION_KEY not in (self.layout.metadata or {}):
-                raise no_table(path, f"another program ({self._parquet.metadata.created_by}) wrote this")
+                raise no_table(path, self._writer)
             if why := _oddity(self.layout):  # before the data, of which odd types may be
                 raise no_table(path, why)
+
+    @property
+    def _writer(self) -> str:
+        """Which program wrote the table; of a frame of camopt's that pandas wrote, how to go on."""
+        if b'"scene"' in (self.layout.metadata or {}).get(PANDAS_KEY, b""):
+            return "pandas wrote this: give the frame that pandas.read_parquet reads, in place of the path"
+        return f"another program ({self._parquet.metadata.created_by}) wrote this"
 
     def read(self, columns: list[str] | None = None) -> pa.Table:
         """Some columns, or all."""

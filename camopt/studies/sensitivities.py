@@ -99,6 +99,9 @@ class Sensitivities(Result, Mapping[tuple[str, str], Sensitivity]):
         return [{"quantity": name, "variable": key, **each._asdict()} for (name, key), each in self.found.items()]
 
     def __getitem__(self, pair: tuple[str, str]) -> Sensitivity:
+        if isinstance(pair, str):
+            such = next(iter(self.found), ("base_radius_mm", "cam.base_radius"))
+            raise UnknownName(f"{pair!r} is one name; a sensitivity has two, a quantity and a variable: {such}")
         if pair not in self.found:
             known = [*dict.fromkeys(name for each in self.found for name in each)]
             wrong = next((str(name) for name in pair if name not in known), str(pair))

@@ -153,7 +153,7 @@ class Timing(Result):
         }
 
 
-def timing(scene: SceneSource, lifts: Iterable[float] | None = None) -> Timing:
+def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> Timing:
     """Find the cam angles at which the follower passes given lifts.
 
     Parameters
@@ -161,7 +161,7 @@ def timing(scene: SceneSource, lifts: Iterable[float] | None = None) -> Timing:
     scene : Scene, str or os.PathLike
         Its sizes play no part, but for its ``[tolerances]``: with these, and sizes, the earliest and the latest cam
         angle of each passage are found too.
-    lifts : iterable of float, optional
+    lifts : float or iterable of float, optional
         From the lowest position, mm (deg), each above 0 and below the largest. By default the lash of the scene
         (``follower.dynamics.lash``), or else half of the largest lift.
 
@@ -188,7 +188,7 @@ def timing(scene: SceneSource, lifts: Iterable[float] | None = None) -> Timing:
     if lifts is None:
         lash = scene.follower.dynamics and scene.follower.dynamics.lash
         lifts = (lash or DEFAULT_SHARE * most,)
-    levels = [*lifts]
+    levels = [*lifts] if isinstance(lifts, Iterable) and not isinstance(lifts, str) else [lifts]
     unit = unit_of(setup, 0)
     allowed = f"numbers above 0 and below the largest lift ({most:.6g} {unit})"
     wrong = [each for each in levels if isinstance(each, bool) or not isinstance(each, Real) or not 0 < each < most]

@@ -156,6 +156,7 @@ def _local(ends: "FrontierEnds", rows: Sequence[dict[str, Any]], axes: tuple[str
 def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
     """The scene that calls for the axes, and the axes."""
     problem, mistakes = resolve(scene), []
+    axes = (axes,) if isinstance(axes, str) else axes
     if not 2 <= len(axes) <= 3 or len(set(axes)) < len(axes):
         mistakes.append(Mistake("camopt", "axes", ",".join(axes), "two or three different axes"))
     lacks, able = lacking(problem.setup), quantities(problem)

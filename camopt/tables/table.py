@@ -15,6 +15,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES, Quantity
 from camopt.scene.scene import Scene
+from camopt.storage.files import check_path
 from camopt.storage.manifest import Manifest
 from camopt.storage.tables import (
     PARQUET,
@@ -206,6 +207,7 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     >>> len(designs), designs.attrs["units"]["base_radius_mm"]
     (9, 'mm')
     """
+    check_path(path, "path")
     return frame_of(path)
 
 

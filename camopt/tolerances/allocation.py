@@ -184,7 +184,7 @@ def allocate(
         IT12.
     seconds : float, default 60
         For the search.
-    only : sequence of str, optional
+    only : str or sequence of str, optional
         The keys of the tolerances that get other grades; all that have one unless given.
 
     Returns
@@ -213,6 +213,7 @@ def allocate(
     scene = scene.toleranced
     problem = resolve_design(scene)
     keys = graded_keys(scene, problem)
+    only = (only,) if isinstance(only, str) else only
     if unknown := [each for each in only if each not in keys]:
         why = f"is no tolerance with a grade; {nearest(unknown[0], keys)}" if keys else "has no grade"
         raise BadInput([Mistake("camopt", "only", unknown[0], why, bare=True)])

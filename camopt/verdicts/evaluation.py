@@ -72,6 +72,8 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
     def __getitem__(self, name: str, /) -> float: ...
     def __getitem__(self, name: str, /) -> float | bool | str:
         if name not in self.quantities:
+            if name in QUANTITIES:
+                raise UnknownName(f"{name!r} was not computed; name it in the outputs of the scene")
             raise UnknownName(f"{name!r} is no quantity of this evaluation; {nearest(str(name), self)}")
         return self.quantities[name]
 

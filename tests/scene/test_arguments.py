@@ -5,6 +5,7 @@ import logging
 from inspect import signature
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 import camopt
@@ -106,3 +107,102 @@ def test_sentences_go_to_the_log_where_nobody_hears_them(tmp_path, caplog):
     with caplog.at_level(logging.INFO, logger="camopt"):
         camopt.sweep(NAME, tmp_path)
     assert caplog.messages == told == [f"{Path(tmp_path)} is up to date; `again` computes it anew"]
+
+
+SCENE = find_scene("roller-1000rpm").replace(
+    search={"base_radius": [60, 90, 120], "law": ["cycloidal"]}, tolerances={"profile": 0.02}
+)
+FRONT = camopt.sweep(
+    SCENE.replace(
+        **{
+            "search.law": ["cycloidal", "poly345"],
+            "search.minimise": ["base_radius_mm", "pressure_angle_max_deg"],
+            "limits.pressure_angle": 50,
+        }
+    )
+).to_pandas()
+MERGED = FRONT.merge(pd.DataFrame({"base_radius_mm": [60.0, 90.0, 120.0], "price": [1, 2, 3]}))
+NOTHING = SCENE.replace(**{"limits.pressure_angle": 0.5, "search.base_radius": {"start": 20, "stop": 30}})
+
+
+def set_name(scene):
+    scene.name = "x"
+
+
+def set_speed(scene):
+    scene.cam.rpm = 3
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    {
+        "no angle": (lambda: camopt.cam_points(SCENE, []), "angles = []: must be at least one number"),
+        "words for angles": (
+            lambda: camopt.cam_points(SCENE, "ten"),
+            "angles = 'ten': must be at least one number",
+        ),
+        "a word for a lift": (lambda: camopt.timing(SCENE, "10"), "lift = '10': must be numbers above 0"),
+        "a lift too large": (lambda: camopt.timing(SCENE, 50), "lift = 50: must be numbers above 0"),
+        "an option of no picture": (
+            lambda: camopt.plot(SCENE, constrction=6),
+            "constrction = 6: is no option of this picture; did you mean construction?",
+        ),
+        "an option of figures": (
+            lambda: camopt.plot(SCENE, figsize=(3, 3)),
+            "figsize = (3, 3): is no option of this",
+        ),
+        "axes that are none": (lambda: camopt.plot(SCENE, ax=3), "ax = 3: must be axes of matplotlib"),
+        "an optimum to draw": (lambda: camopt.plot(camopt.optimise(SCENE)), "an optimum has a design as its best"),
+        "a frame to load": (lambda: camopt.load(FRONT), "path = 'DataFrame': must be a path"),
+        "a number to load": (lambda: camopt.load(3), "path = 'int': must be a path"),
+        "a scene as a folder": (lambda: camopt.sweep(SCENE, SCENE), "out = 'Scene': must be a path"),
+        "a name set": (lambda: set_name(SCENE), "scene: name = 'x': does not change: replace makes another scene"),
+        "a speed set": (lambda: set_speed(SCENE), "cam: rpm = 3: does not change: replace makes another scene"),
+        "changes by position": (lambda: SCENE.replace({"cam.rpm": 5}), 'scene.replace(**{"cam.rpm": 500})'),
+        "one axis": (lambda: camopt.frontier(SCENE, "size"), "axes = 'size': must be two or three different axes"),
+        "one name": (lambda: camopt.sensitivities(SCENE)["base_radius_mm"], "'base_radius_mm' is one name; a sens"),
+        "a progress": (
+            lambda: camopt.sweep(SCENE, progress="yes"),
+            "progress = 'yes': must be a function, True, F",
+        ),
+        "no output": (
+            lambda: camopt.evaluate(SCENE)["area_mm2"],
+            "'area_mm2' was not computed; name it in the out",
+        ),
+        "an evaluation": (lambda: camopt.evaluate(camopt.evaluate(SCENE)), "this has one as its scene"),
+        "a mapping": (lambda: camopt.evaluate(SCENE.to_dict()), "Scene.from_dict makes one of a mapping"),
+        "a page of nothing": (
+            lambda: camopt.report(camopt.optimise(NOTHING), "a.html"),
+            "design; none was feasible",
+        ),
+        "a merged table": (
+            lambda: camopt.report(MERGED, "a.html"),
+            "brings them back",
+        ),
+        "a row of no scene": (
+            lambda: camopt.report(MERGED.iloc[0], "a.html"),
+            "scene: missing",
+        ),
+    }.values(),
+)
+def test_a_wrong_argument_gets_one_sentence(call, told):
+    with pytest.raises(camopt.CamoptError) as refused:
+        call()
+    assert told in str(refused.value)
+    assert "\n" not in str(refused.value).replace("\ncamopt: axes = 'size'", "")
+
+
+def test_one_of_several_stands_alone(tmp_path):
+    assert camopt.timing(SCENE, 25).passages == camopt.timing(SCENE, [25]).passages
+    alone, listed = (camopt.allocate(SCENE, 0.1, only=only) for only in ("profile", ["profile"]))
+    assert alone == listed
+    camopt.report(FRONT.iloc[0], tmp_path / "row.html")
+
+
+def test_a_frame_that_pandas_wrote_is_read_by_pandas(tmp_path):
+    FRONT.to_parquet(tmp_path / "front.parquet")
+    with pytest.raises(BadInput, match=r"give the frame that pandas\.read_parquet reads, in place of the path"):
+        camopt.report(tmp_path / "front.parquet", tmp_path / "page.html")
+    MERGED.to_parquet(tmp_path / "other.parquet")
+    with pytest.raises(BadInput, match="another program"):
+        camopt.load(tmp_path / "other.parquet")
