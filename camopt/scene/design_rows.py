@@ -26,6 +26,8 @@ ANGLES = "angles_deg"
 EXCESS = "excess_"  # before the name of a limit: the column of its excess
 NO_DESIGN = "no size or number of this mechanism and no law"
 """What is wrong with a column that no scene of a mechanism reads."""
+OTHER_KEYS = ("objective", "gap", "convex", "change", "table")
+"""Columns of a synthesis and of a comparison that are no quantities; ``RESULT_KEYS`` has the others."""
 DERIVED = ("prime_radius_mm", "shaft_clearance_mm")  # sums and differences of other sizes
 
 
@@ -83,7 +85,7 @@ def odd_columns(scene: "Scene", names: Iterable[str]) -> list[str]:
 
     A size of another mechanism is none of this one's quantities.
     """
-    own = {*RESULT_KEYS, *DERIVED, *LAW_KEYS, *scene.quantities, *scene.row_columns.values()}
+    own = {*RESULT_KEYS, *OTHER_KEYS, *DERIVED, *LAW_KEYS, *scene.quantities, *scene.row_columns.values()}
     own |= {*scene.mechanism.size_quantities.values()}
     own |= {name for name, each in QUANTITIES.items() if each.effect != "sizes"}
     return [name for name in names if name not in own and not name.startswith(EXCESS)]

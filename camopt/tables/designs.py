@@ -14,7 +14,7 @@ from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.quantities.shown import Drawn
 from camopt.scene.arguments import SceneSource, scene_from
-from camopt.scene.design_rows import LAW_KEYS, has_scene, odd_columns, warn_of_odd_columns
+from camopt.scene.design_rows import LAW_KEYS, ROW, has_scene, odd_columns, warn_of_odd_columns
 from camopt.scene.scene import Scene
 from camopt.scene.written import write_scene
 from camopt.tables.columns import columns_of, joined_laws, with_law
@@ -119,7 +119,7 @@ class ByLaw(dict[str, Design]):
         raise UnknownName(f"{name!r} is no law with a feasible design; {nearest(str(name), self)}")
 
 
-def scene_of(table: Any, row: int | None = None, *, scene: SceneSource | None = None) -> Scene:
+def scene_of(table: Any, row: Any = None, *, scene: SceneSource | None = None) -> Scene:
     """The scene of one row of a table: the scene that was searched, with the sizes, laws and numbers of the row.
 
     Parameters
@@ -128,8 +128,9 @@ def scene_of(table: Any, row: int | None = None, *, scene: SceneSource | None = 
         A Parquet file that ``sweep`` or ``frontier`` wrote, or the DataFrame that ``camopt.load`` or
         ``pandas.read_parquet`` makes of it; rows may have been filtered out. Or one row: a pandas Series, a
         mapping, or a table of one row.
-    row : int, optional
-        The row's label in the DataFrame: its number in the file, counted from 0.
+    row : int or other label, optional
+        The row's label in the DataFrame: its number in the file, counted from 0, or its law in the rows of an
+        ``Optimum``.
     scene : Scene, str or os.PathLike, optional
         The scene that was searched, where the table has lost its ``attrs``, as in a merge with another one.
         One warning names columns that are no quantities of camopt.
@@ -160,6 +161,8 @@ def scene_of(table: Any, row: int | None = None, *, scene: SceneSource | None = 
     """
     from camopt.tables.table import load, row_of
 
+    if isinstance(row, Scene):
+        raise BadInput([Mistake("camopt", ROW, None, "a label of a row; give the scene as scene=")])
     name, given = (os.fspath(table), load(table)) if isinstance(table, (str, os.PathLike)) else ("table", table)
     values = row_of(given, row, name)
     text = getattr(given, "attrs", {}).get("scene")
@@ -168,6 +171,8 @@ def scene_of(table: Any, row: int | None = None, *, scene: SceneSource | None = 
         searched = Scene.embedded(text, name)
     if searched is None and not has_scene(values):
         lost = "missing: the table has lost it, as in a merge, or camopt did not write it; give it as scene="
+        if isinstance(table, Result) and hasattr(table, "scene"):
+            lost = f"missing: the scene of this {type(table).__name__} is its .scene"
         raise BadInput([Mistake("camopt", "scene", None, lost, bare=True)])
     found = scene_of_row(searched, values)
     if searched and not has_scene(values) and (odd := odd_columns(searched, values)):

@@ -16,6 +16,8 @@ from camopt.tables.layout import Table, table_of
 if TYPE_CHECKING:
     import pandas as pd
 
+BODY_SIZES = frozenset({"base_radius_mm", "mean_radius_mm"})  # the sizes of a disc and of a cylinder
+
 
 class Result(HasHtml):
     """What a function of camopt returns, and a command prints.
@@ -78,7 +80,7 @@ class Result(HasHtml):
         return plain(self.document())
 
     def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
-        """Rows of the result as a DataFrame, with the units of its columns in ``attrs``.
+        """Rows of the result as a DataFrame, with the units of its columns in ``attrs``; of designs also the scene.
 
         Parameters
         ----------
@@ -108,9 +110,12 @@ class Result(HasHtml):
         frame = pd.json_normalize([plain_record(each) for each in records])
         if index is not None:
             frame.index = pd.Index(index)
-        own = getattr(getattr(self, "scene", None), "quantities", {})
+        scene = getattr(self, "scene", None)
+        own = getattr(scene, "quantities", {})
         units = {each: QUANTITIES[each].unit for each in frame if each in QUANTITIES}
         frame.attrs = {"units": units | {each: own[each].unit for each in frame if each in own}}
+        if scene is not None and not BODY_SIZES.isdisjoint(frame.columns):  # rows of designs
+            frame.attrs["scene"] = scene.to_toml()
         return frame
 
 

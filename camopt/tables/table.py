@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES, Quantity
+from camopt.scene.design_rows import LAW_KEYS, values_of_index
 from camopt.scene.scene import Scene
 from camopt.storage.files import check_path
 from camopt.storage.manifest import Manifest
@@ -243,25 +244,34 @@ def _frame(table: pa.Table) -> "pd.DataFrame":
     return frame
 
 
-def row_of(table: Any, row: int | None, name: str) -> dict[str, Any]:
-    """The values of one row, or of the row of a table, by column."""
+def row_of(table: Any, row: Any, name: str) -> dict[str, Any]:
+    """The values of one row, or of the row of a table, by column; quantities in an index of pandas are columns."""
     import narwhals.stable.v2 as nw  # most commands are given no table
 
     frame = nw.from_native(table, eager_only=True, pass_through=True)
     if not isinstance(frame, nw.DataFrame):
-        return _values_of(table if row is None else None, name)
+        return _values_of(table if row is None or hasattr(table, "to_pandas") else None, name)
     labels = nw.maybe_get_index(frame)
     every = np.arange(len(frame)) if labels is None else np.asarray(labels)
-    places = np.flatnonzero(every == row) if row is not None else np.arange(len(frame))
+    if row is None:
+        places = np.arange(len(frame))
+    else:
+        labelled = [label == row for label in every] if isinstance(row, tuple) else every == row
+        places = np.flatnonzero(labelled)
     if places.size != 1:
+        twice = f"; {places.size} have this label: number the rows anew with .reset_index(drop=True)"
         has = f"a row of {name}, which has {len(frame):,}, counted from 0"
+        has += twice if row is not None and places.size else ""
         raise BadInput([Mistake("camopt", "row", row, has)])
     place = int(places[0])
-    return frame[place : place + 1].rows(named=True)[0]
+    levels = {} if labels is None else values_of_index(labels, place)
+    known = {level: value for level, value in levels.items() if level in QUANTITIES or level in LAW_KEYS}
+    return known | frame[place : place + 1].rows(named=True)[0]
 
 
 def _values_of(row: Any, name: str) -> dict[str, Any]:
     """The values of one row that is no table."""
     if isinstance(row, Mapping) or hasattr(row, "dropna"):
         return {str(column): value for column, value in dict(row).items()}
-    raise BadInput([Mistake("camopt", "table", name, "a table that camopt wrote, or one row of it")])
+    hint = f"; this is a {type(row).__name__}: give its .to_pandas()" if hasattr(row, "to_pandas") else ""
+    raise BadInput([Mistake("camopt", "table", name, f"a table that camopt wrote, or one row of it{hint}")])

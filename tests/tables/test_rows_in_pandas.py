@@ -4,7 +4,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from camopt import BadInput, evaluate, evaluate_designs, find_scene, load, scene_of, sweep
+from camopt import BadInput, evaluate, evaluate_designs, find_scene, load, optimise, scene_of, sweep, synthesise
 from camopt.exporting.cam_points import write_points
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve_design
@@ -79,8 +79,45 @@ def test_a_row_is_one_row(folder):
             scene_of(plain, wrong)
     with pytest.raises(BadInput, match="a table that camopt wrote, or one row of it"):
         scene_of(7)
-    with pytest.raises(BadInput, match="must be a row of table, which has 32"):
+    with pytest.raises(BadInput, match=r"must be a row of table, which has 32.*; 2 have this label: .*reset_index"):
         scene_of(pd.concat([plain, plain]), 3)
+    with pytest.raises(BadInput, match="row: must be a label of a row; give the scene as scene="):
+        scene_of(plain.loc[3], SCENE)
+    with pytest.raises(BadInput, match=r"this is a Sweep: give its \.to_pandas\(\)"):
+        scene_of(sweep(SCENE), 3)
+    with pytest.raises(BadInput, match=r"scene: missing: the scene of this Evaluation is its \.scene"):
+        scene_of(evaluate(SCENE))
+
+
+def test_levels_of_an_index_are_columns_of_a_row(folder):
+    plain = pd.read_parquet(folder / "designs.parquet")
+    for levels in ("base_radius_mm", ["law_rise", "base_radius_mm", "offset_mm"]):
+        indexed = plain.set_index(levels)
+        for place in (3, 7):
+            expected = scene_of(plain, place)
+            assert scene_of(indexed.iloc[[place]]) == expected
+            assert SCENE.with_row(indexed.iloc[[place]]) == SCENE.with_row(plain.loc[place])
+            if indexed.index.nlevels > 1:
+                assert scene_of(indexed, indexed.index[place]) == expected
+    best = plain.groupby("law_rise").first()
+    assert {each.law for each in scene_of(best, "cycloidal").motion if each.law} == {"cycloidal"}
+    assert scene_of(best, "poly345").cam.base_radius == best["base_radius_mm"]["poly345"]
+
+
+def test_rows_of_an_optimum_have_their_scene():
+    found = optimise(SCENE)
+    frame = found.to_pandas()
+    assert len(frame) == 2
+    for law, best in found.by_law.items():
+        assert scene_of(frame, law) == best.scene
+    assert scene_of(found.best.to_pandas()) == found.best.scene
+
+
+def test_the_row_of_a_synthesis_has_its_laws():
+    found = synthesise(find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12}))
+    assert scene_of(found.to_pandas()) == found.scene
+    with pytest.raises(BadInput, match="law_rise = 'free-rise': must be a motion law"):
+        SCENE.with_row(found.design)
 
 
 def test_a_row_of_a_frontier_has_a_scene_of_its_own(folder):
