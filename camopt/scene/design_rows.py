@@ -1,7 +1,7 @@
 """A row of a table as a design: the columns that a scene reads, and what is wrong with their values."""
 
 import warnings
-from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Container, Iterator, Mapping, Sequence
 from math import isnan
 from numbers import Real
 from typing import TYPE_CHECKING, Any
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.mistakes import BadInput, Mistake, listed_words, much_alike, nearest
+from camopt.motion import LAWS
 from camopt.motion.table import RETURN, RISE
 from camopt.quantities import QUANTITIES
-from camopt.scene.own_laws import law_names
 from camopt.scene.own_quantities import RESULT_KEYS
 from camopt.scene.turn import turn_in
 
@@ -80,11 +80,13 @@ def no_column_of_a_design(names: Collection[str], known: Collection[str], file: 
     return BadInput(Mistake(file, n, None, f"{NO_DESIGN}; {nearest(n, known)}", bare=True) for n in names)
 
 
-def odd_columns(scene: "Scene", names: Iterable[str]) -> list[str]:
+def odd_columns(scene: "Scene", names: Collection[str]) -> list[str]:
     """The columns that are neither quantities of camopt or of the scene, nor what results have beside these.
 
     A size of another mechanism is none of this one's quantities.
     """
+    if not names:
+        return []
     own = {*RESULT_KEYS, *OTHER_KEYS, *DERIVED, *LAW_KEYS, *scene.quantities, *scene.row_columns.values()}
     own |= {*scene.mechanism.size_quantities.values()}
     own |= {name for name, each in QUANTITIES.items() if each.effect != "sizes"}
@@ -112,11 +114,11 @@ def _missing_values(scene: "Scene", columns: Mapping[str, str], values: Mapping[
 
 def _unknown_laws(scene: "Scene", values: Mapping[str, Any]) -> Iterator[Mistake]:
     """Laws that the scene does not have; a name of several laws may be that of its own motion."""
-    data = scene.to_dict()
+    known = (*LAWS, *scene.laws)
     for name in LAW_KEYS:
-        law, known = values.get(name), (*law_names(data), *scene.laws)
-        if name in values and not is_missing(law) and law not in (*known, *_own_law_names(data)):
-            yield Mistake(ROW, name, law, f"a motion law; {nearest(str(law), dict.fromkeys(known))}")
+        law = values.get(name)
+        if not is_missing(law) and law not in known and law not in _own_law_names(scene.to_dict()):
+            yield Mistake(ROW, name, law, f"a motion law; {nearest(str(law), known)}")
 
 
 def _own_law_names(data: Mapping[str, Any]) -> tuple[str, ...]:

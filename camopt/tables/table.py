@@ -250,7 +250,7 @@ def row_of(table: Any, row: Any, name: str) -> dict[str, Any]:
 
     frame = nw.from_native(table, eager_only=True, pass_through=True)
     if not isinstance(frame, nw.DataFrame):
-        return _values_of(table if row is None or hasattr(table, "to_pandas") else None, name)
+        return _values_of(table, row)
     labels = nw.maybe_get_index(frame)
     every = np.arange(len(frame)) if labels is None else np.asarray(labels)
     if row is None:
@@ -269,9 +269,10 @@ def row_of(table: Any, row: Any, name: str) -> dict[str, Any]:
     return known | frame[place : place + 1].rows(named=True)[0]
 
 
-def _values_of(row: Any, name: str) -> dict[str, Any]:
-    """The values of one row that is no table."""
-    if isinstance(row, Mapping) or hasattr(row, "dropna"):
-        return {str(column): value for column, value in dict(row).items()}
-    hint = f"; this is a {type(row).__name__}: give its .to_pandas()" if hasattr(row, "to_pandas") else ""
-    raise BadInput([Mistake("camopt", "table", name, f"a table that camopt wrote, or one row of it{hint}")])
+def _values_of(values: Any, row: Any) -> dict[str, Any]:
+    """The values of one row that is no table, and so has no label of a row."""
+    if row is None and (isinstance(values, Mapping) or hasattr(values, "dropna")):
+        return {str(column): value for column, value in dict(values).items()}
+    hint = ": give its .to_pandas()" if hasattr(values, "to_pandas") else ""
+    why = f"a table that camopt wrote, or one row of it without a label; this is a {type(values).__name__}{hint}"
+    raise BadInput([Mistake("camopt", "table", None, why)])

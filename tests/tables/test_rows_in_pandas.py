@@ -79,6 +79,8 @@ def test_a_row_is_one_row(folder):
             scene_of(plain, wrong)
     with pytest.raises(BadInput, match="a table that camopt wrote, or one row of it"):
         scene_of(7)
+    with pytest.raises(BadInput, match=r"table: must be .* one row of it without a label; this is a Series$"):
+        scene_of(plain.loc[3], 3)
     with pytest.raises(BadInput, match=r"must be a row of table, which has 32.*; 2 have this label: .*reset_index"):
         scene_of(pd.concat([plain, plain]), 3)
     with pytest.raises(BadInput, match="row: must be a label of a row; give the scene as scene="):
