@@ -105,8 +105,8 @@ def _missing_values(scene: "Scene", columns: Mapping[str, str], values: Mapping[
 
     Tables of several scenes that stand after each other lack numbers that one of them does not have.
     """
-    given = scene.numbers(columns)
-    asked = [name for key, name in columns.items() if key in scene.size_fields or given[key] is not None]
+    given, sizes = scene.numbers(columns), scene.size_fields
+    asked = [name for key, name in columns.items() if key in sizes or given[key] is not None]
     for name in (*asked, *LAW_KEYS):
         if name in values and is_missing(values[name]):
             yield Mistake(ROW, name, None, "missing", bare=True)
