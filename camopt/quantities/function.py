@@ -23,6 +23,7 @@ ENTRY_POINTS = "camopt.quantities"
 ArrayFunction = Callable[..., Any]
 _KNOWN: dict[str, ArrayFunction] = {}
 _NUMBERS = count(1)
+NOT_IMPORTABLE = "is no function that other processes can import: define it in a module of its own"
 
 
 @dataclass(frozen=True)
@@ -200,12 +201,20 @@ class FunctionCall:
         """The function."""
         if self.reference in _KNOWN:
             return _KNOWN[self.reference]
+        if not self.is_importable:
+            raise self._mistake(NOT_IMPORTABLE)
         if ":" in self.reference:
             raise self._mistake("is not known here: give it to camopt.quantity in this process first")
         try:
             return load_installed(self.reference).function
         except ValueError as wrong:
             raise self._mistake(str(wrong)) from None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Another process gets the function too, if it can import it."""
+        known = self.is_importable and self.reference in _KNOWN
+        shared = {self.reference: self.function} if known else {}
+        return call_made_known, (shared, self.name, self.reference, self.names)
 
     @property
     def is_importable(self) -> bool:
@@ -236,7 +245,7 @@ class FunctionCall:
         if ":" not in self.reference:
             return None
         if not self.is_importable:
-            raise self._mistake("is no function that other processes can import: define it in a module of its own")
+            raise self._mistake(NOT_IMPORTABLE)
         return self.reference, self.function
 
     def _mistake(self, why: str) -> BadInput:
@@ -246,6 +255,12 @@ class FunctionCall:
 def make_known(functions: Mapping[str, ArrayFunction]) -> None:
     """Make functions known that another process sent, by what scenes call them."""
     _KNOWN.update(functions)
+
+
+def call_made_known(functions: Mapping[str, ArrayFunction], *facts: Any) -> FunctionCall:
+    """A call from another process, with its function made known here."""
+    make_known(functions)
+    return FunctionCall(*facts)
 
 
 def _code_facts(code: CodeType) -> Any:

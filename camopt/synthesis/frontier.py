@@ -24,6 +24,7 @@ from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
 from camopt.problem.limits import limited_quantity
 from camopt.problem.problem import resolve
+from camopt.quantities.function import FunctionCall
 from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
@@ -277,15 +278,18 @@ class KnownLaws(NamedTuple):
 
 def _found(scene: Scene, axes: tuple[str, ...], tasks: Sequence[Task | KnownLaws], engine: Engine) -> Iterator[Any]:
     """What is found for each task, in order."""
-    return chain.from_iterable(engine.in_order(partial(_run, scene.to_toml(), axes), tasks))
+    calls = [each.call for each in resolve(scene).setup.own.values() if each.call]
+    return chain.from_iterable(engine.in_order(partial(_run, calls, scene.to_toml(), axes), tasks))
 
 
 _BUILT: dict[Any, AxisMinimiser] = {}
 """What a process keeps: the programme of its last task."""
 
 
-def _run(toml: str, axes: tuple[str, ...], tasks: Sequence[Task | KnownLaws]) -> list[Any]:
-    """What is found for some tasks."""
+def _run(
+    calls: Sequence[FunctionCall], toml: str, axes: tuple[str, ...], tasks: Sequence[Task | KnownLaws]
+) -> list[Any]:
+    """What is found for some tasks; the calls bring the Python functions of the scene along."""
     return [task.done(toml, axes) for task in tasks]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.quantity_functions import COLUMNS, TEXT, compactness
 
-from camopt import BadInput, Scene, certify, evaluate, find_scene, load, quantity, sweep
+from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, quantity, sweep
 from camopt.cli.main import main
 from camopt.engines.processes import processes
 from camopt.front.plan import sweep_plan
@@ -68,6 +68,20 @@ def test_other_processes_import_a_function(expected, tmp_path):
 def test_other_processes_take_no_function_that_they_cannot_import():
     with processes(2) as engine, pytest.raises(BadInput, match="is no function that other processes can import"):
         sweep(with_function(lambda *columns: columns[0]), engine=engine)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_frontier_takes_a_function_along(workers):
+    coarse = BASE.replace(quantities={}, search={}, limits={}, **{"synthesis.pieces": 12})
+    scene = coarse.replace(quantities=[quantity(compactness, COLUMNS, **MINE)], outputs=["mine"])
+    rows = frontier(scene, points=2, workers=workers).rows
+    assert [row["size"] for row in rows] == [row["size"] for row in frontier(coarse, points=2, workers=1).rows]
+
+
+def test_a_frontier_in_processes_takes_no_function_that_they_cannot_import():
+    scene = BASE.replace(quantities=[quantity(lambda one: one, COLUMNS[:1], **MINE)], limits={}, outputs=["mine"])
+    with pytest.raises(BadInput, match="is no function that other processes can import"):
+        frontier(scene.replace(**{"synthesis.pieces": 12}), points=2, workers=2)
 
 
 def fails(*columns):
