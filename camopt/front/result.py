@@ -17,7 +17,7 @@ from camopt.tables.columns import bounds_shown, columns_of, laws_shown, own_unit
 from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import Design, miss_sections
 from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result, records_of
+from camopt.tables.result import Result
 from camopt.tables.writing import TableInMemory, tables_of_arrow
 from camopt.verdicts.judging import Effort
 from camopt.verdicts.words import BROKEN, UNDECIDED
@@ -158,7 +158,6 @@ class Sweep(Result, Drawn):
             frame: pd.DataFrame = tables_of_arrow().load(self.files[0].parent / f"{name}{ENDING}")
             return frame
         if name not in (FRONT, KEPT):
-            records_of(self.document(), name, known)
             return super().to_pandas(name)
         allowed = f"a table of this sweep: {' or '.join(known)}"
         more = '; a sweep without out keeps designs if keep names them, as keep="feasible"' if name == KEPT else ""

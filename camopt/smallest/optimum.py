@@ -147,11 +147,10 @@ class Optimum(Result):
             yield f"{UNKNOWN_PRICE} without the end of a range: it is not sought."
 
     @property
-    def notes(self) -> Iterator[str]:
+    def notes(self) -> tuple[str, ...]:
         """Warnings, and walls that are thin."""
-        yield from self.warnings
-        if self.best:
-            yield from no_wall(self.scene, self.best.get("base_radius_mm"))
+        thin = no_wall(self.scene, self.best.get("base_radius_mm")) if self.best else ()
+        return (*self.warnings, *thin)
 
     def document(self) -> dict[str, Any]:
         """The best design, those of each law, what is in the way, and prices."""

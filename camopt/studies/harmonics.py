@@ -77,6 +77,9 @@ class Harmonics(Result, Drawn):
     picture = "studies.harmonics_picture"
     main_rows = "harmonics"
 
+    def __repr__(self) -> str:
+        return f"<Harmonics of {self.scene.name}: {len(self.order)} orders>"
+
     def document(self) -> dict[str, Any]:
         """The mean, and a record for each harmonic."""
         about = {"scene": self.scene.name, "mean": self.mean, "acceleration_unit": self.acceleration_unit}

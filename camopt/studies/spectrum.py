@@ -76,7 +76,7 @@ class Spectrum(Columns, Drawn):
 
 
 @options_by_keyword
-def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, *, damping_ratio: float = 0.0) -> Spectrum:
+def response_spectrum(law: str | Law, ratios: ArrayLike | None = None, *, damping_ratio: float = 0.0) -> Spectrum:
     """Compute how a follower train vibrates after one rise, by the ratio t₁/Tₙ of rise time to natural period.
 
     Parameters
@@ -84,7 +84,7 @@ def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, *, damping_rat
     law : str or Law
         The name of a built-in law, or a law.
     ratios : array_like, optional
-        Period ratios, from 1e-3 to 1e4, in one dimension.
+        Period ratios, from 1e-3 to 1e4, in one dimension; by default 397 of them from 0.1 to 10, in even steps.
     damping_ratio : float, default 0
         ζ, 0 or more and below 1.
 
@@ -110,7 +110,7 @@ def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, *, damping_rat
     >>> spectrum["residual"].round(4).tolist()
     [0.5, 0.0243]
     """
-    chosen, λ = _checked(law, ratios, damping_ratio)
+    chosen, λ = _checked(law, RATIOS if ratios is None else ratios, damping_ratio)
     at_once = max(1, PANELS_AT_ONCE // len(_rise(chosen).table.half_width))
     parts = [λ[k : k + at_once].tolist() for k in range(0, len(λ), at_once)]
     found = [_responses(chosen, tuple(part), float(damping_ratio)) for part in parts]

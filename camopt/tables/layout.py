@@ -57,6 +57,20 @@ class Table:
         ]
         return cls(title, tops, cells, note)
 
+    def __str__(self) -> str:
+        lines = [[head.text.replace("\n", " ").strip() for head in self.heads]] if self.is_headed else []
+        lines += [[cell.text for cell in row] for row in self.rows]
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        right = [head.kind == NUMERIC for head in self.heads]
+        texts = (
+            "  ".join(
+                text.rjust(width) if numeric else text.ljust(width)
+                for text, width, numeric in zip(line, widths, right, strict=True)
+            ).rstrip()
+            for line in lines
+        )
+        return "\n".join(filter(None, (self.title, *texts, self.note)))
+
     def unexplained(self) -> "Table":
         """The table without its sentences about the other columns."""
         return replace(self, rows=[[Cell("") if each.kind == ABOUT else each for each in row] for row in self.rows])

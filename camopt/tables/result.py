@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 BODY_SIZES = frozenset({"base_radius_mm", "mean_radius_mm"})  # the sizes of a disc and of a cylinder
 
 
+NAMES_SHOWN = 4  # columns
+
+
 class Result(HasHtml):
     """What a function of camopt returns, and a command prints.
 
@@ -67,6 +70,11 @@ class Result(HasHtml):
         """The scene of the cam that a notebook shows beside the tables; None if there is none."""
         return getattr(self, "scene", None)
 
+    @property
+    def kept_tables(self) -> Iterable[str]:
+        """The names of tables that ``to_pandas`` gives beside the rows of ``to_dict``."""
+        return ()
+
     def table(self) -> Table | None:
         """The main table; None if there is none."""
         return None
@@ -104,7 +112,7 @@ class Result(HasHtml):
         if isinstance(document, list):
             records = document
         elif name:
-            index, records = records_of(document, name)
+            index, records = records_of(document, name, self.kept_tables)
         else:
             records = [{key: each for key, each in document.items() if is_scalar(each)}]
         frame = pd.json_normalize([plain_record(each) for each in records])
@@ -139,6 +147,12 @@ class Columns(Result, dict[str, Any]):
     def __init__(self, columns: Mapping[str, Any], units: Mapping[str, str] | None = None) -> None:
         super().__init__(columns)
         self.units = dict(units or {})
+
+    def __repr__(self) -> str:
+        rows = max((len(each) for each in self.values() if np.ndim(each)), default=0)
+        names, more = [*self][:NAMES_SHOWN], len(self) - NAMES_SHOWN
+        words = ", ".join(names) + (f" and {more} more columns" if more > 0 else "")
+        return f"<{type(self).__name__}: {rows:,} row{'s' * (rows != 1)} of {words}>"
 
     def table(self) -> Table:
         """A row for each point."""

@@ -19,7 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from math import inf, isfinite
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 import scipy
@@ -40,7 +40,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
 from camopt.tables.layout import NUMERIC, Cell, Table, table_of
-from camopt.tables.result import Result
+from camopt.tables.result import Columns, Result
 from camopt.tolerances.draw import Drawn as Off
 from camopt.tolerances.draw import beyond, drawn, parts_of
 from camopt.tolerances.errors import error_ends, error_unit
@@ -51,6 +51,10 @@ from camopt.tolerances.margins import OWN_SIZES, Box
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
 from camopt.tolerances.two_contacts import Between, cams_of, errors_of
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+SAMPLES = "samples"
 CAMS = 2**16
 """Unless told."""
 MOST_CAMS = 2**24
@@ -207,6 +211,24 @@ class Batch(Result, Drawn):
     samples: Mapping[str, Sampled] = field(repr=False, compare=False)
     within: float | None = None
     main_rows: ClassVar[str] = "limits"
+
+    @property
+    def kept_tables(self) -> tuple[str, ...]:
+        """The samples."""
+        return (SAMPLES,)
+
+    def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
+        """Rows of the batch as a DataFrame: "limits", the default, "errors", or "samples" with a row for each cam.
+
+        Raises
+        ------
+        UnknownName
+            For another name.
+        """
+        if name != SAMPLES:
+            return super().to_pandas(name)
+        values = {column: each.values for column, each in self.samples.items()}
+        return Columns(values, {column: each.unit for column, each in self.samples.items()}).to_pandas()
 
     def table(self) -> Table:
         """How far the motions of the cams are off."""

@@ -120,10 +120,9 @@ class Evaluation(Result, Drawn, Mapping[str, Any]):
             yield _speed_of_crank(self)
 
     @property
-    def notes(self) -> Iterator[str]:
+    def notes(self) -> tuple[str, ...]:
         """Warnings, and what of the scene is odd or unused."""
-        yield from self.warnings
-        yield from notes_of(self.scene)
+        return (*self.warnings, *notes_of(self.scene))
 
     @property
     def half_width(self) -> float:

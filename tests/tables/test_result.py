@@ -21,7 +21,7 @@ from camopt.reporting.listings import list_keys, list_laws, list_scenes
 from camopt.studies.accuracy import Costs
 from camopt.studies.cost_report import cost_report
 from camopt.studies.spectrum import spectra_of
-from camopt.tables.layout import Branch, Table
+from camopt.tables.layout import NUMERIC, Branch, Cell, Table
 from camopt.tables.result import Listing, Result, plain
 
 SCENE = find_scene("two-pauses").replace(
@@ -189,3 +189,35 @@ def test_a_comparison_is_a_result(tmp_path):
     found = camopt.compare(tmp_path / "a", tmp_path / "a")
     assert isinstance(found, Comparison)
     assert {*found.by_table} == {"designs.parquet", "pareto.parquet"}
+
+
+def test_results_of_many_numbers_show_a_line_of_them():
+    points = camopt.cam_points(find_scene("roller-1000rpm"))
+    names = "cam_angle_deg, displacement_mm, velocity_m_s, acceleration_m_s2"
+    assert repr(points) == f"<Columns: 361 rows of {names} and {len(points) - 4} more columns>"
+    spectrum = repr(camopt.response_spectrum("cycloidal", [1.25]))
+    assert spectrum.startswith("<Spectrum: 1 row of law, period_ratio, damping_ratio, ")
+    assert repr(camopt.harmonics(find_scene("two-pauses"), 7)).endswith(": 7 orders>")
+
+
+def test_a_table_is_text():
+    lines = str(
+        Table.of("Some", ["name", Cell("lift\nmm", NUMERIC)], [["a", "1.5"], ["longer", "12"]], "Told.")
+    ).split("\n")
+    assert lines == ["Some", "name    lift mm", "a           1.5", "longer       12", "Told."]
+    assert str(Table.of("Empty", ["", ""], [])) == "Empty"
+
+
+def test_the_samples_of_a_batch_are_a_frame():
+    batch = camopt.sample_cams(find_scene("bucket-valve").replace(**{"tolerances.profile": 0.01}), cams=1024)
+    frame = batch.to_pandas("samples")
+    assert all((frame[name] == each.values).all() for name, each in batch.samples.items())
+    assert frame.attrs["units"]["position_error_max_mm"] == "mm"
+    with pytest.raises(camopt.UnknownName, match="did you mean samples"):
+        batch.to_pandas("sample")
+
+
+def test_notes_are_the_same_whenever_they_are_read():
+    optimum = camopt.optimise(find_scene("belt-matching"))
+    for result in (optimum, camopt.evaluate(optimum.best.scene)):
+        assert isinstance(result.notes, tuple)
