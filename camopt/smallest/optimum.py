@@ -9,7 +9,7 @@ from camopt.mistakes import NOTHING_FEASIBLE
 from camopt.problem.problem import resolve
 from camopt.scene.oddities import no_wall
 from camopt.scene.scene import Scene
-from camopt.smallest.price import UNKNOWN_PRICE, Price, price_table
+from camopt.smallest.price import PRICE_COLUMNS, UNKNOWN_PRICE, Price, price_table
 from camopt.tables.cells import with_unit
 from camopt.tables.columns import laws_shown, with_law
 from camopt.tables.design_tables import designs_table
@@ -133,9 +133,8 @@ class Optimum(Result):
 
     def _price_sections(self, prices: dict[str, list[Price]]) -> Iterator[Table | str]:
         """The price of each bound, the size of the cam without it, the limits that bind that cam."""
-        names = ["bound", "as set", "price", "tightened", "size without it", "holds to", "then held by"]
         yield ""
-        yield price_table(prices, ["law", *names] if len(prices) > 1 else names)
+        yield price_table(prices, ["law", *PRICE_COLUMNS] if len(prices) > 1 else PRICE_COLUMNS)
         every = [price for each in prices.values() for price in each]
         ranges = [price for price in every if price.key.startswith("search.")]
         if any(price.price is None or price.tightened is None for price in every):

@@ -2,15 +2,16 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 from warnings import warn
 
 from camopt.quantities.unit_systems import computed, shown, shown_unit
 from camopt.tables.cells import with_unit
 from camopt.tables.layout import Table, table_of
-from camopt.tables.result import plain
+from camopt.tables.result import Result, plain
 
 UNKNOWN_PRICE = "—"
+PRICE_COLUMNS = ("bound", "as set", "price", "tightened", "size without it", "holds to", "then held by")
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,26 @@ class Price:
             "holds to": amount(self.holds_to, self.unit),
             "then held by": UNKNOWN_PRICE if self.next is None else ", ".join(self.next) or "nothing",
         }
+
+
+class Prices(Result, dict[str, list[Price]]):
+    """The prices of the bounds of each law: a mapping, whose rows ``to_pandas`` gives."""
+
+    main_rows: ClassVar[str] = "prices"
+
+    def __init__(self, prices: Mapping[str, list[Price]], unit_of_size: str = "mm") -> None:
+        super().__init__(prices)
+        self.unit_of_size = unit_of_size
+
+    def document(self) -> dict[str, Any]:
+        """A record for each bound of each law."""
+        return {"prices": [{"law": law, **vars(price)} for law, each in self.items() for price in each]}
+
+    def table(self) -> Table:
+        """A row for each bound of each law, without columns in which nothing is known."""
+        rows = [price.in_words(self.unit_of_size) for each in self.values() for price in each]
+        known = [name for name in PRICE_COLUMNS if any(row[name] not in ("", UNKNOWN_PRICE) for row in rows)]
+        return price_table(self, ["law", *known] if len(self) > 1 else known, self.unit_of_size)
 
 
 def price_table(prices: Mapping[str, Iterable[Price]], names: Iterable[str], unit_of_size: str = "mm") -> Table:

@@ -20,7 +20,7 @@ from camopt.smallest.freedom import Freedom
 from camopt.smallest.multipliers import NO_RATES, ActiveBound, Rates, bounds_met, rates
 from camopt.smallest.optimise import SECONDS, end_of, least_of_all
 from camopt.smallest.optimum import Optimum
-from camopt.smallest.price import Price
+from camopt.smallest.price import Price, Prices
 from camopt.smallest.turns import SegmentAngles
 from camopt.smallest.widened import Toleranced, tolerances_of
 from camopt.tables.columns import joined_laws
@@ -31,7 +31,7 @@ BOUND_ROUNDING = 1e-9  # of a bound
 
 
 @singledispatch
-def prices(what: Any, seconds: float = SECONDS) -> dict[str, list[Price]]:
+def prices(what: Any, seconds: float = SECONDS) -> Prices:
     """Find what each bound costs that holds a result, and what would hold the smallest cam of known laws next.
 
     Bounds are those of ``[limits]``, the diameter of the shaft, the ends of ranges in ``[search]``, the tolerances
@@ -57,9 +57,9 @@ def prices(what: Any, seconds: float = SECONDS) -> dict[str, list[Price]]:
 
     Returns
     -------
-    dict
-        For each law, a ``Price`` for each bound that its cam just meets; not for an end of a range that holds
-        nothing, where another value makes the cam no larger. Of a synthesis ``tightened`` is ``price``; none
+    Prices
+        A mapping: for each law, a ``Price`` for each bound that its cam just meets; not for an end of a range that
+        holds nothing, where another value makes the cam no larger. Of a synthesis ``tightened`` is ``price``; none
         where a solver fails, or where steps end at no local optimum.
 
     Raises
@@ -86,7 +86,7 @@ def prices(what: Any, seconds: float = SECONDS) -> dict[str, list[Price]]:
 
 
 @prices.register
-def prices_of_smallest(optimum: Optimum, seconds: float = SECONDS) -> dict[str, list[Price]]:
+def prices_of_smallest(optimum: Optimum, seconds: float = SECONDS) -> Prices:
     """The prices of the smallest cam of each law, what would hold it next sought in so many seconds."""
     end = end_of(seconds)
     cams = dict(_cams(optimum))
@@ -96,7 +96,7 @@ def prices_of_smallest(optimum: Optimum, seconds: float = SECONDS) -> dict[str, 
         for number, price in enumerate(each):
             each[number] = _with_next(price, cams[law], share(end, left))
             left -= 1
-    return found
+    return Prices(found)
 
 
 def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:

@@ -21,7 +21,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.stable import difference_of_squares_root
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
-from camopt.smallest.price import Price
+from camopt.smallest.price import Prices
 from camopt.smallest.prices import prices
 from camopt.synthesis import residual
 from camopt.synthesis.cams import (
@@ -45,6 +45,7 @@ from camopt.synthesis.solver import SOLVER_ENDS, SOLVER_ERROR, solve
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.toleranced import with_offs
+from camopt.synthesis.units import objective_unit
 from camopt.synthesis.unmet import contradiction, no_cam
 from camopt.tables.columns import joined_laws
 
@@ -284,6 +285,7 @@ def _placed(demand: Demand, known: Iterate, objective: Collection[str]) -> Itera
 
 
 @prices.register
-def _prices_of_free_laws(result: Synthesis, seconds: float | None = None) -> dict[str, list[Price]]:
+def _prices_of_free_laws(result: Synthesis, seconds: float | None = None) -> Prices:
     """By the laws of the cam, as those of known laws."""
-    return {joined_laws(result.design["law_rise"], result.design["law_return"]): prices_of_laws(result)}
+    laws = joined_laws(result.design["law_rise"], result.design["law_return"])
+    return Prices({laws: prices_of_laws(result)}, objective_unit(result.asked))

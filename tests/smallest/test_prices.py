@@ -353,3 +353,16 @@ def test_one_limit_on_the_size_alone_is_as_scipy_has_it(slope, column, room):
     assert (weight, left) == (pytest.approx(weights.sum()), pytest.approx(also))
     if left <= room:
         assert _least(by, one, goal, room) == pytest.approx(_least(np.repeat(by, 2), twice, goal, room))
+
+
+def test_prices_are_a_mapping_and_a_result():
+    optimum = optimise(find_scene("roller-1000rpm").replace(search={"law": ["cycloidal", "harmonic"]}))
+    found = prices(optimum, QUICK)
+    frame = found.to_pandas()
+    assert {*found} == {*frame["law"]} == {*optimum.by_law}
+    assert [*zip(frame["key"], frame["price"], strict=True)] == [
+        (each.key, each.price) for law in found for each in found[law]
+    ]
+    assert len(found.table().rows) == len(frame)
+    assert found == dict(found)
+    assert found.to_dict()["prices"][0]["key"] == frame["key"][0]
