@@ -33,7 +33,8 @@ Kinds = tuple[Any, ...]
 
 FORMULA_CALL = 8_000  # work: the calls of numpy that evaluate a simple curve, for however few values
 COMPILATION = 25e6  # work done uncompiled in the time in which a small kernel is compiled
-CURVE_SHARE = 0.125  # of that: each curve of which a curve is made
+CURVE_SHARE = 0.7  # of that: each curve of which a curve is made
+NUMBA_SHARE = 2.0  # of that: the import of numba
 LOADING = 1e6  # work done in the time in which llvmlite is imported, which loads machine code
 NEVER = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # whether everything runs as it is written
 COMPILE_LOCK = RLock()
@@ -111,7 +112,8 @@ class Kernel(KernelPart):
 
     def work_until_compiled(self, kinds: Kinds) -> float:
         """The work that uncompiled runs of this process may still do before it pays to compile the kernel."""
-        cost = COMPILATION * self.size * (1.0 + CURVE_SHARE * curves_in(kinds[0]))
+        numba = 0.0 if "numba" in sys.modules else NUMBA_SHARE
+        cost = COMPILATION * (numba + self.size * (1.0 + CURVE_SHARE * curves_in(kinds[0])))
         return cost - self.plain_work[kinds]
 
 

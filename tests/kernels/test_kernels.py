@@ -101,7 +101,7 @@ def test_a_kernel_is_compiled_when_its_runs_have_done_the_work_of_that(size):
 
 @pytest.mark.usefixtures("_no_disk")
 def test_a_run_that_takes_longer_than_compiling_is_given_up():
-    kernel = kernel_of_halves(work=1.01 * compile.COMPILATION * (1.0 + compile.CURVE_SHARE))
+    kernel = kernel_of_halves(work=1.01 * cost_of(kernel_of_halves()))
     assert halved(kernel, 3)
     assert kernel.plain_work.total() > compile.COMPILATION
 
@@ -114,6 +114,15 @@ def test_the_same_is_compiled_whatever_the_clock_says(monkeypatch):
         monkeypatch.setattr(time, name, lambda clock=clock: next(clock))
     kernel = kernel_of_halves(work=0.09 * compile.COMPILATION)
     assert [halved(kernel, 2) for _ in range(10)] == [False] * 10
+
+
+def test_the_import_of_numba_is_part_of_the_cost(monkeypatch):
+    import numba
+
+    assert numba
+    loaded = cost_of(kernel_of_halves())
+    monkeypatch.delitem(sys.modules, "numba")
+    assert cost_of(kernel_of_halves()) == loaded + compile.NUMBA_SHARE * compile.COMPILATION
 
 
 def test_curves_of_curves_take_longer_to_compile():
