@@ -22,9 +22,11 @@ settings.load_profile("ci")  # before --hypothesis-profile is read
 
 
 def pytest_configure():
-    """Under ``nohup`` the commands that tests start would ignore the signal that the tests send them."""
+    """Under ``nohup``, or in the background, commands that tests start would ignore signals that tests send."""
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.hookimpl(trylast=True)
