@@ -831,7 +831,7 @@ def test_points_that_turn_back_everywhere_are_refused():
         (measured(), {"band": float("inf")}, "band = inf: must be at least"),
         (measured(), {"band": "0.01"}, "band = '0.01': must be at least"),
         (measured(), {"turn": "360"}, "turn = '360': must be the angle of a whole turn"),
-        (measured(), {"scene": "exhaust-valve"}, "scene = 'exhaust-valve': must be a Scene, or a mapping"),
+        (measured(), {"scene": "exhaust-walve"}, "exhaust-walve"),
         (measured(), {"lift_unit": "deg"}, "lift_unit = 'deg': must be mm or inch for a translating follower"),
         (measured(), {"scene": ARM, "lift_unit": "mm"}, "lift_unit = 'mm': must be deg for an oscillating follower"),
         (measured(), {"scene": {"cam": CAM["cam"]}}, "scene: follower: missing"),
