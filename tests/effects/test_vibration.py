@@ -478,13 +478,14 @@ def test_a_damping_ratio_out_of_range(value):
         (("cycloidal", [0.5, float("nan")]), "ratios = nan"),
         (("cycloidal", [[1.0]]), "in one dimension"),
         (("cycloidal", "many"), "ratios = "),
-        (("cycloidal", [1.0], 1.0), "damping_ratio = 1.0"),
-        (("cycloidal", [0.0], -1.0), "2 mistakes|ratios = 0.0"),
+        (("cycloidal", [1.0], {"damping_ratio": 1.0}), "damping_ratio = 1.0"),
+        (("cycloidal", [0.0], {"damping_ratio": -1.0}), "2 mistakes|ratios = 0.0"),
     ],
 )
 def test_mistakes_in_a_spectrum(arguments, message):
     with pytest.raises(camopt.BadInput, match=message):
-        camopt.response_spectrum(*arguments)
+        options = arguments[2] if len(arguments) > 2 else {}
+        camopt.response_spectrum(*arguments[:2], **options)
 
 
 def test_a_spectrum_is_written_and_drawn(tmp_path):

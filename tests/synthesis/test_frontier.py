@@ -181,7 +181,7 @@ def test_the_end_of_a_term_is_what_synthesise_finds(case):
 
 
 def test_the_command_writes_the_table_and_the_picture(found, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("camopt.frontier", lambda *_: found)
+    monkeypatch.setattr("camopt.frontier", lambda *_, **__: found)
     assert main(["frontier", "roller-1000rpm", "--out", str(tmp_path / "out")]) == 0
     files = {".camopt", "frontier.parquet", "frontier.png", "manifest.json"}
     assert {path.name for path in (tmp_path / "out").iterdir()} == files

@@ -121,7 +121,7 @@ def test_the_rival_in_c_comes_nearer_to_the_extremes_with_the_square_of_its_samp
     keys = {**KEYS, "size": "base_radius" if mechanism.startswith("disc") else "mean_radius"}
     frame = pd.DataFrame(job.sizes, columns=[f"{keys[name]}_mm" for name in rival_c.SIZES])
     frame = frame.loc[:, frame.any()].assign(law="cycloidal")
-    own = evaluate_designs(job.scene.replace(outputs=list(names)), frame)[list(names)].to_numpy()
+    own = evaluate_designs(job.scene.replace(outputs=list(names)), frame)[list(names)].to_numpy(copy=True)
     own[:, 0] = np.tan(np.radians(own[:, 0]))
     scale = np.array([1.0, *[np.abs(own[:, 1:]).max()] * (len(names) - 1)])
     (single,) = job.sampled(rival_c.rival("float"), 3)()
