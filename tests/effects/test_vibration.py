@@ -483,8 +483,8 @@ def test_a_damping_ratio_out_of_range(value):
     ],
 )
 def test_mistakes_in_a_spectrum(arguments, message):
+    options = arguments[2] if len(arguments) > 2 else {}
     with pytest.raises(camopt.BadInput, match=message):
-        options = arguments[2] if len(arguments) > 2 else {}
         camopt.response_spectrum(*arguments[:2], **options)
 
 
