@@ -16,6 +16,8 @@ from camopt.scene.scene import Scene
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+TABLE_PICTURE = "front.picture"
+
 
 def plot(
     what: Drawn | SceneSource | Sequence[Drawn], path: Target = None, *, ax: Any = None, **options: Any
@@ -35,7 +37,8 @@ def plot(
       staircase is shaded, the region that no motion can reach by the bounds (``Frontier.excluded``).
     - What ``fit`` gives: points and motion, deviations in their band, acceleration by differences and of the
       motion; of a measured profile also the profile of the cam found, and how far the points are from it.
-    - What ``sweep`` gives: its Pareto front, a panel for each pair of objectives that vary, coloured by law.
+    - What ``sweep`` gives, or a DataFrame of its rows: its Pareto front, a panel for each pair of objectives that
+      vary, coloured by law.
     - What ``compare`` gives: the Pareto fronts of both, a panel for each pair of objectives that vary.
     - What ``response_spectrum`` gives, for one law or a list at one damping ratio: residual amplitude in the dwell,
       and largest acceleration of the mass.
@@ -48,7 +51,7 @@ def plot(
 
     Parameters
     ----------
-    what : Scene, str, os.PathLike, Design, Evaluation, Construction, Synthesis, Frontier, Fit, Comparison, …
+    what : Scene, DataFrame, str, os.PathLike, Design, Evaluation, Construction, Synthesis, Frontier, Fit, Comparison, …
         What is drawn; of spectra also a list.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
@@ -83,14 +86,7 @@ def plot(
         what = scene_from(what)
     if isinstance(what, Scene) and options.get("construction") is not None:
         what = construct(what, options.pop("construction"))
-    every = [what] if isinstance(what, Drawn) else what if isinstance(what, (list, tuple)) else []
-    kinds = {type(each) for each in every}
-    kind = kinds.pop() if len(kinds) == 1 else None
-    if kind is None or not issubclass(kind, Drawn) or not (kind is type(what) or kind.together):
-        why = "a scene, a design, or a result that has a picture; several together if response_spectrum gave them"
-        why += "; an optimum has a design as its best" if hasattr(what, "best") else ""
-        raise BadInput([Mistake("camopt", "what", type(what).__name__, why)])
-    pictures = import_module(f"camopt.{kind.picture}")
+    pictures = import_module(f"camopt.{_picture_of(what)}")
     known = ["construction"] if isinstance(what, Scene) else [*signature(pictures.draw).parameters][2:]
     _check_options(options, known)
     if ax is None:
@@ -104,6 +100,20 @@ def plot(
     with style():
         pictures.draw_in(ax, what)
     return cast("Figure", ax.figure)
+
+
+def _picture_of(what: Any) -> str:
+    """The module of the package that draws something."""
+    if "scene" in getattr(what, "attrs", ()):  # a table of designs that camopt made
+        return TABLE_PICTURE
+    every = [what] if isinstance(what, Drawn) else what if isinstance(what, (list, tuple)) else []
+    kinds = {type(each) for each in every}
+    kind = kinds.pop() if len(kinds) == 1 else None
+    if kind is None or not issubclass(kind, Drawn) or not (kind is type(what) or kind.together):
+        why = "a scene, a design, or a result that has a picture; several together if response_spectrum gave them"
+        why += "; an optimum has a design as its best" if hasattr(what, "best") else ""
+        raise BadInput([Mistake("camopt", "what", type(what).__name__, why)])
+    return kind.picture
 
 
 def _check_options(options: Mapping[str, Any], known: Sequence[str]) -> None:

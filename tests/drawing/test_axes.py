@@ -2,6 +2,7 @@
 
 import matplotlib
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
@@ -41,6 +42,17 @@ def test_a_sweep_shows_its_front(swept, tmp_path):
         knee = next(each for each in axes.collections if each.get_label() == "knee")
         assert knee.get_offsets().tolist() == [[swept.front.knee[names[k]] for k in pair]]
     assert (tmp_path / "sweep.svg").exists()
+
+
+def test_a_table_of_designs_is_drawn_as_its_sweep_is(swept):
+    front = swept.to_pandas()
+    figure, other = camopt.plot(front), camopt.plot(swept)
+    for axes, same in zip(figure.axes, other.axes, strict=True):
+        assert points_of(axes).tolist() == points_of(same).tolist()
+    half = camopt.plot(front.iloc[::2])
+    assert len(points_of(half.axes[0])) == len(front.iloc[::2])
+    with pytest.raises(camopt.BadInput, match="must be a scene"):
+        camopt.plot(pd.DataFrame({"a": [1]}))
 
 
 def test_a_front_of_one_objective_has_no_picture():
