@@ -51,7 +51,7 @@ def plot(
 
     Parameters
     ----------
-    what : Scene, DataFrame, str, os.PathLike, Design, Evaluation, Construction, Synthesis, Frontier, Fit, Comparison, …
+    what : Scene, str, os.PathLike, DataFrame, or a result with a picture
         What is drawn; of spectra also a list.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
