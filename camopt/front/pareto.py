@@ -11,7 +11,8 @@ import numpy as np
 
 from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray
-from camopt.problem.rows import Columns, Objectives, Rows, finite, joined_rows
+from camopt.problem.rows import Columns, Objectives, Rows, joined_rows
+from camopt.tables.result import plain
 
 LARGEST_COST = np.finfo(float).max
 REFERENCE_POINT = 1.1  # in normalised objectives: a tenth beyond the nadir, so that the ends of a front count
@@ -196,7 +197,7 @@ class Front:
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain values, with None for what is infinite."""
-        return {**vars(self), "knee": finite(self.knee)}
+        return dict(plain(self))
 
 
 def front_of(rows: Rows, objectives: Objectives, grid: Rows | None = None) -> Front | None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from math import isinf
 from typing import Any
 
 import numpy as np
@@ -131,10 +130,3 @@ def scattered(parts: Iterable[tuple[Any, Rows]], count: int) -> Rows:
                 columns[name] = np.empty(count, dtype=object if kind.kind == "U" else kind)
             columns[name][places] = values
     return Rows(columns, count)
-
-
-def finite(record: dict[str, Any]) -> dict[str, Any]:
-    """A record with None for infinite values, whose names are under ``unbounded``."""
-    unbounded = [name for name, value in record.items() if isinstance(value, float) and isinf(value)]
-    clean = {name: None if name in unbounded else value for name, value in record.items()}
-    return {**clean, **({"unbounded": unbounded} if unbounded else {})}
