@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from camopt.quantities.key import NO_UNIT, Key
+
 AT_MOST, AT_LEAST = "≤", "≥"
 WITHOUT_BOUNDS = ("sizes", "limits", "proof")
 """Effects whose quantities are what is asked, or its answer."""
@@ -54,7 +56,7 @@ class Quantity:
         return -1.0 if self.relation == AT_LEAST else 1.0
 
     @property
-    def bounded(self) -> str:
-        """A bound on it, in words."""
+    def key_of_limit(self) -> Key:
+        """The key in ``[limits]`` that is its name."""
         words = "Least allowed" if self.relation == AT_LEAST else "Most allowed"
-        return f"{words} ``{self.name}``; {self.unit or 'no unit'}."
+        return Key(f"{words} ``{self.name}``", self.unit or NO_UNIT)

@@ -3,7 +3,7 @@
 import tomllib
 from itertools import groupby
 
-from camopt.scene.keys import Key, found_keys
+from camopt.scene.keys import KeyInWords, found_keys
 from camopt.scene.places import table_heading
 from camopt.scene.schema import TABLES
 from camopt.scene.sources import shipped_scenes, shipped_toml
@@ -19,13 +19,13 @@ def list_keys(name: str | None) -> Listing:
     return Listing(keys, tuple(_key_table(table, [*each]) for table, each in groupby(keys, lambda key: key.table)))
 
 
-def _key_table(table: str, keys: list[Key]) -> Table:
+def _key_table(table: str, keys: list[KeyInWords]) -> Table:
     """The keys of one table."""
     what = (TABLES[table].__doc__ or "").split("\n")[0]
     return Table.of(f"{table_heading(table)}  {what}" if table else "At the top", KEY_HEADS, map(_key_row, keys))
 
 
-def _key_row(key: Key) -> list[Cell | str]:
+def _key_row(key: KeyInWords) -> list[Cell | str]:
     """A key as a row."""
     default = "needed" if key.needed else str(key.default).lower() if isinstance(key.default, bool) else key.default
     return [key.key, key.unit, key.allowed, "" if default is None else str(default), Cell(key.sentence, ABOUT)]

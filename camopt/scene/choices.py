@@ -7,6 +7,7 @@ from typing import Annotated, Any, NamedTuple, Self, get_args, get_origin
 from pydantic import Discriminator, Field, Tag, TypeAdapter, ValidationError, model_validator
 
 from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.quantities.key import Key
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.sizes import SEARCHED
 from camopt.scene.tables import (
@@ -23,16 +24,17 @@ from camopt.scene.tables import (
     table_in,
 )
 
+OF_NUMBER = "in the unit of the number"
+LOWEST, HIGHEST = Key("Lowest value", OF_NUMBER), Key("Highest value", OF_NUMBER)
+STEP = Key("Distance of values in the grid of a sweep", OF_NUMBER)
+
 
 class StepRange(SceneTable):
     """A closed interval; the step matters to a sweep of a grid alone."""
 
-    start: Anywhere
-    """Lowest value; in the unit of the number."""
-    stop: Anywhere
-    """Highest value; in the unit of the number."""
-    step: Length | None = None
-    """Distance of values in the grid of a sweep; in the unit of the number."""
+    start: Annotated[Anywhere, LOWEST]
+    stop: Annotated[Anywhere, HIGHEST]
+    step: Annotated[Length | None, STEP] = None
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -44,9 +46,9 @@ class StepRange(SceneTable):
 class NumberRange(StepRange):
     """A closed interval of a number that is no size."""
 
-    start: SceneNumber
-    stop: SceneNumber
-    step: Positive | None = None
+    start: Annotated[SceneNumber, LOWEST]
+    stop: Annotated[SceneNumber, HIGHEST]
+    step: Annotated[Positive | None, STEP] = None
 
 
 Chosen = StepRange | tuple[float, ...]

@@ -5,11 +5,11 @@ from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.scene.places import TOP, said_of
+from camopt.scene.places import TOP, key_of
 from camopt.scene.schema import TABLES, table_schema
 
 
-class Key(NamedTuple):
+class KeyInWords(NamedTuple):
     """A key of a scene, as people read of it."""
 
     key: str
@@ -23,20 +23,22 @@ class Key(NamedTuple):
     sentence: str
 
 
-def keys_of(place: str, names: Iterable[str] = ()) -> Iterator[Key]:
+def keys_of(place: str, names: Iterable[str] = ()) -> Iterator[KeyInWords]:
     """The keys of a table."""
     model = TABLES[place]
     properties = table_schema(place)
     for name in names or model.model_fields:
         if place != TOP or name not in {each.split(".")[0] for each in TABLES}:
-            sentence, unit = said_of(model, name)
+            record = key_of(model, name)
             field, schema = model.model_fields[name], properties[name]
             default = None if schema.get("default") in (None, []) else schema["default"]
             key = f"{place}.{name}" if place else name
-            yield Key(key, place, unit, allowed(schema), default, field.is_required(), f"{sentence}.")
+            yield KeyInWords(
+                key, place, record.units, allowed(schema), default, field.is_required(), f"{record.sentence}."
+            )
 
 
-def found_keys(name: str | None = None) -> list[Key]:
+def found_keys(name: str | None = None) -> list[KeyInWords]:
     """The keys of a table, or those of a name, such as rpm or cam.rpm; all without one.
 
     Raises

@@ -16,6 +16,7 @@ from camopt.mistakes import nearest, shortened
 from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
 from camopt.quantities.expression import CONSTANTS, FUNCTIONS, MOST_CHARACTERS, WORD, parse_expression
 from camopt.quantities.function import FunctionCall, QuantityFunction, installed_quantities, load_installed
+from camopt.quantities.key import Key
 from camopt.quantities.own import OWN, OwnQuantity, own_quantity
 from camopt.scene.complaints import unknown_key
 from camopt.scene.law_forms import Fault
@@ -52,17 +53,26 @@ class QuantityExpression(SceneTable):
     have as entry points of the group ``camopt.quantities``, by their names.
     """
 
-    value: str | None = None
-    """Expression over quantities, such as ``"outer_radius_mm * torque_rms_N_m"``."""
-    function: Annotated[str, BeforeValidator(one_line)] | None = None
-    """Name of a Python function in place of ``value``: an entry point of the group ``camopt.quantities``, or what
-    ``camopt.quantity`` calls a function. No module is imported for a name in a file."""
-    columns: Annotated[tuple[str, ...], Listed(as_list)] = ()
-    """Quantities that the function takes, in this order."""
-    unit: Annotated[str, BeforeValidator(one_line)] = ""
-    """Unit of the value, for headings and tables."""
-    sentence: Annotated[str, BeforeValidator(one_line)] = ""
-    """What the quantity is, for tables and reports: the expression, if not given."""
+    value: Annotated[
+        str | None, Key('Expression over quantities, such as ``"outer_radius_mm * torque_rms_N_m"``')
+    ] = None
+    function: Annotated[
+        Annotated[str, BeforeValidator(one_line)] | None,
+        Key(
+            "Name of a Python function in place of ``value``: an entry point of the group "
+            "``camopt.quantities``, or what ``camopt.quantity`` calls a function. No module is "
+            "imported for a name in a file"
+        ),
+    ] = None
+    columns: Annotated[
+        tuple[str, ...], Listed(as_list), Key("Quantities that the function takes, in this order")
+    ] = ()
+    unit: Annotated[str, BeforeValidator(one_line), Key("Unit of the value, for headings and tables")] = ""
+    sentence: Annotated[
+        str,
+        BeforeValidator(one_line),
+        Key("What the quantity is, for tables and reports: the expression, if not given"),
+    ] = ""
 
 
 def own_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:

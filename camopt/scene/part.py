@@ -16,6 +16,7 @@ from pydantic import BeforeValidator, Field
 
 from camopt.mechanisms import Mechanism
 from camopt.mechanisms.body import DISC, EVERY_BODY, Body
+from camopt.quantities.key import Key
 from camopt.scene.fits import FIT, SHAFT_FIT
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, length
@@ -67,74 +68,83 @@ class Part(SceneTable):
     is towards a translating follower at cam angle 0.
     """
 
-    thickness: Length | None = None
-    """Thickness of the plate of a disc cam, or length of a cylindrical cam along its axis; mm."""
-    disc_gap: Length | None = None
-    """Gap between both plates of a conjugate pair, a quarter of their thickness if not given; mm."""
-    bore: Annotated[Length | None, Field(json_schema_extra=or_text)] = None
-    """Diameter of the bore, or a text of it and its fit, such as 30 H7; that of the shaft if not given; mm."""
-    bore_fit: Fit | None = None
-    """Fit of the bore (ISO 286), such as H7."""
-    hub_diameter: Length | None = None
-    """Diameter of the hub, at most that of the base circle; mm."""
-    hub_length: Length | None = None
-    """Length of the whole hub, the plate included, or both plates and their gap; mm."""
-    keyway: Literal["DIN 6885"] | None = None
-    """Standard of the keyway, by which its width and depth follow from the bore: DIN 6885."""
-    keyway_width: Length | None = None
-    """Width of the keyway; mm."""
-    keyway_fit: Fit | None = None
-    """Fit of the width of the keyway, such as JS9."""
-    keyway_depth: Length | None = None
-    """Depth of the keyway in the hub (t₂ of DIN 6885), from the bore's surface at its middle; mm."""
-    keyway_angle: Annotated[float, Within(ge=-360, le=360)] | None = None
-    """Direction of the keyway's middle in the cam's own frame, ccw from x; deg."""
-    outer_diameter: Length | None = None
-    """Outer diameter of a disc cam with a groove in its face or a rib on it; mm."""
-    groove_depth: Length | None = None
-    """Depth of the groove; mm."""
-    rib_height: Length | None = None
-    """Height of the rib: on a cylinder with the mean radius in its middle, on a disc within the thickness; mm."""
-    groove_fit: Fit | None = None
-    """Fit of the width of the groove, which is the diameter of the roller, such as H8."""
-    groove_chamfer: Length | None = None
-    """Chamfer of the edges of the groove at 45°, in the drawing alone; mm."""
-    outer_fit: ShaftFit | None = None
-    """Fit of the outer diameter of a cylindrical cam, such as h9."""
-    density: Positive | None = None
-    """Density; that of ``materials.cam`` if not given; kg/m³."""
-    material: Numbered | None = None
-    """Material in the title block, ``materials.cam`` if not given."""
-    hardness: OneLine | None = None
-    """Hardness in the title block, such as 58 + 4 HRC."""
-    case_depth: OneLine | None = None
-    """Case hardening depth in the title block, such as 0.8 + 0.4."""
-    profile_tolerance: Length | None = None
-    """Tolerance of the profile, ±; mm."""
-    roughness: Positive | None = None
-    """Roughness Ra of the profile; µm."""
-    other_roughness: Positive | None = None
-    """Roughness Ra of all other surfaces; µm."""
-    general_tolerances: OneLine | None = None
-    """General tolerances of the drawing, such as ISO 2768-mK."""
-    edges: Annotated[tuple[Anywhere, Anywhere], BeforeValidator(is_pair)] | None = None
-    """Edges by ISO 13715, outer and inner, below 0 where steel is taken off; mm."""
-    name: OneLine | None = None
-    """Name in the title block, that of the scene if not given."""
-    number: Numbered | None = None
-    """Number of the drawing."""
-    designer: OneLine | None = None
-    """Who drew it."""
-    approved_by: OneLine | None = None
-    """Who approved it."""
-    legal_owner: OneLine | None = None
-    """The firm that owns the drawing."""
-    revision: Numbered | None = None
-    """Index of the revision, such as A."""
-    date_of_issue: Annotated[str, BeforeValidator(_is_date)] | None = None
-    """Date of issue, as a text or a date of TOML such as 2026-11-25."""
-    language: Literal["en", "de"] = "en"
-    """Language of the drawing."""
+    thickness: Annotated[
+        Length | None,
+        Key("Thickness of the plate of a disc cam, or length of a cylindrical cam along its axis", "mm"),
+    ] = None
+    disc_gap: Annotated[
+        Length | None,
+        Key("Gap between both plates of a conjugate pair, a quarter of their thickness if not given", "mm"),
+    ] = None
+    bore: Annotated[
+        Length | None,
+        Field(json_schema_extra=or_text),
+        Key(
+            "Diameter of the bore, or a text of it and its fit, such as 30 H7; that of the shaft if not given", "mm"
+        ),
+    ] = None
+    bore_fit: Annotated[Fit | None, Key("Fit of the bore (ISO 286), such as H7")] = None
+    hub_diameter: Annotated[Length | None, Key("Diameter of the hub, at most that of the base circle", "mm")] = None
+    hub_length: Annotated[
+        Length | None, Key("Length of the whole hub, the plate included, or both plates and their gap", "mm")
+    ] = None
+    keyway: Annotated[
+        Literal["DIN 6885"] | None,
+        Key("Standard of the keyway, by which its width and depth follow from the bore: DIN 6885"),
+    ] = None
+    keyway_width: Annotated[Length | None, Key("Width of the keyway", "mm")] = None
+    keyway_fit: Annotated[Fit | None, Key("Fit of the width of the keyway, such as JS9")] = None
+    keyway_depth: Annotated[
+        Length | None,
+        Key("Depth of the keyway in the hub (t₂ of DIN 6885), from the bore's surface at its middle", "mm"),
+    ] = None
+    keyway_angle: Annotated[
+        Annotated[float, Within(ge=-360, le=360)] | None,
+        Key("Direction of the keyway's middle in the cam's own frame, ccw from x", "deg"),
+    ] = None
+    outer_diameter: Annotated[
+        Length | None, Key("Outer diameter of a disc cam with a groove in its face or a rib on it", "mm")
+    ] = None
+    groove_depth: Annotated[Length | None, Key("Depth of the groove", "mm")] = None
+    rib_height: Annotated[
+        Length | None,
+        Key(
+            "Height of the rib: on a cylinder with the mean radius in its middle, on a disc within the thickness",
+            "mm",
+        ),
+    ] = None
+    groove_fit: Annotated[
+        Fit | None, Key("Fit of the width of the groove, which is the diameter of the roller, such as H8")
+    ] = None
+    groove_chamfer: Annotated[
+        Length | None, Key("Chamfer of the edges of the groove at 45°, in the drawing alone", "mm")
+    ] = None
+    outer_fit: Annotated[ShaftFit | None, Key("Fit of the outer diameter of a cylindrical cam, such as h9")] = None
+    density: Annotated[Positive | None, Key("Density; that of ``materials.cam`` if not given", "kg/m³")] = None
+    material: Annotated[Numbered | None, Key("Material in the title block, ``materials.cam`` if not given")] = None
+    hardness: Annotated[OneLine | None, Key("Hardness in the title block, such as 58 + 4 HRC")] = None
+    case_depth: Annotated[OneLine | None, Key("Case hardening depth in the title block, such as 0.8 + 0.4")] = None
+    profile_tolerance: Annotated[Length | None, Key("Tolerance of the profile, ±", "mm")] = None
+    roughness: Annotated[Positive | None, Key("Roughness Ra of the profile", "µm")] = None
+    other_roughness: Annotated[Positive | None, Key("Roughness Ra of all other surfaces", "µm")] = None
+    general_tolerances: Annotated[OneLine | None, Key("General tolerances of the drawing, such as ISO 2768-mK")] = (
+        None
+    )
+    edges: Annotated[
+        Annotated[tuple[Anywhere, Anywhere], BeforeValidator(is_pair)] | None,
+        Key("Edges by ISO 13715, outer and inner, below 0 where steel is taken off", "mm"),
+    ] = None
+    name: Annotated[OneLine | None, Key("Name in the title block, that of the scene if not given")] = None
+    number: Annotated[Numbered | None, Key("Number of the drawing")] = None
+    designer: Annotated[OneLine | None, Key("Who drew it")] = None
+    approved_by: Annotated[OneLine | None, Key("Who approved it")] = None
+    legal_owner: Annotated[OneLine | None, Key("The firm that owns the drawing")] = None
+    revision: Annotated[Numbered | None, Key("Index of the revision, such as A")] = None
+    date_of_issue: Annotated[
+        Annotated[str, BeforeValidator(_is_date)] | None,
+        Key("Date of issue, as a text or a date of TOML such as 2026-11-25"),
+    ] = None
+    language: Annotated[Literal["en", "de"], Key("Language of the drawing")] = "en"
 
     @property
     def plates(self) -> tuple[tuple[float, float], ...]:

@@ -1,12 +1,9 @@
-"""The tables of a scene by their place, and the texts of their keys from the code."""
+"""The tables of a scene by their place, and the records of their keys."""
 
-import ast
-import inspect
 from functools import cache
-from itertools import pairwise
-from textwrap import dedent
 
-from camopt.quantities import BOUNDED, OF_SPRING, OF_TOOL
+from camopt.quantities import OF_SPRING, OF_TOOL
+from camopt.quantities.key import Key
 from camopt.scene.choices import StepRange
 from camopt.scene.own_quantities import QuantityExpression
 from camopt.scene.tables import Dynamics, OwnLaw, ProfileElement, SceneTable, Segment, Through
@@ -43,12 +40,9 @@ def table_heading(place: str) -> str:
     return f"[[{place}]]" if place in LISTS else f"[{place}]"
 
 
-def said_of(model: type[SceneTable], key: str) -> tuple[str, str]:
-    """What is said of a key, without its full stop, and the unit that it ends with, "" if none."""
-    own = (said[key] for base in model.__mro__ if key in (said := _docstrings(base)))
-    text = next(own, None) or (BOUNDED[key].bounded if key in BOUNDED else f"Most allowed ``{key}``.")
-    sentence, mark, unit = text.removesuffix(".").rpartition("; ")
-    return (sentence, unit) if mark else (text.removesuffix("."), "")
+def key_of(model: type[SceneTable], name: str) -> Key:
+    """The record of a key of a table."""
+    return next(each for each in model.model_fields[name].metadata if isinstance(each, Key))
 
 
 def without_choice(key: str) -> str:
@@ -65,26 +59,3 @@ def is_angle(key: str, angular: bool, tool_turns: bool, straight: bool) -> bool:
     if straight and key in OF_SPRING:
         return False
     return angular if key.startswith("follower.") and key not in OF_TOOL else tool_turns
-
-
-def unit_for(unit: str, angular: bool) -> str:
-    """Of a unit that is another one where the follower oscillates, that of this follower."""
-    linear, _, turning = unit.partition(", oscillating ")
-    return turning if angular and turning else linear
-
-
-@cache
-def _docstrings(model: type) -> dict[str, str]:
-    """The texts under the keys of a class, in one line each."""
-    if "__annotations__" not in vars(model) or model.__module__.split(".")[0] == "pydantic":
-        return {}
-    try:
-        (tree,) = ast.parse(dedent(inspect.getsource(model))).body
-    except OSError:  # it was made, not written
-        return {}
-    found: dict[str, str] = {}
-    for key, text in pairwise(tree.body if isinstance(tree, ast.ClassDef) else []):
-        match key, text:
-            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(said))):
-                found[name] = " ".join(said.split())
-    return found

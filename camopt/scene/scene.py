@@ -20,6 +20,7 @@ from camopt.mechanisms.follower import TIPS, Tip
 from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.motion import LAWS
 from camopt.quantities import OF_STAGE, number_quantities, stage_quantity
+from camopt.quantities.key import Key
 from camopt.quantities.shown import Drawn, HasHtml
 from camopt.scene.checks import faults_of
 from camopt.scene.complaints import mistakes_of
@@ -134,45 +135,55 @@ class Scene(HasHtml, Drawn, SceneTable):
 
     picture: ClassVar[str] = "drawing.figures"
     model_config = ConfigDict(defer_build=False)  # its keys are in its signature before there is one
-    name: Annotated[str, BeforeValidator(one_line)] = "scene"
-    """Title of results and pictures."""
-    cam: Inner[Cam]
-    """The cam."""
-    follower: Inner[Follower]
-    """The follower."""
-    drive: Inner[Drive] = Drive.model_construct()
-    """What keeps the follower on the cam."""
-    motion: Annotated[tuple[Inner[Segment], ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
-    """The turn, segment by segment."""
-    motion_at: Literal["tool", "follower"] = "tool"
-    """Whose motion ``[[motion]]`` is, where there is a train: that of the tool, or that of the follower."""
-    train: Annotated[tuple[Inner[TrainStage], ...], Field(max_length=MOST_STAGES)] = ()
-    """The train between the follower and the tool, stage by stage."""
-    profile: Annotated[
-        tuple[Inner[ProfileElement], ...], Field(min_length=1, max_length=MOST_SEGMENTS, json_schema_extra=or_text)
+    name: Annotated[str, BeforeValidator(one_line), Key("Title of results and pictures")] = "scene"
+    cam: Annotated[Inner[Cam], Key("The cam")]
+    follower: Annotated[Inner[Follower], Key("The follower")]
+    drive: Annotated[Inner[Drive], Key("What keeps the follower on the cam")] = Drive.model_construct()
+    motion: Annotated[
+        tuple[Inner[Segment], ...],
+        Field(min_length=1, max_length=MOST_SEGMENTS),
+        Key("The turn, segment by segment"),
     ] = ()
-    """The cam's profile, in place of the motion: arcs and lines, or the name of a DXF file of them."""
-    laws: dict[str, Inner[OwnLaw]] = Field(default_factory=dict)
-    """Motion laws of the scene's own, by name."""
-    quantities: dict[str, Inner[QuantityExpression]] = Field(default_factory=dict)
-    """Quantities of the scene's own, by name: expressions over others."""
-    limits: Inner[Limits] = Limits.model_construct()
-    """What the cam must hold."""
-    search: Inner[Search] = Search.model_construct()
-    """What may vary, and the objectives."""
-    synthesis: Inner[SynthesisSettings] = SynthesisSettings.model_construct()
-    """What free motion laws minimise and hold."""
-    materials: Inner[Materials] = Materials.model_construct()
-    """Bodies in contact and their lubricant."""
-    part: Inner[Part] = Part.model_construct()
-    """The cam as it is made."""
-    tolerances: Inner[Tolerances] = Tolerances.model_construct()
-    """How far the real cam and its follower may be from all this."""
-    accuracy: Inner[Accuracy] = Accuracy.model_construct()
-    """How exact results are."""
-    outputs: Outputs = ()
-    """Names of quantities or effects to report, or ``all``, beside sizes and what limits and objectives need, in
-    place of those of motion and geometry."""
+    motion_at: Annotated[
+        Literal["tool", "follower"],
+        Key("Whose motion ``[[motion]]`` is, where there is a train: that of the tool, or that of the follower"),
+    ] = "tool"
+    train: Annotated[
+        tuple[Inner[TrainStage], ...],
+        Field(max_length=MOST_STAGES),
+        Key("The train between the follower and the tool, stage by stage"),
+    ] = ()
+    profile: Annotated[
+        tuple[Inner[ProfileElement], ...],
+        Field(min_length=1, max_length=MOST_SEGMENTS, json_schema_extra=or_text),
+        Key("The cam's profile, in place of the motion: arcs and lines, or the name of a DXF file of them"),
+    ] = ()
+    laws: Annotated[dict[str, Inner[OwnLaw]], Key("Motion laws of the scene's own, by name")] = Field(
+        default_factory=dict
+    )
+    quantities: Annotated[
+        dict[str, Inner[QuantityExpression]], Key("Quantities of the scene's own, by name: expressions over others")
+    ] = Field(default_factory=dict)
+    limits: Annotated[Inner[Limits], Key("What the cam must hold")] = Limits.model_construct()
+    search: Annotated[Inner[Search], Key("What may vary, and the objectives")] = Search.model_construct()
+    synthesis: Annotated[Inner[SynthesisSettings], Key("What free motion laws minimise and hold")] = (
+        SynthesisSettings.model_construct()
+    )
+    materials: Annotated[Inner[Materials], Key("Bodies in contact and their lubricant")] = (
+        Materials.model_construct()
+    )
+    part: Annotated[Inner[Part], Key("The cam as it is made")] = Part.model_construct()
+    tolerances: Annotated[Inner[Tolerances], Key("How far the real cam and its follower may be from all this")] = (
+        Tolerances.model_construct()
+    )
+    accuracy: Annotated[Inner[Accuracy], Key("How exact results are")] = Accuracy.model_construct()
+    outputs: Annotated[
+        Outputs,
+        Key(
+            "Names of quantities or effects to report, or ``all``, beside sizes and what limits and "
+            "objectives need, in place of those of motion and geometry"
+        ),
+    ] = ()
     _file: str = PrivateAttr("scene")
     _by_crank: bool = PrivateAttr(False)
 

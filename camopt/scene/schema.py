@@ -1,4 +1,4 @@
-"""The JSON Schema of scenes, made from the tables and their docstrings: for editors and linters of TOML."""
+"""The JSON Schema of scenes, made from the tables and the records of their keys, for editors of TOML."""
 
 from functools import cache
 from typing import Any, NamedTuple
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from pydantic import TypeAdapter
 
 from camopt.scene.choices import NumberChoice, NumberRange, numbers_of
-from camopt.scene.places import said_of, tables_of
+from camopt.scene.places import key_of, tables_of
 from camopt.scene.scene import Scene
 from camopt.scene.tables import SceneTable
 from camopt.scene.tolerances import GivenTolerance
@@ -94,8 +94,8 @@ def _describe(schema: dict[str, Any], model: type[SceneTable], name: str, key: s
     """Text, unit and link of a key."""
     if target := schema.pop("$ref", None):  # what stands beside a reference is not read
         schema["allOf"] = [{"$ref": target}]
-    sentence, unit = said_of(model, name)
-    schema["description"] = f"{sentence}. Unit: {unit}." if unit else f"{sentence}."
+    record = key_of(model, name)
+    schema["description"] = f"{record.sentence}. Unit: {record.units}." if record.units else f"{record.sentence}."
     if site:
         page = f"{site}/reference/{'limits' if key.startswith('limits.') else 'scene'}.html#key-{key}"
         schema["description"] += f" [Reference]({page})"

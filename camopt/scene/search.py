@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from camopt.mechanisms import SECOND_FIELDS
+from camopt.quantities.key import Key
 from camopt.scene.choices import Choice, Chosen, NumberRange, StepRange, free_numbers, free_rows
 from camopt.scene.mapping import leaves
 from camopt.scene.sizes import SEARCHED
@@ -49,67 +50,75 @@ class Search(SceneTable):
         "limits": "limits are the same for all designs; objectives (search.minimise) show what a limit costs",
     }
 
-    base_radius: Choice = None
-    """Base radii of a disc cam; mm."""
-    mean_radius: Choice = None
-    """Mean radii of a cylindrical cam; mm."""
-    offset: Choice = None
-    """Offsets; mm."""
-    roller_radius: Choice = None
-    """Radii of the roller; mm."""
-    face_radius: Choice = None
-    """Radii of a spherical face; mm."""
-    arm_length: Choice = None
-    """Lengths of the arm; mm."""
-    centre_distance: Choice = None
-    """Distances from the pivot to the cam's axis; mm."""
-    face_offset: Choice = None
-    """Distances of an oscillating flat face from its pivot; mm."""
-    roller_spacing: Choice = None
-    """Distances of the centres of two rollers about a rib; mm."""
-    law: Laws = ()
-    """Motion laws to try, each on rises and returns alike."""
-    law_rise: Laws = ()
-    """Motion laws to try on rises, with each of ``law_return``."""
-    law_return: Laws = ()
-    """Motion laws to try on returns."""
-    angle_rise: Inner[StepRange] | None = None
-    """Range for the angle of each rise; deg."""
-    angle_return: Inner[StepRange] | None = None
-    """Range for the angle of each return; deg."""
-    angle_dwell: Inner[StepRange] | None = None
-    """Range for the angle of each dwell; deg."""
-    cam: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Cam))] = Field(default_factory=dict)
-    """Other numbers of ``[cam]`` that vary, such as ``rpm``."""
-    follower: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Follower))] = Field(
-        default_factory=dict
+    base_radius: Annotated[Choice, Key("Base radii of a disc cam", "mm")] = None
+    mean_radius: Annotated[Choice, Key("Mean radii of a cylindrical cam", "mm")] = None
+    offset: Annotated[Choice, Key("Offsets", "mm")] = None
+    roller_radius: Annotated[Choice, Key("Radii of the roller", "mm")] = None
+    face_radius: Annotated[Choice, Key("Radii of a spherical face", "mm")] = None
+    arm_length: Annotated[Choice, Key("Lengths of the arm", "mm")] = None
+    centre_distance: Annotated[Choice, Key("Distances from the pivot to the cam's axis", "mm")] = None
+    face_offset: Annotated[Choice, Key("Distances of an oscillating flat face from its pivot", "mm")] = None
+    roller_spacing: Annotated[Choice, Key("Distances of the centres of two rollers about a rib", "mm")] = None
+    law: Annotated[Laws, Key("Motion laws to try, each on rises and returns alike")] = ()
+    law_rise: Annotated[Laws, Key("Motion laws to try on rises, with each of ``law_return``")] = ()
+    law_return: Annotated[Laws, Key("Motion laws to try on returns")] = ()
+    angle_rise: Annotated[Inner[StepRange] | None, Key("Range for the angle of each rise", "deg")] = None
+    angle_return: Annotated[Inner[StepRange] | None, Key("Range for the angle of each return", "deg")] = None
+    angle_dwell: Annotated[Inner[StepRange] | None, Key("Range for the angle of each dwell", "deg")] = None
+    cam: Annotated[
+        dict[str, Any],
+        BeforeValidator(partial(free_numbers, Cam)),
+        Key("Other numbers of ``[cam]`` that vary, such as ``rpm``"),
+    ] = Field(default_factory=dict)
+    follower: Annotated[
+        dict[str, Any],
+        BeforeValidator(partial(free_numbers, Follower)),
+        Key("Other numbers of ``[follower]`` and ``[follower.dynamics]`` that vary"),
+    ] = Field(default_factory=dict)
+    drive: Annotated[
+        dict[str, Any],
+        BeforeValidator(partial(free_numbers, Drive)),
+        Key("Sizes and other numbers of ``[drive]`` that vary"),
+    ] = Field(default_factory=dict)
+    materials: Annotated[
+        dict[str, Any],
+        BeforeValidator(partial(free_numbers, Materials)),
+        Key("Numbers of ``[materials]`` that vary"),
+    ] = Field(default_factory=dict)
+    train: Annotated[
+        dict[str, Any],
+        BeforeValidator(partial(free_rows, TrainStage)),
+        Key("Numbers of ``[[train]]`` that vary, by the number of the stage"),
+    ] = Field(default_factory=dict)
+    samples: Annotated[
+        Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_SAMPLES)] | None,
+        Key("How many designs a sweep draws for each law, in place of a grid"),
+    ] = None
+    sampler: Annotated[Literal["sobol", "latin-hypercube"], Key("How the designs of ``samples`` are drawn")] = (
+        "sobol"
     )
-    """Other numbers of ``[follower]`` and ``[follower.dynamics]`` that vary."""
-    drive: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Drive))] = Field(default_factory=dict)
-    """Sizes and other numbers of ``[drive]`` that vary."""
-    materials: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Materials))] = Field(
-        default_factory=dict
-    )
-    """Numbers of ``[materials]`` that vary."""
-    train: Annotated[dict[str, Any], BeforeValidator(partial(free_rows, TrainStage))] = Field(default_factory=dict)
-    """Numbers of ``[[train]]`` that vary, by the number of the stage."""
-    samples: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_SAMPLES)] | None = None
-    """How many designs a sweep draws for each law, in place of a grid."""
-    sampler: Literal["sobol", "latin-hypercube"] = "sobol"
-    """How the designs of ``samples`` are drawn."""
-    seed: Annotated[int, BeforeValidator(whole_number), Field(ge=0, le=MOST_SEED)] = 0
-    """Number of the draw: another one draws other designs."""
-    minimise: Quantities = ()
-    """Names of quantities that a Pareto front minimises."""
-    maximise: Quantities = ()
-    """Names of quantities that a Pareto front maximises."""
-    thin: Annotated[float, Within(ge=1e-9, lt=1)] | None = None
-    """What a row that stays in the front costs at most more than one left out, as a share of an objective's range;
-    no unit."""
-    robust: Switch = False
-    """Whether every cam within the tolerances has to hold the limits, not the nominal one alone."""
-    refine: Switch = False
-    """Move each row of the front off the grid, to an optimum of the continuous problem."""
+    seed: Annotated[
+        int,
+        BeforeValidator(whole_number),
+        Field(ge=0, le=MOST_SEED),
+        Key("Number of the draw: another one draws other designs"),
+    ] = 0
+    minimise: Annotated[Quantities, Key("Names of quantities that a Pareto front minimises")] = ()
+    maximise: Annotated[Quantities, Key("Names of quantities that a Pareto front maximises")] = ()
+    thin: Annotated[
+        Annotated[float, Within(ge=1e-9, lt=1)] | None,
+        Key(
+            "What a row that stays in the front costs at most more than one left out, as a share of "
+            "an objective's range",
+            "no unit",
+        ),
+    ] = None
+    robust: Annotated[
+        Switch, Key("Whether every cam within the tolerances has to hold the limits, not the nominal one alone")
+    ] = False
+    refine: Annotated[
+        Switch, Key("Move each row of the front off the grid, to an optimum of the continuous problem")
+    ] = False
 
     @property
     def angles(self) -> dict[str, StepRange]:

@@ -12,8 +12,9 @@ from camopt.mechanisms import MECHANISMS, Mechanism
 from camopt.mechanisms.follower import FLAT, Tip
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
+from camopt.quantities.key import NO_UNIT
 from camopt.scene.checks import GUIDE_KEYS
-from camopt.scene.places import LISTS, is_angle, said_of, table_heading, unit_for
+from camopt.scene.places import LISTS, is_angle, key_of, table_heading
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.schema import TABLES
 from camopt.scene.sources import shipped_scenes, shipped_toml
@@ -204,13 +205,11 @@ def _table(place: str, own: Mapping[str, Any], more: Mapping[str, Any], scene: S
     for key in TABLES[known].model_fields:
         if key in own or key in more:
             line = f"{key} = {_inline(own[key])}" if key in own else f"#{key} = {_inline(more[key])}"
-            sentence, unit = said_of(TABLES[known], key)
+            record = key_of(TABLES[known], key)
             moved = scene.given_turns if place.startswith("motion") else scene.tool_turns
             turns = scene.mechanism.motion.angular, moved, scene.straight_spring
-            unit = unit_for(unit, is_angle(f"{place}.{key}", *turns))
-            yield (
-                f"{line:<26}  # {unit}: {sentence}" if unit not in ("", "no unit") else f"{line:<26}  # {sentence}"
-            )
+            unit = record.unit_of(turns=is_angle(f"{place}.{key}", *turns))
+            yield f"{line:<26}  # {'' if unit in ('', NO_UNIT) else f'{unit}: '}{record.sentence}"
 
 
 def _inline(value: Any) -> str:

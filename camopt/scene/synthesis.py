@@ -4,6 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
+from camopt.quantities.key import Key
 from camopt.scene.complaints import TAGS
 from camopt.scene.tables import (
     LARGEST_VALUE,
@@ -63,29 +64,39 @@ class SynthesisSettings(SceneTable):
         Annotated[ObjectiveTerm, Tag("range/")]
         | Annotated[dict[ObjectiveTerm, Positive], Field(min_length=1), Tag("values/")],
         Discriminator(lambda value: TAGS[isinstance(value, dict)]),
+        Key("What free laws minimise: one term, or a table of weights for several"),
     ] = "size"
-    """What free laws minimise: one term, or a table of weights for several."""
-    peak_velocity: PeakAsked = None
-    """Bound on the velocity of the unit stroke; no unit."""
-    peak_acceleration: PeakAsked = None
-    """Bound on the acceleration of the unit stroke; no unit."""
-    peak_jerk: PeakAsked = None
-    """Bound on the jerk of the unit stroke; no unit."""
-    rest: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=3)] = 2
-    """How many derivatives are zero beside a dwell."""
-    monotone: Switch = False
-    """Whether rises never fall, and returns never rise."""
-    symmetric: Switch = False
-    """Whether the motion is its own mirror image, about a cam angle that the segments allow."""
-    crossing_window: Annotated[float, Within(gt=0, le=180)] = 15.0
-    """Cam angle from where the force turns round, within which the roller has to land on the other flank; deg."""
-    smooth: Annotated[float, Within(ge=0, le=1)] = 0.0
-    """Share of the objective that is given up for the least variation of the jerk; no unit."""
-    points: PointPairs = ()
-    """Points (cam angle, displacement) that the motion goes through; deg and mm, oscillating deg."""
-    degree: Annotated[int, BeforeValidator(whole_number), Field(ge=4, le=9)] = 5
-    """Degree of the B-splines."""
-    pieces: Annotated[int, BeforeValidator(whole_number), Field(ge=2, le=200)] = 48
-    """Polynomial pieces of a stroke."""
-    continuity: Annotated[int, BeforeValidator(whole_number), Field(ge=2, le=8)] | None = None
-    """How many derivatives are continuous, one less than the degree if not given."""
+    peak_velocity: Annotated[PeakAsked, Key("Bound on the velocity of the unit stroke", "no unit")] = None
+    peak_acceleration: Annotated[PeakAsked, Key("Bound on the acceleration of the unit stroke", "no unit")] = None
+    peak_jerk: Annotated[PeakAsked, Key("Bound on the jerk of the unit stroke", "no unit")] = None
+    rest: Annotated[
+        int, BeforeValidator(whole_number), Field(ge=1, le=3), Key("How many derivatives are zero beside a dwell")
+    ] = 2
+    monotone: Annotated[Switch, Key("Whether rises never fall, and returns never rise")] = False
+    symmetric: Annotated[
+        Switch, Key("Whether the motion is its own mirror image, about a cam angle that the segments allow")
+    ] = False
+    crossing_window: Annotated[
+        float,
+        Within(gt=0, le=180),
+        Key(
+            "Cam angle from where the force turns round, within which the roller has to land on the other flank",
+            "deg",
+        ),
+    ] = 15.0
+    smooth: Annotated[
+        float,
+        Within(ge=0, le=1),
+        Key("Share of the objective that is given up for the least variation of the jerk", "no unit"),
+    ] = 0.0
+    points: Annotated[
+        PointPairs, Key("Points (cam angle, displacement) that the motion goes through", "deg and mm", "deg")
+    ] = ()
+    degree: Annotated[int, BeforeValidator(whole_number), Field(ge=4, le=9), Key("Degree of the B-splines")] = 5
+    pieces: Annotated[
+        int, BeforeValidator(whole_number), Field(ge=2, le=200), Key("Polynomial pieces of a stroke")
+    ] = 48
+    continuity: Annotated[
+        Annotated[int, BeforeValidator(whole_number), Field(ge=2, le=8)] | None,
+        Key("How many derivatives are continuous, one less than the degree if not given"),
+    ] = None

@@ -23,6 +23,7 @@ from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.motion.aliases import ALIASES, SEGMENTS, segment_named
 from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
+from camopt.quantities.key import Key
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.law_forms import DEGREES
 from camopt.scene.materials import MATERIALS
@@ -245,20 +246,29 @@ class Cam(SceneTable):
     """The cam: form, sense of rotation, speed and size."""
 
     read_as: ClassVar[Mapping[str, str]] = {"rpm_of_crank": "rpm"}
-    form: CamForm
-    """A disc cam turns about an axis square to the motion, a cylindrical (barrel) cam has a groove round it."""
-    rotation: Literal["ccw", "cw"] = "ccw"
-    """Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw."""
-    rpm: Speed | None = None
-    """Speed of the cam, constant; without it, derivatives are by cam angle; rev/min."""
-    rpm_of_crank: Speed | None = None
-    """In place of ``rpm``: speed of the crankshaft of a four-stroke engine, twice that of the cam; rev/min."""
-    base_radius: Length | None = None
-    """Least radius of the profile of a disc cam; mm."""
-    mean_radius: Length | None = None
-    """Radius at which a cylindrical cam is developed; mm."""
-    shaft_diameter: Length | None = None
-    """Diameter of the shaft, which has to lie within the base circle; mm."""
+    form: Annotated[
+        CamForm,
+        Key(
+            "A disc cam turns about an axis square to the motion, a cylindrical (barrel) cam has a groove round it"
+        ),
+    ]
+    rotation: Annotated[
+        Literal["ccw", "cw"], Key("Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw")
+    ] = "ccw"
+    rpm: Annotated[
+        Speed | None, Key("Speed of the cam, constant; without it, derivatives are by cam angle", "rev/min")
+    ] = None
+    rpm_of_crank: Annotated[
+        Speed | None,
+        Key(
+            "In place of ``rpm``: speed of the crankshaft of a four-stroke engine, twice that of the cam", "rev/min"
+        ),
+    ] = None
+    base_radius: Annotated[Length | None, Key("Least radius of the profile of a disc cam", "mm")] = None
+    mean_radius: Annotated[Length | None, Key("Radius at which a cylindrical cam is developed", "mm")] = None
+    shaft_diameter: Annotated[
+        Length | None, Key("Diameter of the shaft, which has to lie within the base circle", "mm")
+    ] = None
 
 
 def _rows(value: Any) -> Any:
@@ -287,41 +297,54 @@ class Dynamics(SceneTable):
     angle (0 and 360 are one) are a jump.
     """
 
-    mass: Positive | None = None
-    """Mass that moves with a translating follower; kg."""
-    inertia: Positive | None = None
-    """Moment of inertia of an oscillating follower about its pivot; kg·m²."""
-    spring_rate: NotNegative | None = None
-    """Rate of the spring that presses the follower on the cam; N/mm, oscillating N·m/rad."""
-    preload: NotNegative | None = None
-    """Force (moment) of that spring at the lowest position; N, oscillating N·m."""
-    spring_at: Length | None = None
-    """Of an oscillating follower: distance from its pivot at which a straight spring presses square to the arm;
-    ``spring_rate`` is then in N/mm, and ``preload`` in N; mm."""
-    damping: NotNegative | None = None
-    """Damping of the follower's motion; N·s/mm, oscillating N·m·s/rad."""
-    load: GivenLoad | None = None
-    """External force (moment) that presses the follower on the cam; N, oscillating N·m."""
-    gravity: Anywhere | None = None
-    """Acceleration of gravity, positive if it presses the mass on the cam; m/s²."""
-    guide_length: Length | None = None
-    """Length of the guide of a translating follower; mm."""
-    overhang: NotNegative | None = None
-    """Distance from the guide to the trace point at the lowest position, at least the lift; mm."""
-    friction: NotNegative | None = None
-    """Coefficient of friction in the guide; no unit."""
-    stem_diameter: Length | None = None
-    """Diameter of the round stem of a translating follower; mm."""
-    natural_frequency: Positive | None = None
-    """Natural frequency of the elastic train; Hz."""
-    damping_ratio: Annotated[float, Within(ge=0, lt=1)] | None = None
-    """Damping ratio of the elastic train; no unit."""
-    fluctuation: Positive | None = None
-    """Share by which the speed may vary, (largest − least)/mean, for the flywheel; no unit."""
-    lash: NotNegative | None = None
-    """Displacement that the follower makes before what it drives moves; mm, oscillating deg."""
-    lash_variation: NotNegative | None = None
-    """How much larger or smaller the lash may be; mm, oscillating deg."""
+    mass: Annotated[Positive | None, Key("Mass that moves with a translating follower", "kg")] = None
+    inertia: Annotated[
+        Positive | None, Key("Moment of inertia of an oscillating follower about its pivot", "kg·m²")
+    ] = None
+    spring_rate: Annotated[
+        NotNegative | None, Key("Rate of the spring that presses the follower on the cam", "N/mm", "N·m/rad")
+    ] = None
+    preload: Annotated[
+        NotNegative | None, Key("Force (moment) of that spring at the lowest position", "N", "N·m")
+    ] = None
+    spring_at: Annotated[
+        Length | None,
+        Key(
+            "Of an oscillating follower: distance from its pivot at which a straight spring presses "
+            "square to the arm; ``spring_rate`` is then in N/mm, and ``preload`` in N",
+            "mm",
+        ),
+    ] = None
+    damping: Annotated[NotNegative | None, Key("Damping of the follower's motion", "N·s/mm", "N·m·s/rad")] = None
+    load: Annotated[
+        GivenLoad | None, Key("External force (moment) that presses the follower on the cam", "N", "N·m")
+    ] = None
+    gravity: Annotated[
+        Anywhere | None, Key("Acceleration of gravity, positive if it presses the mass on the cam", "m/s²")
+    ] = None
+    guide_length: Annotated[Length | None, Key("Length of the guide of a translating follower", "mm")] = None
+    overhang: Annotated[
+        NotNegative | None,
+        Key("Distance from the guide to the trace point at the lowest position, at least the lift", "mm"),
+    ] = None
+    friction: Annotated[NotNegative | None, Key("Coefficient of friction in the guide", "no unit")] = None
+    stem_diameter: Annotated[Length | None, Key("Diameter of the round stem of a translating follower", "mm")] = (
+        None
+    )
+    natural_frequency: Annotated[Positive | None, Key("Natural frequency of the elastic train", "Hz")] = None
+    damping_ratio: Annotated[
+        Annotated[float, Within(ge=0, lt=1)] | None, Key("Damping ratio of the elastic train", "no unit")
+    ] = None
+    fluctuation: Annotated[
+        Positive | None,
+        Key("Share by which the speed may vary, (largest − least)/mean, for the flywheel", "no unit"),
+    ] = None
+    lash: Annotated[
+        NotNegative | None, Key("Displacement that the follower makes before what it drives moves", "mm", "deg")
+    ] = None
+    lash_variation: Annotated[
+        NotNegative | None, Key("How much larger or smaller the lash may be", "mm", "deg")
+    ] = None
 
 
 class Follower(SceneTable):
@@ -332,26 +355,22 @@ class Follower(SceneTable):
         "face_diameter": "not a known key; follower.face_radius is half of it",
     }
 
-    motion: MotionName
-    """Along a straight line, or about a pivot."""
-    contact: TipName
-    """What touches the cam: a knife edge, a roller, a flat face or a spherical (mushroom) face."""
-    roller_radius: Length | None = None
-    """Radius of the roller; mm."""
-    face_radius: Length | None = None
-    """Radius of a spherical face; mm."""
-    face_offset: Anywhere | None = None
-    """Distance of an oscillating flat face from the pivot; mm."""
-    arm_length: Length | None = None
-    """Distance from the pivot to the trace point; mm."""
-    centre_distance: Length | None = None
-    """Distance from the pivot to the cam's axis; mm."""
-    roller_spacing: Length | None = None
-    """Distance of the centres of two rollers, which have a rib between them; mm."""
-    offset: Anywhere = 0.0
-    """Offset of a translating follower's axis, positive to the right; mm."""
-    dynamics: Inner[Dynamics] | None = None
-    """What moves with the follower, and what presses it on the cam."""
+    motion: Annotated[MotionName, Key("Along a straight line, or about a pivot")]
+    contact: Annotated[
+        TipName, Key("What touches the cam: a knife edge, a roller, a flat face or a spherical (mushroom) face")
+    ]
+    roller_radius: Annotated[Length | None, Key("Radius of the roller", "mm")] = None
+    face_radius: Annotated[Length | None, Key("Radius of a spherical face", "mm")] = None
+    face_offset: Annotated[Anywhere | None, Key("Distance of an oscillating flat face from the pivot", "mm")] = None
+    arm_length: Annotated[Length | None, Key("Distance from the pivot to the trace point", "mm")] = None
+    centre_distance: Annotated[Length | None, Key("Distance from the pivot to the cam's axis", "mm")] = None
+    roller_spacing: Annotated[
+        Length | None, Key("Distance of the centres of two rollers, which have a rib between them", "mm")
+    ] = None
+    offset: Annotated[Anywhere, Key("Offset of a translating follower's axis, positive to the right", "mm")] = 0.0
+    dynamics: Annotated[
+        Inner[Dynamics] | None, Key("What moves with the follower, and what presses it on the cam")
+    ] = None
 
 
 class Drive(SceneTable):
@@ -361,30 +380,55 @@ class Drive(SceneTable):
     flanks that push the follower outward, and others that pull it back.
     """
 
-    kind: DriveName | None = None
-    """A spring, or a groove with two walls, of which one pushes the roller outward and the other pulls it back. Two
-    discs with a roller each (``conjugate``), or one disc in a yoke with two flat faces (``breadth``) or two rollers
-    (``diameter``). Or a rib between two rollers (``rib``). If it is not given, ``spring`` on a disc cam and
-    ``groove`` on a cylindrical one."""
-    base_radius: Length | None = None
-    """Base radius of the second disc of a conjugate pair; ``cam.base_radius`` if not given; mm."""
-    roller_radius: Length | None = None
-    """Radius of the second roller; that of the first if not given; mm."""
-    offset: Anywhere | None = None
-    """Offset of a second roller that translates, positive to the right; that of the first if not given; mm."""
-    arm_length: Length | None = None
-    """Length of the arm of the second roller; that of the first if not given; mm."""
-    interference: NotNegative | None = None
-    """By how much two contacts are too near to each other before they are mounted; mm, oscillating deg."""
-    stiffness: Positive | None = None
-    """Stiffness of what joins both contacts: rollers, discs and frame; N/mm, oscillating N·m/rad."""
-    clearance: Length | None = None
-    """How much wider than the roller a groove is, or thinner than the gap between its two rollers a rib: what is
-    crossed where the force turns round; mm."""
-    roller_inertia: Positive | None = None
-    """Moment of inertia about its pin of a roller that friction turns the other way after each crossing; kg·m²."""
-    friction: Positive | None = None
-    """Coefficient of friction between roller and flank; no unit."""
+    kind: Annotated[
+        DriveName | None,
+        Key(
+            "A spring, or a groove with two walls, of which one pushes the roller outward and the "
+            "other pulls it back. Two discs with a roller each (``conjugate``), or one disc in a "
+            "yoke with two flat faces (``breadth``) or two rollers (``diameter``). Or a rib between "
+            "two rollers (``rib``). If it is not given, ``spring`` on a disc cam and ``groove`` on a "
+            "cylindrical one"
+        ),
+    ] = None
+    base_radius: Annotated[
+        Length | None,
+        Key("Base radius of the second disc of a conjugate pair; ``cam.base_radius`` if not given", "mm"),
+    ] = None
+    roller_radius: Annotated[
+        Length | None, Key("Radius of the second roller; that of the first if not given", "mm")
+    ] = None
+    offset: Annotated[
+        Anywhere | None,
+        Key(
+            "Offset of a second roller that translates, positive to the right; that of the first if not given", "mm"
+        ),
+    ] = None
+    arm_length: Annotated[
+        Length | None, Key("Length of the arm of the second roller; that of the first if not given", "mm")
+    ] = None
+    interference: Annotated[
+        NotNegative | None,
+        Key("By how much two contacts are too near to each other before they are mounted", "mm", "deg"),
+    ] = None
+    stiffness: Annotated[
+        Positive | None, Key("Stiffness of what joins both contacts: rollers, discs and frame", "N/mm", "N·m/rad")
+    ] = None
+    clearance: Annotated[
+        Length | None,
+        Key(
+            "How much wider than the roller a groove is, or thinner than the gap between its two "
+            "rollers a rib: what is crossed where the force turns round",
+            "mm",
+        ),
+    ] = None
+    roller_inertia: Annotated[
+        Positive | None,
+        Key(
+            "Moment of inertia about its pin of a roller that friction turns the other way after each crossing",
+            "kg·m²",
+        ),
+    ] = None
+    friction: Annotated[Positive | None, Key("Coefficient of friction between roller and flank", "no unit")] = None
 
 
 def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:
@@ -420,16 +464,19 @@ class Through(SceneTable):
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"per": "belongs to the segment, for all that it asks"}
-    angle: CamAngle
-    """Cam angle, or range of cam angles [from, to], from the start of the first segment; deg."""
-    position: NumberOrRange | None = None
-    """Displacement at that cam angle; mm, oscillating deg."""
-    velocity: NumberOrRange | None = None
-    """First derivative at that cam angle; mm (deg) ``per`` rad, deg or s."""
-    acceleration: NumberOrRange | None = None
-    """Second derivative at that cam angle; mm (deg) ``per`` rad², deg² or s²."""
-    jerk: NumberOrRange | None = None
-    """Third derivative at that cam angle; mm (deg) ``per`` rad³, deg³ or s³."""
+    angle: Annotated[
+        CamAngle, Key("Cam angle, or range of cam angles [from, to], from the start of the first segment", "deg")
+    ]
+    position: Annotated[NumberOrRange | None, Key("Displacement at that cam angle", "mm", "deg")] = None
+    velocity: Annotated[
+        NumberOrRange | None, Key("First derivative at that cam angle", "mm (deg) ``per`` rad, deg or s")
+    ] = None
+    acceleration: Annotated[
+        NumberOrRange | None, Key("Second derivative at that cam angle", "mm (deg) ``per`` rad², deg² or s²")
+    ] = None
+    jerk: Annotated[
+        NumberOrRange | None, Key("Third derivative at that cam angle", "mm (deg) ``per`` rad³, deg³ or s³")
+    ] = None
 
 
 class Segment(SceneTable):
@@ -456,26 +503,45 @@ class Segment(SceneTable):
         Literal["rise", "dwell", "return", "move", "constant-velocity"],
         BeforeValidator(_kind_of_segment),
         Field(json_schema_extra=_or_aliases),
+        Key("What the follower does"),
     ]
-    """What the follower does."""
-    angle: Annotated[float, Within(ge=0, le=360 * (1 + 1e-9))]
-    """Cam angle that the segment takes; those of a turn add up to 360, of a yoke also to 180; deg."""
-    lift: Annotated[float, Within(ge=0, le=LARGEST_VALUE)] = 0.0
-    """Displacement of a rise or return, above 0; mm, oscillating deg."""
-    law: LawName | None = None
-    """Motion law: a built-in one, or one of ``[laws]``. If it is not given, the first that ``[search]`` tries."""
-    to: NumberOrRange | None = None
-    """Position at the end; between moves also a range [low, high]; mm, oscillating deg."""
-    velocity: NumberOrRange | None = None
-    """First derivative at the end of a move, or along a constant velocity; mm (deg) ``per`` rad, deg or s."""
-    acceleration: NumberOrRange | None = None
-    """Second derivative at the end of a move; mm (deg) ``per`` rad², deg² or s²."""
-    jerk: NumberOrRange | None = None
-    """Third derivative at the end of a move; mm (deg) ``per`` rad³, deg³ or s³."""
-    per: Literal["rad", "deg", "s"] = "rad"
-    """What derivatives of this segment are by: rad or deg of the cam's angle, or s."""
-    through: Annotated[tuple[Inner[Through], ...], Field(max_length=MOST_CONDITIONS)] = ()
-    """Conditions on the way of a move."""
+    angle: Annotated[
+        float,
+        Within(ge=0, le=360 * (1 + 1e-9)),
+        Key("Cam angle that the segment takes; those of a turn add up to 360, of a yoke also to 180", "deg"),
+    ]
+    lift: Annotated[
+        float, Within(ge=0, le=LARGEST_VALUE), Key("Displacement of a rise or return, above 0", "mm", "deg")
+    ] = 0.0
+    law: Annotated[
+        LawName | None,
+        Key(
+            "Motion law: a built-in one, or one of ``[laws]``. If it is not given, the first that "
+            "``[search]`` tries"
+        ),
+    ] = None
+    to: Annotated[
+        NumberOrRange | None, Key("Position at the end; between moves also a range [low, high]", "mm", "deg")
+    ] = None
+    velocity: Annotated[
+        NumberOrRange | None,
+        Key(
+            "First derivative at the end of a move, or along a constant velocity", "mm (deg) ``per`` rad, deg or s"
+        ),
+    ] = None
+    acceleration: Annotated[
+        NumberOrRange | None, Key("Second derivative at the end of a move", "mm (deg) ``per`` rad², deg² or s²")
+    ] = None
+    jerk: Annotated[
+        NumberOrRange | None, Key("Third derivative at the end of a move", "mm (deg) ``per`` rad³, deg³ or s³")
+    ] = None
+    per: Annotated[
+        Literal["rad", "deg", "s"],
+        Key("What derivatives of this segment are by: rad or deg of the cam's angle, or s"),
+    ] = "rad"
+    through: Annotated[
+        tuple[Inner[Through], ...], Field(max_length=MOST_CONDITIONS), Key("Conditions on the way of a move")
+    ] = ()
 
 
 class ProfileElement(SceneTable):
@@ -492,14 +558,10 @@ class ProfileElement(SceneTable):
     ``cam.base_radius`` is the least radius of the profile.
     """
 
-    element: Literal["arc", "line"]
-    """An arc, or a line between two arcs."""
-    radius: Anywhere | None = None
-    """Radius of an arc, negative if its flank is hollow; mm."""
-    x: Anywhere | None = None
-    """Centre of an arc in the cam's own frame, with ``y``; mm."""
-    y: Anywhere | None = None
-    """Centre of an arc in the cam's own frame, with ``x``; mm."""
+    element: Annotated[Literal["arc", "line"], Key("An arc, or a line between two arcs")]
+    radius: Annotated[Anywhere | None, Key("Radius of an arc, negative if its flank is hollow", "mm")] = None
+    x: Annotated[Anywhere | None, Key("Centre of an arc in the cam's own frame, with ``y``", "mm")] = None
+    y: Annotated[Anywhere | None, Key("Centre of an arc in the cam's own frame, with ``x``", "mm")] = None
 
 
 def is_pair(value: Any) -> Any:
@@ -536,43 +598,54 @@ class OwnLaw(SceneTable):
     1 − s(1 − x) in place of s(x). On a return it then retraces the rise with the law as it was given, backwards.
     """
 
-    law: LawName | None = None
-    """A built-in law, to be skewed or mirrored."""
-    scca: Numbers | None = None
-    """Shares of the stroke: sine ramps, constant acceleration, cosine, constant velocity if there is a fourth; no
-    unit."""
-    start: Numbers | None = None
-    """s, s′, s″, … of a polynomial at x = 0; no unit."""
-    end: Numbers | None = None
-    """s, s′, s″, … of a polynomial at x = 1; no unit."""
-    degree: Annotated[int, BeforeValidator(whole_number), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
-    """Degree of a B-spline."""
-    knots: Numbers | None = None
-    """Knots of a B-spline from 0 to 1, degree + 1 equal ones at each end; no unit."""
-    coefficients: Numbers | None = None
-    """Coefficients of a B-spline on the unit stroke; no unit."""
-    positions: Numbers | None = None
-    """Coefficients of a B-spline for a move; mm, oscillating deg."""
-    x: Numbers | None = None
-    """Shares of the stroke's angle at which a table has points, from 0 to 1; no unit."""
-    s: Numbers | None = None
-    """Shares of the lift there, from 0 to 1; no unit."""
-    file: str | None = None
-    """CSV file with the columns x and s, a path relative to the scene file."""
-    rest: Literal["both", "start", "end", "none"] | None = None
-    """At which ends the law of a table is at rest, without velocity and acceleration: where there is no
-    ``reversal``, if not given."""
-    reversal: Literal["both", "start", "end"] | None = None
-    """At which ends the law of a table has no velocity but an acceleration, as where a rise goes over into a
-    return."""
-    crossing: SceneNumber | None = None
-    """Where the acceleration of a symmetric law crosses zero, in place of ½; no unit."""
-    peaks: Annotated[tuple[Positive, Positive], BeforeValidator(is_pair)] | None = None
-    """Largest acceleration to largest deceleration, [a, d], in place of ``crossing``; no unit."""
-    mirror: Switch = False
-    """Take 1 − s(1 − x) in place of s(x)."""
-    overshoot: Switch = False
-    """Allow s below 0 or above 1."""
+    law: Annotated[LawName | None, Key("A built-in law, to be skewed or mirrored")] = None
+    scca: Annotated[
+        Numbers | None,
+        Key(
+            "Shares of the stroke: sine ramps, constant acceleration, cosine, constant velocity if "
+            "there is a fourth",
+            "no unit",
+        ),
+    ] = None
+    start: Annotated[Numbers | None, Key("s, s′, s″, … of a polynomial at x = 0", "no unit")] = None
+    end: Annotated[Numbers | None, Key("s, s′, s″, … of a polynomial at x = 1", "no unit")] = None
+    degree: Annotated[
+        Annotated[int, BeforeValidator(whole_number), Field(ge=DEGREES[0], le=DEGREES[-1])] | None,
+        Key("Degree of a B-spline"),
+    ] = None
+    knots: Annotated[
+        Numbers | None, Key("Knots of a B-spline from 0 to 1, degree + 1 equal ones at each end", "no unit")
+    ] = None
+    coefficients: Annotated[Numbers | None, Key("Coefficients of a B-spline on the unit stroke", "no unit")] = None
+    positions: Annotated[Numbers | None, Key("Coefficients of a B-spline for a move", "mm", "deg")] = None
+    x: Annotated[
+        Numbers | None, Key("Shares of the stroke's angle at which a table has points, from 0 to 1", "no unit")
+    ] = None
+    s: Annotated[Numbers | None, Key("Shares of the lift there, from 0 to 1", "no unit")] = None
+    file: Annotated[str | None, Key("CSV file with the columns x and s, a path relative to the scene file")] = None
+    rest: Annotated[
+        Literal["both", "start", "end", "none"] | None,
+        Key(
+            "At which ends the law of a table is at rest, without velocity and acceleration: where "
+            "there is no ``reversal``, if not given"
+        ),
+    ] = None
+    reversal: Annotated[
+        Literal["both", "start", "end"] | None,
+        Key(
+            "At which ends the law of a table has no velocity but an acceleration, as where a rise "
+            "goes over into a return"
+        ),
+    ] = None
+    crossing: Annotated[
+        SceneNumber | None, Key("Where the acceleration of a symmetric law crosses zero, in place of ½", "no unit")
+    ] = None
+    peaks: Annotated[
+        Annotated[tuple[Positive, Positive], BeforeValidator(is_pair)] | None,
+        Key("Largest acceleration to largest deceleration, [a, d], in place of ``crossing``", "no unit"),
+    ] = None
+    mirror: Annotated[Switch, Key("Take 1 − s(1 − x) in place of s(x)")] = False
+    overshoot: Annotated[Switch, Key("Allow s below 0 or above 1")] = False
 
 
 def as_list(value: Any) -> Any:
@@ -590,32 +663,36 @@ Quantities = Annotated[tuple[QuantityName, ...], Listed(as_list)]
 class Materials(SceneTable):
     """The bodies in contact, as names of materials or as numbers, and their lubricant."""
 
-    cam: MaterialName | None = None
-    """Material of the cam, for its modulus, Poisson's ratio and density."""
-    follower: MaterialName | None = None
-    """Material of the roller or face, for its modulus and Poisson's ratio."""
-    cam_modulus: Positive | None = None
-    """Young's modulus of the cam; GPa."""
-    cam_poisson: Annotated[float, Within(ge=0, lt=0.5)] | None = None
-    """Poisson's ratio of the cam; no unit."""
-    follower_modulus: Positive | None = None
-    """Young's modulus of the follower; GPa."""
-    follower_poisson: Annotated[float, Within(ge=0, lt=0.5)] | None = None
-    """Poisson's ratio of the follower; no unit."""
-    face_width: Length | None = None
-    """Width of the contact along the cam's axis; mm."""
-    wear_rate: Positive | None = None
-    """Volume worn off the cam by load and sliding distance; mm²/N."""
-    viscosity: Positive | None = None
-    """Dynamic viscosity of the lubricant; Pa·s."""
-    pressure_viscosity: Positive | None = None
-    """Increase of the viscosity with pressure, α of η·exp(αp); 1/GPa."""
-    roughness: Positive | None = None
-    """Composite roughness of both surfaces, root mean square; µm."""
+    cam: Annotated[
+        MaterialName | None, Key("Material of the cam, for its modulus, Poisson's ratio and density")
+    ] = None
+    follower: Annotated[
+        MaterialName | None, Key("Material of the roller or face, for its modulus and Poisson's ratio")
+    ] = None
+    cam_modulus: Annotated[Positive | None, Key("Young's modulus of the cam", "GPa")] = None
+    cam_poisson: Annotated[
+        Annotated[float, Within(ge=0, lt=0.5)] | None, Key("Poisson's ratio of the cam", "no unit")
+    ] = None
+    follower_modulus: Annotated[Positive | None, Key("Young's modulus of the follower", "GPa")] = None
+    follower_poisson: Annotated[
+        Annotated[float, Within(ge=0, lt=0.5)] | None, Key("Poisson's ratio of the follower", "no unit")
+    ] = None
+    face_width: Annotated[Length | None, Key("Width of the contact along the cam's axis", "mm")] = None
+    wear_rate: Annotated[Positive | None, Key("Volume worn off the cam by load and sliding distance", "mm²/N")] = (
+        None
+    )
+    viscosity: Annotated[Positive | None, Key("Dynamic viscosity of the lubricant", "Pa·s")] = None
+    pressure_viscosity: Annotated[
+        Positive | None, Key("Increase of the viscosity with pressure, α of η·exp(αp)", "1/GPa")
+    ] = None
+    roughness: Annotated[Positive | None, Key("Composite roughness of both surfaces, root mean square", "µm")] = (
+        None
+    )
 
 
 class Accuracy(SceneTable):
     """Relative error allowed in each reported value."""
 
-    relative_error: Annotated[float, Within(ge=1e-14, le=1e-2)] = 1e-9
-    """Relative error allowed in each reported value; no unit."""
+    relative_error: Annotated[
+        float, Within(ge=1e-14, le=1e-2), Key("Relative error allowed in each reported value", "no unit")
+    ] = 1e-9

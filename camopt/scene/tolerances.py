@@ -18,6 +18,7 @@ from camopt.mechanisms import SECOND_FIELDS, Mechanism
 from camopt.mechanisms.follower import Tip
 from camopt.mistakes import BadInput
 from camopt.quantities import OF_STAGE
+from camopt.quantities.key import Key
 from camopt.scene.choices import Reader, free_numbers, free_rows, numbers_of
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.csv_columns import MOST_SPANS, read_columns
@@ -68,31 +69,50 @@ def _measured(value: Any) -> Any:
 class Tolerance(SceneTable):
     """How far a number may be from what the scene says, and how it is spread over parts."""
 
-    plus: NotNegative = 0.0
-    """How much larger the number may be; in the unit of the number."""
-    minus: NotNegative = 0.0
-    """How much smaller the number may be; in the unit of the number."""
-    iso: str | None = None
-    """Class of ISO 286 in place of ``plus`` and ``minus``, such as h6, of the diameter if the size is a radius."""
-    distribution: Literal["normal", "uniform", "triangular"] = "normal"
-    """How parts are spread over the zone."""
-    cpk: Positive = 1.0
-    """Process capability of a normal distribution: half of the zone is 3·cpk standard deviations; no unit."""
-    values: (
+    plus: Annotated[NotNegative, Key("How much larger the number may be", "in the unit of the number")] = 0.0
+    minus: Annotated[NotNegative, Key("How much smaller the number may be", "in the unit of the number")] = 0.0
+    iso: Annotated[
+        str | None,
+        Key(
+            "Class of ISO 286 in place of ``plus`` and ``minus``, such as h6, of the diameter if the "
+            "size is a radius"
+        ),
+    ] = None
+    distribution: Annotated[
+        Literal["normal", "uniform", "triangular"], Key("How parts are spread over the zone")
+    ] = "normal"
+    cpk: Annotated[
+        Positive,
+        Key(
+            "Process capability of a normal distribution: half of the zone is 3·cpk standard deviations", "no unit"
+        ),
+    ] = 1.0
+    values: Annotated[
         Annotated[
             tuple[SceneNumber, ...],
             Field(min_length=1, max_length=MOST_SPANS),
             BeforeValidator(_measured, json_schema_input_type=str | list[float]),
         ]
-        | None
-    ) = None
-    """Measured errors of parts (what was measured less the nominal number), or a column of a CSV file, as
-    "rollers.csv:error": parts are spread as these are, and unless ``plus`` and ``minus`` are given their ends are
-    those of the zone; in the unit of the number."""
-    batch: str | None = None
-    """A name that tolerances have in common whose errors go together in a cam, as of rollers of one lot."""
-    shared: Annotated[float, Within(gt=0, le=1)] = 1.0
-    """Share of the variance that errors of a batch have in common: two have the correlation √(s₁·s₂); no unit."""
+        | None,
+        Key(
+            "Measured errors of parts (what was measured less the nominal number), or a column of a "
+            'CSV file, as "rollers.csv:error": parts are spread as these are, and unless ``plus`` '
+            "and ``minus`` are given their ends are those of the zone",
+            "in the unit of the number",
+        ),
+    ] = None
+    batch: Annotated[
+        str | None,
+        Key("A name that tolerances have in common whose errors go together in a cam, as of rollers of one lot"),
+    ] = None
+    shared: Annotated[
+        float,
+        Within(gt=0, le=1),
+        Key(
+            "Share of the variance that errors of a batch have in common: two have the correlation √(s₁·s₂)",
+            "no unit",
+        ),
+    ] = 1.0
 
     @property
     def of_measured(self) -> bool:
@@ -149,40 +169,52 @@ class Tolerances(SceneTable):
         for key in SEARCHED
     }
 
-    cam: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Cam, reader=READER))] = Field(
-        default_factory=dict
-    )
-    """Tolerances of numbers of ``[cam]``: of the speed, and of the base (mean) radius of a cam that has the same
-    motion."""
-    follower: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Follower, reader=READER))] = Field(
-        default_factory=dict
-    )
-    """Tolerances of sizes of the follower, and of numbers of ``[follower.dynamics]``."""
-    drive: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Drive, reader=READER))] = Field(
-        default_factory=dict
-    )
-    """Tolerances of sizes and other numbers of ``[drive]``."""
-    materials: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Materials, reader=READER))] = Field(
-        default_factory=dict
-    )
-    """Tolerances of numbers of ``[materials]``."""
-    train: Annotated[dict[str, Any], BeforeValidator(partial(free_rows, TrainStage, reader=READER))] = Field(
-        default_factory=dict
-    )
-    """Tolerances of numbers of ``[[train]]``, by the number of the stage."""
-    profile: NotNegative | None = None
-    """Tolerance of the profile along its normal, ±; mm."""
-    waves: Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_WAVES)] | None = None
-    """How many waves the error of the profile has in a turn at most, as the follower feels it (a roller at its
-    centre, a flat face as it lies on the profile): without it, no slope of it is known."""
-    bore_eccentricity: NotNegative | None = None
-    """How far the bore's axis may be from that of the profile, in any direction; mm."""
-    phase: Given = None
-    """Tolerance of the cam's angle on its shaft; deg."""
-    face_tilt: Given = None
-    """Tolerance of the angle of a translating flat face, by which it is not square to its motion; deg."""
-    disc_phase: Given = None
-    """Tolerance of the angle between both discs of a conjugate pair; deg."""
+    cam: Annotated[
+        dict[str, Any],
+        BeforeValidator(partial(free_numbers, Cam, reader=READER)),
+        Key(
+            "Tolerances of numbers of ``[cam]``: of the speed, and of the base (mean) radius of a "
+            "cam that has the same motion"
+        ),
+    ] = Field(default_factory=dict)
+    follower: Annotated[
+        dict[str, Any],
+        BeforeValidator(partial(free_numbers, Follower, reader=READER)),
+        Key("Tolerances of sizes of the follower, and of numbers of ``[follower.dynamics]``"),
+    ] = Field(default_factory=dict)
+    drive: Annotated[
+        dict[str, Any],
+        BeforeValidator(partial(free_numbers, Drive, reader=READER)),
+        Key("Tolerances of sizes and other numbers of ``[drive]``"),
+    ] = Field(default_factory=dict)
+    materials: Annotated[
+        dict[str, Any],
+        BeforeValidator(partial(free_numbers, Materials, reader=READER)),
+        Key("Tolerances of numbers of ``[materials]``"),
+    ] = Field(default_factory=dict)
+    train: Annotated[
+        dict[str, Any],
+        BeforeValidator(partial(free_rows, TrainStage, reader=READER)),
+        Key("Tolerances of numbers of ``[[train]]``, by the number of the stage"),
+    ] = Field(default_factory=dict)
+    profile: Annotated[NotNegative | None, Key("Tolerance of the profile along its normal, ±", "mm")] = None
+    waves: Annotated[
+        Annotated[int, BeforeValidator(whole_number), Field(ge=1, le=MOST_WAVES)] | None,
+        Key(
+            "How many waves the error of the profile has in a turn at most, as the follower feels it "
+            "(a roller at its centre, a flat face as it lies on the profile): without it, no slope "
+            "of it is known"
+        ),
+    ] = None
+    bore_eccentricity: Annotated[
+        NotNegative | None, Key("How far the bore's axis may be from that of the profile, in any direction", "mm")
+    ] = None
+    phase: Annotated[Given, Key("Tolerance of the cam's angle on its shaft", "deg")] = None
+    face_tilt: Annotated[
+        Given,
+        Key("Tolerance of the angle of a translating flat face, by which it is not square to its motion", "deg"),
+    ] = None
+    disc_phase: Annotated[Given, Key("Tolerance of the angle between both discs of a conjugate pair", "deg")] = None
 
     @property
     def numbers(self) -> dict[str, Tolerance]:

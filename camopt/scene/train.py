@@ -18,6 +18,7 @@ from camopt.motion.profile import Unfit
 from camopt.motion.programme import Programme
 from camopt.motion.segments import start_position
 from camopt.motion.train_load import TrainLoad
+from camopt.quantities.key import Key
 from camopt.scene.law_forms import Fault
 from camopt.scene.load import constant_and_changing
 from camopt.scene.mapping import at, given_at_follower, tables_in
@@ -70,53 +71,63 @@ class TrainStage(SceneTable):
     above 0 if it is against the displacement that the stage gives.
     """
 
-    stage: Literal[tuple(TRAIN_STAGES)]  # type: ignore[valid-type]
-    """What the stage is."""
-    crank: Length | None = None
-    """Length of the crank; mm."""
-    coupler: Length | None = None
-    """Length of the coupler; mm."""
-    rocker: Length | None = None
-    """Length of the rocker of a four-bar linkage; mm."""
-    ground: Length | None = None
-    """Distance between the two pivots of a four-bar linkage; mm."""
-    offset: Anywhere | None = None
-    """Distance of the slide's line from the pivot of its crank; mm."""
-    angle: Angle | None = None
-    """Angle of the crank at the start, from the slide's motion, or from the line to the other pivot; of an incline,
-    its slope to the motion that drives it; deg."""
-    crossed: Switch | None = None
-    """Whether coupler and ground of a four-bar linkage cross."""
-    input_arm: Length | None = None
-    """Length of the arm by which a rocker or bell crank is driven; mm."""
-    input_angle: Angle | None = None
-    """Angle of the input arm at the start, from the line square to the motion that drives it; deg."""
-    output_arm: Length | None = None
-    """Length of the second arm of a rocker; mm."""
-    output_angle: Angle | None = None
-    """Angle of the output arm at the start, from the line square to the motion that it gives; deg."""
-    ratio: Anywhere | None = None
-    """Output by input, below 0 if they go opposite ways; no unit."""
-    radius: Anywhere | None = None
-    """Radius of a pinion or drum between an angle and a length; mm."""
-    guide: Angle | None = None
-    """Angle between the motion that drives an incline and the one that it gives, 90 if not given; deg."""
-    mass: Positive | None = None
-    """Mass of what the stage moves, where that slides; kg."""
-    inertia: Positive | None = None
-    """Moment of inertia of what the stage moves about its pivot, where that turns; kg·m²."""
-    arm_inertia: Positive | None = None
-    """Moment of inertia about its pivot of a rocker or bell crank with an ``input_arm``; kg·m²."""
-    spring_rate: NotNegative | None = None
-    """Rate of a spring against the motion of what the stage moves; N/mm, oscillating N·m/rad."""
-    preload: Anywhere | None = None
-    """Force (moment) of that spring at the start, below 0 if it acts with the motion; N, oscillating N·m."""
-    load: GivenLoad | None = None
-    """External force (moment) against the motion of what the stage moves; N, oscillating N·m."""
-    gravity: Anywhere | None = None
-    """Acceleration of gravity, positive if it acts against the motion of that mass; m/s²."""
-    friction_force: NotNegative | None = None
-    """Force (moment) of friction in the guide of what the stage moves; N, oscillating N·m."""
+    stage: Annotated[Literal[tuple(TRAIN_STAGES)], Key("What the stage is")]  # type: ignore[valid-type]
+    crank: Annotated[Length | None, Key("Length of the crank", "mm")] = None
+    coupler: Annotated[Length | None, Key("Length of the coupler", "mm")] = None
+    rocker: Annotated[Length | None, Key("Length of the rocker of a four-bar linkage", "mm")] = None
+    ground: Annotated[Length | None, Key("Distance between the two pivots of a four-bar linkage", "mm")] = None
+    offset: Annotated[Anywhere | None, Key("Distance of the slide's line from the pivot of its crank", "mm")] = None
+    angle: Annotated[
+        Angle | None,
+        Key(
+            "Angle of the crank at the start, from the slide's motion, or from the line to the other "
+            "pivot; of an incline, its slope to the motion that drives it",
+            "deg",
+        ),
+    ] = None
+    crossed: Annotated[Switch | None, Key("Whether coupler and ground of a four-bar linkage cross")] = None
+    input_arm: Annotated[
+        Length | None, Key("Length of the arm by which a rocker or bell crank is driven", "mm")
+    ] = None
+    input_angle: Annotated[
+        Angle | None,
+        Key("Angle of the input arm at the start, from the line square to the motion that drives it", "deg"),
+    ] = None
+    output_arm: Annotated[Length | None, Key("Length of the second arm of a rocker", "mm")] = None
+    output_angle: Annotated[
+        Angle | None,
+        Key("Angle of the output arm at the start, from the line square to the motion that it gives", "deg"),
+    ] = None
+    ratio: Annotated[Anywhere | None, Key("Output by input, below 0 if they go opposite ways", "no unit")] = None
+    radius: Annotated[Anywhere | None, Key("Radius of a pinion or drum between an angle and a length", "mm")] = None
+    guide: Annotated[
+        Angle | None,
+        Key("Angle between the motion that drives an incline and the one that it gives, 90 if not given", "deg"),
+    ] = None
+    mass: Annotated[Positive | None, Key("Mass of what the stage moves, where that slides", "kg")] = None
+    inertia: Annotated[
+        Positive | None, Key("Moment of inertia of what the stage moves about its pivot, where that turns", "kg·m²")
+    ] = None
+    arm_inertia: Annotated[
+        Positive | None,
+        Key("Moment of inertia about its pivot of a rocker or bell crank with an ``input_arm``", "kg·m²"),
+    ] = None
+    spring_rate: Annotated[
+        NotNegative | None, Key("Rate of a spring against the motion of what the stage moves", "N/mm", "N·m/rad")
+    ] = None
+    preload: Annotated[
+        Anywhere | None,
+        Key("Force (moment) of that spring at the start, below 0 if it acts with the motion", "N", "N·m"),
+    ] = None
+    load: Annotated[
+        GivenLoad | None, Key("External force (moment) against the motion of what the stage moves", "N", "N·m")
+    ] = None
+    gravity: Annotated[
+        Anywhere | None, Key("Acceleration of gravity, positive if it acts against the motion of that mass", "m/s²")
+    ] = None
+    friction_force: Annotated[
+        NotNegative | None, Key("Force (moment) of friction in the guide of what the stage moves", "N", "N·m")
+    ] = None
 
 
 CARRIED = ("mass", "inertia", "arm_inertia", "spring_rate", "preload", "load", "gravity", "friction_force")

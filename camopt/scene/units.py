@@ -10,9 +10,10 @@ from functools import cache
 from typing import Any
 
 from camopt.mistakes import Mistake
+from camopt.quantities.key import NO_UNIT
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.mapping import given_at_follower
-from camopt.scene.places import LISTS, TOP, is_angle, said_of, unit_for, without_choice
+from camopt.scene.places import LISTS, TOP, is_angle, key_of, without_choice
 from camopt.scene.sizes import mechanism_in
 from camopt.scene.spring import is_straight
 from camopt.scene.tables import SceneTable
@@ -24,8 +25,6 @@ PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")
 """How plates of motors write rev/min."""
 MIXED = re.compile(r"\b(\d+)\s+(\d+/\d+)\b(?!\.)")
 """A whole number and a fraction, as lengths in inch are written."""
-NO_UNIT = "no unit"
-"""What the text of a key says whose numbers have none."""
 SHARES = ("cpk", "shared")
 """Keys of a tolerance that are not in the unit of its number."""
 NAMED = ("laws", "quantities")
@@ -79,8 +78,8 @@ class _Reader:
             elif stands in self.models and isinstance(value, (Mapping, list)):  # tolerances.profile is a number
                 found[key] = self.tables(value, self.models[stands], where, stands)
             else:
-                unit = said_of(model, key)[1] if key in model.model_fields else ""
-                unit = unit_for(unit, self.is_angle(where))
+                known_key = key in model.model_fields
+                unit = key_of(model, key).unit_of(turns=self.is_angle(where)) if known_key else ""
                 found[key] = self.value(value, unit, where)
         return found
 

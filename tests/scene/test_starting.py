@@ -7,7 +7,7 @@ import pytest
 
 import camopt
 from camopt.cli.main import main
-from camopt.scene.places import said_of
+from camopt.scene.places import key_of
 from camopt.scene.schema import TABLES
 from camopt.scene.starting import PAIRINGS, PURPOSES, starting_scene, switched_on
 
@@ -49,7 +49,7 @@ def test_the_spring_of_a_mechanism_presses_with_a_usual_force(words):
 
 @pytest.mark.parametrize("name", TEXTS)
 def test_comments_are_what_the_code_says(name):
-    said = {said_of(model, key)[0] for model in TABLES.values() for key in model.model_fields}
+    said = {key_of(model, key).sentence for model in TABLES.values() for key in model.model_fields}
     comments = [line.partition("  # ")[2] for line in TEXTS[name].splitlines() if "  # " in line]
     assert len(comments) > 20
     assert {comment.partition(": ")[2] for comment in comments} | {*comments} >= {*comments}

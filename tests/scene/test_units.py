@@ -1,5 +1,7 @@
 """Numbers with units: converted as tables of units say, checked for their kind, told if they are none."""
 
+import subprocess
+import sys
 from math import pi
 
 import pytest
@@ -87,3 +89,25 @@ def test_what_is_none_is_told_once(key, text, line):
         camopt.find_scene("roller-1000rpm").replace(**{key: text})
     assert [mistake.key for mistake in told.value.mistakes][:1] == [key]
     assert len(told.value.mistakes) == 1
+
+
+WITHOUT_SOURCES = """
+import inspect
+
+def fail(*_):
+    raise OSError("could not get source code")
+
+inspect.getsource = inspect.findsource = inspect.getsourcelines = fail
+import camopt
+from camopt.scene.keys import found_keys
+
+lifts = {"motion.1.lift": "0.5 rad", "motion.2.lift": "0.5 rad"}
+scene = camopt.find_scene("oscillating-roller").replace(**{"cam.base_radius": "2 in"}, **lifts)
+print(scene.cam.base_radius, round(scene.motion[0].lift, 4), found_keys("cam.rpm")[0].unit)
+"""
+
+
+def test_units_do_not_come_from_the_source():
+    """A package that is installed as compiled modules alone has none."""
+    found = subprocess.run([sys.executable, "-c", WITHOUT_SOURCES], capture_output=True, text=True, check=True)
+    assert found.stdout.split() == ["50.8", "28.6479", "rev/min"]

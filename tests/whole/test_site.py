@@ -13,7 +13,6 @@ from itertools import product
 
 import click
 import pytest
-from sphinx.pycode import ModuleAnalyzer
 from support.pages import ROOT, blocks
 
 from camopt import Scene
@@ -21,6 +20,7 @@ from camopt.cli.main import camopt as command
 from camopt.problem.problem import resolve
 from camopt.quantities import BOUNDED, QUANTITIES
 from camopt.scene.limits import ShortLimits
+from camopt.scene.places import key_of
 from camopt.scene.schema import scene_schema
 from camopt.scene.tables import SceneTable
 
@@ -46,25 +46,13 @@ KEYS = [
 ]
 
 
-def said_of(model, key):
-    """What the docstring below a key says."""
-    homes = [each for each in model.__mro__ if issubclass(each, SceneTable)]
-    found = [
-        ModuleAnalyzer.for_module(home.__module__).find_attr_docs().get((home.__name__, key)) for home in homes
-    ]
-    return " ".join(next(filter(None, found), [])).strip()
-
-
 @pytest.mark.parametrize(("model", "key"), KEYS, ids=lambda each: each if isinstance(each, str) else each.__name__)
 def test_a_key_says_what_it_is_and_a_number_its_unit(model, key):
-    said = said_of(model, key)
-    assert re.fullmatch(r"[A-Zs±].*\.", said), "a sentence"
+    record = key_of(model, key)
+    assert re.fullmatch(r"[A-Zs±].*[^.;]", record.sentence), "a sentence without its full stop"
     text = json.dumps(model.model_json_schema()["properties"][key])
     if '"number"' in text and '"$ref"' not in text and key != "minimise":
-        unit = said.removesuffix(".").rpartition("; ")[2]
-        assert "``per``" in unit or {*unit.split(", oscillating ")} <= UNITS
-    elif '"$ref"' not in text:
-        assert ";" not in said, "what follows a semicolon is taken for a unit"
+        assert "``per``" in record.unit or {record.unit, record.turning or record.unit} <= UNITS
 
 
 def test_a_limit_by_the_name_of_a_quantity_says_so_in_the_schema():

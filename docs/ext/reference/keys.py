@@ -13,7 +13,7 @@ from camopt.mechanisms.follower import Tip
 from camopt.problem.limits import Limit
 from camopt.problem.problem import resolve
 from camopt.problem.unused import READERS
-from camopt.scene.keys import Key, keys_of
+from camopt.scene.keys import KeyInWords, keys_of
 from camopt.scene.limits import ShortLimits
 from camopt.scene.materials import MATERIALS
 from camopt.scene.places import TOP, table_heading
@@ -39,7 +39,7 @@ def needed_by(place: str, key: str) -> str:
     return ""
 
 
-def facts_of(key: Key) -> str:
+def facts_of(key: KeyInWords) -> str:
     """What a key is, its unit, what it allows, and what it is if not given."""
     gives = f"; `{json.dumps(key.default)}` if not given" if key.default is not None else ""
     gives = "; needed" if key.needed else gives
