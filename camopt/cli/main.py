@@ -1,4 +1,4 @@
-"""The command line: each command is a module of ``camopt.cli.commands``, imported when it is asked for."""
+"""The command line: modules of ``camopt.cli.commands`` have its commands, and are imported when they are needed."""
 
 from collections.abc import Iterator, Mapping
 from importlib import import_module
@@ -8,22 +8,24 @@ import click
 from camopt.cli.exits import run_command
 from camopt.storage.version import VERSION
 
-COMMANDS = (
-    *("new", "scenes", "keys", "schema", "laws", "evaluate", "plot", "effects", "timing", "harmonics", "tolerance"),
-    *("sweep", "merge", "optimise"),
-    *("synthesise", "frontier", "certify", "export", "report", "serve", "fit", "compare", "check", "accuracy"),
-    "warm",
-)
-"""Names of the commands, and of their modules."""
+MODULES = {
+    "lists": ("new", "scenes", "keys", "schema", "laws"),
+    "design": ("evaluate", "plot", "certify", "timing", "harmonics", "export"),
+    "searches": ("sweep", "merge", "optimise", "synthesise", "frontier"),
+    "results": ("report", "serve", "compare", "check"),
+    "real_cams": ("tolerance", "fit"),
+    "costs": ("effects", "accuracy", "warm"),
+}
+"""Modules of ``camopt.cli.commands``, each with the names of its commands, which are those of their functions."""
+COMMANDS = {name: module for module, names in MODULES.items() for name in names}
+"""Names of the commands, each with its module."""
 
 
 class Imported(Mapping[str, click.Command]):
     """The commands by name."""
 
     def __getitem__(self, name: str) -> click.Command:
-        if name not in COMMANDS:
-            raise KeyError(name)
-        command: click.Command = getattr(import_module(f"camopt.cli.commands.{name}"), name)
+        command: click.Command = getattr(import_module(f"camopt.cli.commands.{COMMANDS[name]}"), name)
         return command
 
     def __iter__(self) -> Iterator[str]:

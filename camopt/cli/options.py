@@ -25,8 +25,7 @@ ANIMATIONS = (".gif", ".mp4", ".svg")
 def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options common to all commands."""
     command = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")(command)
-    command = units_option(command)
-    return click.option("--quiet", is_flag=True, help="Print no progress bar and no messages.")(command)
+    return click.option("--quiet", is_flag=True, help="Print no progress bar and no messages.")(UNITS(command))
 
 
 class Measure(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
@@ -46,19 +45,17 @@ class Measure(click.ParamType):  # type: ignore[type-arg]  # generic from click 
             self.fail(f"{value!r} must be {trouble}", param, ctx)
 
 
-def units_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """The option that says in which units results are shown; JSON and stored tables, whose names say it, stay."""
-    return click.option(
-        "--units",
-        type=click.Choice(SYSTEMS),
-        default=SYSTEMS[0],
-        envvar="CAMOPT_UNITS",
-        show_default=True,
-        show_envvar=True,
-        expose_value=False,
-        callback=lambda context, option, units: context.with_resource(shown_in(units)),
-        help="Units of what is shown, drawn and exported. JSON and Parquet stay as their names say.",
-    )(command)
+UNITS = click.option(
+    "--units",
+    type=click.Choice(SYSTEMS),
+    default=SYSTEMS[0],
+    envvar="CAMOPT_UNITS",
+    show_default=True,
+    show_envvar=True,
+    expose_value=False,
+    callback=lambda context, option, units: context.with_resource(shown_in(units)),
+    help="Units of what is shown, drawn and exported. JSON and Parquet stay as their names say.",
+)
 
 
 BARE_POINT = re.compile(r"[+-]?(\.\d+|\d+\.)")
@@ -213,6 +210,15 @@ class Renamed(click.Option):
         self.opts = names
 
 
+set_option = click.option(
+    "--set",
+    "settings",
+    type=Setting(),
+    multiple=True,
+    help="Any key of the scene, such as follower.offset=5, motion.1.angle=90; KEY= clears it. Repeatable.",
+)
+
+
 def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options that override the scene."""
     for option in (
@@ -237,33 +243,19 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def set_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """The option that sets any key of the scene."""
-    return click.option(
-        "--set",
-        "settings",
-        type=Setting(),
-        multiple=True,
-        help="Any key of the scene, such as follower.offset=5, motion.1.angle=90; KEY= clears it. Repeatable.",
-    )(command)
-
-
 def listed(context: click.Context, option: click.Parameter, text: str | None) -> Any:
     """The names of an option that takes several, separated by commas."""
     return text and [name.strip() for name in text.split(",")]
 
 
-def outputs_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """The option that says what to report."""
-    return click.option(
-        "--outputs",
-        callback=listed,
-        metavar="NAME,NAME|all",
-        help="Quantities or effects to report beside sizes and limited ones, such as force,hertz, in place of the "
-        "standard ones (`camopt effects` lists the effects); or all.",
-    )(command)
-
-
+outputs_option = click.option(
+    "--outputs",
+    callback=listed,
+    metavar="NAME,NAME|all",
+    help="Quantities or effects to report beside sizes and limited ones, such as force,hertz, in place of the "
+    "standard ones (`camopt effects` lists the effects); or all.",
+)
+row_option = click.option("--row", type=int, help="If a table is given: number of the row, from 0.")
 again_option = click.option("--again", is_flag=True, help="Recompute, even if --out is up to date.")
 former_again_option = click.option("--again", is_flag=True, hidden=True, expose_value=False)
 """What commands took that told an earlier result again: now each computes it anew."""
@@ -284,11 +276,6 @@ def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
         metavar="ADDRESS|local",
         help="Use the workers of a Dask cluster (tcp://HOST:PORT), or of one that is started on this machine.",
     )(with_engine)
-
-
-def row_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """The option that says which row of a table is the scene."""
-    return click.option("--row", type=int, help="If a table is given: number of the row, from 0.")(command)
 
 
 def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:

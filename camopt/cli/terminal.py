@@ -30,7 +30,7 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
 
     with announced(tell), ExitStack() as shown:
         if quiet or not unit:
-            yield _nothing
+            yield lambda done, total: None
             return
         advance = shown.enter_context(progress_bar(unit))
         if sys.stderr.isatty():
@@ -38,10 +38,6 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
 
             shown.enter_context(redirect_stderr(DummyTqdmFile(sys.stderr)))
         yield advance
-
-
-def _nothing(done: int, total: int) -> None:
-    """Show nothing."""
 
 
 def print_json(document: Any) -> None:
@@ -161,6 +157,15 @@ def print_result(result: Result, as_json: bool, quiet: bool, files: Iterable[Any
     if result.half_width > asked:
         say_note(f"relative error of {asked:g} not reached; values are exact to {result.half_width:.2g}")
     return result.exit_code
+
+
+def print_files(document: Any, as_json: bool, quiet: bool, files: Iterable[Any]) -> int:
+    """Print a document for programs, or name the files written for people; the exit code."""
+    if as_json:
+        print_json(document)
+    elif not quiet:
+        say_written(files)
+    return 0
 
 
 def say_notes(sentences: Iterable[str]) -> None:

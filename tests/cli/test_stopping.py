@@ -158,7 +158,7 @@ sys.exit(main())
 """
 
 
-@pytest.mark.parametrize("module", ["camopt.cli.main", "camopt.cli.commands.evaluate", "camopt.scene.turn"])
+@pytest.mark.parametrize("module", ["camopt.cli.main", "camopt.cli.commands.design", "camopt.scene.turn"])
 @pytest.mark.parametrize("how", ["in_a_name", "as_an_import_error", "in_a_callback"])
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGINT"])

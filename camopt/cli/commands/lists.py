@@ -1,13 +1,14 @@
-"""``camopt new``."""
+"""Commands that list what camopt knows, and write scenes to start from."""
 
 import sys
 from pathlib import Path
 
 import click
 
+import camopt
 from camopt import cli, library
 from camopt.cli.options import Command, OutputPlace, output_options, refuse_with
-from camopt.mistakes import BadInput, Mistake
+from camopt.mistakes import BadInput, Mistake, nearest
 
 
 @click.command(cls=Command)
@@ -45,10 +46,53 @@ def new(
         raise BadInput([Mistake("camopt", "FILE", str(file), "a new file: this one is there already")])
     if file:
         library.write_text(file, text)
-    if as_json:
-        cli.print_json({"file": file and str(file), "toml": text})
-    elif file is None:
+    if not (as_json or file):
         sys.stdout.write(text)
-    elif not quiet:
-        cli.say_written([file])
+    return cli.print_files({"file": file and str(file), "toml": text}, as_json, quiet, filter(None, (file,)))
+
+
+@click.command(cls=Command)
+@click.argument("name", required=False)
+@output_options
+def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
+    """List the scenes that come with camopt; with a NAME, print that one as TOML."""
+    if name is None:
+        return cli.print_result(library.list_scenes(), as_json, quiet)
+    if name not in camopt.shipped_scenes():
+        raise BadInput(
+            [Mistake("camopt", "NAME", name, f"a shipped scene; {nearest(name, camopt.shipped_scenes())}")]
+        )
+    text = library.shipped_toml(name)
+    if as_json:
+        cli.print_json({"name": name, "toml": text})
+    else:
+        sys.stdout.write(text)
     return 0
+
+
+@click.command(cls=Command)
+@click.argument("table", required=False)
+@output_options
+def keys(table: str | None, as_json: bool, quiet: bool) -> int:
+    """List the keys of a scene: what each is, its unit, what it allows, and what it is if not given.
+
+    TABLE is a table, such as cam or follower.dynamics, or a key, such as rpm or cam.rpm; all without one.
+    """
+    return cli.print_result(library.list_keys(table), as_json, quiet)
+
+
+@click.command(cls=Command)
+@output_options
+def schema(as_json: bool, quiet: bool) -> int:
+    """Print the JSON Schema of scenes, by which editors complete keys and mark mistakes."""
+    cli.print_json(library.scene_schema())
+    return 0
+
+
+@click.command(cls=Command)
+@output_options
+def laws(as_json: bool, quiet: bool) -> int:
+    """List the motion laws with their peak velocity, acceleration and jerk."""
+    with cli.progress(quiet, ""):
+        result = library.list_laws()
+    return cli.print_result(result, as_json, quiet)

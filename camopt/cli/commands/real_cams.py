@@ -1,4 +1,4 @@
-"""``camopt tolerance``."""
+"""Commands on real cams: their tolerances, and points measured on them."""
 
 import re
 from contextlib import suppress
@@ -16,11 +16,16 @@ from camopt.cli.options import (
     Command,
     Measure,
     OutputPlace,
+    check_file,
     check_folder,
+    given_overrides,
+    options_named,
     output_options,
     refuse_with,
     refuse_without,
     scene_options,
+    set_option,
+    values_of,
 )
 from camopt.mistakes import BadInput, Mistake
 
@@ -127,7 +132,8 @@ def tolerance(
         others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": allocate, "costs": costs}
         refuse_with("--measured", {**others, "within": within, "only": only or None})
         return _inspected(scene, measured, profile, probe or 0.0, reading, as_json, quiet)
-    refuse_without("--measured", {"profile": profile, "probe": probe, **_given(reading)})
+    given = {name: value or None for name, value in reading.items()}  # a flag that is not given is False
+    refuse_without("--measured", {"profile": profile, "probe": probe, **given})
     if cams is None:
         refuse_without("--cams", {"seed": seed, "within": within})
     if allocate is None:
@@ -161,11 +167,6 @@ def _distance(scene: Any, option: str, text: str | None) -> float | None:
     return value
 
 
-def _given(reading: dict[str, Any]) -> dict[str, Any]:
-    """Options that are given; None for a flag that is not."""
-    return {name: value or None for name, value in reading.items()}
-
-
 def _inspected(
     scene: Any,
     measured: tuple[Path, ...],
@@ -182,3 +183,83 @@ def _inspected(
     if scene.mechanism.further or len(profiles) > 1:
         return cli.print_result(camopt.inspect_pair(profiles, scene, columns=chosen, **reading), as_json, quiet)
     return cli.print_result(camopt.inspect(profiles[0], scene, columns=chosen, **reading), as_json, quiet)
+
+
+@click.command(cls=Command)
+@click.argument("file", type=OutputPlace())
+@click.option("--scene", "target", help="Scene whose cam, follower and limits to take; its motion is replaced.")
+@click.option(
+    "--base-radius", type=Measure("mm"), help="Base radius of the cam, mm; of lifts, needed without --scene."
+)
+@click.option(
+    "--follower",
+    type=click.Choice(("flat", "roller", "knife")),
+    help="Translating follower, without --scene; flat by default.",
+)
+@click.option("--roller-radius", type=Measure("mm"), help="Radius of the roller, mm.")
+@click.option("--rpm", type=float, help="Speed of the cam, rev/min.")
+@set_option
+@click.option(
+    "--profile",
+    help="polar or xy: the points are those of a profile, by cam angle and distance from the axis, or x and y.",
+)
+@click.option(
+    "--probe",
+    type=Measure("mm"),
+    help="Radius of the ball whose centres they are, mm; by default they are on the profile.",
+)
+@click.option(
+    "--band",
+    type=float,
+    help="Largest distance of the motion from a point, mm (deg when oscillating); by default from the noise.",
+)
+@click.option(
+    "--segments",
+    help="Order of the motion, such as rise,dwell,return,dwell: decides where it rests; by default the points do.",
+)
+@click.option("--columns", help="Names or numbers of the two columns, such as 1,3.")
+@click.option("--angle-unit", default="deg", show_default=True, help="Unit of the angles: deg or rad.")
+@click.option("--lift-unit", help="Unit of lifts or lengths: mm or inch; deg of lifts when oscillating.")
+@click.option(
+    "--turn", type=float, help="Angle of one turn of the cam in the file: 720 for degrees of a crankshaft."
+)
+@click.option("--keep-outliers", is_flag=True, help="Hold the band at outliers too.")
+@click.option("--out", type=OutputPlace(".toml"), default="fitted.toml", show_default=True, help="Scene to write.")
+@click.option("--plot", "picture", type=OutputPlace(*PICTURES), help="Draw the fit: PNG, SVG, PDF.")
+@output_options
+def fit(
+    file: Path,
+    target: str | None,
+    rpm: float | None,
+    settings: tuple[tuple[str, Any], ...],
+    columns: str | None,
+    segments: str | None,
+    out: Path,
+    picture: Path | None,
+    as_json: bool,
+    quiet: bool,
+    profile: str | None,
+    probe: float | None,
+    **options: Any,
+) -> int:
+    """Find the gentlest motion within a band of measured points of a cam, as a scene.
+
+    FILE has columns of cam angle and lift, lifts alone, or points of a --profile, in text or in a workbook.
+    """
+    check_file(target, out)
+    if profile is None:
+        refuse_without("--profile", {"probe": probe})
+    changes = given_overrides({"rpm": rpm, "settings": settings})
+    if target:
+        scene = cli.scene_at(target, None, changes, allowed=library.SCENES)
+    else:
+        scene = library.unfolded(values_of(changes)) or None
+    chosen, order = (given and [name.strip() for name in given.split(",")] for given in (columns, segments))
+    points = file if profile is None else camopt.MeasuredProfile(file, profile, probe or 0.0)
+    sizes = {"cam.base_radius": "--base-radius", "follower.roller_radius": "--roller-radius"}
+    with options_named({**changes, **{key: (option, None) for key, option in sizes.items()}}):
+        result = camopt.fit(points, scene, columns=chosen, segments=order, **options)
+    library.write_scene(out, result.scene)
+    if picture:
+        camopt.plot(result, picture)
+    return cli.print_result(result, as_json, quiet, filter(None, (out, picture)))

@@ -1,0 +1,91 @@
+"""Commands that show and save time: what effects and accuracy cost, and kernels compiled in advance."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt import cli, library
+from camopt.cli.options import (
+    DEFAULT_SCENE,
+    Command,
+    OutputPlace,
+    former_again_option,
+    output_options,
+    refuse_without,
+    scene_options,
+    scheduler_option,
+)
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--spectrum",
+    is_flag=True,
+    help="Compute response spectra of the motion laws instead.",
+)
+@click.option(
+    "--out",
+    type=OutputPlace(),
+    default="camopt-out",
+    show_default=True,
+    help="With --spectrum: folder for its files.",
+)
+@former_again_option
+def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -> int:
+    """Show which computations (effects) a scene needs, why, and how long each takes."""
+    if spectrum:
+        with library.publication(out, "effects", library.SPECTRUM) as unit:
+            spectra = library.spectra_of(scene)
+            spectra.write(unit.staging)
+        return cli.print_result(spectra, as_json, quiet, unit.files)
+    with cli.progress(quiet, ""):
+        result = library.cost_report(scene)
+    return cli.print_result(result, as_json, quiet)
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--out",
+    type=OutputPlace(),
+    default="camopt-out",
+    show_default=True,
+    help="Folder for the table and the pictures.",
+)
+@click.option("--workers", type=click.IntRange(1), help="Number of processes of --scheduler local.")
+@former_again_option
+@scheduler_option
+def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | None, engine: Any) -> int:
+    """Measure how much time accuracy costs, as a table and a picture."""
+    if engine is None:
+        refuse_without("--scheduler", {"workers": workers})
+    with library.publication(out, "accuracy", library.ACCURACY) as unit, cli.progress(quiet, "laws") as advance:
+        result = library.measure(scene, advance, engine)
+        library.write_accuracy(result, unit.staging)
+    return cli.print_result(result, as_json, quiet, unit.files)
+
+
+@click.command(cls=Command)
+@click.argument("scenes", nargs=-1)
+@output_options
+def warm(scenes: tuple[str, ...], as_json: bool, quiet: bool) -> int:
+    """Compile what first runs need, and keep it on this machine.
+
+    SCENES are TOML files or shipped scenes; without any, all shipped scenes. Commands then compile nothing for
+    these, nor for others with the same followers and quantities. Run it once in an image of a container or in CI.
+    """
+    from camopt.studies.first_runs import compile_scenes
+
+    with cli.progress(quiet, "scenes") as advance:
+        kernels, folder = compile_scenes(scenes, advance)
+    if as_json:
+        cli.print_json({"kernels": kernels, "folder": str(folder)})
+    else:
+        cli.show(f"{kernels} kernels are in {folder}.")
+    return 0

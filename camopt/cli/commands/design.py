@@ -1,0 +1,228 @@
+"""Commands on one design: its quantities, pictures, files and proof."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+import camopt
+from camopt import cli, library
+from camopt.cli.options import (
+    ANIMATIONS,
+    DEFAULT_SCENE,
+    PICTURES,
+    Command,
+    Measure,
+    OutputPlace,
+    Renamed,
+    check_file,
+    given_overrides,
+    output_options,
+    outputs_option,
+    override_options,
+    refuse_without,
+    row_option,
+    scene_options,
+)
+from camopt.exporting.endings import ENDINGS
+from camopt.mistakes import BadInput, Mistake
+
+
+@click.command(cls=Command)
+@click.argument("scene")
+@scene_options
+@outputs_option
+@output_options
+@click.option(
+    "--plot",
+    "picture",
+    type=OutputPlace(*dict.fromkeys((*PICTURES, *ANIMATIONS))),
+    help="Draw the cam and its diagrams: PNG, SVG, PDF; GIF and MP4 are animated.",
+)
+@click.option("--animate", "animation", type=OutputPlace(*ANIMATIONS), help="Draw the cam turning: GIF, MP4, SVG.")
+@click.option("--points", type=OutputPlace(".csv", ".parquet", ".xlsx"), help="Write points: CSV, Parquet, Excel.")
+@click.option(
+    "--cutter-radius", type=Measure("mm"), help="With --points: also the path of a cutter of this radius, mm."
+)
+@click.option("--step", type=float, help="With --points: degrees between points; 1 by default.")
+@click.option(
+    "--chord",
+    type=Measure("mm"),
+    help="With --points: deviation of straight lines from the curve, mm.",
+)
+def evaluate(
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    picture: Path | None,
+    animation: Path | None,
+    points: Path | None,
+    **spacing: float | None,
+) -> int:
+    """Compute every quantity of one design."""
+    if not points:
+        refuse_without("--points", spacing)
+    with cli.progress(quiet, ""):
+        result = camopt.evaluate(scene)
+    still = picture and picture.suffix.lower() in PICTURES
+    for moving in filter(None, (animation, None if still else picture)):
+        camopt.animate(scene, moving)
+    if picture and still:
+        camopt.plot(scene, picture)
+    if points:
+        library.write_points(scene, points, **spacing)
+    if not quiet and scene.mechanism.further:
+        cli.say_notes(library.notes_on_preload(scene))
+    return cli.print_result(result, as_json, quiet, filter(None, (picture, animation, points)))
+
+
+@click.command(cls=Command)
+@click.argument("scene")
+@click.argument("file", type=OutputPlace(*dict.fromkeys((*PICTURES, *ANIMATIONS))))
+@scene_options
+@output_options
+@click.option(
+    "--construction",
+    type=int,
+    is_flag=False,
+    flag_value=6,
+    metavar="[N]",
+    help="Draw how the cam is constructed, with N equal parts a stroke (6), and print the table by station.",
+)
+@click.option("--steps", is_flag=True, help="With --construction: a page of a PDF, or a frame of a GIF, a step.")
+def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int | None, steps: bool) -> int:
+    """Draw the cam with its diagrams to FILE: PNG, SVG or PDF; GIF and MP4 show it turning.
+
+    With --construction, FILE shows how the cam is drawn with ruler and compasses, as lectures teach it.
+    """
+    document: dict[str, Any] = {"scene": scene.name, "file": str(file)}
+    if construction is None:
+        refuse_without("--construction", {"steps": steps or None})
+    if construction is None and file.suffix.lower() not in PICTURES:
+        camopt.animate(scene, file)
+    elif construction is None:
+        camopt.plot(scene, file)
+    else:
+        found = camopt.construct(scene, construction)
+        camopt.plot(found, file, steps=steps)
+        document |= found.to_dict()
+        if not (quiet or as_json):
+            cli.show(found.table())
+    return cli.print_files(document, as_json, quiet, [file])
+
+
+@click.command(cls=Command)
+@click.argument("target")
+@override_options
+@row_option
+@output_options
+def certify(target: str, as_json: bool, quiet: bool, row: int | None, **overrides: Any) -> int:
+    """Prove that the limits are met at every cam angle, in ball arithmetic.
+
+    TARGET is a scene, or a table written by a sweep. The verdict on a limit is "held" (it is proved to be met),
+    "broken" (it is proved not to be met) or "undecided". To a table, the verdict on each row is added as a column;
+    with --row, only that row is checked, and nothing is written.
+    """
+    changes = given_overrides(overrides)
+    if not target.endswith(".parquet") or row is not None:
+        allowed = "a TOML file, a shipped scene or a table of designs (.parquet)"
+        scene = cli.scene_at(target, row, changes, "target", allowed)
+        return cli.print_result(camopt.certify(scene), as_json, quiet)
+    if changes:
+        allowed = "is not possible with a table, which has the limits of its sweep"
+        given = dict(reversed([*changes.values()]))  # of what an option changes, the first is its value
+        raise BadInput([Mistake("camopt", name, value, allowed, bare=True) for name, value in given.items()])
+    with cli.progress(quiet, "rows") as advance:
+        result = library.certify_table(target, advance)
+    return cli.print_result(result, as_json, quiet)
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--lift",
+    "lifts",
+    type=float,
+    multiple=True,
+    help="A lift from the lowest position, mm (deg); repeatable. By default the lash, or else half of the largest.",
+)
+def timing(scene: Any, as_json: bool, quiet: bool, lifts: tuple[float, ...]) -> int:
+    """Find where in the turn the follower passes a lift, as a valve's opening and closing.
+
+    For a scene with [tolerances] the table also shows the earliest and the latest cam angle at which a cam within
+    them passes, to first order. A second table shows the cam angles before and after which no cam passes, proved by
+    exact contact, with the errors of a cam that passes nearly there.
+    """
+    return cli.print_result(camopt.timing(scene, lifts or None), as_json, quiet)
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option("--orders", type=int, default=24, show_default=True, help="How many harmonics.")
+@click.option("--plot", "picture", type=OutputPlace(*PICTURES), help="Draw their amplitudes: PNG, SVG, PDF.")
+def harmonics(scene: Any, as_json: bool, quiet: bool, orders: int, picture: Path | None) -> int:
+    """Compute the harmonics of a motion and of its acceleration."""
+    result = camopt.harmonics(scene, orders)
+    if picture:
+        camopt.plot(result, picture)
+    return cli.print_result(result, as_json, quiet, [picture] if picture else [])
+
+
+@click.command(cls=Command)
+@click.argument("scene")
+@click.argument("file", type=OutputPlace(*ENDINGS))
+@scene_options
+@output_options
+@click.option("--disc", type=int, help="Of a conjugate pair, the disc that is in the file alone: 1 or 2.")
+@click.option("--chord", type=Measure("mm"), help="Largest deviation from the true curve, mm; 0.001 by default.")
+@click.option("--curves", help="What curves are made of: arcs (the default), spline or polyline.")
+@click.option(
+    "--cutter-radius", type=Measure("mm"), help="Also the path of a cutter or grinding wheel of this radius, mm."
+)
+@click.option("--step", type=float, help="Points, or rows of a drawing's table, in even steps of the angle, deg.")
+@click.option(
+    "--point-count",
+    "points",
+    cls=Renamed,
+    former="--points",
+    type=int,
+    help="Number of points of an electronic cam; 361 by default.",
+)
+@click.option("--feed", type=Measure("mm/min"), help="Feed of a cutter, mm/min.")
+@click.option(
+    "--depth", type=Measure("mm"), help="Depth of the cut below the top face, mm; the thickness and 1 by default."
+)
+@click.option("--roughing", type=Measure("mm"), help="A first cut that leaves so much, mm.")
+@click.option("--direction", help="climb (the default) or conventional milling.")
+@click.option("--control", help="Whose words a program has: iso, fanuc, siemens or heidenhain; by the ending.")
+@click.option("--decimals", type=int, help="Decimals of its coordinates; those of the control by default.")
+@click.option("--rotary", help="Axis about which a grooved cylinder turns: A (the default) or C.")
+@click.option("--tool", type=int, help="Number of the cutter, for a tool call.")
+@click.option("--spindle", type=float, help="Speed of the cutter, rev/min.")
+@click.option("--coolant", is_flag=True, default=None, help="Switch the coolant on.")
+@click.option(
+    "--roughing-feed", type=Measure("mm/min"), help="Feed of first cuts, mm/min; that of --feed by default."
+)
+@click.option("--depth-step", type=Measure("mm"), help="Largest depth of one cut, mm.")
+@click.option(
+    "--blank-diameter", type=Measure("mm"), help="Diameter of the blank, mm; as wide as the cam by default."
+)
+@click.option(
+    "--largest-radius", type=Measure("mm"), help="Arcs of a larger radius are lines, mm; 10000 by default."
+)
+def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) -> int:
+    """Write the cam of one design to FILE for a machine, a person or another program, as its ending says.
+
+    How far the curves in the file are from the true ones is proved, and printed. Options that mean nothing for a
+    kind of file are refused.
+    """
+    check_file(scene.file, file, "FILE")
+    with cli.progress(quiet, ""):
+        result = camopt.export(
+            scene, file, **{name: value for name, value in settings.items() if value is not None}
+        )
+    return cli.print_result(result, as_json, quiet, [file])

@@ -1,0 +1,118 @@
+"""Commands that show results side by side, as a page, or in a browser, and check their files."""
+
+import sys
+import webbrowser
+from contextlib import suppress
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import click
+
+import camopt
+from camopt import cli
+from camopt.cli import interrupts
+from camopt.cli.exits import say
+from camopt.cli.options import (
+    DEFAULT_SCENE,
+    PICTURES,
+    Command,
+    OutputPlace,
+    check_file,
+    given_overrides,
+    output_options,
+    outputs_option,
+    override_options,
+    row_option,
+    scene_options,
+)
+
+
+@click.command(cls=Command)
+@click.argument("what", nargs=-1, required=True, metavar="WHAT...")
+@row_option
+@outputs_option
+@override_options
+@output_options
+@click.option("--out", type=OutputPlace(".html"), default="camopt-report.html", show_default=True, help="The page.")
+def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, out: Path, **overrides: Any) -> int:
+    """Write one HTML page that shows a result to others: no network, no server, nothing to install.
+
+    WHAT is a scene, or the folder or table that a command wrote. A cam turns under its follower, with diagrams,
+    limits, proofs and files; up to four are shown side by side. Tables of designs can be filtered, sorted and
+    clicked on.
+    """
+    changes = given_overrides(overrides)
+    shown = [cli.shown_at(target, row, changes) for target in what]
+    for each in shown:
+        if hasattr(each, "file"):
+            check_file(each.file, out)
+    with cli.progress(quiet, ""):
+        camopt.report(shown, out)
+    return cli.print_files({"file": str(out)}, as_json, quiet, [out])
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on; by default a free one.")
+@click.option(
+    "--folder", type=OutputPlace(), help="Folder for what is saved; by default that of SCENE, or this one."
+)
+@click.option("--no-browser", is_flag=True, help="Only print the address.")
+def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None, no_browser: bool) -> int:
+    """Show a cam with sliders for sizes, laws and limits, in a browser on this machine alone.
+
+    Each move draws the cam and its diagrams anew; where the sliders rest, the limits are proved. Ctrl-C ends it.
+    """
+    from camopt.reporting.server import serving
+
+    place = Path(scene.file).parent if Path(scene.file).is_file() else Path()
+    server = serving(scene, folder or place, port, say)
+    with suppress(KeyboardInterrupt), server:
+        if as_json:
+            cli.print_json({"address": server.address})
+        else:
+            click.echo(f"{server.address}\nCtrl-C ends it.")
+        sys.stdout.flush()
+        if not no_browser:  # in a thread of its own, for some browsers run in this terminal until they are closed
+            Thread(target=webbrowser.open, args=[server.first_address], daemon=True).start()
+        server.serve_forever()
+    return 0 if interrupts.code() == interrupts.CTRL_C else interrupts.code()
+
+
+@click.command(cls=Command)
+@click.argument("a", metavar="A")
+@click.argument("b", metavar="B")
+@click.option("--out", type=OutputPlace(".parquet", ".csv"), help="Table of the designs that differ: Parquet, CSV.")
+@click.option("--plot", "picture", type=OutputPlace(*PICTURES), help="Draw the fronts: PNG, SVG, PDF.")
+@output_options
+def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, picture: Path | None) -> int:
+    """Compare two results: which designs came, went or changed, how the fronts differ, which settings differ.
+
+    A and B are folders that a command wrote, tables of designs, or scenes; a scene beside a table is compared with
+    the scene in it. Of two scenes with all sizes the quantities that differ stand side by side. The
+    exit code is 0 whether or not they differ; --json says it under "same".
+    """
+    result = camopt.compare(a, b, out=out)
+    if picture:
+        camopt.plot(result, picture)
+    return cli.print_result(result, as_json, quiet, filter(None, (out, picture)))
+
+
+@click.command(cls=Command)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=OutputPlace())
+@output_options
+def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
+    """Check whether files are as camopt wrote them, bit for bit.
+
+    FILE is a table, any other file of a result, or a folder. Tables and parts of sweeps have digests of their own;
+    other files of a result are known by manifest.json beside them, and so are files that are missing, or of another
+    run.
+
+    Ends with 3 if a file is damaged, changed or missing; else with 2 if there is nothing to check one by.
+    """
+    with cli.progress(quiet, ""):
+        result = camopt.check(*files)
+    return cli.print_result(result, as_json, quiet)

@@ -1,0 +1,298 @@
+"""Commands that search designs and motion laws."""
+
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+import camopt
+from camopt import cli, library
+from camopt.cli.options import (
+    DEFAULT_SCENE,
+    PICTURES,
+    Axis,
+    Command,
+    FreeNumber,
+    OutputPlace,
+    Renamed,
+    Share,
+    again_option,
+    changed,
+    check_folder,
+    former_again_option,
+    listed,
+    option_of,
+    output_options,
+    outputs_option,
+    scene_options,
+    scheduler_option,
+)
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@outputs_option
+@output_options
+@click.option("--base-radius", type=Axis(), help="Base radii to sweep, mm.")
+@click.option("--offset", type=Axis(), help="Offsets to sweep, mm, positive to the right.")
+@click.option("--roller-radius", type=Axis(), help="Roller radii to sweep, mm.")
+@click.option(
+    "--vary",
+    type=FreeNumber(),
+    multiple=True,
+    help="Any other number to sweep, by its key, such as follower.dynamics.spring_rate=2:10:1 or arm_length=80.",
+)
+@click.option("--samples", type=int, help="Draw so many designs for each law, in place of a grid; no steps needed.")
+@click.option("--law", multiple=True, help="Motion law to try; repeat the option for several laws.")
+@click.option(
+    "--minimise",
+    callback=listed,
+    metavar="NAME,NAME",
+    help="Quantities that the Pareto front minimises, in place of all objectives of the scene.",
+)
+@click.option(
+    "--maximise",
+    callback=listed,
+    metavar="NAME,NAME",
+    help="Quantities that the Pareto front maximises, in place of all objectives of the scene.",
+)
+@click.option("--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the tables.")
+@click.option(
+    "--keep", type=click.Choice(("pareto", "feasible", "all", "front-only")), default="feasible", show_default=True,
+    help="Which designs to write to designs.parquet. For pareto, whole boxes of designs are decided together where "
+    "that is faster, in large spaces; front-only does the same, and writes none.",
+)  # fmt: skip
+@click.option("--refine", is_flag=True, help="Move each design of the Pareto front off the grid, to an optimum.")
+@click.option(
+    "--thin",
+    type=float,
+    metavar="EPS",
+    help="Shorten the Pareto front: leave out rows of which one that stays costs at most EPS more, in every "
+    "objective (normalised to 0 to 1). It may cost far less in some.",
+)
+@click.option("--workers", type=click.IntRange(1), help="Number of threads; one per core by default.")
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Resume the unfinished sweep in --out, or start one. The same command does so anyway.",
+)
+@click.option(
+    "--part", type=Share(), help="Evaluate one of N equal parts, on any machine; `camopt merge` puts them together."
+)
+@again_option
+@scheduler_option
+def sweep(
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    out: Path,
+    keep: str,
+    workers: int | None,
+    resume: bool,
+    part: tuple[int, int] | None,
+    again: bool,
+    engine: Any,
+    **asked: Any,
+) -> int:
+    """Evaluate every design of a grid, or a sample; write the feasible ones and the Pareto front as tables.
+
+    An interrupted sweep keeps what it has done: the same command goes on from there. If the result is up to date,
+    the same command prints it again.
+    """
+    scene = changed(scene, _searched(**asked))
+    if resume:
+        scene, keep = cli.unfinished_sweep(scene, keep, out, part)
+    check_folder(scene, out)
+    notify = cli.say_lost if quiet else cli.say_note
+    by_boxes = not part and not engine and cli.is_by_boxes(scene, keep)
+    made: Any
+    with cli.progress(quiet, "boxes of designs" if by_boxes else "designs") as advance:
+        if part:
+            made = camopt.sweep_part(
+                scene,
+                part,
+                out=out,
+                keep=keep,
+                workers=workers,
+                progress=advance,
+                engine=engine,
+                tell=notify,
+                again=again,
+            )
+        else:
+            made = camopt.sweep(
+                scene, out, keep=keep, workers=workers, progress=advance, engine=engine, tell=notify, again=again
+            )
+    files = [] if made.already_done else [made.folder] if part else made.files
+    return cli.print_result(made, as_json, quiet, files)
+
+
+def _searched(
+    law: tuple[str, ...],
+    minimise: list[str] | None,
+    maximise: list[str] | None,
+    thin: float | None,
+    refine: bool,
+    vary: tuple[tuple[str, Any], ...],
+    **axes: Any,
+) -> dict[str, tuple[str, Any]]:
+    """What options change in [search]: keys, each with its option and value."""
+    changes = {f"search.{key}": (option_of(key), value) for key, value in axes.items() if value is not None}
+    if minimise or maximise:
+        changes |= {"search.minimise": ("--minimise", minimise), "search.maximise": ("--maximise", maximise)}
+    changes |= {f"search.{key}": (f"--vary {key}", axis) for key, axis in vary}
+    if law:
+        changes |= {"search.law": ("--law", list(law))}
+        changes |= {f"search.law_{stroke}": ("--law", None) for stroke in ("rise", "return")}
+    if thin is not None:
+        changes |= {"search.thin": ("--thin", thin)}
+    if refine:
+        changes |= {"search.refine": ("--refine", True)}
+    return changes
+
+
+@click.command(cls=Command)
+@click.argument("parts", nargs=-1, required=True, metavar="FOLDER...")
+@output_options
+@click.option("--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the tables.")
+@again_option
+def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: bool) -> int:
+    """Put the parts of a sweep together: the tables that one run would have written.
+
+    FOLDERs hold what `camopt sweep --part` wrote, in them or in folders inside them.
+    """
+    with cli.progress(quiet, "designs") as advance:
+        result = camopt.merge(
+            parts, out, progress=advance, tell=cli.say_lost if quiet else cli.say_note, again=again
+        )
+    return cli.print_result(result, as_json, quiet, [] if result.already_done else result.files)
+
+
+NO_SECONDS = 1e-9  # over at once: where none are left, bounds have prices, and nothing is sought without them
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@outputs_option
+@output_options
+@click.option(
+    "--out", type=OutputPlace(), help="Folder to write the smallest cam of each law to, as a scene (TOML)."
+)
+@click.option(
+    "--seconds",
+    type=click.FloatRange(0, min_open=True),
+    default=60,
+    show_default=True,
+    help="Time for the searches. After it, the smallest cam so far is shown, and how much smaller one might be.",
+)
+@former_again_option
+def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float) -> int:
+    """Find the smallest cam of each motion law that meets every limit."""
+    if out:
+        check_folder(scene, out, library.OPTIMUM)
+    if not quiet:
+        cli.say_notes(library.notes_of(scene))
+        named = [*scene.search.minimise, *scene.search.maximise]
+        if named and scene.mechanism.body.size_quantity not in named:
+            cli.say_note(f"search: optimise minimises the size, and not {', '.join(named)}, which sweep does")
+    written = library.publication(out, "optimise", (library.OPTIMUM,)) if out else nullcontext()
+    with written as unit, cli.progress(quiet, "laws") as advance:
+        end = library.now() + seconds
+        result = camopt.optimise(scene, progress=advance, seconds=seconds)
+        if unit:
+            library.write_scenes(result.by_law, unit.staging)
+        result = replace(result, prices=camopt.prices(result, max(end - library.now(), NO_SECONDS)))
+    return cli.print_result(result, as_json, quiet, unit.files if unit else ())
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--out", type=OutputPlace(), default="camopt-out", show_default=True, help="Folder for the scene and the laws."
+)
+@click.option(
+    "--plot",
+    "picture",
+    type=OutputPlace(*PICTURES),
+    help="Draw the cams of new and known laws: PNG, SVG, PDF.",
+)
+@former_again_option
+def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path | None) -> int:
+    """Compute new motion laws (B-splines) that allow the smallest cam."""
+    check_folder(scene, out, library.SCENE_FILE)
+    if not quiet:
+        cli.say_notes(library.lost_ramps(scene))
+    with library.publication(out, "synthesise", library.SYNTHESIS) as unit:
+        with cli.progress(quiet, "starts") as advance:
+            result = camopt.synthesise(scene, progress=advance)
+            known = library.known_laws_of(scene)
+            library.write_laws(result, unit.staging)
+            library.write_comparison(result, known, unit.staging)
+            (prices,) = camopt.prices(result).values()
+        if picture:
+            camopt.plot(result, picture, known=known)
+    result = replace(result, known=known, prices=prices)
+    return cli.print_result(result, as_json, quiet, [*unit.files, *([picture] if picture else [])])
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--axes",
+    default="size,acceleration",
+    show_default=True,
+    help="What to trade off: two or three terms or loads.",
+)
+@click.option(
+    "--values",
+    "points",
+    cls=Renamed,
+    former="--points",
+    type=click.IntRange(2, 500),
+    default=24,
+    show_default=True,
+    help="Number of values for each axis but the first.",
+)
+@click.option(
+    "--out",
+    type=OutputPlace(),
+    default="camopt-out",
+    show_default=True,
+    help="Folder for the table and the picture.",
+)
+@click.option("--workers", type=click.IntRange(1), help="Number of processes; one per core by default.")
+@former_again_option
+@scheduler_option
+def frontier(
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    axes: str,
+    points: int,
+    out: Path,
+    workers: int | None,
+    engine: Any,
+) -> int:
+    """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
+    traded = [axis.strip() for axis in axes.split(",")]
+    tell = None if quiet else cli.say_note
+    if not quiet:
+        cli.say_notes(library.lost_ramps(scene))
+    with (
+        library.publication(out, "frontier", library.FRONTIER_FILES) as unit,
+        cli.progress(quiet, "points") as advance,
+    ):
+        result = camopt.frontier(
+            scene, traded, points=points, workers=workers, progress=advance, engine=engine, tell=tell
+        )
+        library.write_frontier(result, unit.staging)
+        camopt.plot(result, unit.path(library.FRONTIER_FILES[1]))
+    return cli.print_result(result, as_json, quiet, unit.files)
