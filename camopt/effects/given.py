@@ -7,9 +7,10 @@ is 0 then.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import pi
+from functools import cached_property
 from typing import Any, NamedTuple
 
+from camopt.quantities import NUMBER_KEYS, number_turns
 from camopt.trains.train import Train
 
 
@@ -71,54 +72,70 @@ Number = Any
 """A number, an array (designs,), an Interval or a Sloped; None where a scene does not say."""
 
 
-class GivenDynamics(NamedTuple):
+class GivenTable:
+    """The numbers of a table of the scene by key, in mm, s, N, t, rad; each is converted once."""
+
+    def __init__(self, numbers: "GivenNumbers", table: str) -> None:
+        self.numbers, self.table = numbers, table
+
+    def __getattr__(self, name: str) -> Number:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        found = self.__dict__[name] = self.numbers.inside(f"{self.table}.{name}")
+        return found
+
+
+class GivenDynamics(GivenTable):
     """The dynamics of the follower: mm, s, N, t; oscillating: t·mm², N·mm/rad, N·mm, N·mm·s/rad."""
 
-    mass: Number = None
-    damping: Number = 0.0
-    stiffness: Number = 0.0
-    preload: Number = 0.0
-    load: Number = 0.0
-    """Constant external force on the follower, its weight included, positive towards the cam."""
-    friction: Number = 0.0
-    guide_length: Number = None
-    overhang: Number = None
-    stem_diameter: Number = None
-    natural_frequency: Number = None
-    damping_ratio: Number = 0.0
-    fluctuation: Number = None
-    lash: Number = None
-    """The clearance that the tool takes up before what it drives moves, mm (rad)."""
-    lash_variation: Number = 0.0
-    pair_preload: Number = None
-    """With which two contacts press at rest."""
-    pair_stiffness: Number = None
-    """The increase of that by the interference."""
+    @cached_property
+    def mass(self) -> Number:
+        """Mass, or moment of inertia."""
+        return self.inertia if self.numbers.angular else self.numbers.inside(f"{self.table}.mass")
+
+    @cached_property
+    def stiffness(self) -> Number:
+        """Rate of the spring; a straight one with a rate in N/mm has one in N·mm/rad on its lever."""
+        lever = self.spring_at
+        return self.spring_rate if lever is None else self.numbers.times(f"{self.table}.spring_rate", lever**2, 0.0)
+
+    @cached_property
+    def preload(self) -> Number:
+        """Preload of the spring; of a straight one that of its force on its lever."""
+        lever, inside = self.spring_at, self.numbers.inside(f"{self.table}.preload")
+        return inside if lever is None else self.numbers.times(f"{self.table}.preload", lever, 0.0)
+
+    @cached_property
+    def load(self) -> Number:
+        """Constant external force on the follower, its weight included, positive towards the cam."""
+        weight = (0.0 if self.mass is None else self.mass) * self.gravity * 1e3
+        return self.numbers.inside(f"{self.table}.load") + weight
+
+    @cached_property
+    def pair_stiffness(self) -> Number:
+        """Increase of the preload of two contacts by their interference."""
+        return self.numbers.inside("drive.stiffness")
+
+    @cached_property
+    def pair_preload(self) -> Number:
+        """Preload with which two contacts press at rest."""
+        interference = self.numbers.inside("drive.interference")
+        return None if self.pair_stiffness is None or interference is None else self.pair_stiffness * interference
 
 
-class Bodies(NamedTuple):
+class Bodies(GivenTable):
     """The bodies in contact and their lubricant: MPa, mm, N, s."""
 
-    modulus: Number = None
-    """E*, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂."""
-    face_width: Number = None
-    wear_rate: Number = None
-    """Volume worn off the cam by load and sliding distance, mm²/N."""
-    viscosity: Number = None
-    pressure_viscosity: Number = None
-    roughness: Number = None
-    """Root mean square of both surfaces."""
-
-
-class GivenDrive(NamedTuple):
-    """A positive drive: mm, t·mm²."""
-
-    clearance: Number = None
-    """Between the follower and both flanks together, along their normal."""
-    roller_inertia: Number = None
-    """Of the roller about its pin."""
-    friction: Number = None
-    """Between roller and flank."""
+    @cached_property
+    def modulus(self) -> Number:
+        """E* of 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂; None unless modulus and Poisson's ratio of both are known."""
+        compliance: Any = 0.0
+        for body in ("cam", "follower"):
+            modulus, poisson = (getattr(self, f"{body}_{name}") for name in ("modulus", "poisson"))
+            if modulus is None or poisson is None:
+                return None
+            compliance = compliance + (1.0 - poisson**2) / modulus
+        return 1.0 / compliance
 
 
 @dataclass(frozen=True)
@@ -151,64 +168,23 @@ class GivenNumbers:
     def shaft_radius(self) -> Number:
         return self.times("cam.shaft_diameter", 0.5)
 
+    def inside(self, key: str) -> Number:
+        """A number in mm, s, N, t, rad; what it is where the scene does not give it."""
+        record, value = NUMBER_KEYS[key], self[key]
+        turns = number_turns(key, angular=self.angular, tool_turns=self.tool_turns)
+        return record.absent if value is None else record.inside(value, turns=turns)
+
     @property
     def dynamics(self) -> GivenDynamics:
         """The follower's dynamics."""
-        torque, length = 1e3 if self.angular else 1.0, pi / 180 if self.tool_turns else 1.0
-        mass = self.times(f"{OF_FOLLOWER}inertia", 1e3) if self.angular else self.times(f"{OF_FOLLOWER}mass", 1e-3)
-        lever = self._of_follower("spring_at")  # a force on it in N is a moment in N·mm
-        turned = pi / 180 if self.angular else 1.0
-        stiffness, interference = self.times("drive.stiffness", torque), self.times("drive.interference", turned)
-        weight = (0.0 if mass is None else mass) * self._of_follower("gravity", 1.0, 0.0) * 1e3
-        return GivenDynamics(
-            mass=mass,  # t from kg, t·mm² from kg·m²
-            damping=self._of_follower("damping", torque, 0.0),
-            stiffness=self._of_follower("spring_rate", torque if lever is None else lever**2, 0.0),
-            preload=self._of_follower("preload", torque if lever is None else lever, 0.0),
-            load=self._of_follower("load", torque, 0.0) + weight,
-            friction=self._of_follower("friction", 1.0, 0.0),
-            guide_length=self._of_follower("guide_length"),
-            overhang=self._of_follower("overhang"),
-            stem_diameter=self._of_follower("stem_diameter"),
-            natural_frequency=self._of_follower("natural_frequency"),
-            damping_ratio=self._of_follower("damping_ratio", 1.0, 0.0),
-            fluctuation=self._of_follower("fluctuation"),
-            lash=self._of_follower("lash", length),
-            lash_variation=self._of_follower("lash_variation", length, 0.0),
-            pair_preload=None if stiffness is None or interference is None else stiffness * interference,
-            pair_stiffness=stiffness,
-        )
-
-    def _of_follower(self, name: str, factor: Number = 1.0, absent: float | None = None) -> Any:
-        return self.times(f"{OF_FOLLOWER}{name}", factor, absent)
+        return GivenDynamics(self, "follower.dynamics")
 
     @property
     def bodies(self) -> Bodies:
         """The bodies in contact."""
-        return Bodies(
-            modulus=self._modulus,
-            face_width=self["materials.face_width"],
-            wear_rate=self["materials.wear_rate"],
-            viscosity=self.times("materials.viscosity", 1e-6),
-            pressure_viscosity=self.times("materials.pressure_viscosity", 1e-3),
-            roughness=self.times("materials.roughness", 1e-3),
-        )
+        return Bodies(self, "materials")
 
     @property
-    def drive(self) -> GivenDrive:
+    def drive(self) -> GivenTable:
         """The positive drive."""
-        return GivenDrive(self["drive.clearance"], self.times("drive.roller_inertia", 1e3), self["drive.friction"])
-
-    @property
-    def _modulus(self) -> Number:
-        """E* in MPa; None unless modulus and Poisson's ratio of both bodies are known."""
-        compliance: Any = 0.0
-        for body in ("cam", "follower"):
-            modulus, poisson = (self[f"materials.{body}_{name}"] for name in ("modulus", "poisson"))
-            if modulus is None or poisson is None:
-                return None
-            compliance = compliance + (1.0 - poisson**2) / (1e3 * modulus)
-        return 1.0 / compliance
-
-
-OF_FOLLOWER = "follower.dynamics."
+        return GivenTable(self, "drive")

@@ -2,6 +2,8 @@
 
 from typing import Literal, NamedTuple
 
+from camopt.quantities.scene_numbers import NUMBERS
+
 MotionName = Literal["translating", "oscillating"]
 """How followers move, as ``follower.motion`` has it."""
 TipName = Literal["knife", "roller", "flat", "spherical"]
@@ -18,20 +20,15 @@ class FollowerMotion(NamedTuple):
     """Whether its displacement is an angle, and what moves it a moment."""
     unit: str
     """Of its displacement in a scene."""
-    dynamics: tuple[str, ...]
-    """The keys of ``[follower.dynamics]`` that it alone has."""
+
+    @property
+    def dynamics(self) -> tuple[str, ...]:
+        """The keys of ``[follower.dynamics]`` that it alone has."""
+        return tuple(each.name for each in NUMBERS if (each.turns if self.angular else each.slides))
 
 
-TRANSLATING = FollowerMotion(
-    "translating",
-    "a translating",
-    angular=False,
-    unit="mm",
-    dynamics=("mass", "gravity", "guide_length", "overhang", "friction", "stem_diameter"),
-)
-OSCILLATING = FollowerMotion(
-    "oscillating", "an oscillating", angular=True, unit="deg", dynamics=("inertia", "spring_at")
-)
+TRANSLATING = FollowerMotion("translating", "a translating", angular=False, unit="mm")
+OSCILLATING = FollowerMotion("oscillating", "an oscillating", angular=True, unit="deg")
 MOTIONS: dict[str, FollowerMotion] = {motion.name: motion for motion in (TRANSLATING, OSCILLATING)}
 
 

@@ -23,7 +23,7 @@ from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, MeanClaim, claims_of, mean_claim_of, train_claims_of
 from camopt.problem.rows import Columns
-from camopt.quantities import AT_LEAST, AT_MOST, QUANTITIES, SIGNED, Quantity
+from camopt.quantities import AT_LEAST, AT_MOST, QUANTITIES, Quantity
 from camopt.quantities.own import OwnQuantity
 
 ASSEMBLY = "assembly"  # what a design violates that cannot be put together
@@ -229,7 +229,7 @@ class QuantityLimit(Limit):
 
     @property
     def _of_both_signs(self) -> bool:
-        return len(self.quantities) > 1 and self.quantities[0] in SIGNED
+        return len(self.quantities) > 1 and QUANTITIES[self.quantities[0]].signed
 
     @property
     def relation(self) -> str:

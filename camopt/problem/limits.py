@@ -26,71 +26,27 @@ from camopt.problem.limit import (
     SelfCrossing,
     WithinBase,
 )
-from camopt.quantities import BOUNDED, DERIVATIVES, QUANTITIES, motion_quantity
+from camopt.quantities import BOUNDED, DERIVATIVES, motion_quantity
+from camopt.quantities.limit_keys import ERROR_KEYS, LIMIT_KEYS, LOAD_KEYS, PART_KEYS
 from camopt.scene.scene import Scene
 
 NO_FORCE = 1e-9  # N: less than nothing by so much is rounding
 THINNEST = 1e-12  # of the base radius: the wall that a keyway or bore leaves, since a scene has to have one
-LOAD_LIMITS = {
-    "contact_force_min": "contact_force_min_N",
-    "jump_speed": "jump_speed_rpm",
-    "normal_force": "normal_force_max_N",
-    "side_thrust": "side_thrust_max_N",
-    "guide_reaction": "guide_reaction_max_N",
-    "stem_bending_stress": "stem_bending_stress_max_MPa",
-    "jamming_margin": "jamming_margin",
-    "contact_stress": "contact_stress_max_MPa",
-    "wear": "wear_depth_max_um",
-    "sliding_speed": "sliding_speed_max_m_s",
-    "film_ratio": "film_ratio_min",
-    "residual_vibration": "residual_vibration_max_mm",
-    "lash_speed": "lash_speed_max_m_s",
-    "crossing_speed": "crossing_speed_max_m_s",
-    "slip_speed": "slip_speed_max_m_s",
-    "roller_angular_acceleration": "roller_angular_acceleration_max_rad_s2",
-    "contact_force_elastic": "contact_force_elastic_min_N",
-    "torque": "torque_peak_N_m",
-    "power": "power_peak_W",
-}
-"""Short keys of limits on loads: the quantity that each bounds."""
-PART_LIMITS = {
-    "lift_change": "lift_change_max_mm_per_deg",
-    "hub_wall": wall.WALL,
-    "area": "area_mm2",
-    "cam_mass": "cam_mass_kg",
-    "cam_inertia": "cam_inertia_kg_m2",
-    "unbalance": "unbalance_g_mm",
-}
-"""Short keys of limits on the cam as a part, likewise."""
-ERROR_LIMITS = {
-    "position_error": "position_error_max_mm",
-    "velocity_error": "velocity_error_max_m_s",
-    "acceleration_error": "acceleration_error_max_m_s2",
-    "dwell_error": "dwell_error_max_mm",
-}
-"""Short keys of limits on errors by tolerances, likewise."""
+LOAD_LIMITS, PART_LIMITS, ERROR_LIMITS = (
+    {each.key: each.quantity for each in keys} for keys in (LOAD_KEYS, PART_KEYS, ERROR_KEYS)
+)
+"""Short keys of limits on loads, on the part, and on errors by tolerances: the quantity that each bounds."""
 OF_QUANTITIES = LOAD_LIMITS | PART_LIMITS | ERROR_LIMITS | {name: name for name in BOUNDED}
 """All keys that bound just one quantity from one side."""
-_UNITS = [[f"_{unit}" for unit in units] for _, units in DERIVATIVES.values()]
-ANGULAR = {
-    **{units[of]: units[of + 1] for units in _UNITS for of in (0, 2)},
-    "_mm_per_deg": "_deg_per_deg",
-    "_mm": "_deg",
-}
-"""Units of the motion of a follower that oscillates in place of those of one that translates."""
 
 
 def limited_quantity(key: str, setup: Setup) -> str:
-    """The quantity that a key of ``[limits]`` bounds: of a short key in OF_QUANTITIES its quantity, else the key.
+    """The quantity that a key of ``[limits]`` bounds: of a short key its quantity, else the key.
 
     By a short key, a quantity of the motion is that of an angle where what is asked to move, turns.
     """
-    quantity = OF_QUANTITIES.get(key, key)
-    for suffix, angular in ANGULAR.items() if setup.tool_turns and key != quantity else ():
-        swung = quantity.removesuffix(suffix) + angular
-        if quantity.endswith(suffix) and swung in QUANTITIES:
-            return swung
-    return quantity
+    short = LIMIT_KEYS.get(key)
+    return short.quantity_of(turns=setup.tool_turns) if short and short.quantity else key
 
 
 def peaks_of(quantity: str, setup: Setup) -> tuple[Peak, ...]:

@@ -7,26 +7,16 @@ from camopt.effects.contacts import OF_EACH, PLACES
 from camopt.problem.problem import resolve
 from camopt.problem.settings import laws_of
 from camopt.quantities import QUANTITIES
+from camopt.quantities.scene_numbers import NUMBERS, PRESSED
 from camopt.scene.oddities import oddities
 from camopt.scene.scene import Scene
 from camopt.scene.train import CARRIED
 
-LOAD_USERS = ("force", "torque", "thrust", "hertz", "surface", "vibration")
-GUIDED = ("torque", "thrust", "hertz", "surface")
 MASSES = ("follower.dynamics.mass", "follower.dynamics.inertia")
-PRESSING = ("mass", "inertia", "spring_rate", "preload", "spring_at", "damping", "load", "gravity")
-READERS: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(PRESSING, (*LOAD_USERS, "clearance")),
-    **dict.fromkeys(("guide_length", "overhang", "friction"), GUIDED),
-    **dict.fromkeys(("natural_frequency", "damping_ratio"), ("vibration",)),
-    "stem_diameter": ("thrust",),
-    "fluctuation": ("torque",),
-    **dict.fromkeys(("lash", "lash_variation"), ("lash",)),
-    **dict.fromkeys(("cam", "cam_modulus", "cam_poisson"), ("hertz", "surface")),
-    **dict.fromkeys(("follower", "follower_modulus", "follower_poisson"), ("hertz", "surface")),
-    "face_width": ("face", "hertz", "surface"),
-    **dict.fromkeys(("wear_rate", "viscosity", "pressure_viscosity", "roughness"), ("surface",)),
-}
+PRESSING = tuple(each.name for each in NUMBERS if each.read_by == PRESSED)
+READERS = {each.name: each.read_by for each in NUMBERS if each.read_by} | dict.fromkeys(
+    ("cam", "follower"), ("hertz", "surface")
+)
 """The effects that read each key of ``[follower.dynamics]`` and ``[materials]``."""
 
 

@@ -21,14 +21,14 @@ from camopt.quantities.motion_names import (
     motion_quantity,
     motion_unit,
 )
-from camopt.quantities.quantity import AT_LEAST, AT_MOST, SIGNED, Quantity
+from camopt.quantities.quantity import AT_LEAST, AT_MOST, Quantity
 from camopt.quantities.scene_numbers import (
     NUMBER_COLUMNS,
+    NUMBER_KEYS,
     NUMBERS,
-    OF_SPRING,
-    OF_TOOL,
     SPRING_AT,
     number_quantities,
+    number_turns,
 )
 from camopt.quantities.stage_numbers import OF_STAGE, of_stage, stage_quantity
 
@@ -41,13 +41,12 @@ __all__ = [
     "DISCIPLINES",
     "EVERYTHING",
     "GEOMETRY",
+    "NUMBERS",
     "NUMBER_COLUMNS",
-    "OF_SPRING",
+    "NUMBER_KEYS",
     "OF_STAGE",
-    "OF_TOOL",
     "QUANTITIES",
     "RMS_ORDERS",
-    "SIGNED",
     "SPRING_AT",
     "STROKE_WORDS",
     "Flag",
@@ -61,6 +60,7 @@ __all__ = [
     "motion_quantity",
     "motion_unit",
     "number_quantities",
+    "number_turns",
     "stage_quantity",
 ]
 Flag = Literal["undercut", "self_crossing", "feasible", "refined"]
@@ -96,9 +96,12 @@ def _pair_quantities() -> list[Quantity]:
             "",
             "preload",
             "Preload over the least with which no contact lets go; below 1 one does.",
+            least=True,
         ),
         *(
-            Quantity(f"{place}_{name}", symbol, unit, "pair", f"{sentence} {words}")
+            Quantity(
+                f"{place}_{name}", symbol, unit, "pair", f"{sentence} {words}", least=sentence.startswith("Least")
+            )
             for name, symbol, unit, sentence in of_each
             for place, words in places.items()
         ),
@@ -156,6 +159,8 @@ def _vibration_quantities() -> list[Quantity]:
             "N",
             "vibration",
             "Least force along the motion with the elastic train; contact is lost at 0 and below.",
+            least=True,
+            signed=True,
         ),
     ]
 
@@ -196,19 +201,29 @@ _ALL = [
         "sizes",
         "Least gap between the shaft and the profile, or the inner roller of a rib.",
     ),
-    *[Quantity(name, symbol, unit, "sizes", sentence) for _, name, symbol, unit, sentence in NUMBERS],
+    *(each for number in NUMBERS for each in number.quantities),
     *_pair_quantities(),
     *motion_quantities(),
     *mean_quantities(),
     *error_quantities(),
-    Quantity("lift_area_mm_deg", "", "mm·deg", "rms", "Area below the lift over the cam angle, as of a valve."),
-    Quantity("lift_area_deg_deg", "", "deg·deg", "rms", "Area below the follower's angle over the cam angle."),
+    Quantity(
+        "lift_area_mm_deg",
+        "",
+        "mm·deg",
+        "rms",
+        "Area below the lift over the cam angle, as of a valve.",
+        least=True,
+    ),
+    Quantity(
+        "lift_area_deg_deg", "", "deg·deg", "rms", "Area below the follower's angle over the cam angle.", least=True
+    ),
     Quantity(
         "transmission_angle_min_deg",
         "μ_min",
         "deg",
         "transmission",
         "Least transmission angle of the couplers of a train over the turn.",
+        least=True,
     ),
     Quantity(
         "joint_force_max_N",
@@ -217,13 +232,16 @@ _ALL = [
         "joints",
         "Largest force in the pins of couplers, rollers, teeth, levers and faces of a train.",
     ),
-    Quantity("joint_force_max_at_deg", "", "deg", "joints", "Cam angle of the largest force in a joint."),
+    Quantity(
+        "joint_force_max_at_deg", "", "deg", "joints", "Cam angle of the largest force in a joint.", place=True
+    ),
     Quantity(
         "joint_force_max_direction_deg",
         "",
         "deg",
         "joints",
         "Direction of the largest force in a joint, from the slide's motion, or the line of a four-bar's pivots.",
+        place=True,
     ),
     Quantity("pivot_force_max_N", "F_P", "N", "joints", "Largest force on a pivot of a train, wherever it stands."),
     Quantity("slide_thrust_max_N", "", "N", "joints", "Largest force of a train's slides across their guides."),
@@ -244,15 +262,33 @@ _ALL = [
         "pressure",
         "Largest |β| over the turn at the bottom of a groove or foot of a rib, steeper than at the mean radius.",
     ),
-    Quantity("pressure_angle_max_at_deg", "θ_p", "deg", "pressure", "Cam angle of the pitch point (largest |β|)."),
-    Quantity("pitch_circle_radius_mm", "", "mm", "pitch_circle", "Radius of the circle through the pitch point."),
-    Quantity("pitch_curvature_max_per_mm", "κ", "1/mm", "curvature", "Largest curvature of the pitch curve."),
+    Quantity(
+        "pressure_angle_max_at_deg",
+        "θ_p",
+        "deg",
+        "pressure",
+        "Cam angle of the pitch point (largest |β|).",
+        place=True,
+    ),
+    Quantity(
+        "pitch_circle_radius_mm",
+        "",
+        "mm",
+        "pitch_circle",
+        "Radius of the circle through the pitch point.",
+        place=True,
+    ),
+    Quantity(
+        "pitch_curvature_max_per_mm", "κ", "1/mm", "curvature", "Largest curvature of the pitch curve.", signed=True
+    ),
     Quantity(
         "pitch_curvature_min_per_mm",
         "κ",
         "1/mm",
         "curvature",
         "Least curvature of the pitch curve; below 0 where concave.",
+        least=True,
+        signed=True,
     ),
     Quantity(
         "profile_radius_min_mm",
@@ -260,6 +296,7 @@ _ALL = [
         "mm",
         "curvature",
         "Least convex radius of curvature of the profile; 0 or less where the cam is undercut.",
+        least=True,
     ),
     Quantity(
         "cutter_radius_max_mm",
@@ -267,6 +304,7 @@ _ALL = [
         "mm",
         "curvature",
         "Radius of the largest cutter or grinding wheel that reaches every concave flank of a disc cam.",
+        least=True,
     ),
     Quantity("undercut", "", "", "curvature", "Whether the follower cuts away a part of the profile.", bool),
     Quantity(
@@ -284,6 +322,7 @@ _ALL = [
         "reach",
         "Largest reach of the contact along a flat face: from the axis, + to the right if ccw, to the left if cw; "
         "oscillating: from the pivot.",
+        signed=True,
     ),
     Quantity(
         "face_reach_min_mm",
@@ -292,6 +331,8 @@ _ALL = [
         "reach",
         "Least reach of the contact along a flat face, with the sign of the largest: "
         "below 0 on the other side of the axis.",
+        least=True,
+        signed=True,
     ),
     Quantity(
         "face_diameter_min_mm",
@@ -313,6 +354,7 @@ _ALL = [
         "mm",
         "outline",
         "Least wall between a groove in the face of a disc, or a rib on it, and its edge; below 0 it breaks out.",
+        least=True,
     ),
     Quantity(
         "rib_thickness_min_mm",
@@ -321,6 +363,7 @@ _ALL = [
         "rib",
         "Least thickness of a rib, by the normals at both rollers: exact where flanks are arcs about one centre "
         "(lines). At 0 and below there is no rib.",
+        least=True,
     ),
     Quantity(
         "pivot_clearance_min_mm",
@@ -328,57 +371,62 @@ _ALL = [
         "mm",
         "outline",
         "Least distance of the turning cam from the axis of its follower's pivot; below 0 it passes over that.",
+        least=True,
     ),
-    *[
-        Quantity(name, symbol, unit, "force", sentence)
-        for name, symbol, unit, sentence in (
-            (
-                "contact_force_min_N",
-                "F_min",
-                "N",
-                "Least force along the motion; contact is lost at 0 and below, in a groove its other flank bears.",
-            ),
-            ("contact_force_max_N", "F_max", "N", "Largest force along the motion."),
-            ("preload_required_N", "F_0", "N", f"Least preload that {KEEPS_CONTACT}"),
-            ("preload_required_N_m", "M_0", "N·m", f"Least preload that {KEEPS_CONTACT}"),
-            ("spring_rate_required_N_per_mm", "k", "N/mm", f"Least spring rate that {KEEPS_CONTACT}"),
-            ("spring_rate_required_N_m_per_rad", "k", "N·m/rad", f"Least spring rate that {KEEPS_CONTACT}"),
-            (
-                "jump_speed_rpm",
-                "",
-                "rev/min",
-                "Speed of the cam above which contact is lost, in a groove with one flank; 0 where nothing presses "
-                "the follower.",
-            ),
-            ("jump_speed_ratio", "", "", "Jump speed over the speed of the cam."),
-        )
-    ],
+    Quantity(
+        "contact_force_min_N",
+        "F_min",
+        "N",
+        "force",
+        "Least force along the motion; contact is lost at 0 and below, in a groove its other flank bears.",
+        least=True,
+        signed=True,
+    ),
+    Quantity("contact_force_max_N", "F_max", "N", "force", "Largest force along the motion.", signed=True),
+    Quantity("preload_required_N", "F_0", "N", "force", f"Least preload that {KEEPS_CONTACT}"),
+    Quantity("preload_required_N_m", "M_0", "N·m", "force", f"Least preload that {KEEPS_CONTACT}"),
+    Quantity("spring_rate_required_N_per_mm", "k", "N/mm", "force", f"Least spring rate that {KEEPS_CONTACT}"),
+    Quantity(
+        "spring_rate_required_N_m_per_rad", "k", "N·m/rad", "force", f"Least spring rate that {KEEPS_CONTACT}"
+    ),
+    Quantity(
+        "jump_speed_rpm",
+        "",
+        "rev/min",
+        "force",
+        "Speed of the cam above which contact is lost, in a groove with one flank; 0 where nothing presses "
+        "the follower.",
+        least=True,
+    ),
+    Quantity("jump_speed_ratio", "", "", "force", "Jump speed over the speed of the cam.", least=True),
     *_lash_quantities(),
     *_vibration_quantities(),
-    *[
-        Quantity(name, symbol, unit, "torque", sentence)
-        for name, symbol, unit, sentence in (
-            (
-                "torque_max_N_m",
-                "T_max",
-                "N·m",
-                "Largest torque with its sign (torque_peak_N_m has none); a guide's friction adds to it.",
-            ),
-            ("torque_min_N_m", "T_min", "N·m", "Least torque; below 0 where the follower drives the cam."),
-            ("torque_peak_N_m", "", "N·m", "Largest |torque| over the turn."),
-            ("torque_mean_N_m", "T_mean", "N·m", "Mean torque over the turn."),
-            ("torque_rms_N_m", "", "N·m", "Root mean square of the torque over the turn."),
-            ("power_peak_W", "P_max", "W", "Largest |power| over the turn."),
-            ("power_mean_W", "P_mean", "W", "Mean power over the turn."),
-            (
-                "energy_fluctuation_J",
-                "ΔE",
-                "J",
-                "Range of the work of the torque less its mean.",
-            ),
-            ("flywheel_inertia_kg_m2", "I", "kg·m²", "Inertia that keeps the speed within its fluctuation."),
-        )
-    ],
+    Quantity(
+        "torque_max_N_m",
+        "T_max",
+        "N·m",
+        "torque",
+        "Largest torque with its sign (torque_peak_N_m has none); a guide's friction adds to it.",
+        signed=True,
+    ),
+    Quantity(
+        "torque_min_N_m",
+        "T_min",
+        "N·m",
+        "torque",
+        "Least torque; below 0 where the follower drives the cam.",
+        least=True,
+        signed=True,
+    ),
+    Quantity("torque_peak_N_m", "", "N·m", "torque", "Largest |torque| over the turn."),
+    Quantity("torque_mean_N_m", "T_mean", "N·m", "torque", "Mean torque over the turn.", signed=True),
+    Quantity("torque_rms_N_m", "", "N·m", "torque", "Root mean square of the torque over the turn."),
+    Quantity("power_peak_W", "P_max", "W", "torque", "Largest |power| over the turn."),
+    Quantity("power_mean_W", "P_mean", "W", "torque", "Mean power over the turn.", signed=True),
+    Quantity("energy_fluctuation_J", "ΔE", "J", "torque", "Range of the work of the torque less its mean."),
+    Quantity(
+        "flywheel_inertia_kg_m2", "I", "kg·m²", "torque", "Inertia that keeps the speed within its fluctuation."
+    ),
     Quantity(
         "normal_force_max_N", "N", "N", "thrust", "Largest normal force at the contact, guide friction included."
     ),
@@ -391,6 +439,8 @@ _ALL = [
         "",
         "thrust",
         "1 − μ·q·|tan β| where the follower moves outward, in a groove inward too; 0 jams.",
+        least=True,
+        signed=True,
     ),
     Quantity(
         "jamming_angle_deg",
@@ -398,6 +448,7 @@ _ALL = [
         "deg",
         "thrust",
         "Pressure angle at which the follower jams at its lowest position.",
+        place=True,
     ),
     Quantity(
         "contact_stress_max_MPa",
@@ -434,89 +485,144 @@ _ALL = [
         "mm",
         "hertz",
         "Half-length of a point contact across the cam, where its stress is largest.",
+        place=True,
     ),
     Quantity("contact_shear_max_MPa", "τ_max", "MPa", "hertz", "Largest shear stress below the contact."),
-    Quantity("contact_shear_depth_mm", "", "mm", "hertz", "Depth of the largest shear stress below the contact."),
-    *[
-        Quantity(name, symbol, unit, "surface", sentence)
-        for name, symbol, unit, sentence in (
-            ("sliding_speed_max_m_s", "v", "m/s", "Largest sliding speed at the contact."),
-            (
-                "roller_speed_max_rpm",
-                "",
-                "rev/min",
-                "Largest speed of the roller about its pin, if it does not slip.",
-            ),
-            ("entrainment_speed_max_m_s", "u", "m/s", "Largest mean speed of both surfaces over the contact."),
-            (
-                "entrainment_speed_min_m_s",
-                "u",
-                "m/s",
-                "Least mean speed of both surfaces over the contact; at 0, no oil is carried in.",
-            ),
-            ("wear_depth_max_um", "", "µm", "Largest depth worn off the profile in a million turns (Archard)."),
-            (
-                "film_thickness_min_um",
-                "h_min",
-                "µm",
-                "Least thickness of the oil film; 0 where entrainment reverses or contact is lost.",
-            ),
-            ("film_ratio_min", "λ", "", "Least thickness of the oil film over the composite roughness."),
-        )
-    ],
+    Quantity(
+        "contact_shear_depth_mm",
+        "",
+        "mm",
+        "hertz",
+        "Depth of the largest shear stress below the contact.",
+        place=True,
+    ),
+    Quantity("sliding_speed_max_m_s", "v", "m/s", "surface", "Largest sliding speed at the contact."),
+    Quantity(
+        "roller_speed_max_rpm",
+        "",
+        "rev/min",
+        "surface",
+        "Largest speed of the roller about its pin, if it does not slip.",
+    ),
+    Quantity(
+        "entrainment_speed_max_m_s",
+        "u",
+        "m/s",
+        "surface",
+        "Largest mean speed of both surfaces over the contact.",
+        signed=True,
+    ),
+    Quantity(
+        "entrainment_speed_min_m_s",
+        "u",
+        "m/s",
+        "surface",
+        "Least mean speed of both surfaces over the contact; at 0, no oil is carried in.",
+        least=True,
+        signed=True,
+    ),
+    Quantity(
+        "wear_depth_max_um", "", "µm", "surface", "Largest depth worn off the profile in a million turns (Archard)."
+    ),
+    Quantity(
+        "film_thickness_min_um",
+        "h_min",
+        "µm",
+        "surface",
+        "Least thickness of the oil film; 0 where entrainment reverses or contact is lost.",
+        least=True,
+    ),
+    Quantity(
+        "film_ratio_min",
+        "λ",
+        "",
+        "surface",
+        "Least thickness of the oil film over the composite roughness.",
+        least=True,
+    ),
     Quantity("lift_change_max_mm_per_deg", "", "mm/deg", "lift_change", "Largest change of the lift by cam angle."),
     Quantity(
         "lift_change_max_deg_per_deg", "", "deg/deg", "lift_change", "Largest change of the lift by cam angle."
     ),
-    *[
-        Quantity(name, symbol, unit, "clearance", sentence)
-        for name, symbol, unit, sentence in (
-            ("crossing_count", "", "", "How often in a turn the follower crosses to the other flank."),
-            ("crossing_at_deg", "", "deg", "Cam angle at which the fastest crossing begins."),
-            (
-                "crossing_speed_max_m_s",
-                "v",
-                "m/s",
-                "Largest speed along the motion at which a flank is met, after the free flight over the clearance.",
-            ),
-            (
-                "crossing_speed_leading_m_s",
-                "v",
-                "m/s",
-                "Largest speed at which a flank is met, by the formula for a small clearance.",
-            ),
-            ("crossing_time_max_ms", "t", "ms", "Longest free flight over the clearance."),
-            ("slip_speed_max_m_s", "", "m/s", "Largest speed at which a roller slips as it meets the other wall."),
-            (
-                "roller_spin_change_max_rpm",
-                "",
-                "rev/min",
-                "Largest change of the roller's spin that the other wall asks for.",
-            ),
-            (
-                "skidding_time_max_ms",
-                "",
-                "ms",
-                "Longest time a roller skids until friction turns it; infinite if the next crossing begins before.",
-            ),
-            (
-                "roller_angular_acceleration_max_rad_s2",
-                "",
-                "rad/s²",
-                "Largest angular acceleration of a roller that does not slip, on either wall.",
-            ),
-        )
-    ],
     Quantity(
-        "hub_wall_min_mm", "", "mm", "wall", "Least wall from bore or keyway to base circle, hub, groove or rib."
+        "crossing_count",
+        "",
+        "",
+        "clearance",
+        "How often in a turn the follower crosses to the other flank.",
+        place=True,
+    ),
+    Quantity(
+        "crossing_at_deg", "", "deg", "clearance", "Cam angle at which the fastest crossing begins.", place=True
+    ),
+    Quantity(
+        "crossing_speed_max_m_s",
+        "v",
+        "m/s",
+        "clearance",
+        "Largest speed along the motion at which a flank is met, after the free flight over the clearance.",
+    ),
+    Quantity(
+        "crossing_speed_leading_m_s",
+        "v",
+        "m/s",
+        "clearance",
+        "Largest speed at which a flank is met, by the formula for a small clearance.",
+    ),
+    Quantity("crossing_time_max_ms", "t", "ms", "clearance", "Longest free flight over the clearance."),
+    Quantity(
+        "slip_speed_max_m_s",
+        "",
+        "m/s",
+        "clearance",
+        "Largest speed at which a roller slips as it meets the other wall.",
+    ),
+    Quantity(
+        "roller_spin_change_max_rpm",
+        "",
+        "rev/min",
+        "clearance",
+        "Largest change of the roller's spin that the other wall asks for.",
+    ),
+    Quantity(
+        "skidding_time_max_ms",
+        "",
+        "ms",
+        "clearance",
+        "Longest time a roller skids until friction turns it; infinite if the next crossing begins before.",
+    ),
+    Quantity(
+        "roller_angular_acceleration_max_rad_s2",
+        "",
+        "rad/s²",
+        "clearance",
+        "Largest angular acceleration of a roller that does not slip, on either wall.",
+    ),
+    Quantity(
+        "hub_wall_min_mm",
+        "",
+        "mm",
+        "wall",
+        "Least wall from bore or keyway to base circle, hub, groove or rib.",
+        least=True,
     ),
     Quantity("area_mm2", "A", "mm²", "section", "Area inside the profile, bore included."),
     Quantity("profile_length_mm", "L", "mm", "section", "Length of the profile."),
     Quantity(
-        "centroid_x_mm", "x_S", "mm", "section", "Centroid of the area inside the profile, in the cam's own frame."
+        "centroid_x_mm",
+        "x_S",
+        "mm",
+        "section",
+        "Centroid of the area inside the profile, in the cam's own frame.",
+        place=True,
     ),
     Quantity(
-        "centroid_y_mm", "y_S", "mm", "section", "Centroid of the area inside the profile, in the cam's own frame."
+        "centroid_y_mm",
+        "y_S",
+        "mm",
+        "section",
+        "Centroid of the area inside the profile, in the cam's own frame.",
+        place=True,
     ),
     Quantity(
         "polar_moment_mm4",

@@ -34,4 +34,4 @@ class OwnQuantity(Quantity):
 
 def own_quantity(name: str, unit: str, sentence: str, tree: ExpressionNode | FunctionCall) -> OwnQuantity:
     """A quantity of a scene's own."""
-    return OwnQuantity(name, "", unit, OWN, sentence, float, tree)
+    return OwnQuantity(name, "", unit, OWN, sentence, tree=tree)

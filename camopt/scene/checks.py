@@ -13,6 +13,7 @@ from camopt.mechanisms import DRIVEN, SECOND_FIELDS, Mechanism, mechanisms_for
 from camopt.mechanisms.body import BODIES
 from camopt.mechanisms.drive import PRELOAD
 from camopt.mechanisms.follower import FLAT, MOTIONS, Tip
+from camopt.quantities.scene_numbers import NUMBERS
 from camopt.scene.law_forms import NEAR_END, Fault
 from camopt.scene.load import check_load
 from camopt.scene.mapping import at, length, number_of, segments
@@ -28,7 +29,7 @@ from camopt.scene.train import Lifts, check_train, lifts_through
 from camopt.scene.turn import LEAST_MOVE, POSITIONED, check_law, check_turn, highest_of
 
 LARGEST_PLAY = 0.1  # of the radius of a roller: its clearance or interference, which theory takes for small
-GUIDE_KEYS = ("guide_length", "overhang", "friction", "stem_diameter")
+GUIDE_KEYS = tuple(each.name for each in NUMBERS if each.guide)
 """The keys of a guide in ``[follower.dynamics]``."""
 
 

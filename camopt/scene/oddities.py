@@ -7,31 +7,11 @@ from camopt.numerics.neighbours import share_of_noise
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.checks import groove_run
 from camopt.scene.law_forms import NEAR_END, NOISY_POINTS, unsaid_reversal
+from camopt.scene.places import key_of
 from camopt.scene.scene import Scene
+from camopt.scene.schema import TABLES
 from camopt.scene.segments import after_each
 
-LENGTH_RANGE = (0.1, 1e4, "mm")
-USUAL_RANGES = {
-    **dict.fromkeys(("cam.base_radius", "cam.mean_radius", "cam.shaft_diameter"), LENGTH_RANGE),
-    **dict.fromkeys(
-        (f"follower.{k}" for k in ("roller_radius", "roller_spacing", "arm_length", "centre_distance")),
-        LENGTH_RANGE,
-    ),
-    "follower.face_radius": (0.1, 1e6, "mm"),
-    "cam.rpm": (0.01, 1e5, "rev/min"),
-    "follower.dynamics.mass": (1e-5, 1e4, "kg"),
-    "follower.dynamics.inertia": (1e-9, 1e4, "kg·m²"),
-    **dict.fromkeys((f"part.{k}" for k in ("thickness", "disc_gap", "bore")), LENGTH_RANGE),
-    **dict.fromkeys((f"part.{k}" for k in ("hub_diameter", "hub_length")), LENGTH_RANGE),
-    **dict.fromkeys((f"part.{k}" for k in ("keyway_width", "keyway_depth")), LENGTH_RANGE),
-    **dict.fromkeys((f"part.{k}" for k in ("groove_depth", "rib_height")), LENGTH_RANGE),
-    "part.profile_tolerance": (1e-4, 1.0, "mm"),
-    "part.roughness": (0.005, 50.0, "µm"),
-    "part.density": (500.0, 25000.0, "kg/m³"),
-    "materials.cam_modulus": (0.1, 1500.0, "GPa"),
-    "materials.follower_modulus": (0.1, 1500.0, "GPa"),
-}
-"""From where to where a value raises no question, and its unit."""
 NARROW_HUB, USUAL_HUB = 1.5, 1.8
 """Diameters of a hub of steel, in diameters of its bore: below the first, it is told that a keyway leaves little.
 
@@ -163,12 +143,11 @@ def _at_rest(scene: Scene) -> Iterator[str]:
 
 
 def _values(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]]]:
-    for key, usual in USUAL_RANGES.items():
-        value: object = scene
-        for part in key.split("."):
-            value = getattr(value, part, None)
-        if isinstance(value, float):
-            yield key, value, usual
+    keys = (
+        (f"{place}.{name}", key_of(table, name)) for place, table in TABLES.items() for name in table.model_fields
+    )
+    usual = {key: (*record.usual, record.unit) for key, record in keys if record.usual}
+    yield from ((key, value, usual[key]) for key, value in scene.numbers(usual).items() if isinstance(value, float))
     for number, segment in enumerate(scene.motion, start=1):
         if segment.lift:
             unit = scene.mechanism.motion.unit

@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, Field
 
 from camopt.mechanisms import Mechanism
 from camopt.mechanisms.body import DISC, EVERY_BODY, Body
-from camopt.quantities.key import Key
+from camopt.quantities.key import LENGTHS, Key
 from camopt.scene.fits import FIT, SHAFT_FIT
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, length
@@ -70,33 +70,52 @@ class Part(SceneTable):
 
     thickness: Annotated[
         Length | None,
-        Key("Thickness of the plate of a disc cam, or length of a cylindrical cam along its axis", "mm"),
+        Key(
+            "Thickness of the plate of a disc cam, or length of a cylindrical cam along its axis",
+            "mm",
+            example=60,
+            usual=LENGTHS,
+        ),
     ] = None
     disc_gap: Annotated[
         Length | None,
-        Key("Gap between both plates of a conjugate pair, a quarter of their thickness if not given", "mm"),
+        Key(
+            "Gap between both plates of a conjugate pair, a quarter of their thickness if not given",
+            "mm",
+            usual=LENGTHS,
+        ),
     ] = None
     bore: Annotated[
         Length | None,
         Field(json_schema_extra=or_text),
         Key(
-            "Diameter of the bore, or a text of it and its fit, such as 30 H7; that of the shaft if not given", "mm"
+            "Diameter of the bore, or a text of it and its fit, such as 30 H7; that of the shaft if not given",
+            "mm",
+            example=20,
+            usual=LENGTHS,
         ),
     ] = None
     bore_fit: Annotated[Fit | None, Key("Fit of the bore (ISO 286), such as H7")] = None
-    hub_diameter: Annotated[Length | None, Key("Diameter of the hub, at most that of the base circle", "mm")] = None
+    hub_diameter: Annotated[
+        Length | None, Key("Diameter of the hub, at most that of the base circle", "mm", usual=LENGTHS)
+    ] = None
     hub_length: Annotated[
-        Length | None, Key("Length of the whole hub, the plate included, or both plates and their gap", "mm")
+        Length | None,
+        Key("Length of the whole hub, the plate included, or both plates and their gap", "mm", usual=LENGTHS),
     ] = None
     keyway: Annotated[
         Literal["DIN 6885"] | None,
         Key("Standard of the keyway, by which its width and depth follow from the bore: DIN 6885"),
     ] = None
-    keyway_width: Annotated[Length | None, Key("Width of the keyway", "mm")] = None
+    keyway_width: Annotated[Length | None, Key("Width of the keyway", "mm", usual=LENGTHS)] = None
     keyway_fit: Annotated[Fit | None, Key("Fit of the width of the keyway, such as JS9")] = None
     keyway_depth: Annotated[
         Length | None,
-        Key("Depth of the keyway in the hub (t₂ of DIN 6885), from the bore's surface at its middle", "mm"),
+        Key(
+            "Depth of the keyway in the hub (t₂ of DIN 6885), from the bore's surface at its middle",
+            "mm",
+            usual=LENGTHS,
+        ),
     ] = None
     keyway_angle: Annotated[
         Annotated[float, Within(ge=-360, le=360)] | None,
@@ -105,12 +124,14 @@ class Part(SceneTable):
     outer_diameter: Annotated[
         Length | None, Key("Outer diameter of a disc cam with a groove in its face or a rib on it", "mm")
     ] = None
-    groove_depth: Annotated[Length | None, Key("Depth of the groove", "mm")] = None
+    groove_depth: Annotated[Length | None, Key("Depth of the groove", "mm", example=8, usual=LENGTHS)] = None
     rib_height: Annotated[
         Length | None,
         Key(
             "Height of the rib: on a cylinder with the mean radius in its middle, on a disc within the thickness",
             "mm",
+            example=8,
+            usual=LENGTHS,
         ),
     ] = None
     groove_fit: Annotated[
@@ -120,12 +141,18 @@ class Part(SceneTable):
         Length | None, Key("Chamfer of the edges of the groove at 45°, in the drawing alone", "mm")
     ] = None
     outer_fit: Annotated[ShaftFit | None, Key("Fit of the outer diameter of a cylindrical cam, such as h9")] = None
-    density: Annotated[Positive | None, Key("Density; that of ``materials.cam`` if not given", "kg/m³")] = None
-    material: Annotated[Numbered | None, Key("Material in the title block, ``materials.cam`` if not given")] = None
-    hardness: Annotated[OneLine | None, Key("Hardness in the title block, such as 58 + 4 HRC")] = None
+    density: Annotated[
+        Positive | None, Key("Density; that of ``materials.cam`` if not given", "kg/m³", usual=(500.0, 25000.0))
+    ] = None
+    material: Annotated[
+        Numbered | None, Key("Material in the title block, ``materials.cam`` if not given", example="16MnCr5")
+    ] = None
+    hardness: Annotated[
+        OneLine | None, Key("Hardness in the title block, such as 58 + 4 HRC", example="58 + 4 HRC")
+    ] = None
     case_depth: Annotated[OneLine | None, Key("Case hardening depth in the title block, such as 0.8 + 0.4")] = None
-    profile_tolerance: Annotated[Length | None, Key("Tolerance of the profile, ±", "mm")] = None
-    roughness: Annotated[Positive | None, Key("Roughness Ra of the profile", "µm")] = None
+    profile_tolerance: Annotated[Length | None, Key("Tolerance of the profile, ±", "mm", usual=(1e-4, 1.0))] = None
+    roughness: Annotated[Positive | None, Key("Roughness Ra of the profile", "µm", usual=(0.005, 50.0))] = None
     other_roughness: Annotated[Positive | None, Key("Roughness Ra of all other surfaces", "µm")] = None
     general_tolerances: Annotated[OneLine | None, Key("General tolerances of the drawing, such as ISO 2768-mK")] = (
         None

@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from camopt.quantities import OF_SPRING, OF_TOOL
+from camopt.quantities import NUMBER_KEYS, number_turns
 from camopt.quantities.key import Key
 from camopt.scene.choices import StepRange
 from camopt.scene.own_quantities import QuantityExpression
@@ -51,11 +51,8 @@ def without_choice(key: str) -> str:
 
 
 def is_angle(key: str, angular: bool, tool_turns: bool, straight: bool) -> bool:
-    """Whether the motion that a key is about is an angle: that of the follower for its loads, else of the tool.
-
-    The motion of a spring on an arm is none if it is a straight one.
-    """
+    """Whether the motion that a key is about is an angle: that of the follower for its loads, else of the tool."""
     key = without_choice(key)
-    if straight and key in OF_SPRING:
-        return False
-    return angular if key.startswith("follower.") and key not in OF_TOOL else tool_turns
+    if key in NUMBER_KEYS:
+        return number_turns(key, angular=angular, tool_turns=tool_turns, straight=straight)
+    return angular if key.startswith("follower.") else tool_turns

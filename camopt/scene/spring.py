@@ -9,9 +9,12 @@ moment of the straight spring is (F₀ + k·a·sin φ)·a·cos φ: over a swing 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from camopt.quantities import OF_SPRING, SPRING_AT
+from camopt.quantities import NUMBERS, SPRING_AT
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at
+
+OF_SPRING = tuple(each.key for each in NUMBERS if each.of == "spring")
+"""Numbers of the spring, whose moment is a force on its lever if it is a straight one."""
 
 
 def spring_faults(data: Mapping[str, Any]) -> Iterator[Fault]:

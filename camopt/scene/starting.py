@@ -42,52 +42,13 @@ TURN = [
     {"segment": "dwell", "angle": 60},
 ]
 SIZE = 40
-FOLLOWER = {
-    "roller_radius": 10,
-    "face_radius": 10,
-    "arm_length": 80,
-    "centre_distance": 100,
-    "face_offset": 10,
-    "roller_spacing": 50,
-}
-DYNAMICS: dict[str, Any] = {
-    "mass": 0.5,
-    "inertia": 0.01,
-    "spring_rate": 5,
-    "preload": 100,
-    "damping": 0.01,
-    "gravity": 9.81,
-    "guide_length": 60,
-    "overhang": 100,
-    "friction": 0.1,
-    "stem_diameter": 12,
-    "natural_frequency": 200,
-    "damping_ratio": 0.05,
-    "fluctuation": 0.02,
-    "lash": 0.2,
-    "lash_variation": 0.1,
-}
-SWUNG = {"spring_rate": 15, "preload": 6}
-"""In N·m: about 75 N on the arm."""
-DRIVE = {"clearance": 0.02, "roller_inertia": 1e-6, "friction": 0.1}
-MATERIALS: dict[str, Any] = {
-    "cam": "steel",
-    "follower": "steel",
-    "face_width": 15,
-    "wear_rate": 1e-10,
-    "viscosity": 0.05,
-    "pressure_viscosity": 20,
-    "roughness": 0.4,
-}
 HEIGHTS = ("groove_depth", "rib_height")
-PART = {
-    "thickness": 60,
-    "bore": 20,
-    "groove_depth": 8,
-    "rib_height": 8,
-    "material": "16MnCr5",
-    "hardness": "58 + 4 HRC",
-}
+
+
+def _examples(place: str, turns: bool = False) -> dict[str, Any]:
+    """The examples that the keys of a table have."""
+    found = {name: key_of(TABLES[place], name) for name in TABLES[place].model_fields}
+    return {name: record.example_of(turns=turns) for name, record in found.items() if record.example is not None}
 
 
 def plainest(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:
@@ -98,7 +59,7 @@ def plainest(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:
         "follower": {
             "motion": mechanism.motion.name,
             "contact": tip.name,
-            **{key: value for key, value in FOLLOWER.items() if key in own},
+            **{key: value for key, value in _examples("follower").items() if key in own},
         },
         "motion": TURN,
     }
@@ -114,20 +75,20 @@ def examples(scene: Scene) -> dict[str, dict[str, Any]]:
     }
     others |= {*GUIDE_KEYS} if mechanism.further else set()
     drive_keys = mechanism.drive.keys if not mechanism.further else ()  # a preload is none with a clearance
-    swung = SWUNG if mechanism.motion.angular else {}
+    dynamics = _examples("follower.dynamics", mechanism.motion.angular)
     seen = {"face_reach": 80} if tip == FLAT else {"pressure_angle": 45}
     bore = {} if scene.cam.shaft_diameter is None else {"bore": scene.cam.shaft_diameter}
     sizes = {} if scene.profile else {body.size: {"start": size / 2, "stop": 3 * size, "step": 1}}
     return {
-        "cam": {"rotation": "ccw", "rpm": 300},
-        "follower.dynamics": {key: value for key, value in (DYNAMICS | swung).items() if key not in others},
-        "drive": {"kind": mechanism.drive.name} | {k: v for k, v in DRIVE.items() if k in drive_keys},
+        "cam": _examples("cam"),
+        "follower.dynamics": {key: value for key, value in dynamics.items() if key not in others},
+        "drive": {"kind": mechanism.drive.name} | {k: v for k, v in _examples("drive").items() if k in drive_keys},
         "limits": {**seen, "curvature_radius": 1, "torque_rms_N_m": 50},
         "search": {**sizes, **({"law": ["cycloidal", "poly345"]} if laws else {}), "minimise": f"{body.size}_mm"},
         "synthesis": {"minimise": "acceleration"},
-        "materials": MATERIALS,
-        "part": {k: v for k, v in (PART | bore).items() if k not in HEIGHTS or k in body.part},
-        "accuracy": {"relative_error": 1e-9},
+        "materials": _examples("materials"),
+        "part": {k: v for k, v in (_examples("part") | bore).items() if k not in HEIGHTS or k in body.part},
+        "accuracy": _examples("accuracy"),
     }
 
 

@@ -13,6 +13,7 @@ from pydantic import (
     Field,
     Tag,
     ValidationError,
+    create_model,
 )
 from pydantic_core import core_schema
 
@@ -23,7 +24,8 @@ from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.motion.aliases import ALIASES, SEGMENTS, segment_named
 from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
-from camopt.quantities.key import Key
+from camopt.quantities.key import ANYWHERE, LENGTH, LENGTHS, NOT_NEGATIVE, POSITIVE, Key, NumberKey
+from camopt.quantities.scene_numbers import NUMBER_KEYS, numbers_in
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.law_forms import DEGREES
 from camopt.scene.materials import MATERIALS
@@ -56,14 +58,12 @@ class Within:
         return number if source is float else core_schema.nullable_schema(number)
 
 
-SMALLEST_VALUE, LARGEST_VALUE, SLOWEST_RPM = 1e-9, 1e9, 1e-9
+LARGEST_VALUE, SLOWEST_RPM = ANYWHERE["le"], 1e-9
 SceneNumber = Annotated[float, Within()]
-Length = Annotated[float, Within(ge=SMALLEST_VALUE, le=LARGEST_VALUE)]
-ANYWHERE, POSITIVE = Within(ge=-LARGEST_VALUE, le=LARGEST_VALUE), Within(ge=1e-15, le=1e15)
-Anywhere = Annotated[float, ANYWHERE]
-Positive = Annotated[float, POSITIVE]
-NotNegative = Annotated[float, Within(ge=0, le=1e15)]
-Acute = Annotated[float, Within(ge=1e-9, lt=90)]
+Length = Annotated[float, Within(**LENGTH)]
+Anywhere = Annotated[float, Within(**ANYWHERE)]
+Positive = Annotated[float, Within(**POSITIVE)]
+NotNegative = Annotated[float, Within(**NOT_NEGATIVE)]
 
 
 class Name:
@@ -222,6 +222,28 @@ Inner = Annotated[AnyTable, _Checked()]
 """A table within another one."""
 
 
+class TableOfRecords(SceneTable):
+    """A table of which some keys, or all, are made of their records."""
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
+
+
+def with_keys(keys: Mapping[str, tuple[Any, Key]]) -> Callable[[type[AnyTable]], type[AnyTable]]:
+    """A table with more keys, each with the type of its value and its record; none of them is needed."""
+    fields: Any = {name: (Annotated[kind | None, key], None) for name, (kind, key) in keys.items()}
+    return lambda table: create_model(
+        table.__name__, __base__=table, __doc__=table.__doc__, __module__=table.__module__, **fields
+    )
+
+
+def number_keys(numbers: Iterable[NumberKey], **kinds: Any) -> dict[str, tuple[Any, Key]]:
+    """The keys of numbers, each with its type: one that is given, or a number within its bounds."""
+    own = {each.name: each for each in numbers}
+    return {name: (kinds.get(name, Annotated[float, Within(**each.allowed)]), each) for name, each in own.items()}
+
+
 def table_in(hint: Any) -> type[SceneTable] | None:
     """The table that a type has among its members."""
     if isinstance(hint, type) and issubclass(hint, SceneTable):
@@ -253,22 +275,23 @@ class Cam(SceneTable):
         ),
     ]
     rotation: Annotated[
-        Literal["ccw", "cw"], Key("Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw")
+        Literal["ccw", "cw"],
+        Key("Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw", example="ccw"),
     ] = "ccw"
-    rpm: Annotated[
-        Speed | None, Key("Speed of the cam, constant; without it, derivatives are by cam angle", "rev/min")
-    ] = None
+    rpm: Annotated[Speed | None, NUMBER_KEYS["cam.rpm"]] = None
     rpm_of_crank: Annotated[
         Speed | None,
         Key(
             "In place of ``rpm``: speed of the crankshaft of a four-stroke engine, twice that of the cam", "rev/min"
         ),
     ] = None
-    base_radius: Annotated[Length | None, Key("Least radius of the profile of a disc cam", "mm")] = None
-    mean_radius: Annotated[Length | None, Key("Radius at which a cylindrical cam is developed", "mm")] = None
-    shaft_diameter: Annotated[
-        Length | None, Key("Diameter of the shaft, which has to lie within the base circle", "mm")
+    base_radius: Annotated[Length | None, Key("Least radius of the profile of a disc cam", "mm", usual=LENGTHS)] = (
+        None
+    )
+    mean_radius: Annotated[
+        Length | None, Key("Radius at which a cylindrical cam is developed", "mm", usual=LENGTHS)
     ] = None
+    shaft_diameter: Annotated[Length | None, NUMBER_KEYS["cam.shaft_diameter"]] = None
 
 
 def _rows(value: Any) -> Any:
@@ -288,7 +311,8 @@ GivenLoad = Annotated[
 ]
 
 
-class Dynamics(SceneTable):
+@with_keys(number_keys(numbers_in("follower.dynamics"), load=GivenLoad))
+class Dynamics(TableOfRecords):
     """The moving mass and the forces on the follower. An oscillating follower has inertias and moments.
 
     A load that changes over the turn is a list of rows (cam angle from the start of the first segment, 0 to 360
@@ -296,55 +320,6 @@ class Dynamics(SceneTable):
     is made. It goes straight from row to row, and from the last to the first of the next turn; two rows at one cam
     angle (0 and 360 are one) are a jump.
     """
-
-    mass: Annotated[Positive | None, Key("Mass that moves with a translating follower", "kg")] = None
-    inertia: Annotated[
-        Positive | None, Key("Moment of inertia of an oscillating follower about its pivot", "kg·m²")
-    ] = None
-    spring_rate: Annotated[
-        NotNegative | None, Key("Rate of the spring that presses the follower on the cam", "N/mm", "N·m/rad")
-    ] = None
-    preload: Annotated[
-        NotNegative | None, Key("Force (moment) of that spring at the lowest position", "N", "N·m")
-    ] = None
-    spring_at: Annotated[
-        Length | None,
-        Key(
-            "Of an oscillating follower: distance from its pivot at which a straight spring presses "
-            "square to the arm; ``spring_rate`` is then in N/mm, and ``preload`` in N",
-            "mm",
-        ),
-    ] = None
-    damping: Annotated[NotNegative | None, Key("Damping of the follower's motion", "N·s/mm", "N·m·s/rad")] = None
-    load: Annotated[
-        GivenLoad | None, Key("External force (moment) that presses the follower on the cam", "N", "N·m")
-    ] = None
-    gravity: Annotated[
-        Anywhere | None, Key("Acceleration of gravity, positive if it presses the mass on the cam", "m/s²")
-    ] = None
-    guide_length: Annotated[Length | None, Key("Length of the guide of a translating follower", "mm")] = None
-    overhang: Annotated[
-        NotNegative | None,
-        Key("Distance from the guide to the trace point at the lowest position, at least the lift", "mm"),
-    ] = None
-    friction: Annotated[NotNegative | None, Key("Coefficient of friction in the guide", "no unit")] = None
-    stem_diameter: Annotated[Length | None, Key("Diameter of the round stem of a translating follower", "mm")] = (
-        None
-    )
-    natural_frequency: Annotated[Positive | None, Key("Natural frequency of the elastic train", "Hz")] = None
-    damping_ratio: Annotated[
-        Annotated[float, Within(ge=0, lt=1)] | None, Key("Damping ratio of the elastic train", "no unit")
-    ] = None
-    fluctuation: Annotated[
-        Positive | None,
-        Key("Share by which the speed may vary, (largest − least)/mean, for the flywheel", "no unit"),
-    ] = None
-    lash: Annotated[
-        NotNegative | None, Key("Displacement that the follower makes before what it drives moves", "mm", "deg")
-    ] = None
-    lash_variation: Annotated[
-        NotNegative | None, Key("How much larger or smaller the lash may be", "mm", "deg")
-    ] = None
 
 
 class Follower(SceneTable):
@@ -359,13 +334,24 @@ class Follower(SceneTable):
     contact: Annotated[
         TipName, Key("What touches the cam: a knife edge, a roller, a flat face or a spherical (mushroom) face")
     ]
-    roller_radius: Annotated[Length | None, Key("Radius of the roller", "mm")] = None
-    face_radius: Annotated[Length | None, Key("Radius of a spherical face", "mm")] = None
-    face_offset: Annotated[Anywhere | None, Key("Distance of an oscillating flat face from the pivot", "mm")] = None
-    arm_length: Annotated[Length | None, Key("Distance from the pivot to the trace point", "mm")] = None
-    centre_distance: Annotated[Length | None, Key("Distance from the pivot to the cam's axis", "mm")] = None
+    roller_radius: Annotated[Length | None, Key("Radius of the roller", "mm", example=10, usual=LENGTHS)] = None
+    face_radius: Annotated[Length | None, Key("Radius of a spherical face", "mm", example=10, usual=(0.1, 1e6))] = (
+        None
+    )
+    face_offset: Annotated[
+        Anywhere | None, Key("Distance of an oscillating flat face from the pivot", "mm", example=10)
+    ] = None
+    arm_length: Annotated[
+        Length | None, Key("Distance from the pivot to the trace point", "mm", example=80, usual=LENGTHS)
+    ] = None
+    centre_distance: Annotated[
+        Length | None, Key("Distance from the pivot to the cam's axis", "mm", example=100, usual=LENGTHS)
+    ] = None
     roller_spacing: Annotated[
-        Length | None, Key("Distance of the centres of two rollers, which have a rib between them", "mm")
+        Length | None,
+        Key(
+            "Distance of the centres of two rollers, which have a rib between them", "mm", example=50, usual=LENGTHS
+        ),
     ] = None
     offset: Annotated[Anywhere, Key("Offset of a translating follower's axis, positive to the right", "mm")] = 0.0
     dynamics: Annotated[
@@ -373,7 +359,8 @@ class Follower(SceneTable):
     ] = None
 
 
-class Drive(SceneTable):
+@with_keys(number_keys(numbers_in("drive")))
+class Drive(TableOfRecords):
     """What keeps the follower on the cam.
 
     On an open cam a spring, or what else presses the follower on it (``[follower.dynamics]``). A positive drive has
@@ -406,29 +393,6 @@ class Drive(SceneTable):
     arm_length: Annotated[
         Length | None, Key("Length of the arm of the second roller; that of the first if not given", "mm")
     ] = None
-    interference: Annotated[
-        NotNegative | None,
-        Key("By how much two contacts are too near to each other before they are mounted", "mm", "deg"),
-    ] = None
-    stiffness: Annotated[
-        Positive | None, Key("Stiffness of what joins both contacts: rollers, discs and frame", "N/mm", "N·m/rad")
-    ] = None
-    clearance: Annotated[
-        Length | None,
-        Key(
-            "How much wider than the roller a groove is, or thinner than the gap between its two "
-            "rollers a rib: what is crossed where the force turns round",
-            "mm",
-        ),
-    ] = None
-    roller_inertia: Annotated[
-        Positive | None,
-        Key(
-            "Moment of inertia about its pin of a roller that friction turns the other way after each crossing",
-            "kg·m²",
-        ),
-    ] = None
-    friction: Annotated[Positive | None, Key("Coefficient of friction between roller and flank", "no unit")] = None
 
 
 def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:
@@ -660,39 +624,25 @@ Outputs = Annotated[tuple[OutputName, ...], Listed(as_list)]
 Quantities = Annotated[tuple[QuantityName, ...], Listed(as_list)]
 
 
-class Materials(SceneTable):
+@with_keys(number_keys(numbers_in("materials")))
+class Materials(TableOfRecords):
     """The bodies in contact, as names of materials or as numbers, and their lubricant."""
 
     cam: Annotated[
-        MaterialName | None, Key("Material of the cam, for its modulus, Poisson's ratio and density")
+        MaterialName | None,
+        Key("Material of the cam, for its modulus, Poisson's ratio and density", example="steel"),
     ] = None
     follower: Annotated[
-        MaterialName | None, Key("Material of the roller or face, for its modulus and Poisson's ratio")
+        MaterialName | None,
+        Key("Material of the roller or face, for its modulus and Poisson's ratio", example="steel"),
     ] = None
-    cam_modulus: Annotated[Positive | None, Key("Young's modulus of the cam", "GPa")] = None
-    cam_poisson: Annotated[
-        Annotated[float, Within(ge=0, lt=0.5)] | None, Key("Poisson's ratio of the cam", "no unit")
-    ] = None
-    follower_modulus: Annotated[Positive | None, Key("Young's modulus of the follower", "GPa")] = None
-    follower_poisson: Annotated[
-        Annotated[float, Within(ge=0, lt=0.5)] | None, Key("Poisson's ratio of the follower", "no unit")
-    ] = None
-    face_width: Annotated[Length | None, Key("Width of the contact along the cam's axis", "mm")] = None
-    wear_rate: Annotated[Positive | None, Key("Volume worn off the cam by load and sliding distance", "mm²/N")] = (
-        None
-    )
-    viscosity: Annotated[Positive | None, Key("Dynamic viscosity of the lubricant", "Pa·s")] = None
-    pressure_viscosity: Annotated[
-        Positive | None, Key("Increase of the viscosity with pressure, α of η·exp(αp)", "1/GPa")
-    ] = None
-    roughness: Annotated[Positive | None, Key("Composite roughness of both surfaces, root mean square", "µm")] = (
-        None
-    )
 
 
 class Accuracy(SceneTable):
     """Relative error allowed in each reported value."""
 
     relative_error: Annotated[
-        float, Within(ge=1e-14, le=1e-2), Key("Relative error allowed in each reported value", "no unit")
+        float,
+        Within(ge=1e-14, le=1e-2),
+        Key("Relative error allowed in each reported value", "no unit", example=1e-9),
     ] = 1e-9

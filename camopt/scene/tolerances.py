@@ -499,7 +499,7 @@ def _class(place: str, value: Any, key: str, size: float | None) -> Iterator[Fau
     if not isinstance(name, str):
         return
     last = key.rpartition(".")[2]
-    if last not in SEARCHED and key not in SECOND_FIELDS and OF_STAGE.get(last) != "mm":
+    if last not in SEARCHED and key not in SECOND_FIELDS and (last not in OF_STAGE or OF_STAGE[last].unit != "mm"):
         yield (
             place,
             name,

@@ -19,19 +19,18 @@ from camopt.motion.programme import Programme
 from camopt.motion.segments import start_position
 from camopt.motion.train_load import TrainLoad
 from camopt.quantities.key import Key
+from camopt.quantities.stage_numbers import STAGE_NUMBERS
 from camopt.scene.law_forms import Fault
 from camopt.scene.load import constant_and_changing
 from camopt.scene.mapping import at, given_at_follower, tables_in
 from camopt.scene.profile import programme_in
 from camopt.scene.tables import (
-    Anywhere,
     GivenLoad,
-    Length,
-    NotNegative,
-    Positive,
     SceneNumber,
-    SceneTable,
     Switch,
+    TableOfRecords,
+    number_keys,
+    with_keys,
 )
 from camopt.scene.turn import turn_in
 from camopt.trains import TRAIN_STAGES
@@ -43,9 +42,16 @@ NEAR_DEAD_POINT = 1e-6  # of its distance from the start position: a tool so nea
 MOST_STAGES = 20
 LOOKED_AT = 3601  # cam angles of the turn at which a tool beyond a dead point is looked for
 Angle = Annotated[SceneNumber, Field(ge=-360, le=360)]
+ANGLES = ("angle", "input_angle", "output_angle", "guide")
+NUMBERS_OF_STAGE = number_keys(STAGE_NUMBERS, load=GivenLoad, **dict.fromkeys(ANGLES, Angle))
+CROSSED = {"crossed": (Switch, Key("Whether coupler and ground of a four-bar linkage cross"))}
+BEFORE_CROSSED = ("crank", "coupler", "rocker", "ground", "offset", "angle")
+STAGE_KEYS = {**{key: NUMBERS_OF_STAGE[key] for key in BEFORE_CROSSED}, **CROSSED, **NUMBERS_OF_STAGE}
+"""The keys of a stage, in order."""
 
 
-class TrainStage(SceneTable):
+@with_keys(STAGE_KEYS)
+class TrainStage(TableOfRecords):
     """One stage of the train between the follower and the tool, in order from the follower.
 
     With a train, ``[[motion]]`` is that of the tool (or with ``motion_at = "follower"`` of the follower, and the
@@ -72,62 +78,6 @@ class TrainStage(SceneTable):
     """
 
     stage: Annotated[Literal[tuple(TRAIN_STAGES)], Key("What the stage is")]  # type: ignore[valid-type]
-    crank: Annotated[Length | None, Key("Length of the crank", "mm")] = None
-    coupler: Annotated[Length | None, Key("Length of the coupler", "mm")] = None
-    rocker: Annotated[Length | None, Key("Length of the rocker of a four-bar linkage", "mm")] = None
-    ground: Annotated[Length | None, Key("Distance between the two pivots of a four-bar linkage", "mm")] = None
-    offset: Annotated[Anywhere | None, Key("Distance of the slide's line from the pivot of its crank", "mm")] = None
-    angle: Annotated[
-        Angle | None,
-        Key(
-            "Angle of the crank at the start, from the slide's motion, or from the line to the other "
-            "pivot; of an incline, its slope to the motion that drives it",
-            "deg",
-        ),
-    ] = None
-    crossed: Annotated[Switch | None, Key("Whether coupler and ground of a four-bar linkage cross")] = None
-    input_arm: Annotated[
-        Length | None, Key("Length of the arm by which a rocker or bell crank is driven", "mm")
-    ] = None
-    input_angle: Annotated[
-        Angle | None,
-        Key("Angle of the input arm at the start, from the line square to the motion that drives it", "deg"),
-    ] = None
-    output_arm: Annotated[Length | None, Key("Length of the second arm of a rocker", "mm")] = None
-    output_angle: Annotated[
-        Angle | None,
-        Key("Angle of the output arm at the start, from the line square to the motion that it gives", "deg"),
-    ] = None
-    ratio: Annotated[Anywhere | None, Key("Output by input, below 0 if they go opposite ways", "no unit")] = None
-    radius: Annotated[Anywhere | None, Key("Radius of a pinion or drum between an angle and a length", "mm")] = None
-    guide: Annotated[
-        Angle | None,
-        Key("Angle between the motion that drives an incline and the one that it gives, 90 if not given", "deg"),
-    ] = None
-    mass: Annotated[Positive | None, Key("Mass of what the stage moves, where that slides", "kg")] = None
-    inertia: Annotated[
-        Positive | None, Key("Moment of inertia of what the stage moves about its pivot, where that turns", "kg·m²")
-    ] = None
-    arm_inertia: Annotated[
-        Positive | None,
-        Key("Moment of inertia about its pivot of a rocker or bell crank with an ``input_arm``", "kg·m²"),
-    ] = None
-    spring_rate: Annotated[
-        NotNegative | None, Key("Rate of a spring against the motion of what the stage moves", "N/mm", "N·m/rad")
-    ] = None
-    preload: Annotated[
-        Anywhere | None,
-        Key("Force (moment) of that spring at the start, below 0 if it acts with the motion", "N", "N·m"),
-    ] = None
-    load: Annotated[
-        GivenLoad | None, Key("External force (moment) against the motion of what the stage moves", "N", "N·m")
-    ] = None
-    gravity: Annotated[
-        Anywhere | None, Key("Acceleration of gravity, positive if it acts against the motion of that mass", "m/s²")
-    ] = None
-    friction_force: Annotated[
-        NotNegative | None, Key("Force (moment) of friction in the guide of what the stage moves", "N", "N·m")
-    ] = None
 
 
 CARRIED = ("mass", "inertia", "arm_inertia", "spring_rate", "preload", "load", "gravity", "friction_force")

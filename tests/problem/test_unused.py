@@ -7,11 +7,12 @@ import pytest
 
 from camopt import evaluate, find_scene, load
 from camopt.cli.main import main
-from camopt.problem.unused import LOAD_USERS, PRESSING, READERS, constant_objectives, unanswered, unused
+from camopt.problem.unused import PRESSING, READERS, constant_objectives, unanswered, unused
 from camopt.quantities import QUANTITIES
+from camopt.quantities.scene_numbers import PRESSED
 from camopt.scene.tables import Dynamics, Materials
 
-READING = (*LOAD_USERS, "lash")
+READING = (*(each for each in PRESSED if each != "clearance"), "lash")
 GIVEN = {
     "cam.rpm": 600,
     "follower.dynamics": {

@@ -7,6 +7,8 @@ from math import pi
 import pytest
 
 import camopt
+from camopt.quantities import NUMBER_KEYS, QUANTITIES, number_quantities
+from camopt.scene.places import is_angle
 
 pytest.importorskip("pint")
 LB, IN, LBF = 0.45359237, 25.4, 4.4482216152605  # kg, mm, N: NIST SP 811, appendix B
@@ -89,6 +91,15 @@ def test_what_is_none_is_told_once(key, text, line):
         camopt.find_scene("roller-1000rpm").replace(**{key: text})
     assert [mistake.key for mistake in told.value.mistakes][:1] == [key]
     assert len(told.value.mistakes) == 1
+
+
+@pytest.mark.parametrize("key", NUMBER_KEYS)
+def test_a_unit_that_is_read_is_that_of_the_column(key):
+    """Of a follower that swings and drives a slide by a train, and the other way round."""
+    for angular in (False, True):
+        turns = {"angular": angular, "tool_turns": not angular}
+        read = NUMBER_KEYS[key].unit_of(turns=is_angle(key, **turns, straight=False))
+        assert read.replace("no unit", "") == QUANTITIES[number_quantities(**turns)[key]].unit
 
 
 WITHOUT_SOURCES = """

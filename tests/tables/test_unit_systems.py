@@ -47,7 +47,7 @@ from camopt.tables.cells import shown_name, suffix_of
 PINT = UnitRegistry()
 UNITS = sorted(
     {quantity.unit for quantity in QUANTITIES.values()}
-    | {unit for both in OF_STAGE.values() for unit in both.split(", ")}
+    | {each.column_unit(turns=turns) for each in OF_STAGE.values() for turns in (False, True)}
     | {unit for unit, _ in (*COLUMN_NOTES.values(), *FORM.values())}
     | {"mm/min", "mm³", "kg/m³"}
 )

@@ -9,7 +9,7 @@ from support.trains import random_train
 import camopt
 from camopt import Scene
 from camopt.mistakes import BadInput
-from camopt.quantities import AT_LEAST, QUANTITIES, SIGNED
+from camopt.quantities import AT_LEAST, QUANTITIES
 from camopt.trains import TRAIN_STAGES
 
 NEAR = 1e-9
@@ -63,7 +63,7 @@ def random_case(seed):
         found = drawn_scene(rng)
     scene, cam = found
     names = [each for each in cam if each in QUANTITIES and QUANTITIES[each].relation]
-    names = [each for each in names if np.isfinite(cam[each]) and (cam[each] > 1e-6 or each in SIGNED)]
+    names = [each for each in names if np.isfinite(cam[each]) and (cam[each] > 1e-6 or QUANTITIES[each].signed)]
     limits, broken = {}, set()
     for name in rng.permutation(names)[:LIMITS]:
         share, beyond = float(rng.choice([NEAR, 0.1])), bool(rng.integers(2))

@@ -20,7 +20,7 @@ from camopt.numerics.curves import curve
 from camopt.numerics.panels import derivatives
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve, resolve_design
-from camopt.scene.limits import ShortLimits
+from camopt.quantities.limit_keys import LIMIT_KEYS
 from camopt.verdicts.certify import certify_limits
 from camopt.verdicts.exact_motion import exact_motion, motion_at
 
@@ -139,7 +139,7 @@ def test_limits_through_a_train_are_decided_next_to_their_bounds(contact, key):
     if name is None or not np.isfinite(value) or value <= 0.0:
         pytest.skip("this mechanism has none, or no finite one")
     for share in (1.0 + NEAR, 1.0 - NEAR):
-        asked = key if key in ShortLimits.model_fields else name
+        asked = key if key in LIMIT_KEYS else name
         scene = scene_of(contact, **{asked: value * share})
         holds = (share > 1.0) != (key == "curvature_radius")
         problem = resolve_design(scene)

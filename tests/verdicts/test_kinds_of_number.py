@@ -33,7 +33,8 @@ from camopt.quantities import (
     motion_mean,
     motion_quantity,
 )
-from camopt.scene.limits import Limits, ShortLimits
+from camopt.quantities.limit_keys import LIMIT_KEYS
+from camopt.scene.limits import Limits
 from camopt.scene.synthesis import SynthesisSettings
 from camopt.smallest.enclosure import claims_on_size, examined, means_on_size
 from camopt.synthesis import ceilings
@@ -173,7 +174,7 @@ def reached(contact, key):
 
 PAIRS = [(contact, key) for contact in CAMS for key in limits_of(contact)]
 ENDS = ("held", "broken")
-SHORT = {*ShortLimits.model_fields}
+SHORT = {*LIMIT_KEYS}
 
 
 def sides_of(contact, key):

@@ -19,7 +19,7 @@ from camopt import Scene
 from camopt.cli.main import camopt as command
 from camopt.problem.problem import resolve
 from camopt.quantities import BOUNDED, QUANTITIES
-from camopt.scene.limits import ShortLimits
+from camopt.quantities.limit_keys import LIMIT_KEYS
 from camopt.scene.places import key_of
 from camopt.scene.schema import scene_schema
 from camopt.scene.tables import SceneTable
@@ -42,7 +42,7 @@ KEYS = [
     (model, key)
     for model in tables()
     for key in vars(model).get("__annotations__", {})
-    if key in model.model_fields and key not in BOUNDED.keys() - ShortLimits.model_fields.keys()
+    if key in model.model_fields and key not in BOUNDED.keys() - LIMIT_KEYS.keys()
 ]
 
 
@@ -57,7 +57,7 @@ def test_a_key_says_what_it_is_and_a_number_its_unit(model, key):
 
 def test_a_limit_by_the_name_of_a_quantity_says_so_in_the_schema():
     described = scene_schema()["definitions"]["Limits"]["properties"]
-    for name in BOUNDED.keys() - ShortLimits.model_fields.keys():
+    for name in BOUNDED.keys() - LIMIT_KEYS.keys():
         assert f"``{name}``. Unit: {BOUNDED[name].unit or 'no unit'}." in described[name]["description"]
 
 

@@ -13,8 +13,8 @@ from camopt.mechanisms.follower import Tip
 from camopt.problem.limits import Limit
 from camopt.problem.problem import resolve
 from camopt.problem.unused import READERS
+from camopt.quantities.limit_keys import LIMIT_KEYS
 from camopt.scene.keys import KeyInWords, keys_of
-from camopt.scene.limits import ShortLimits
 from camopt.scene.materials import MATERIALS
 from camopt.scene.places import TOP, table_heading
 from camopt.scene.schema import TABLES
@@ -100,7 +100,7 @@ ERRORS = {"tolerances.profile": 0.02, "tolerances.waves": 9}
 @cache
 def limits() -> dict[str, list[Limit]]:
     """Every limit by its key, as it is for each mechanism that may have it."""
-    found: dict[str, list[Limit]] = {key: [] for key in ShortLimits.model_fields}
+    found: dict[str, list[Limit]] = {key: [] for key in LIMIT_KEYS}
     for (mechanism, tip), key in product(PAIRINGS.values(), found):
         with suppress(BadInput):  # this follower has no such limit
             scene = scene_of(mechanism, tip, full=True).replace(
@@ -112,7 +112,7 @@ def limits() -> dict[str, list[Limit]]:
 
 def of_limits() -> Iterator[str]:
     """The keys of ``[limits]``, each with the quantities that it is compared with."""
-    for key in keys_of("limits", ShortLimits.model_fields):
+    for key in keys_of("limits", LIMIT_KEYS):
         each = limits()[key.key.removeprefix("limits.")]
         relation = each[0].relation
         compared = dict.fromkeys(name for limit in each for name in limit.shown)
