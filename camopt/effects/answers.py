@@ -1,11 +1,13 @@
 """How the motion answers to a small error of cam or follower, to first order: one formula for all errors.
 
-With the outward normal N of the pitch curve (of a flat face: of the face) where the follower touches, an error that
-moves the trace point by δq while the displacement stays, and a profile that stands out by δn along the normal, the
-follower moves by
+A real follower touches the point that a nominal one touches at the cam angle φ when the cam has turned on by τ, and
+stands further out by m then (``mechanisms.rest``). So it is off by m − (y(φ + τ) − y(φ)) at that cam angle, and to
+first order by
 
-    δ = (|N|·δn − N·δq) / (N·u),    u = ∂q/∂y
+    δ = m − y'·τ
 
+with the derivatives of both by the error: the formula is run on numbers of two terms, the value and its derivatives
+by all errors.
 What is left out is of second order: below 0.05 µm for errors of 10 µm. Velocity and acceleration are those of the
 series of δ by the cam angle, which come of the motion's own. Of two contacts that are equally stiff, each with the
 error of its own motion, the follower is off by δ = (e₁ − e₂)/2 (``tolerances.two_contacts``).
@@ -33,11 +35,11 @@ import numpy as np
 from camopt.effects.case import Setup
 from camopt.effects.contacts import contacts_of
 from camopt.mechanisms.design import FIELDS, Designs, Mechanism
-from camopt.mechanisms.rest import ContactPoint, Shift
+from camopt.mechanisms.rest import Off
 from camopt.motion.driven import train_follower
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.taylor import Series, Taylor
+from camopt.numerics.taylor import Series, Taylor, direction
 from camopt.trains.train import Train
 
 ORDERS = 3
@@ -90,17 +92,18 @@ def outward_of(mechanism: Mechanism) -> float:
 
 
 def most_of_profile(answer: FloatArray, zone: float, waves: int | None) -> FloatArray:
-    """The largest magnitude of what a profile within a zone makes, with so many waves in a turn, (3, …)."""
-    g, g1, g2 = np.abs(answer)
+    """The largest magnitude of what a profile within a zone makes, with so many waves in a turn, (orders, …)."""
+    g, most, n = np.abs(answer), [np.abs(answer[0])], inf if waves is None else float(waves)
     if waves is None:
-        return zone * np.array([g, np.full_like(g, inf), np.full_like(g, inf)])
-    n = float(waves)
-    return zone * np.array([g, np.hypot(g1, n * g), g2 + n * np.hypot(2.0 * g1, n * g)])
+        most += [np.full_like(g[0], inf)] * (len(g) - 1)
+    elif len(g) > 1:
+        most += [np.hypot(g[1], n * g[0]), *(each + n * np.hypot(2.0 * g[1], n * g[0]) for each in g[2:])]
+    return zone * np.array(most)
 
 
-def derivatives_of(found: Series, shape: tuple[int, ...]) -> FloatArray:
-    """Those of a series by the cam angle, to the order of the acceleration, (3, *shape)."""
-    return np.array([np.broadcast_to(found.derivative(order), shape) for order in range(ORDERS)])
+def derivatives_of(found: Series, shape: tuple[int, ...], orders: int = ORDERS) -> FloatArray:
+    """Those of a series by the cam angle, (orders, *shape): to that of the acceleration unless told."""
+    return np.array([np.broadcast_to(found.derivative(order), shape) for order in range(orders)])
 
 
 def moved_by_link(made: Train, train: Train, programme: Programme, angles: FloatArray) -> Series:
@@ -125,32 +128,31 @@ class Answers:
     designs: Designs
     programme: Programme
     angles: FloatArray
+    orders: int = ORDERS
+    """How many terms series have."""
 
     def to_number(self, key: str) -> Series:
         """To a size of the follower or an angle that is larger than it should be, or a profile that stands out."""
-        if key == "profile":
-            return self.to_profile
         if key == "phase":
             return self.motion[1]
-        return self.to_tilt if key == "face_tilt" else self.to_size(FIELDS[key.rpartition(".")[2]])
+        return self._to[key] if key in ("profile", "face_tilt") else self.to_size(FIELDS[key.rpartition(".")[2]])
 
     def to_size(self, field: str) -> Series:
         """To a size of the follower, by field of ``Designs``, that is larger than it should be."""
-        return self.to_profile if field == "roller_radius" else self._to_shift(self._shifts[field])
+        return self._to["profile" if field == "roller_radius" else field]
 
-    @cached_property
+    @property
     def to_profile(self) -> Series:
         """To a profile that stands out along its normal everywhere, as to a roller that is larger by as much.
 
         A roller in a groove is held from both sides: there it is the middle of the groove that is off.
         """
-        return self._answer(self._length)
+        return self._to["profile"]
 
     def to_waves(self, count: int) -> tuple[Series, Series]:
         """To a profile that stands out as a cosine, and as a sine, of so many waves in a turn."""
-        turned = self._straight(count * self.angles, float(count))
-        cosine, sine = (self._answer(self._length * each) for each in (np.cos(turned), np.sin(turned)))
-        return cosine, sine
+        cosine, sine = direction(self._straight(float(count)))
+        return self.to_profile * cosine, self.to_profile * sine
 
     @cached_property
     def to_bore(self) -> tuple[Series, Series]:
@@ -158,62 +160,52 @@ class Answers:
 
         On a cylinder the part along the surface counts; what is across makes the groove deeper, and moves nothing.
         """
-        sense = self.designs.sense
-        turned = self._straight(sense * self.angles, sense)
-        cosine, sine, still = np.cos(turned), np.sin(turned), turned * 0.0
-        developed = self.mechanism.body.developed
-        ways = ((cosine, still), (-sine, still)) if developed else ((cosine, sine), (-sine, cosine))
-        first, second = (-self._to_shift(each) for each in ways)
-        return first, second
-
-    @cached_property
-    def to_tilt(self) -> Series:
-        """To a translating flat face that is tilted about where the axis of its stem meets it."""
-        return self._to_shift((0.0, self._contact.x - self.designs.offset))
+        x, y = self._to["x"], self._to["y"]
+        cosine, sine = direction(self._straight(self.designs.sense))
+        if self.mechanism.body.developed:
+            x, y = -(self.motion[1] / self.designs.size), y * 0.0
+        return x * cosine + y * sine, y * cosine - x * sine
 
     @cached_property
     def motion(self) -> tuple[Series, Series]:
         """Displacement and velocity of the follower."""
         y, y1, y2, y3 = self.programme.at(self.angles)
-        return Taylor([y, y1, y2 / 2]), Taylor([y1, y2, y3 / 2])
-
-    def _to_shift(self, shift: Shift) -> Series:
-        """To a shift of the trace point while the displacement stays."""
-        return self._answer(-self._along(shift))
-
-    def _answer(self, off: Series) -> Series:
-        """To a normal of N that is off by a series, in units of |N|."""
-        return off / self._along(self._shifts["displacement"])
-
-    def _along(self, shift: Shift) -> Series:
-        """N·shift."""
-        return self._contact.across * shift[0] + self._contact.up * shift[1]
+        return Taylor([y, y1, y2 / 2][: self.orders]), Taylor([y1, y2, y3 / 2][: self.orders])
 
     @cached_property
-    def _contact(self) -> ContactPoint:
-        angle = self._straight(self.angles, 1.0)
-        return self.mechanism.contact(self.designs, self.programme.lift, angle, *self.motion)
+    def _to(self) -> dict[str, Series]:
+        """To each size by field, the profile, the tilt of a face, and the bore's axis in the ground; all at once.
 
-    @cached_property
-    def _length(self) -> Series:
-        """|N|."""
-        normal = self._contact
-        return (normal.across * normal.across + normal.up * normal.up).root()
+        A profile that stands out moves the point that is touched as a bore does, along the normal.
+        """
+        sizes = [field for field in self.mechanism.sizes if field != "roller_radius"]
+        names, zero = [*sizes, "x", "y", *["face_tilt"] * self.mechanism.flat_faced], self.motion[0] * 0.0
+        shape = np.broadcast_shapes(self.angles.shape, np.shape(self.designs.size))
+        units = np.eye(len(names)).reshape(len(names), len(names), *[1] * len(shape))
+        of = {name: Taylor([zero, zero + unit]) for name, unit in zip(names, units, strict=True)}
+        off = Off({field: of[field] for field in sizes}, bore=(of["x"], of["y"]), tilt=of.get("face_tilt", 0.0))
+        y, y1 = (Taylor([each, zero]) for each in self.motion)
+        moved, turned = self.mechanism.rest(self.designs, self.programme.lift, y, y1, off)
+        found = moved.terms[1] - self.motion[1] * turned.terms[1]
+        every = [np.broadcast_to(term, (len(names), *shape)) for term in found.terms]
+        to = {name: Taylor([term[k] for term in every]) for k, name in enumerate(names)}
+        at = self.mechanism.contact(self.designs, self.programme.lift, self._straight(1.0), *self.motion)
+        length = (at.across * at.across + at.up * at.up).root()
+        return to | {"profile": (to["x"] * at.across + to["y"] * at.up) / length}
 
-    @cached_property
-    def _shifts(self) -> dict[str, Shift]:
-        return self.mechanism.shifts(self.designs, self.programme.lift, *self.motion)
-
-    def _straight(self, value: FloatArray, slope: float) -> Series:
-        """A series that is straight."""
-        return Taylor([value, np.full_like(value, slope), np.zeros_like(value)])
+    def _straight(self, count: float) -> Taylor:
+        """So many turns in one of the cam."""
+        terms = count * self.angles, np.full_like(self.angles, count), np.zeros_like(self.angles)
+        return Taylor(terms[: self.orders])
 
 
-def answers_of(setup: Setup, designs: Designs, programme: Programme, angles: FloatArray) -> list[Answers]:
+def answers_of(
+    setup: Setup, designs: Designs, programme: Programme, angles: FloatArray, orders: int = ORDERS
+) -> list[Answers]:
     """Those of all contacts of a follower, each of its own motion."""
     first, *others = contacts_of(setup)
-    found = [Answers(first.mechanism, designs, programme, angles)]
+    found = [Answers(first.mechanism, designs, programme, angles, orders)]
     for each in others:
         own = each.mechanism.prescribed(replace(programme, asked=None))
-        found.append(Answers(each.mechanism, each.seen(designs), own, angles))
+        found.append(Answers(each.mechanism, each.seen(designs), own, angles, orders))
     return found

@@ -9,7 +9,7 @@ A profile adds the most that one within its zone makes (``answers.most_of_profil
 is off by ε the length ε·√(a² + b²) of its two answers, or of the same derivatives of both.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, pi, sin
@@ -58,11 +58,14 @@ class ToolAnswers:
 
     case: Case
     angles: FloatArray
+    orders: int = 1
+    """How many derivatives, the displacement first."""
 
     @cached_property
     def contacts(self) -> list[Answers]:
         """Those of the follower's contacts, each of its own motion."""
-        return answers_of(self.case.setup, _columns(self.case.designs), self.case.programme, self.angles)
+        setup, designs = self.case.setup, _columns(self.case.designs)
+        return answers_of(setup, designs, self.case.programme, self.angles, self.orders)
 
     @property
     def given(self) -> GivenErrors:
@@ -133,7 +136,7 @@ class ToolAnswers:
         return self._terms(found if self._ratio is None else found * self._ratio)
 
     def _terms(self, found: Series) -> FloatArray:
-        return derivatives_of(found, (len(self.case.designs), self.angles.shape[-1]))
+        return derivatives_of(found, (len(self.case.designs), self.angles.shape[-1]), self.orders)
 
 
 def _columns(designs: Designs) -> Designs:
@@ -146,12 +149,12 @@ def _of_band(answer: FloatArray, band: Band) -> Ends:
     return Ends(np.minimum(*ends), np.maximum(*ends))
 
 
-def largest_error(case: Case, order: int) -> FloatArray:
-    """The largest error of position, velocity or acceleration of designs, (designs,), mm (rad) by powers of rad."""
+def largest_errors(case: Case, orders: Sequence[int]) -> FloatArray:
+    """The largest errors of position, velocity and acceleration, (orders, designs), mm (rad) by powers of rad."""
     count = len(case.designs)
     some = (np.arange(first, min(first + AT_ONCE, count)) for first in range(0, count, AT_ONCE))
-    found = [_largest(replace(case, designs=case.designs.take(each)), order) for each in some]
-    return np.concatenate([np.zeros(0), *found])
+    found = [_largest(replace(case, designs=case.designs.take(each)), orders) for each in some]
+    return np.concatenate([np.zeros((len(orders), 0)), *found], axis=1)
 
 
 def dwell_errors(case: Case) -> FloatArray:
@@ -163,29 +166,36 @@ def dwell_errors(case: Case) -> FloatArray:
     return np.asarray(np.max(found, axis=0))
 
 
-def _worst(case: Case, angles: FloatArray) -> FloatArray:
+def _worst(case: Case, angles: FloatArray, orders: int) -> FloatArray:
     """(orders, designs, angles)."""
-    every = [*ToolAnswers(case, angles).ends()]
+    every = [*ToolAnswers(case, angles, orders).ends()]
     return np.maximum(-sum(each.lower for each in every), sum(each.upper for each in every))
 
 
-def _largest(case: Case, order: int) -> FloatArray:
-    nodes, rows = _nodes(case), np.arange(len(case.designs))[:, None]
-    every = _worst(case, nodes)
-    values, found = every[order], every[: order + 1].max(axis=2)
-    if not np.isfinite(values).all():
-        return np.asarray(found[order])
+def _largest(case: Case, orders: Sequence[int]) -> FloatArray:
+    nodes = _nodes(case)
+    every = _worst(case, nodes, 1 + max(orders))
+    found = every.max(axis=2)
+    for order in orders:
+        if np.isfinite(every[order]).all():
+            np.maximum(found[: order + 1], _zoomed(case, nodes, every, order), out=found[: order + 1])
+    return np.asarray(_with_impulses(case, found)[[*orders]])
+
+
+def _zoomed(case: Case, nodes: FloatArray, every: FloatArray, order: int) -> FloatArray:
+    """The largest of orders up to one, closer and closer about the highest of it."""
+    values, found, rows = every[order], every[: order + 1].max(axis=2), np.arange(len(case.designs))[:, None]
     rising = values >= np.roll(values, 1, axis=1)
     tops = np.where(rising & (values >= np.roll(values, -1, axis=1)), values, -inf)
     places = np.argpartition(-tops, TOPS - 1, axis=1)[:, :TOPS]
     low, high = nodes[np.maximum(places - 1, 0)], nodes[np.minimum(places + 1, nodes.size - 1)]
     for _ in range(ZOOMS):
         angles = low[..., None] + (high - low)[..., None] * np.linspace(0.0, 1.0, FINER)
-        here = _worst(case, angles.reshape(len(rows), -1))[order].reshape(angles.shape)
-        found[order] = np.maximum(found[order], here.max(axis=(1, 2)))
-        ends = (np.clip(here.argmax(axis=2) + side, 0, FINER - 1) for side in (-1, 1))
+        here = _worst(case, angles.reshape(len(rows), -1), order + 1).reshape(-1, *angles.shape)
+        found = np.maximum(found, here.max(axis=(2, 3)))
+        ends = (np.clip(here[order].argmax(axis=2) + side, 0, FINER - 1) for side in (-1, 1))
         low, high = (angles[rows, np.arange(TOPS), end] for end in ends)
-    return np.asarray(_with_impulses(case, found)[order])
+    return found
 
 
 def _with_impulses(case: Case, found: FloatArray) -> FloatArray:
@@ -193,7 +203,9 @@ def _with_impulses(case: Case, found: FloatArray) -> FloatArray:
     places, turn = np.array([jump.at for jump in case.programme.jumps]), case.programme.strokes[-1].end
     if not places.size:
         return found
-    before, after = ([*ToolAnswers(case, np.mod(places + side, turn)).ends()] for side in (-JUMP_SIDE, JUMP_SIDE))
+    before, after = (
+        [*ToolAnswers(case, np.mod(places + side, turn), len(found)).ends()] for side in (-JUMP_SIDE, JUMP_SIDE)
+    )
     for left, right in zip(before, after, strict=True):
         for order in range(len(found) - 1):
             with np.errstate(invalid="ignore"):

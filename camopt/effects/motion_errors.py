@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Case, Effect, Setup
-from camopt.effects.error_extremes import dwell_errors, largest_error
+from camopt.effects.error_extremes import dwell_errors, largest_errors
 from camopt.effects.error_rates import rate_curve
 from camopt.effects.given import NO_BAND, GivenErrors
 from camopt.effects.motion import derivative_scale, error_names, scale
@@ -231,7 +231,10 @@ def _by_sampling(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     """Those that no curve tells."""
     *rates, dwell = error_names(case.setup)
     every = {name: order for order, name in enumerate(rates) if name in wanted}
-    found: dict[str, Any] = {name: scale(case.each, k) * largest_error(case, k) for name, k in every.items()}
+    largest = largest_errors(case, [*every.values()])
+    found: dict[str, Any] = {
+        name: scale(case.each, k) * each for (name, k), each in zip(every.items(), largest, strict=True)
+    }
     if dwell in wanted:
         found[dwell] = scale(case.setup, 0) * dwell_errors(case)
     return found

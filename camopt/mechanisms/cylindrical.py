@@ -94,7 +94,6 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0",
     contact=_contact,
-    shifts=lambda design, lift, y, y1: {"displacement": (0.0, 1.0)},
     rest=_rest,
     pitch=without_roller,
 )

@@ -24,7 +24,7 @@ from camopt.mechanisms.body import CYLINDER
 from camopt.mechanisms.design import Designs, Mechanism, Misfit, without_roller
 from camopt.mechanisms.drive import GROOVED
 from camopt.mechanisms.follower import OSCILLATING, ROUND
-from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine
+from camopt.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
 from camopt.mechanisms.trace import course_over_cylinder, speed_change, trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -118,13 +118,6 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return ContactPoint(x, sine * l, -y1 * cosine * l, y1 * sine * (sense * l) + design.size)
 
 
-def _shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
-    """On the developed plane the arm turns about its pivot, and a longer one reaches further from it."""
-    l, sense = design.arm_length, design.sense  # noqa: E741
-    cosine, sine = np.cos(y - lift / 2), np.sin(y - lift / 2)
-    return {"displacement": (sine * (sense * l), cosine * l), "arm_length": (-(cosine * sense), sine)}
-
-
 def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
     """The arm turns until its end is as high as the point, and the surface moves until both meet."""
     psi, l, longer, sense = y - lift / 2, design.arm_length, off.of("arm_length"), design.sense  # noqa: E741
@@ -156,7 +149,6 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     contact=_contact,
-    shifts=_shifts,
     rest=_rest,
     pitch=without_roller,
     misfit=_misfit,

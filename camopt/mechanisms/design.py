@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camopt.mechanisms.body import Body, Flank
 from camopt.mechanisms.drive import Drive
 from camopt.mechanisms.follower import FollowerMotion, Tip
-from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift
+from camopt.mechanisms.rest import ContactPoint, Off, Rest
 from camopt.motion.contact import ProfileContact as OnProfile
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -226,10 +226,6 @@ class Mechanism(NamedTuple):
     """That condition in words."""
     contact: Callable[[Designs, float, Any, Any, Any], ContactPoint]
     """From a design, the lift, the cam angle (rad), y and y' to where the follower touches or traces the cam."""
-    shifts: Callable[[Designs, float, Any, Any], dict[str, Shift]]
-    """From a design, the lift, y and y' to how the trace point (of a flat face: where it touches) moves: by its
-    ``displacement``, and by each size that moves it while the displacement stays, by field of ``Designs``. Along a
-    flat face it may move in any way."""
     rest: Callable[[Designs, float, Any, Any, Off], Rest]
     """From a design, the lift, y, y' and what is off to where the follower rests on the point it would touch."""
     sliding: Callable[[Designs, Programme], Any] | None = None

@@ -20,7 +20,7 @@ from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import Designs, Mechanism, Misfit, drawn_by_point
 from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import OSCILLATING, ROUND
-from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine, turned_by
+from camopt.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine, turned_by
 from camopt.mechanisms.trace import course_of_arm, speed_change, trace_curvature
 from camopt.motion.contact import OscillatingPoint
 from camopt.motion.programme import Programme
@@ -154,17 +154,6 @@ def _touching(design: Designs, x: Any, height: Any, y1: Any) -> ContactPoint:
     return ContactPoint(x, height, x - turn * (design.centre_distance - x), height + turn * height)
 
 
-def _shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
-    """The arm turns about its pivot: its tip moves square to it, and a longer arm moves it along."""
-    angle, l = y + first_angle(design), design.arm_length  # noqa: E741
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return {
-        "displacement": (sine * l, cosine * l),
-        "arm_length": (-cosine, sine),
-        "centre_distance": (1.0, 0.0),
-    }
-
-
 def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
     """The law of cosines of the triangle with its sides off: cos ψ falls by g."""
     angle = y + first_angle(design)
@@ -213,7 +202,6 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="prime radius, arm and centre distance have to form a triangle throughout the lift",
     contact=_contact,
-    shifts=_shifts,
     rest=_rest,
     pitch=drawn_by_point,
     misfit=_misfit,

@@ -17,7 +17,7 @@ from camopt.mechanisms.body import DISC
 from camopt.mechanisms.design import Designs, Mechanism, Misfit, by_difference
 from camopt.mechanisms.drive import SPRUNG
 from camopt.mechanisms.follower import FLAT, OSCILLATING
-from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine
+from camopt.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
 from camopt.motion.contact import OscillatingFace
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -140,14 +140,6 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return ContactPoint(sine * f - t * cosine + c, cosine * f + t * sine, sine, cosine)
 
 
-def _shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
-    """Where a face at the distance t from its pivot touches, it moves by t·dψ along its normal."""
-    psi = y + np.arcsin(first_sine(design))
-    cosine, sine = np.cos(psi), np.sin(psi)
-    t = cosine * design.centre_distance / (y1 * design.sense + 1.0)
-    return {"displacement": (t * sine, t * cosine), "centre_distance": (1.0, 0.0), "face_offset": (sine, cosine)}
-
-
 def _rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
     """The distance of the face from the axis, f + c·sin ψ, is larger by δn; the cam turns back with the face."""
     at = _contact(design, lift, 0.0, y, y1)
@@ -186,7 +178,6 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="the face has to touch the base circle, and to swing by less than the cam turns",
     contact=_contact,
-    shifts=_shifts,
     rest=_rest,
     misfit=_misfit,
     profile=by_difference,

@@ -46,7 +46,7 @@ from camopt.mechanisms.design import Designs, Mechanism, Misfit
 from camopt.mechanisms.drive import RIBBED
 from camopt.mechanisms.follower import ROLLER
 from camopt.mechanisms.pairs import with_second
-from camopt.mechanisms.rest import ContactPoint, Off, Rest, Shift, angle_by_sine
+from camopt.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve, formula
@@ -85,14 +85,6 @@ def _wider(mechanism: Mechanism, designs: Designs, off: Off) -> Any:
     return angle_by_sine(sine, np.sqrt((1.0 - sine) * (1.0 + sine)), more) * 2.0
 
 
-def _slopes(mechanism: Mechanism, designs: Designs) -> dict[str, Any]:
-    """By how much more that is for a size that is larger, by field of ``Designs``, mm/mm (rad/mm)."""
-    if not mechanism.motion.angular:
-        return {"roller_spacing": 1.0}
-    half, arm = spacing(mechanism, designs) / 2.0, designs.arm_length
-    return {"roller_spacing": 1.0 / (arm * np.cos(half)), "arm_length": -2.0 * np.tan(half) / arm}
-
-
 def _carried(mechanism: Mechanism, share: float, still: float = 0.0) -> Mechanism:
     """The mechanism of a roller that is ahead of its follower by a share of the distance of both.
 
@@ -105,19 +97,11 @@ def _carried(mechanism: Mechanism, share: float, still: float = 0.0) -> Mechanis
     def contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
         return mechanism.contact(design, lift, angle, y + ahead(design), y1)
 
-    def shifts(design: Designs, lift: float, y: Any, y1: Any) -> dict[str, Shift]:
-        found = mechanism.shifts(design, lift, y + ahead(design), y1)
-        x, up = found["displacement"]
-        for field, slope in _slopes(mechanism, design).items():
-            across, along = found.get(field, (0.0, 0.0))
-            found[field] = across + x * (slope * share), along + up * (slope * share)
-        return found
-
     def rest(design: Designs, lift: float, y: Any, y1: Any, off: Off) -> Rest:
         found = mechanism.rest(design, lift, y + ahead(design), y1, off)
         return found._replace(moved=found.moved - _wider(mechanism, design, off) * share)
 
-    return mechanism._replace(contact=contact, shifts=shifts, rest=rest)
+    return mechanism._replace(contact=contact, rest=rest)
 
 
 def as_it_is(designs: Designs) -> Designs:

@@ -144,7 +144,6 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="the offset has to be smaller than the prime radius",
     contact=_contact,
-    shifts=lambda design, lift, y, y1: {"displacement": (0.0, 1.0), "offset": (1.0, 0.0)},
     rest=_rest,
     pitch=drawn_by_point,
     misfit=_misfit,

@@ -51,7 +51,6 @@ MECHANISM = Mechanism(
     assembly_margins=lambda designs, programme: (designs.size * 0.0 + 1.0,),
     assembly="the base radius has to be above 0",
     contact=_contact,
-    shifts=lambda design, lift, y, y1: {"displacement": (0.0, 1.0), "offset": (1.0, 0.0)},
     rest=_rest,
     pitch=without_size,
     parallel="size",
