@@ -2,11 +2,10 @@
 
 import json
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,7 @@ from camopt.problem.sample import searched_space
 from camopt.problem.space import Space
 from camopt.problem.zones import Off
 from camopt.quantities import Quantity, in_order, motion_quantity
-from camopt.quantities.function import ArrayFunction, FunctionCall, make_known
+from camopt.quantities.function import FunctionCall
 from camopt.scene.arguments import check_count
 from camopt.scene.mapping import leaves
 from camopt.scene.scene import Scene
@@ -187,8 +186,8 @@ class SweepPlan:
         return [each.call for each in self.problem.setup.own.values() if each.call]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Only the key goes to another process, with the functions that it has to import."""
-        return plan_of_key, (self.question(), dict(filter(None, (each.shared_function() for each in self.calls))))
+        """Only the key goes to another process, and the calls, which bring the functions along."""
+        return plan_of_key, (self.question(), self.calls)
 
     def evaluated(self, numbers: Sequence[int]) -> Batch:
         """The results of consecutive blocks."""
@@ -198,7 +197,7 @@ class SweepPlan:
         """The results of blocks on an engine, some at a time, in order."""
         if not isinstance(engine, Threads):
             for each in self.calls:
-                each.shared_function()  # an engine has other words for what cannot be sent
+                each.check_importable()  # an engine has other words for what cannot be sent
         sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE, dtype=int)).tolist()
         return engine.in_order(self.evaluated, numbers, sample)
 
@@ -250,9 +249,8 @@ def _not_robust(scene: Scene, keep: str) -> Iterator[Mistake]:
         yield Mistake("camopt", "keep", keep, "with search.robust feasible or pareto", bare=True)
 
 
-def plan_of_key(question: SweepKey, functions: Mapping[str, ArrayFunction] = MappingProxyType({})) -> SweepPlan:
-    """The plan of a key, on another machine or in a later run; ``functions`` are made known there."""
-    make_known(functions)
+def plan_of_key(question: SweepKey, calls: Sequence[FunctionCall] = ()) -> SweepPlan:
+    """The plan of a key, on another machine or in a later run; ``calls`` bring their Python functions along."""
     return sweep_plan(Scene.embedded(question.scene, "sweep"), question.keep, question.block)
 
 

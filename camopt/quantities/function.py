@@ -234,32 +234,18 @@ class FunctionCall:
             data = f"{id(function)} of {id(_KNOWN)}".encode()
         return sha256(data).hexdigest()[:16]
 
-    def shared_function(self) -> tuple[str, ArrayFunction] | None:
-        """What another process gets of it; None of an entry point, which each process has.
-
-        Raises
-        ------
-        BadInput
-            If it cannot be imported.
-        """
-        if ":" not in self.reference:
-            return None
+    def check_importable(self) -> None:
+        """BadInput unless another process can have the function: by an import, or as an entry point."""
         if not self.is_importable:
             raise self._mistake(NOT_IMPORTABLE)
-        return self.reference, self.function
 
     def _mistake(self, why: str) -> BadInput:
         return BadInput([Mistake("scene", f"quantities.{self.name}.function", self.reference, why, bare=True)])
 
 
-def make_known(functions: Mapping[str, ArrayFunction]) -> None:
-    """Make functions known that another process sent, by what scenes call them."""
-    _KNOWN.update(functions)
-
-
 def call_made_known(functions: Mapping[str, ArrayFunction], *facts: Any) -> FunctionCall:
     """A call from another process, with its function made known here."""
-    make_known(functions)
+    _KNOWN.update(functions)
     return FunctionCall(*facts)
 
 

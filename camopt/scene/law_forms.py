@@ -17,6 +17,8 @@ from camopt.motion.turned import MirroredLaw
 from camopt.numerics.neighbours import noise_of_table
 
 Fault = tuple[str, Any, str]
+AS_GIVEN = object()
+"""The value of a fault that is what the scene has under its key."""
 LawValues = Mapping[str, Any]
 """The values of a law by key: of the plain mapping of a scene, or of ``tables.OwnLaw``."""
 DEGREES = range(3, 13)  # a jerk is its third derivative, and the panels of a motion hold polynomials of degree 12

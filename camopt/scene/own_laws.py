@@ -16,8 +16,6 @@ from camopt.motion.spline import SplineLaw
 from camopt.motion.turned import SkewedLaw
 from camopt.scene.csv_columns import MOST_SPANS, read_columns
 from camopt.scene.law_forms import (
-    AT_ENDS,
-    DEGREES,
     ENDS_OF_TABLE,
     LAW_FORMS,
     LEAST_GAP,
@@ -146,11 +144,8 @@ def check_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
 
 def are_faultless(data: Mapping[str, Any]) -> bool:
     """Whether a scene's own laws have no fault, neither of values nor of files."""
-    values = (
-        isinstance(law, Mapping) and law.get("file") is None and _are_values(law)
-        for law in own_law_tables(data).values()
-    )
-    return all(values) and not any(check_laws(data))
+    laws = map(OwnLaw.sound, own_law_tables(data).values())
+    return all(law is not None and law.file is None for law in laws) and not any(check_laws(data))
 
 
 def _check_law(name: str, law: LawValues) -> Iterator[Fault]:
@@ -171,7 +166,7 @@ def _check_law(name: str, law: LawValues) -> Iterator[Fault]:
     absent = [k for k in form.keys if law.get(k) is None]
     for k in absent:
         yield f"{key}.{k}", None, f"missing; {form.what} has {', '.join(form.keys)}"
-    if absent or not _are_values(law):
+    if absent or OwnLaw.sound(law) is None:
         return
     most = max((len(law[k]) for k in form.keys if k not in ONE_VALUE), default=0)
     if most > MOST_SPANS:
@@ -179,26 +174,6 @@ def _check_law(name: str, law: LawValues) -> Iterator[Fault]:
         return
     faults = list(form.check(key, law)) or list(_skew(key, law)) or list(_mirror(name, law))
     yield from faults or _shape(name, law)
-
-
-def _are_values(law: LawValues) -> bool:
-    """Whether each value is of its kind; other values have mistakes of their own."""
-    lists = [law[k] for form in LAW_FORMS for k in form.keys if k not in ONE_VALUE and law.get(k) is not None]
-    degree, name, crossing, peaks = (law.get(k) for k in ("degree", "law", "crossing", "peaks"))
-    pair = isinstance(peaks, (list, tuple)) and len(peaks) == 2
-    return (
-        all(isinstance(values, list) and values and all(map(_is_number, values)) for values in lists)
-        and (degree is None or (type(degree) is int and degree in DEGREES))
-        and (name is None or isinstance(name, str))
-        and (crossing is None or _is_number(crossing))
-        and (peaks is None or (pair and all(_is_number(v) and v > 0.0 for v in peaks)))
-        and all(law.get(k) is None or law[k] in tuple(AT_ENDS) for k in ENDS_OF_TABLE)
-    )
-
-
-def _is_number(value: Any) -> bool:
-    """Whether it is a number within bounds."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
 
 
 def _skew(key: str, law: LawValues) -> Iterator[Fault]:

@@ -19,7 +19,6 @@ from camopt.motion.programme import Programme
 from camopt.scene import tables
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, number_of, tables_in
-from camopt.scene.own_laws import LARGEST_NUMBER
 from camopt.scene.sizes import mechanism_in, sizes_in, sizes_of
 
 LEAST_RADIUS = 1e-9  # mm: of a radius
@@ -118,17 +117,10 @@ def _element(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
 
 def _elements(data: Mapping[str, Any]) -> list[GivenElement] | None:
     """The elements as the motion takes them; None where a number or a kind is missing or wrong."""
-    found = []
-    for row in _rows(data):
-        given = {name: row[name] for name in ("radius", "x", "y") if row.get(name) is not None}
-        numbers: dict[str, Any] = {
-            name: value for name, each in given.items() if (value := number_of(each)) is not None
-        }
-        wrong = row.get("element") not in ("arc", "line") or len(numbers) < len(given)
-        if wrong or max(map(abs, numbers.values()), default=0.0) > LARGEST_NUMBER or any(_element(row, "")):
-            return None
-        found.append(_element_of(tables.ProfileElement.model_construct(**numbers), at(data, "cam.rotation")))
-    return found
+    rows = [(tables.ProfileElement.sound(row), row) for row in _rows(data)]
+    if any(each is None or any(_element(row, "")) for each, row in rows):
+        return None
+    return [_element_of(each, at(data, "cam.rotation")) for each, _ in rows if each]
 
 
 def _element_of(row: tables.ProfileElement, rotation: str) -> GivenElement:

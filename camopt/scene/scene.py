@@ -29,9 +29,10 @@ from camopt.scene.drawn_profile import read_drawing
 from camopt.scene.fits import read_bore, read_keyway
 from camopt.scene.former import FORMER_KEYS, read_former
 from camopt.scene.halves import read_half
+from camopt.scene.law_forms import AS_GIVEN
 from camopt.scene.limits import Limits
 from camopt.scene.load import read_load
-from camopt.scene.mapping import given_at_follower, without
+from camopt.scene.mapping import given_at_follower, leaves, without
 from camopt.scene.own_laws import own_law_tables, read_files, with_camopt_names
 from camopt.scene.own_quantities import QuantityExpression, check_limit_keys, read_own_quantities
 from camopt.scene.part import Part, resolved
@@ -311,7 +312,10 @@ class Scene(HasHtml, Drawn, SceneTable):
             found += [each for each in mistakes_of(error, Scene, "", file) if each.key not in told]
         keys = {mistake.key for mistake in found}
         faults = (*unread, *faults_of(without(tables, keys) if keys else tables))
-        found += [Mistake(file, *fault, bare=True) for fault in faults if fault[0] not in keys]
+        for key, value, why in faults:
+            if key not in keys and not any(each.startswith(f"{key}.") for each in keys if key.startswith("train")):
+                given = dict(leaves(tables)).get(key) if value is AS_GIVEN else value
+                found.append(Mistake(file, key, given, why, bare=True))
         if found:
             raise BadInput(found)
         self._file, self._by_crank = file, by_crank

@@ -198,6 +198,14 @@ class SceneTable(BaseModel):
             raise ValueError("a table")
         return cls(**value)
 
+    @classmethod
+    def sound(cls, value: Any) -> Self | None:
+        """The table of the known keys of a mapping; None where a value of them is wrong, or one is missing."""
+        try:
+            return cls.checked({key: value[key] for key in cls.model_fields if key in value})
+        except (TypeError, ValueError):  # BadInput is one
+            return None
+
 
 def _mapping_of(table: "SceneTable", info: core_schema.SerializationInfo) -> dict[str, Any]:
     """The mapping of a table. pydantic up to 2.13 cannot write a table that it did not check before."""

@@ -12,7 +12,6 @@ import numpy as np
 from pydantic import Field
 
 from camopt.mechanisms.follower import MOTIONS
-from camopt.mistakes import BadInput
 from camopt.motion.load import ExternalLoad
 from camopt.motion.profile import Unfit
 from camopt.motion.programme import Programme
@@ -225,11 +224,9 @@ def _train_in(data: Mapping[str, Any]) -> Train | None:
     follower = at(data, "follower.motion")
     if not (isinstance(follower, str) and follower in MOTIONS):
         return None
-    try:
-        rows = [TrainStage(**{**row, "load": None}) for row in stages_in(data)]
-    except (BadInput, TypeError):  # which is said
-        return None
-    return train_from(rows, angular=MOTIONS[follower].angular)
+    rows = [TrainStage.sound({**row, "load": None}) for row in stages_in(data)]
+    sound = [row for row in rows if row]
+    return train_from(sound, angular=MOTIONS[follower].angular) if len(sound) == len(rows) else None
 
 
 class GivenTurn(NamedTuple):

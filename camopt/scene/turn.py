@@ -10,16 +10,16 @@ from typing import Any
 
 from camopt.motion import LAWS
 from camopt.motion.aliases import nearest_law
-from camopt.motion.conditions import DERIVATIVE_NAMES
 from camopt.motion.programme import Programme
 from camopt.motion.run import Contradiction
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, GivenSegment, lifts_of, positions_of
 from camopt.numerics.same import Same
 from camopt.quantities import DERIVATIVES
-from camopt.scene.law_forms import NEAR_END, Fault
-from camopt.scene.mapping import at, number_of, segments, tables_in
+from camopt.scene import tables
+from camopt.scene.law_forms import AS_GIVEN, NEAR_END, Fault
+from camopt.scene.mapping import at, number_of, segments
 from camopt.scene.moves import check_moves, has_laws, turn_as_given
-from camopt.scene.own_laws import LARGEST_NUMBER, is_of_moves, law_names, laws_of_moves, own_law_tables
+from camopt.scene.own_laws import is_of_moves, law_names, laws_of_moves, own_law_tables
 from camopt.scene.segments import after_each, given_segments, segment_in, starts_itself
 
 LEAST_MOVE = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
@@ -40,9 +40,10 @@ KEYS_OF_SEGMENT = {
 def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
     """The turn closes in angle and displacement, and one of rises and returns never goes below its start."""
     rows = segments(data)
-    for k, row in enumerate(rows, start=1):
+    for k, (row, after) in enumerate(zip(rows, after_each(rows), strict=True), start=1):
         yield from _segment(data, row, rows[k - 2], f"motion.{k}")
-        if row.get("segment") == MOVE and _needs_position(row, after_each(rows)[k - 1], k == len(rows)):
+        move, following = segment_in(row), segment_in(after)
+        if move.segment == MOVE and _needs_position(move, following, k == len(rows)):
             missing = "missing; " if row.get("to") is None else "must be a number: "
             yield f"motion.{k}.to", row.get("to"), f"{missing}a move goes to a position{LAST}"
     angles = [number_of(row.get("angle")) for row in rows]
@@ -101,33 +102,21 @@ def _given(data: Mapping[str, Any]) -> list[GivenSegment] | None:
 
 @lru_cache(maxsize=1)
 def _segments_given(same: Same[Mapping[str, Any]]) -> list[GivenSegment] | None:
-    data = same.value
-    rows, laws = segments(data), own_law_tables(data)
+    data, laws = same.value, own_law_tables(same.value)
+    rows = [tables.Segment.sound(row) for row in segments(data)]
     for row, after in zip(rows, after_each(rows), strict=True):
-        kind = str(row.get("segment"))
-        asked: list[Any] = [row.get(key) for key in ("lift", "to", *DERIVATIVES) if row.get(key) is not None]
-        numbers: list[Any] = []
-        for each in asked:
-            numbers += list(each) if kind == MOVE and _is_range(each) else [each]
-        if kind not in KEYS_OF_SEGMENT or None in map(number_of, [row.get("angle"), *numbers]):
+        if row is None or after is None or row.angle < (0.0 if row.segment == "dwell" else LEAST_MOVE["angle"]):
             return None
-        if (
-            row["angle"] < (0.0 if kind == "dwell" else LEAST_MOVE["angle"])
-            or max(map(abs, numbers), default=0.0) > LARGEST_NUMBER
-        ):
+        decides = DECIDES.get(row.segment)
+        if decides and row.to is None and (decides not in row.model_fields_set or getattr(row, decides) is None):
             return None
-        if kind in DECIDES and row.get("to") is None and row.get(DECIDES[kind]) is None:
+        if row.segment != MOVE and any(isinstance(getattr(row, key), tuple) for key in ("to", *DERIVATIVES)):
             return None
-        if kind == MOVE and _needs_position(row, after, row is rows[-1]):
+        if row.segment == MOVE and _needs_position(row, after, row is rows[-1]):
             return None
-        if kind == MOVE and row.get("law") is not None and not is_of_moves(laws.get(str(row["law"]))):
+        if row.segment == MOVE and row.law is not None and not is_of_moves(laws.get(row.law)):
             return None
-        through = row.get("through") or []
-        if not isinstance(through, (list, tuple)) or not all(map(_is_condition, tables_in(through))):
-            return None
-        if row.get("per") not in (None, "rad", "deg", "s"):
-            return None
-    return given_segments([*map(segment_in, rows)], number_of(at(data, "cam.rpm")))
+    return given_segments([row for row in rows if row], number_of(at(data, "cam.rpm")))
 
 
 def _segment(
@@ -171,28 +160,13 @@ def _named(data: Mapping[str, Any], kind: str, law: Any, key: str) -> Iterator[F
         yield from check_law(law, key, laws_of_moves(data) if kind == MOVE else law_names(data))
 
 
-def _needs_position(row: Mapping[str, Any], after: Mapping[str, Any], last: bool) -> bool:
+def _needs_position(row: tables.Segment, after: tables.Segment, last: bool) -> bool:
     """Whether a move must give its position as a number: the next segment, or the next turn, starts there.
 
     So has a move with a law of its own, which ends there.
     """
-    if row.get("law") is not None:
-        return number_of(row.get("to")) is None
-    free = starts_itself(segment_in(row), segment_in(after)) or (after.get("segment") == MOVE and not last)
-    return number_of(row.get("to")) is None and not free
-
-
-def _is_condition(row: Mapping[str, Any]) -> bool:
-    """Check that a condition on the way of a move has an angle, and numbers or ranges."""
-    if not _is_asked(row.get("angle"), 360.0):
-        return False
-    return all(row.get(name) is None or _is_asked(row[name], LARGEST_NUMBER) for name in DERIVATIVE_NAMES)
-
-
-def _is_asked(value: Any, far: float) -> bool:
-    """Whether a value is a number or a range that is not beyond some bound."""
-    ends = list(value) if _is_range(value) else [value]
-    return all((end := number_of(each)) is not None and abs(end) <= far for each in ends)
+    free = row.law is None and (starts_itself(row, after) or (after.segment == MOVE and not last))
+    return number_of(row.to) is None and not free
 
 
 def _is_range(value: Any) -> bool:
@@ -275,7 +249,7 @@ def _levels(given: Sequence[GivenSegment]) -> Iterator[Fault]:
             up = segment.segment == "rise"
             if not (after - before if up else before - after) >= LEAST_MOVE["lift"]:
                 way = "above" if up else "below"
-                yield f"motion.{k}.to", segment.to, f"must be {way} {before:g}, where this {segment.segment} starts"
+                yield f"motion.{k}.to", AS_GIVEN, f"must be {way} {before:g}, where this {segment.segment} starts"
                 return
         if not positioned and after < -largest * NEAR_END:
             yield _below(given, k, before)
@@ -287,9 +261,8 @@ def _levels(given: Sequence[GivenSegment]) -> Iterator[Fault]:
 
 def _below(given: Sequence[GivenSegment], k: int, before: float) -> Fault:
     """A turn of rises and returns starts where the follower is lowest."""
-    segment = given[k - 1]
     if "rise" not in [each.segment for each in given[:k]]:
         first = "the turn starts where the follower is lowest, so that a rise comes before the first return"
-        return f"motion.{k}.segment", segment.segment, first
+        return f"motion.{k}.segment", AS_GIVEN, first
     below = f"must be at most {before:g}: the follower never goes below the start of the turn"
-    return f"motion.{k}.lift", segment.lift, below
+    return f"motion.{k}.lift", AS_GIVEN, below
