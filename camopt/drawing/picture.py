@@ -12,7 +12,7 @@ from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves
 from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.problem.problem import Problem
 from camopt.quantities import GEOMETRY
 from camopt.quantities.unit_systems import shown, shown_unit
@@ -152,7 +152,7 @@ class Picture:
         """One of the mechanism's curves at cam angles (rad)."""
         with np.errstate(all="ignore"):
             state = self.problem.programme.state(angles)
-            return np.broadcast_to(curve(record, 0, state)[0], angles.shape)
+            return np.broadcast_to(value_of(record, 0, state), angles.shape)
 
     @property
     def undercut(self) -> bool:

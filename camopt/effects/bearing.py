@@ -17,7 +17,7 @@ A flat face bears its load where ρ ≥ n: with bodies from the largest n − ρ
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -28,41 +28,22 @@ from camopt.effects.peak_columns import extreme_of
 from camopt.mechanisms.design import Designs
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, FloatArray
-from camopt.numerics.curves import curve, formula
+from camopt.numerics.curves import curve_type
 
 Share = Callable[[Designs], Any]
 """The inverse of the load that designs are allowed."""
 
 
-class RollerNeeded(NamedTuple):
-    """n + κ·u, mm; ``share`` is that of a force outward, ``bulge`` the sign of κ on the flank times u."""
-
-    normal: Any
-    curvature: Any
-    share: FloatArray
-    bulge: FloatArray
+@curve_type(loaded=True)
+def roller_needed(at, normal, curvature, share, bulge):
+    """n + κ·u [mm]; ``share`` is that of a force outward, ``bulge`` the sign of κ on the flank times u."""
+    return share * normal + bulge * curvature
 
 
-class FaceNeeded(NamedTuple):
-    """n − ρ of a flat face, mm."""
-
-    normal: Any
-    radius: Any
-    share: FloatArray
-
-
-@formula(RollerNeeded, loaded=True)
-def roller_needed(f, i, at):
-    normal, normal1 = curve(f.normal, i, at)
-    k, k1 = curve(f.curvature, i, at)
-    return f.share[i] * normal + f.bulge[i] * k, f.share[i] * normal1 + f.bulge[i] * k1
-
-
-@formula(FaceNeeded, loaded=True)
-def face_needed(f, i, at):
-    normal, normal1 = curve(f.normal, i, at)
-    rho, rho1 = curve(f.radius, i, at)
-    return f.share[i] * normal - rho, f.share[i] * normal1 - rho1
+@curve_type(loaded=True)
+def face_needed(at, normal, radius, share):
+    """n − ρ of a flat face [mm]."""
+    return share * normal - radius
 
 
 def bearing_bodies(case: Case, share: Share, bodies: Bodies) -> tuple[Bodies, Bodies]:
@@ -80,7 +61,7 @@ def bearing_bodies(case: Case, share: Share, bodies: Bodies) -> tuple[Bodies, Bo
     for radius in radii:
         spread = radius**2 + _zeros(case)
         curves = [
-            RollerNeeded(normal, path, flank.pressing * shares, flank.bulge * spread)
+            roller_needed(normal, path, flank.pressing * shares, flank.bulge * spread)
             for flank, path in zip(flanks, paths, strict=True)
         ]
         sides.append(_largest(case, curves, radius))
@@ -160,9 +141,9 @@ def _largest(case: Case, curves: Sequence[Any], scale: float) -> tuple[FloatArra
     return found.value + by, found.value - by
 
 
-def _needed_by_face(case: Case, normal: Any, shares: FloatArray) -> FaceNeeded:
+def _needed_by_face(case: Case, normal: Any, shares: FloatArray) -> Any:
     assert case.setup.mechanism.profile_radius is not None
-    return FaceNeeded(normal, case.setup.mechanism.profile_radius(case.designs, case.programme), shares)
+    return face_needed(normal, case.setup.mechanism.profile_radius(case.designs, case.programme), shares)
 
 
 def _zeros(case: Case) -> FloatArray:

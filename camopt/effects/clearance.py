@@ -49,7 +49,7 @@ from camopt.effects.work import integral
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import BISECTIONS, LARGEST_MAGNITUDE, FloatArray, IntArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 
 COUNT, PLACE = "crossing_count", "crossing_at_deg"
 SPEED, LEADING, TIME = "crossing_speed_max_m_s", "crossing_speed_leading_m_s", "crossing_time_max_ms"
@@ -204,7 +204,7 @@ def _trace_speeds(case: Case, flights: Flights, ends: Landings | None) -> FloatA
     panel, angle = (flights.panel, flights.angle) if ends is None else (ends.panel, ends.angle)
     place = np.clip((angle - table.centre[panel]) / table.half_width[panel], -1.0, 1.0)
     return np.asarray(
-        curve(made(case.designs, case.programme), flights.design, state_at(case.programme, panel, place))[0]
+        value_of(made(case.designs, case.programme), flights.design, state_at(case.programme, panel, place))
     )
 
 
@@ -218,7 +218,7 @@ def skidding(
     radius, omega = designs.roller_radius[design], followers.omega[flights.setting]
     panel, angle = (flights.panel, flights.angle) if ends is None else (ends.panel, ends.angle)
     place = (angle - table.centre[panel]) / table.half_width[panel]
-    tangent, _ = curve(
+    tangent = value_of(
         case.setup.mechanism.pressure(designs, case.programme), design, state_at(case.programme, panel, place)
     )
     turned = inertia * slip / np.square(radius) / friction  # ∫N dt

@@ -29,7 +29,7 @@ from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import BoolArray, ComplexArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray, IntArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.state import State
 
 DESIGNS_AT_ONCE, PAIRED = 256, 16  # designs, so that memory stays bounded
@@ -94,7 +94,7 @@ def round_bodies(case: Case) -> Any:
     designs = case.designs
     record = case.setup.mechanism.pressure(designs, case.programme)
     with np.errstate(divide="ignore", invalid="ignore"):  # arm and centres in line: no angle shows anything
-        standing = [np.abs(curve(record, ..., State(y, 0.0, 0.0, 0.0))[0]) for y in case.programme.levels]
+        standing = [np.abs(value_of(record, ..., State(y, 0.0, 0.0, 0.0))) for y in case.programme.levels]
     slant = np.radians(case.far("pressure_angle_max_deg")) + np.arctan(np.maximum(*standing))
     share = np.cos(np.minimum(slant, np.pi / 2)) - PART_ERROR
     return designs.prime_radius * share

@@ -30,7 +30,7 @@ from camopt.motion.programme import Programme, peak, span
 from camopt.motion.table import ALL_STROKES
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import LARGEST, LEAST, FloatArray
-from camopt.numerics.curves import Linear, curve, formula
+from camopt.numerics.curves import Linear, curve_type
 from camopt.numerics.extremes import Precision, extremes
 from camopt.numerics.piecewise import carried_series, load_series
 from camopt.numerics.state import TrainForces
@@ -42,33 +42,16 @@ BESIDE = 1e-8  # relative: nearer than this to a root, its cam angle is not exac
 FORCE_ERROR = 1e-14  # of the largest force: less below 0 is rounding
 
 
-class ChangingForce(NamedTuple):
+@curve_type(loaded=True)
+def changing_force(at, steady, share):
     """F with an external load that changes over the turn: ``steady``, all other forces, plus share·load."""
-
-    steady: Linear
-    share: FloatArray
+    return steady + share * at.load.value
 
 
-class TrainForce(NamedTuple):
+@curve_type(loaded=True)
+def train_force(at, steady, share, carried):
     """F with what a train brings to the follower: share·S + carried·I."""
-
-    steady: Linear
-    share: FloatArray
-    carried: FloatArray
-
-
-@formula(TrainForce, loaded=True)
-def train_force(f, i, at):
-    force, force1 = curve(f.steady, i, at)
-    share, carried = f.share[i], f.carried[i]
-    slope = force1 + share * at.load.slope + carried * at.load.carried_slope
-    return force + share * at.load.value + carried * at.load.carried, slope
-
-
-@formula(ChangingForce, loaded=True)
-def changing_force(f, i, at):
-    force, force1 = curve(f.steady, i, at)
-    return force + f.share[i] * at.load.value, force1 + f.share[i] * at.load.slope
+    return steady + share * at.load.value + carried * at.load.carried
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -361,8 +344,8 @@ def force_of(setup: Setup, omega: Any, lever: Any, programme: Programme) -> Any:
 def with_load(steady: Linear, share: Any, carried: Any, programme: Programme) -> Any:
     """A force, with a share of the load if it changes over the turn, and one of the inertia through a train."""
     if isinstance(programme.load, TrainLoad):
-        return TrainForce(steady, share, carried)
-    return steady if programme.load is None else ChangingForce(steady, share)
+        return train_force(steady, share, carried)
+    return steady if programme.load is None else changing_force(steady, share)
 
 
 def over(force: Any, lever: Any) -> Any:

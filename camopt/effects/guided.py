@@ -22,7 +22,7 @@ from camopt.effects.work import derivative
 from camopt.mechanisms.design import SIZE_FIELDS, Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.numerics import BISECTIONS, FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.piecewise import sign_changes
 from camopt.numerics.quadrature import chebyshev_projection
 from camopt.numerics.stable import matrix_product
@@ -50,7 +50,7 @@ def _smooth_parts(
     parts, pressure = cut_panels(programme.table, cuts), mechanism.pressure(design, programme)
 
     def lean(parts: PanelParts, u: FloatArray) -> FloatArray:
-        return np.asarray(np.sign(curve(pressure, 0, motion_in(programme, parts, u))[0]))
+        return np.asarray(np.sign(value_of(pressure, 0, motion_in(programme, parts, u))))
 
     turned = lean(parts, parts.low) * lean(parts, parts.high) < 0.0
     between = parts.take(turned)
@@ -79,5 +79,5 @@ def guided_torque(setup: Setup, design: Designs, programme: Programme) -> tuple[
         here = (kinds & chosen) != 0
         some = parts.take(here)
         made = torque_curve(setup, design, programme, way)
-        values[:, here] = curve(made, 0, motion_in(programme, some, some.at(nodes[:, None])))[0]
+        values[:, here] = value_of(made, 0, motion_in(programme, some, some.at(nodes[:, None])))
     return 0.5 * table.half_width[parts.panel] * (parts.high - parts.low), matrix_product(to_powers, values)

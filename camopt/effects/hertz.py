@@ -37,7 +37,7 @@ from camopt.effects.peak_columns import ExtremeOfEach, as_column, extreme_of, pe
 from camopt.mechanisms.body import Flank
 from camopt.mechanisms.design import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.point_contact import ellipticity_of, integrals
 
 SHEAR_SHARE, SHEAR_DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: over p₀, over b
@@ -158,8 +158,8 @@ def _patch(
     values = []
     for turn in (-1e-12, 1e-12):  # to both sides of a jump
         motion = programme.state(np.mod(top.where[index] + turn, 2 * np.pi))
-        bend = curve(curved, ..., motion)[0] if curved else 0.0
-        values.append(np.broadcast_arrays(curve(load, ..., motion)[0], curve(normal, ..., motion)[0], bend))
+        bend = value_of(curved, ..., motion) if curved else 0.0
+        values.append(np.broadcast_arrays(value_of(load, ..., motion), value_of(normal, ..., motion), bend))
     nearer = np.abs(values[0][0] - top.value[index]) < np.abs(values[1][0] - top.value[index])
     _, force, bend = (np.where(nearer, one, two) for one, two in zip(*values, strict=True))
     stress, bodies = stress_of(setup, top.value[index], designs), setup.at(designs).bodies

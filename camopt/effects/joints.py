@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.effects.force import TrainForce
+from camopt.effects.force import train_force
 from camopt.effects.settings import by_setting
 from camopt.effects.train_peak import TrainMotion, TrainPeak
 from camopt.mechanisms.design import Designs
@@ -86,7 +86,7 @@ def _force_range(programme: Programme, speed: FloatArray) -> ForceRange:
     first = min(part.link for part in load.parts)
     if programme.corners and any(each.mass and each.joint > first for each in load.train.carried):
         return ForceRange(none - inf, none + inf, none, none, none, none)
-    force = TrainForce(Linear(none, none, none, none), none + 1.0, speed**2)
+    force = train_force(Linear(none, none, none, none), none + 1.0, speed**2)
     questions = [(ALL_STROKES, LEAST), (ALL_STROKES, LARGEST)]
     return ForceRange(*np.concatenate(extremes(force, speed.size, programme.table, questions, PRECISION)))
 

@@ -17,7 +17,7 @@ Each is built from the mechanism's own curves of pressure angle, curvature, radi
 """
 
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -28,205 +28,87 @@ from camopt.mechanisms.body import Flank
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES, INWARD, OUTWARD, RESTING
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
-from camopt.numerics.curves import curve, formula
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE
+from camopt.numerics.curves import curve_type
 from camopt.numerics.extremes import Extremes
 from camopt.numerics.point_contact import pressure_factor, pressure_table
 
 
-class Borne(NamedTuple):
-    """The part of a force that an open cam bears: 0 where it would have to pull."""
-
-    force: Any
-
-
-class Preloaded(NamedTuple):
-    """The part of a force that one of two preloaded contacts bears: F/2 + max(|F|/2, P) (``effects.preload``)."""
-
-    force: Any
-    preload: FloatArray
+@curve_type(loaded=True)
+def borne_force(at, force):
+    """The part of a force that an open cam bears [N]: 0 where it would have to pull."""
+    return np.maximum(force, 0.0)
 
 
-class Guided(NamedTuple):
-    """G of a follower in a guide with friction, N; D = 1 − sgn(F)·(drag + slide·y)·|t|."""
-
-    force: Any
-    pressure: Any
-    drag: FloatArray
-    slide: FloatArray
+@curve_type(loaded=True)
+def preloaded_force(at, force, preload):
+    """What one of two preloaded contacts bears of a force, F/2 + max(|F|/2, P) [N] (``effects.preload``)."""
+    alone = np.maximum(0.5 * force - preload, 0.0)
+    return np.maximum(0.5 * force + preload + alone, 0.0)  # and 0 where F < −2·P: no difference of equals
 
 
-class NormalForce(NamedTuple):
-    """N of a follower with a trace point, N."""
-
-    along: Any
-    pressure: Any
-
-
-class SideThrust(NamedTuple):
-    """S·(arm + reach·y): N, or N·mm where the arm is a length."""
-
-    along: Any
-    pressure: Any
-    arm: FloatArray
-    reach: FloatArray
+@curve_type(loaded=True)
+def guided_force(at, force, pressure, drag, slide):
+    """G of a follower in a guide with friction [N]; D = 1 − sgn(F)·(drag + slide·y)·|t|."""
+    return force / (1.0 - np.sign(force) * (drag + slide * at.y) * np.abs(pressure))
 
 
-class GuideDrag(NamedTuple):
+@curve_type(loaded=True)
+def normal_force(at, along, pressure):
+    """N of a follower with a trace point [N]."""
+    return along * np.sqrt(np.square(pressure) + 1.0)
+
+
+@curve_type(loaded=True)
+def side_thrust(at, along, pressure, arm, reach):
+    """Side thrust times the arm of its guide, S·(arm + reach·y) [N, or N·mm where the arm is a length]."""
+    return along * pressure * (arm + reach * at.y)
+
+
+@curve_type
+def guide_drag(at, pressure, drag, slide):
     """μ·q·t; at 1 the follower jams in its guide."""
-
-    pressure: Any
-    drag: FloatArray
-    slide: FloatArray
+    return (drag + slide * at.y) * pressure
 
 
-class FaceForce(NamedTuple):
-    """N on a flat face that oscillates, N: the moment over the distance of the contact from the pivot."""
+@curve_type(loaded=True)
+def face_force(at, moment, distance):
+    """N on a flat face that oscillates [N]: the moment over the distance of the contact from the pivot."""
+    return moment / distance
 
-    moment: Any
-    distance: Any
 
-
-class RollerLoad(NamedTuple):
-    """N/R at a roller, N/mm: above 0 where N presses it on the flank.
+@curve_type(loaded=True)
+def roller_load(at, normal, curvature, roller_radius, pressing, bulge):
+    """N/R at a roller [N/mm]: above 0 where N presses it on the flank.
 
     ``pressing`` is the sign of such an N; ``bulge`` is 1 if κ > 0 bends the flank towards the roller, else −1.
     """
-
-    normal: Any
-    curvature: Any
-    roller_radius: FloatArray
-    pressing: FloatArray
-    bulge: FloatArray
+    return pressing * normal / (roller_radius - bulge * roller_radius * roller_radius * curvature)
 
 
-class BesidePitch(NamedTuple):
-    """κ of a curve beside the pitch curve, 1/mm, by ``away`` to the side to which κ > 0 is hollow, mm."""
-
-    curvature: Any
-    away: FloatArray
-
-
-class PointLoad(NamedTuple):
-    """N·h/R_s² at a spherical face, N/mm²; ``pressing`` and ``bulge`` as in RollerLoad, ``table`` of h."""
-
-    normal: Any
-    curvature: Any
-    face_radius: FloatArray
-    pressing: FloatArray
-    bulge: FloatArray
-    table: FloatArray
+@curve_type
+def curvature_beside(at, curvature, away):
+    """κ of a curve beside the pitch curve [1/mm], by ``away`` to the side to which κ > 0 is hollow [mm]."""
+    return curvature / (1.0 - away * curvature)
 
 
-class FaceLoad(NamedTuple):
-    """N/ρ at a flat face, N/mm."""
-
-    normal: Any
-    radius: Any
-
-
-class ShaftTorque(NamedTuple):
-    """T = G·y', N·mm."""
-
-    along: Any
+@curve_type(loaded=True)
+def point_load(at, normal, curvature, face_radius, pressing, bulge, table=None):
+    """N·h/R_s² at a spherical face [N/mm²]; ``pressing`` and ``bulge`` as in ``roller_load``, ``table`` of h."""
+    h, _ = pressure_factor(1.0 - bulge * face_radius * curvature, table)
+    return pressing / (face_radius * face_radius) * (normal * h)
 
 
-@formula(Borne, loaded=True)
-def borne(f, i, at):
-    force, force1 = curve(f.force, i, at)
-    return np.maximum(force, 0.0), 0.5 * (1.0 + np.sign(force)) * force1
+@curve_type(loaded=True)
+def face_load(at, normal, radius):
+    """N/ρ at a flat face [N/mm]."""
+    return normal / radius
 
 
-@formula(Preloaded, loaded=True)
-def preloaded(f, i, at):
-    force, force1 = curve(f.force, i, at)
-    alone = 0.5 * force - f.preload[i]
-    borne = 0.5 * force + f.preload[i] + np.maximum(alone, 0.0)  # and 0 where F < −2·P: no difference of equals
-    slope = 0.5 * force1 * (1.0 + 0.5 * (1.0 + np.sign(alone)))
-    return np.maximum(borne, 0.0), 0.5 * (1.0 + np.sign(borne)) * slope
-
-
-@formula(Guided, loaded=True)
-def guided(f, i, at):
-    force, force1 = curve(f.force, i, at)
-    t, t1 = curve(f.pressure, i, at)
-    drag, drag1 = f.drag[i] + f.slide[i] * at.y, f.slide[i] * at.y1
-    lean, pulled = np.abs(t), np.sign(force)
-    left = 1.0 - pulled * drag * lean
-    value = force / left
-    return value, (force1 + value * pulled * (drag1 * lean + drag * (np.sign(t) * t1))) / left
-
-
-@formula(NormalForce, loaded=True)
-def normal_force(f, i, at):
-    along, along1 = curve(f.along, i, at)
-    t, t1 = curve(f.pressure, i, at)
-    root = np.sqrt(np.square(t) + 1.0)
-    return along * root, along1 * root + along * (t * t1) / root
-
-
-@formula(SideThrust, loaded=True)
-def side_thrust(f, i, at):
-    along, along1 = curve(f.along, i, at)
-    t, t1 = curve(f.pressure, i, at)
-    arm, arm1 = f.arm[i] + f.reach[i] * at.y, f.reach[i] * at.y1
-    return along * t * arm, (along1 * t + along * t1) * arm + along * t * arm1
-
-
-@formula(GuideDrag)
-def guide_drag(f, i, at):
-    t, t1 = curve(f.pressure, i, at)
-    drag = f.drag[i] + f.slide[i] * at.y
-    return drag * t, f.slide[i] * at.y1 * t + drag * t1
-
-
-@formula(FaceForce, loaded=True)
-def face_force(f, i, at):
-    moment, moment1 = curve(f.moment, i, at)
-    r, r1 = curve(f.distance, i, at)
-    value = moment / r
-    return value, (moment1 - value * r1) / r
-
-
-@formula(RollerLoad, loaded=True)
-def roller_load(f, i, at):
-    normal, normal1 = curve(f.normal, i, at)
-    k, k1 = curve(f.curvature, i, at)
-    r, side = f.roller_radius[i], f.bulge[i]
-    left = r - side * r * r * k
-    value = f.pressing[i] * normal / left
-    return value, (f.pressing[i] * normal1 + value * (side * r * r * k1)) / left
-
-
-@formula(BesidePitch)
-def beside_pitch(f, i, at):
-    k, k1 = curve(f.curvature, i, at)
-    left = 1.0 - f.away[i] * k
-    return k / left, k1 / np.square(left)
-
-
-@formula(PointLoad, loaded=True)
-def point_load(f, i, at):
-    normal, normal1 = curve(f.normal, i, at)
-    k, k1 = curve(f.curvature, i, at)
-    r, side = f.face_radius[i], f.bulge[i]
-    h, h1 = pressure_factor(1.0 - side * r * k, f.table)
-    per = f.pressing[i] / (r * r)
-    return per * (normal * h), per * (normal1 * h - normal * h1 * (side * r * k1))
-
-
-@formula(FaceLoad, loaded=True)
-def face_load(f, i, at):
-    normal, normal1 = curve(f.normal, i, at)
-    rho, rho1 = curve(f.radius, i, at)
-    value = normal / rho
-    return value, (normal1 - value * rho1) / rho
-
-
-@formula(ShaftTorque, loaded=True)
-def shaft_torque(f, i, at):
-    along, along1 = curve(f.along, i, at)
-    return along * at.y1, along1 * at.y1 + along * at.y2
+@curve_type(loaded=True)
+def shaft_torque(at, along):
+    """T = G·y' [N·mm]."""
+    return along * at.y1
 
 
 def has_guide_friction(setup: Setup) -> bool:
@@ -257,34 +139,34 @@ def along_curve(
     if not has_guide_friction(setup):
         return force
     pressure = setup.mechanism.pressure(designs, programme)
-    return Guided(force, pressure, *friction(setup.at(designs).dynamics, len(designs), way))
+    return guided_force(force, pressure, *friction(setup.at(designs).dynamics, len(designs), way))
 
 
-def _on_one_contact(setup: Setup, designs: Designs, force: Any) -> Borne | Preloaded:
+def _on_one_contact(setup: Setup, designs: Designs, force: Any) -> Any:
     """The part of a force along the motion that presses on an open contact."""
     preload = setup.at(designs).dynamics.pair_preload
     if preload is None:
-        return Borne(force)
+        return borne_force(force)
     lever = designs.arm_length if setup.angular and setup.mechanism.curvature else 1.0
-    return Preloaded(force, preload / lever * np.ones(len(designs)))
+    return preloaded_force(force, preload / lever * np.ones(len(designs)))
 
 
 def normal_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
     """The normal force of a mechanism, N, of a follower that moves one way."""
     along = along_curve(setup, designs, programme, way)
     if setup.mechanism.curvature:
-        return NormalForce(along, setup.mechanism.pressure(designs, programme))
+        return normal_force(along, setup.mechanism.pressure(designs, programme))
     if not setup.angular:
         return along
     assert setup.mechanism.reach is not None
-    return FaceForce(along, setup.mechanism.reach(designs, programme))
+    return face_force(along, setup.mechanism.reach(designs, programme))
 
 
-def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> ShaftTorque:
+def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
     """The torque of the camshaft while the follower moves one way; without friction the same for all designs."""
     if has_guide_friction(setup):
-        return ShaftTorque(along_curve(setup, designs, programme, way, pulls=True))
-    return ShaftTorque(own_force_curve(setup, designs, programme))
+        return shaft_torque(along_curve(setup, designs, programme, way, pulls=True))
+    return shaft_torque(own_force_curve(setup, designs, programme))
 
 
 def contact_load(
@@ -300,10 +182,10 @@ def contact_load(
         curvature = roller_path(setup, designs, programme, flank)
         pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, flank.bulge))
         if setup.spherical:
-            return PointLoad(normal, curvature, designs.roller_radius, pressing, bent, pressure_table())
-        return RollerLoad(normal, curvature, designs.roller_radius, pressing, bent)
+            return point_load(normal, curvature, designs.roller_radius, pressing, bent, pressure_table())
+        return roller_load(normal, curvature, designs.roller_radius, pressing, bent)
     assert setup.mechanism.profile_radius is not None
-    return FaceLoad(normal, setup.mechanism.profile_radius(designs, programme))
+    return face_load(normal, setup.mechanism.profile_radius(designs, programme))
 
 
 def roller_path(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Any:
@@ -312,7 +194,7 @@ def roller_path(setup: Setup, designs: Designs, programme: Programme, flank: Fla
     found = setup.mechanism.curvature(designs, programme)
     if setup.given.drive.clearance is None:
         return found
-    return BesidePitch(found, flank.bulge * (setup.half_width(designs) - designs.roller_radius))
+    return curvature_beside(found, flank.bulge * (setup.half_width(designs) - designs.roller_radius))
 
 
 def ways(setup: Setup) -> tuple[tuple[float, int], ...]:
@@ -325,10 +207,10 @@ def driven(setup: Setup) -> int:
     return OUTWARD | INWARD if setup.mechanism.pulls else OUTWARD
 
 
-def drag_curve(setup: Setup, designs: Designs, programme: Programme) -> GuideDrag:
+def drag_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """μ·q·t."""
     drag = friction(setup.at(designs).dynamics, len(designs), 1.0)
-    return GuideDrag(setup.mechanism.pressure(designs, programme), *drag)
+    return guide_drag(setup.mechanism.pressure(designs, programme), *drag)
 
 
 def drag_of(case: Case, kinds: int) -> Extremes:

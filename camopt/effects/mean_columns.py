@@ -13,7 +13,7 @@ from camopt.effects.peak import Derivative
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme, mean_of_powers
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.quadrature import Integrated, Rule, by_orders
 from camopt.numerics.stable import matrix_product
 
@@ -63,7 +63,7 @@ def _by_rule(mean: Mean, designs: Designs, programme: Programme, parts: PanelPar
     for make, chosen in mean.curves:
         some = parts.take((kinds & chosen) != 0)
         state = motion_in(programme, some, some.at(rule.nodes[:, None]))
-        value, _ = curve(make(designs, programme), ALL_DESIGNS, state)
+        value = value_of(make(designs, programme), ALL_DESIGNS, state)
         half = 0.5 * programme.table.half_width[some.panel] * (some.high - some.low)
         whole = np.broadcast_to(value**mean.power, (len(designs), rule.nodes.size, half.size))
         total += matrix_product(matrix_product(rule.weights, np.moveaxis(whole, 1, 0)), half) / (2.0 * np.pi)

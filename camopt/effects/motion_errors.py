@@ -33,7 +33,7 @@ from camopt.mechanisms.design import Designs
 from camopt.motion.programme import LEAST_JUMP, Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, FloatArray
-from camopt.numerics.curves import curve, formula
+from camopt.numerics.curves import curve, formula, value_of
 from camopt.numerics.trigonometry import turned
 
 TOLERANCES, WAVES = ("tolerances",), ("tolerances.waves",)
@@ -249,7 +249,7 @@ def _in_dwells(case: Case) -> FloatArray:
     changes = [np.zeros(len(case.designs))]
     for stroke in case.programme.tool.dwells:
         at = case.programme.state(np.array([stroke.start + 0.5 * stroke.angle]))
-        answer = curve(error_curve(setup, alone, 1.0, case.designs, case.programme), slice(None), at)[0]
+        answer = value_of(error_curve(setup, alone, 1.0, case.designs, case.programme), slice(None), at)
         waves = 2.0 * given.profile * sin(min(0.5 * stroke.angle * (given.waves or inf), 0.5 * pi))
         bore = 2.0 * given.bore * sin(min(0.5 * stroke.angle, 0.5 * pi))
         changes.append(answer * (waves + (0.0 if setup.mechanism.body.developed else bore)))

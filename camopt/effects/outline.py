@@ -24,7 +24,7 @@ Source: regrouped from Norton, Cam Design and Manufacturing Handbook, ch. 7.
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -35,24 +35,17 @@ from camopt.mechanisms import Designs
 from camopt.mechanisms.design import itself
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
-from camopt.numerics import LARGEST, LEAST, FloatArray
-from camopt.numerics.curves import curve, formula
+from camopt.numerics import LARGEST, LEAST
+from camopt.numerics.curves import curve_type
 
 RADIUS, CLEARANCE = "outer_radius_mm", "pivot_clearance_min_mm"
 EDGE_WALL = "edge_wall_min_mm"
 
 
-class OutlineClearance(NamedTuple):
-    """A distance from the cam's axis, as that of the pivot, less how far the outline is from it, mm."""
-
-    outline: Any
-    distance: FloatArray
-
-
-@formula(OutlineClearance)
-def outline_clearance(f, i, at):
-    far, far1 = curve(f.outline, i, at)
-    return f.distance[i] - far, -far1
+@curve_type
+def outline_clearance(at, outline, distance):
+    """A distance from the cam's axis, as that of the pivot, less how far the outline is from it [mm]."""
+    return distance - outline
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -76,16 +69,14 @@ def _outermost(setup: Setup, designs: Designs, programme: Programme) -> Any:
     return setup.mechanism.outline(designs, programme, side * setup.half_width(designs))
 
 
-def _to_pivot(
-    outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme
-) -> OutlineClearance:
-    return OutlineClearance(outline(designs, programme), designs.centre_distance)
+def _to_pivot(outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme) -> Any:
+    return outline_clearance(outline(designs, programme), designs.centre_distance)
 
 
 def _to_edge(
     outline: Callable[[Designs, Programme], Any], edge: float, designs: Designs, programme: Programme
-) -> OutlineClearance:
-    return OutlineClearance(outline(designs, programme), np.full(len(designs), edge))
+) -> Any:
+    return outline_clearance(outline(designs, programme), np.full(len(designs), edge))
 
 
 def _centre_distance(designs: Designs) -> Any:

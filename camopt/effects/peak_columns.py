@@ -9,7 +9,7 @@ from camopt.effects.case import Bounded, Case
 from camopt.effects.known import furthest
 from camopt.effects.peak import Peak
 from camopt.numerics import LEAST, FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.extremes import Extremes
 from camopt.numerics.state import State
 
@@ -54,7 +54,7 @@ def _of_sound(case: Case, peak: Peak, *, located: bool, floor: float) -> Extreme
     if peak.at_ends and not located:
         ((make, _),) = peak.curves
         made = make(case.designs, case.programme)
-        ends = [curve(made, ..., State(level, 0.0, 0.0, 0.0))[0] for level in case.programme.levels]
+        ends = [value_of(made, ..., State(level, 0.0, 0.0, 0.0)) for level in case.programme.levels]
         value = (np.minimum if peak.goal == LEAST else np.maximum)(*ends)
         return ExtremeOfEach(value, *np.zeros((3, len(case.designs))))
     numbers = [k for k, (_, kinds) in enumerate(peak.curves) if case.programme.has(kinds)]

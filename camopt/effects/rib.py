@@ -13,7 +13,7 @@ a follower that translates over a cylinder is nowhere less than the least t, and
 At 0 and below the rollers leave no rib, and it is no cam.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,36 +23,19 @@ from camopt.effects.peak_columns import peak_column
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
-from camopt.numerics import LEAST, FloatArray
-from camopt.numerics.curves import curve, formula
+from camopt.numerics import LEAST
+from camopt.numerics.curves import curve_type
 
 THICKNESS = "rib_thickness_min_mm"
 
 
-class RibThickness(NamedTuple):
-    """t, mm: from tan β at both rollers, d, cos and sin of σ·½δ, and 2·R_r + j."""
-
-    first: Any
-    second: Any
-    spacing: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    rollers: FloatArray
-
-
-@formula(RibThickness)
-def rib_thickness(f, i, at):
-    (t, t1), (u, u1) = curve(f.first, i, at), curve(f.second, i, at)
-    d, c, s = f.spacing[i], f.cosine[i], f.sine[i]
-    one, other = 1.0 + np.square(t), 1.0 + np.square(u)
-    root, further = np.sqrt(one), np.sqrt(other)
-    cos_1, sin_1 = (c + s * t) / root, (c * t - s) / root
-    cos_2, sin_2 = (c - s * u) / further, (c * u + s) / further
-    turn1, turn2 = t1 / one, u1 / other
-    apart = 1.0 + cos_1 * cos_2 + sin_1 * sin_2
-    value = d * (cos_1 + cos_2) / apart
-    turned = value * (sin_2 * cos_1 - cos_2 * sin_1) * (turn2 - turn1)
-    return value - f.rollers[i], (turned - d * (sin_1 * turn1 + sin_2 * turn2)) / apart
+@curve_type
+def rib_thickness(at, first, second, spacing, cosine, sine, rollers):
+    """t [mm]: from tan β at both rollers, d, cos and sin of σ·½δ, and 2·R_r + j."""
+    root, further = np.sqrt(1.0 + np.square(first)), np.sqrt(1.0 + np.square(second))
+    cos_1, sin_1 = (cosine + sine * first) / root, (cosine * first - sine) / root
+    cos_2, sin_2 = (cosine - sine * second) / further, (cosine * second + sine) / further
+    return spacing * (cos_1 + cos_2) / (1.0 + cos_1 * cos_2 + sin_1 * sin_2) - rollers
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -67,14 +50,14 @@ def _spacing(designs: Designs) -> Any:
 def peaks(setup: Setup) -> dict[str, Peak]:
     mechanism = setup.mechanism
 
-    def thickness(designs: Designs, programme: Programme) -> RibThickness:
+    def thickness(designs: Designs, programme: Programme) -> Any:
         d, zero = designs.roller_spacing, designs.size * 0.0
         sine = 0.5 * d / designs.arm_length if setup.angular else zero
         cosine, way = np.sqrt((1.0 - sine) * (1.0 + sine)), designs.sense if mechanism.body.developed else 1.0
         (second,) = mechanism.further
         first = mechanism.pressure(designs, programme)
         other = second.mechanism.pressure(second.seen(designs), programme)
-        return RibThickness(first, other, d, cosine + zero, way * sine, 2.0 * setup.half_width(designs) + zero)
+        return rib_thickness(first, other, d, cosine + zero, way * sine, 2.0 * setup.half_width(designs) + zero)
 
     return (
         {THICKNESS: Peak(((thickness, ALL_STROKES),), LEAST, unit=_spacing, open_at_zero=True)}

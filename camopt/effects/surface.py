@@ -28,7 +28,7 @@ Sources: Archard, J. Appl. Phys. 24 (1953); Dowson and Higginson, Elasto-hydrody
 from collections.abc import Mapping
 from functools import partial
 from math import pi
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +42,7 @@ from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.numerics.curves import curve, formula
+from camopt.numerics.curves import curve_type
 from camopt.numerics.jet import to_power
 
 SLIDING, SPIN = "sliding_speed_max_m_s", "roller_speed_max_rpm"
@@ -53,120 +53,48 @@ OF_SPEED, OF_LOAD, OF_RADIUS = 0.7, 0.13, 0.43  # exponents of u, 1/N and R in t
 REPORTED_TURNS = 1e6
 
 
-class TraceSliding(NamedTuple):
-    """N_p − q·R, mm/rad, with q = turns + turning·y'."""
-
-    speed: Any
-    radius: FloatArray
-    turns: FloatArray
-    turning: FloatArray
+@curve_type
+def trace_sliding(at, speed, radius, turns, turning):
+    """N_p − q·R [mm/rad], with q = turns + turning·y'."""
+    return speed - radius * (turns + turning * at.y1)
 
 
-class SpinRate(NamedTuple):
-    """N_p' − R·q', mm/rad², with q = 1 + turning·y'."""
-
-    speed: Any
-    radius: FloatArray
-    turning: FloatArray
+@curve_type
+def spin_rate(at, speed, radius, turning):
+    """N_p' − R·q' [mm/rad²], with q = 1 + turning·y'; ``speed`` is N_p'."""
+    return speed - radius * turning * at.y2
 
 
-class TraceEntrainment(NamedTuple):
-    """N_p·(1 − κ·R) − slip·(N_p − q·R)/2, mm/rad; ``slip`` is 0 for a roller, 1 for a tip that does not turn."""
-
-    speed: Any
-    curvature: Any
-    radius: FloatArray
-    turning: FloatArray
-    slip: FloatArray
+@curve_type
+def trace_entrainment(at, speed, curvature, radius, turning, slip):
+    """N_p·(1 − κ·R) − slip·(N_p − q·R)/2 [mm/rad]; ``slip`` is 0 for a roller, 1 for a tip that does not turn."""
+    half = 0.5 * slip
+    return speed * ((1.0 - half) - radius * curvature) + half * radius * (1.0 + turning * at.y1)
 
 
-class FaceEntrainment(NamedTuple):
-    """q·ρ − v/2, mm/rad."""
-
-    radius: Any
-    sliding: Any
-    turning: FloatArray
+@curve_type
+def face_entrainment(at, radius, sliding, turning):
+    """q·ρ − v/2 [mm/rad]."""
+    return (1.0 + turning * at.y1) * radius - 0.5 * sliding
 
 
-class FaceWear(NamedTuple):
-    """N·|v|/(q·ρ), N."""
-
-    load: Any
-    sliding: Any
-    turning: FloatArray
+@curve_type(loaded=True)
+def face_wear(at, load, sliding, turning):
+    """N·|v|/(q·ρ) [N]; ``load`` is N/ρ."""
+    return load * np.abs(sliding) / (1.0 + turning * at.y1)
 
 
-class RollerRadius(NamedTuple):
-    """R = R_r·(1 − κ·R_r), mm."""
+@curve_type
+def relative_radius(at, curvature, roller_radius):
+    """R = R_r·(1 − κ·R_r) [mm]."""
+    return roller_radius - roller_radius * roller_radius * curvature
 
-    curvature: Any
-    roller_radius: FloatArray
 
-
-class Thinness(NamedTuple):
+@curve_type(loaded=True)
+def film_thinness(at, normal, entrainment, radius):
     """N^0.13·u^−0.7·R^−0.43, the inverse of the film but for a factor; N, mm/rad, mm."""
-
-    normal: Any
-    entrainment: Any
-    radius: Any
-
-
-@formula(TraceSliding)
-def trace_sliding(f, i, at):
-    speed, speed1 = curve(f.speed, i, at)
-    r, turning = f.radius[i], f.turning[i]
-    return speed - r * (f.turns[i] + turning * at.y1), speed1 - r * turning * at.y2
-
-
-@formula(SpinRate)
-def spin_rate(f, i, at):
-    first, second = curve(f.speed, i, at)
-    r, turning = f.radius[i], f.turning[i]
-    return first - r * turning * at.y2, second - r * turning * at.y3
-
-
-@formula(TraceEntrainment)
-def trace_entrainment(f, i, at):
-    speed, speed1 = curve(f.speed, i, at)
-    k, k1 = curve(f.curvature, i, at)
-    r, turning, half = f.radius[i], f.turning[i], 0.5 * f.slip[i]
-    left = (1.0 - half) - r * k
-    value = speed * left + half * r * (1.0 + turning * at.y1)
-    return value, speed1 * left - speed * (r * k1) + half * r * turning * at.y2
-
-
-@formula(FaceEntrainment)
-def face_entrainment(f, i, at):
-    rho, rho1 = curve(f.radius, i, at)
-    v, v1 = curve(f.sliding, i, at)
-    q, q1 = 1.0 + f.turning[i] * at.y1, f.turning[i] * at.y2
-    return q * rho - 0.5 * v, q1 * rho + q * rho1 - 0.5 * v1
-
-
-@formula(FaceWear, loaded=True)
-def face_wear(f, i, at):
-    load, load1 = curve(f.load, i, at)
-    v, v1 = curve(f.sliding, i, at)
-    q, q1 = 1.0 + f.turning[i] * at.y1, f.turning[i] * at.y2
-    fast, fast1 = np.abs(v), np.sign(v) * v1
-    value = load * fast / q
-    return value, (load1 * fast + load * fast1 - value * q1) / q
-
-
-@formula(RollerRadius)
-def roller_radius(f, i, at):
-    k, k1 = curve(f.curvature, i, at)
-    r = f.roller_radius[i]
-    return r - r * r * k, -(r * r * k1)
-
-
-@formula(Thinness, loaded=True)
-def thinness(f, i, at):
-    n, n1 = curve(f.normal, i, at)
-    u, u1 = curve(f.entrainment, i, at)
-    r, r1 = curve(f.radius, i, at)
-    value = to_power(n, OF_LOAD) * to_power(np.square(u), -0.5 * OF_SPEED) * to_power(r, -OF_RADIUS)
-    return value, value * (OF_LOAD * n1 / n - OF_SPEED * u1 / u - OF_RADIUS * r1 / r)
+    spread = to_power(np.square(entrainment), -0.5 * OF_SPEED) * to_power(radius, -OF_RADIUS)
+    return to_power(normal, OF_LOAD) * spread
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -216,14 +144,14 @@ def sliding_curve(setup: Setup, designs: Designs, programme: Programme, side: fl
     if setup.mechanism.curvature is None:
         return sliding
     turns = np.full(len(designs), 0.0 if setup.mechanism.body.developed else 1.0)
-    return TraceSliding(sliding, -side * designs.roller_radius, turns, turning(setup, designs))
+    return trace_sliding(sliding, -side * designs.roller_radius, turns, turning(setup, designs))
 
 
-def spin_rate_curve(setup: Setup, designs: Designs, programme: Programme, side: float) -> SpinRate:
+def spin_rate_curve(setup: Setup, designs: Designs, programme: Programme, side: float) -> Any:
     """N_p' − R·q' on the wall on a side of the trace point, mm/rad²."""
     assert setup.mechanism.speeding is not None
     speed = setup.mechanism.speeding(designs, programme)
-    return SpinRate(speed, -side * designs.roller_radius, turning(setup, designs))
+    return spin_rate(speed, -side * designs.roller_radius, turning(setup, designs))
 
 
 def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
@@ -232,9 +160,9 @@ def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> A
     sliding, turns = speed_over_cam(mechanism)(designs, programme), turning(setup, designs)
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
-        return FaceEntrainment(mechanism.profile_radius(designs, programme), sliding, turns)
+        return face_entrainment(mechanism.profile_radius(designs, programme), sliding, turns)
     slip = np.full(len(designs), 0.0 if setup.rolls else 1.0)
-    return TraceEntrainment(sliding, mechanism.curvature(designs, programme), designs.roller_radius, turns, slip)
+    return trace_entrainment(sliding, mechanism.curvature(designs, programme), designs.roller_radius, turns, slip)
 
 
 def wear_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
@@ -242,10 +170,10 @@ def wear_curve(setup: Setup, designs: Designs, programme: Programme, way: float 
     if setup.is_knife:
         return normal_curve(setup, designs, programme, way)
     load, sliding = contact_load(setup, designs, programme), sliding_curve(setup, designs, programme)
-    return FaceWear(load, sliding, turning(setup, designs))
+    return face_wear(load, sliding, turning(setup, designs))
 
 
-def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Thinness:
+def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
     """The inverse of the film, but for ``film_factor``."""
     mechanism = setup.mechanism
     normal, entrainment = (
@@ -253,10 +181,10 @@ def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: fl
         entrainment_curve(setup, designs, programme),
     )
     if mechanism.curvature:
-        radius = RollerRadius(roller_path(setup, designs, programme, mechanism.flanks[0]), designs.roller_radius)
-        return Thinness(normal, entrainment, radius)
+        radius = relative_radius(roller_path(setup, designs, programme, mechanism.flanks[0]), designs.roller_radius)
+        return film_thinness(normal, entrainment, radius)
     assert mechanism.profile_radius is not None
-    return Thinness(normal, entrainment, mechanism.profile_radius(designs, programme))
+    return film_thinness(normal, entrainment, mechanism.profile_radius(designs, programme))
 
 
 def wear_variants(name: str, setup: Setup) -> tuple[Variant, ...]:

@@ -23,7 +23,6 @@ from camopt.effects import force
 from camopt.effects.case import Case, Effect, Setup, of_setting
 from camopt.effects.given import GivenDynamics
 from camopt.effects.loads import (
-    SideThrust,
     along_curve,
     drag_curve,
     driven,
@@ -31,6 +30,7 @@ from camopt.effects.loads import (
     goal_of,
     has_guide_friction,
     normal_curve,
+    side_thrust,
     ways,
 )
 from camopt.effects.peak import AS_IT_IS, LeftOfOne, Peak, Scale, Times, at_corners, unweighted
@@ -68,11 +68,11 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return found
 
 
-def thrust_curve(setup: Setup, designs: Designs, programme: Programme, way: float, of: str) -> SideThrust:
+def thrust_curve(setup: Setup, designs: Designs, programme: Programme, way: float, of: str) -> Any:
     """S·(arm + reach·y) of a follower that moves one way, for a quantity of side thrust."""
     ones, pressure = np.ones(len(designs)), setup.mechanism.pressure(designs, programme)
     arm, reach, _ = LEVERS[of](setup.at(designs).dynamics)
-    return SideThrust(along_curve(setup, designs, programme, way), pressure, arm * ones, reach * ones)
+    return side_thrust(along_curve(setup, designs, programme, way), pressure, arm * ones, reach * ones)
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:

@@ -35,7 +35,7 @@ from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
 from camopt.effects.force import with_load
 from camopt.effects.given import GivenDynamics
 from camopt.effects.guided import guided_torque, smooth_parts
-from camopt.effects.loads import ShaftTorque, drag_of, driven, has_guide_friction, torque_curve, ways
+from camopt.effects.loads import drag_of, driven, has_guide_friction, shaft_torque, torque_curve, ways
 from camopt.effects.mean import Mean
 from camopt.effects.mean_columns import mean_column
 from camopt.effects.peak import AS_IT_IS, Peak, Scale, Times, at_corners
@@ -243,11 +243,11 @@ def means(setup: Setup) -> dict[str, Mean]:
     }
 
 
-def spent_curve(setup: Setup, designs: Designs, programme: Programme) -> ShaftTorque:
+def spent_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """The torque of forces whose energy is not returned (``lasting``), without impulses at corners."""
     each, ones = setup.at(designs), np.ones(len(designs))
     damped = Linear(0.0 * ones, each.dynamics.damping * each.omega * ones, 0.0 * ones, 0.0 * ones)
-    return ShaftTorque(with_load(damped, ones, each.omega**2 * ones, programme))
+    return shaft_torque(with_load(damped, ones, each.omega**2 * ones, programme))
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
 from camopt.motion.table import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.interval import Interval, as_interval
 from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped
 from camopt.problem.claims import Claim
@@ -244,7 +244,7 @@ class BoxBounds(NamedTuple):
         angles = np.concatenate(
             [programme.one_sided(at, kinds) for (kinds, _), at in zip(asked, where, strict=True)]
         )
-        value, _ = curve(make(inside, programme), ..., programme.state(angles))
+        value = value_of(make(inside, programme), ..., programme.state(angles))
         goals = np.repeat([goal for _, goal in asked], 2)[:, None]
         sides = np.where(goals == LEAST, -1.0, 1.0)
         far = _known(np.where(goals == LARGEST_MAGNITUDE, np.abs(value), sides * value))
@@ -255,7 +255,7 @@ class BoxBounds(NamedTuple):
         """A curve over boxes, each at a cam angle of its own; and the boxes as designs of ranges with slopes."""
         designs, like = sloped_boxes(box, inside, self.free, 1)
         state = rounded(self.problem.programme.state(angle), self.problem.programme)
-        return curve(make(designs, self.problem.programme), ..., state)[0], designs, like
+        return value_of(make(designs, self.problem.programme), ..., state), designs, like
 
 
 class ExtremeAsked(NamedTuple):

@@ -31,7 +31,7 @@ from camopt.measured.profile import MeasuredProfile
 from camopt.mechanisms.pairs import second_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
@@ -435,7 +435,7 @@ class _Both:
         if force.missing(problem.setup):
             return None
         record = force.own_force_curve(problem.setup, problem.design, problem.programme)
-        found = curve(record, 0, problem.programme.state(self.angles))[0]
+        found = value_of(record, 0, problem.programme.state(self.angles))
         return np.asarray(np.abs(found) / 2.0 * self._force_unit)
 
     @property

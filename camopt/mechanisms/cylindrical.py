@@ -3,7 +3,7 @@
 tan β = y'/R_m,    κ = (y''/R_m²) / (1 + (y'/R_m)²)^{3/2};    both flanks of the groove touch the roller
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -14,56 +14,36 @@ from camopt.mechanisms.follower import ROUND, TRANSLATING
 from camopt.mechanisms.rest import ContactPoint, Off, Rest
 from camopt.mechanisms.trace import speed_change, trace_curvature
 from camopt.motion.programme import Programme
-from camopt.numerics import FloatArray
-from camopt.numerics.curves import formula, further_formula
+from camopt.numerics.curves import curve_type, further_formula
 
 
-class OverCylinder(NamedTuple):
-    """Of each design: R_m, mm."""
-
-    mean_radius: FloatArray
-
-
-class CylindricalPressureAngle(OverCylinder):
-    """tan β."""
+@curve_type
+def cylindrical_pressure(at, mean_radius):
+    """tan β; ``mean_radius`` is R_m [mm]."""
+    return at.y1 / mean_radius
 
 
-class CylindricalPath(OverCylinder):
-    """The length of the pitch curve by the cam angle, √(R_m² + y'²), mm/rad."""
-
-
-class CylindricalPitchCurvature(OverCylinder):
-    """κ of the developed pitch curve, 1/mm."""
-
-
-@formula(CylindricalPressureAngle)
-def pressure_angle(f, i, at):
-    return at.y1 / f.mean_radius[i], at.y2 / f.mean_radius[i]
-
-
-@further_formula(CylindricalPressureAngle)
+@further_formula(cylindrical_pressure)
 def pressure_angle_further(f, i, at):
     return at.y1 / f.mean_radius[i], at.y2 / f.mean_radius[i], at.y3 / f.mean_radius[i], at.y4 / f.mean_radius[i]
 
 
-@formula(CylindricalPath)
-def path(f, i, at):
-    value = np.sqrt(np.square(f.mean_radius[i]) + np.square(at.y1))
-    return value, at.y1 * at.y2 / value
+@curve_type
+def cylindrical_path(at, mean_radius):
+    """The length of the pitch curve by the cam angle, √(R_m² + y'²) [mm/rad]."""
+    return np.sqrt(np.square(mean_radius) + np.square(at.y1))
 
 
-class CylindricalSpeedChange(OverCylinder):
-    """The derivative of that length by the cam angle, mm/rad²."""
+@curve_type
+def cylindrical_speed_change(at, mean_radius):
+    """The derivative of that length by the cam angle [mm/rad²]."""
+    return speed_change(at.y1, at.y2, mean_radius, 0.0)
 
 
-@formula(CylindricalSpeedChange)
-def speed_changes(f, i, at):
-    return speed_change(at.y1, at.y2, at.y3, f.mean_radius[i], 0.0, 0.0)
-
-
-@formula(CylindricalPitchCurvature)
-def pitch_curvature(f, i, at):
-    return trace_curvature(-at.y1, -at.y2, -at.y3, f.mean_radius[i], 0.0, 0.0, 0.0, 0.0)
+@curve_type
+def cylindrical_curvature(at, mean_radius):
+    """κ of the developed pitch curve [1/mm]."""
+    return trace_curvature(-at.y1, -at.y2, mean_radius, 0.0, 0.0)
 
 
 def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
@@ -87,10 +67,10 @@ MECHANISM = Mechanism(
     tips=ROUND,
     sizes=("roller_radius",),
     name="cylindrical cam, translating follower",
-    pressure=lambda designs, programme: CylindricalPressureAngle(designs.size),
-    curvature=lambda designs, programme: CylindricalPitchCurvature(designs.size),
-    path=lambda designs, programme: CylindricalPath(designs.size),
-    speeding=lambda designs, programme: CylindricalSpeedChange(designs.size),
+    pressure=lambda designs, programme: cylindrical_pressure(designs.size),
+    curvature=lambda designs, programme: cylindrical_curvature(designs.size),
+    path=lambda designs, programme: cylindrical_path(designs.size),
+    speeding=lambda designs, programme: cylindrical_speed_change(designs.size),
     assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0",
     contact=_contact,

@@ -16,7 +16,7 @@ x³/(6R_m²) round the cylinder (for l = 100, h = 20°, R_m = 60 mm: x = 1.5 mm,
 """
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -28,41 +28,18 @@ from camopt.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
 from camopt.mechanisms.trace import course_over_cylinder, speed_change, trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import formula, further_formula, quotient, turned_series
+from camopt.numerics.curves import curve_type, further_formula, quotient, turned_series
 from camopt.numerics.trigonometry import turned
 
 
-class ArmOverCylinder(NamedTuple):
-    """Of each design: R_m and l, mm, the direction of the arm at the start, and the sense of rotation."""
-
-    mean_radius: FloatArray
-    arm_length: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+@curve_type
+def swinging_pressure(at, mean_radius, arm_length, cosine, sine, sense):
+    """tan β; ``cosine`` and ``sine`` are those of the arm at the start."""
+    cosine, sine = turned(cosine, sine, at.y)
+    return (arm_length / mean_radius * at.y1 + sense * sine) / cosine
 
 
-class CylindricalOscillatingPressureAngle(ArmOverCylinder):
-    """tan β."""
-
-
-class CylindricalOscillatingPath(ArmOverCylinder):
-    """The length of the pitch curve by the cam angle, N, mm/rad pressure angle."""
-
-
-class CylindricalOscillatingPitchCurvature(ArmOverCylinder):
-    """κ of the developed pitch curve, 1/mm."""
-
-
-@formula(CylindricalOscillatingPressureAngle)
-def pressure_angle(f, i, at):
-    r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    tangent = (l / r * at.y1 + f.sense[i] * sine) / cosine
-    return tangent, (l / r * at.y2 + f.sense[i] * cosine * at.y1 + tangent * sine * at.y1) / cosine
-
-
-@further_formula(CylindricalOscillatingPressureAngle)
+@further_formula(swinging_pressure)
 def pressure_angle_further(f, i, at):
     cosine, (s, s1, s2, s3) = turned_series(f.cosine[i], f.sine[i], at)
     ratio, sense = f.arm_length[i] / f.mean_radius[i], f.sense[i]
@@ -75,31 +52,26 @@ def pressure_angle_further(f, i, at):
     return quotient(w, cosine)
 
 
-@formula(CylindricalOscillatingPath)
-def path(f, i, at):
-    r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    swing, swing1 = f.sense[i] * l * at.y1, f.sense[i] * l * at.y2
-    along, along1 = r + swing * sine, swing1 * sine + swing * cosine * at.y1
-    up, up1 = swing * cosine, swing1 * cosine - swing * sine * at.y1
-    value = np.sqrt(np.square(along) + np.square(up))
-    return value, (along * along1 + up * up1) / value
+@curve_type
+def swinging_path(at, mean_radius, arm_length, cosine, sine, sense):
+    """The length of the pitch curve by the cam angle, N [mm/rad]."""
+    cosine, sine = turned(cosine, sine, at.y)
+    swing = sense * arm_length * at.y1
+    return np.sqrt(np.square(mean_radius + swing * sine) + np.square(swing * cosine))
 
 
-class CylindricalOscillatingSpeedChange(ArmOverCylinder):
-    """The derivative of that length by the cam angle, mm/rad² pressure angle."""
+@curve_type
+def swinging_curvature(at, mean_radius, arm_length, cosine, sine, sense):
+    """κ of the developed pitch curve [1/mm]."""
+    w, w1, s, s1 = course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense)
+    return trace_curvature(w, w1, s, s1, -sense * at.y1)
 
 
-@formula(CylindricalOscillatingPitchCurvature)
-def pitch_curvature(f, i, at):
-    w, w1, w2, s, s1, s2 = course_over_cylinder(f, i, at)
-    return trace_curvature(w, w1, w2, s, s1, s2, -f.sense[i] * at.y1, -f.sense[i] * at.y2)
-
-
-@formula(CylindricalOscillatingSpeedChange)
-def speed_changes(f, i, at):
-    w, w1, w2, s, s1, s2 = course_over_cylinder(f, i, at)
-    return speed_change(w, w1, w2, s, s1, s2)
+@curve_type
+def swinging_speed_change(at, mean_radius, arm_length, cosine, sine, sense):
+    """The derivative of that length by the cam angle [mm/rad²]."""
+    w, w1, s, s1 = course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense)
+    return speed_change(w, w1, s, s1)
 
 
 def _fields(designs: Designs, programme: Programme) -> tuple[FloatArray, ...]:
@@ -142,10 +114,10 @@ MECHANISM = Mechanism(
     tips=ROUND,
     sizes=("roller_radius", "arm_length"),
     name="cylindrical cam, oscillating follower",
-    pressure=lambda designs, programme: CylindricalOscillatingPressureAngle(*_fields(designs, programme)),
-    curvature=lambda designs, programme: CylindricalOscillatingPitchCurvature(*_fields(designs, programme)),
-    path=lambda designs, programme: CylindricalOscillatingPath(*_fields(designs, programme)),
-    speeding=lambda designs, programme: CylindricalOscillatingSpeedChange(*_fields(designs, programme)),
+    pressure=lambda designs, programme: swinging_pressure(*_fields(designs, programme)),
+    curvature=lambda designs, programme: swinging_curvature(*_fields(designs, programme)),
+    path=lambda designs, programme: swinging_path(*_fields(designs, programme)),
+    speeding=lambda designs, programme: swinging_speed_change(*_fields(designs, programme)),
     assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     contact=_contact,

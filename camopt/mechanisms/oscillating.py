@@ -12,7 +12,7 @@ Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
 
 from collections.abc import Mapping
 from math import degrees
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -25,39 +25,20 @@ from camopt.mechanisms.trace import course_of_arm, speed_change, trace_curvature
 from camopt.motion.contact import OscillatingPoint
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import formula, further_formula, quotient, turned_series
+from camopt.numerics.curves import curve_type, further_formula, quotient, turned_series
 from camopt.numerics.stable import triangle_angle
 from camopt.numerics.taylor import direction
 from camopt.numerics.trigonometry import turned
 
 
-class Arm(NamedTuple):
-    """Of each design: c and l, mm, the direction of ψ₀, and the sense of rotation."""
-
-    centre_distance: FloatArray
-    arm_length: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+@curve_type
+def oscillating_pressure(at, centre_distance, arm_length, cosine, sine, sense):
+    """tan β; ``cosine`` and ``sine`` are those of ψ₀."""
+    cosine, sine = turned(cosine, sine, at.y)
+    return (arm_length * (1.0 + sense * at.y1) - centre_distance * cosine) / (centre_distance * sine)
 
 
-class OscillatingPressureAngle(Arm):
-    """tan β."""
-
-
-class OscillatingPitchCurvature(Arm):
-    """κ of the pitch curve, 1/mm."""
-
-
-@formula(OscillatingPressureAngle)
-def pressure_angle(f, i, at):
-    c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    tangent = (l * (1.0 + f.sense[i] * at.y1) - c * cosine) / (c * sine)
-    return tangent, (l * f.sense[i] * at.y2 / c + (sine - tangent * cosine) * at.y1) / sine
-
-
-@further_formula(OscillatingPressureAngle)
+@further_formula(oscillating_pressure)
 def pressure_angle_further(f, i, at):
     (c, c1, c2, c3), (s, s1, s2, s3) = turned_series(f.cosine[i], f.sine[i], at)
     ratio = f.arm_length[i] / f.centre_distance[i]
@@ -66,52 +47,34 @@ def pressure_angle_further(f, i, at):
     return quotient(w, (s, s1, s2, s3))
 
 
-class OscillatingPitchSpeed(Arm):
-    """N, mm/rad."""
+@curve_type
+def oscillating_speed(at, centre_distance, arm_length, cosine, sine, sense):
+    """N [mm/rad]."""
+    cosine, sine = turned(cosine, sine, at.y)
+    w = arm_length * (1.0 + sense * at.y1) - centre_distance * cosine
+    return np.sqrt(np.square(w) + np.square(centre_distance * sine))
 
 
-@formula(OscillatingPitchSpeed)
-def pitch_speed(f, i, at):
-    c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    w, s = l * (1.0 + f.sense[i] * at.y1) - c * cosine, c * sine
-    w1, s1 = l * f.sense[i] * at.y2 + s * at.y1, c * cosine * at.y1
-    speed = np.sqrt(np.square(w) + np.square(s))
-    return speed, (w * w1 + s * s1) / speed
+@curve_type
+def oscillating_curvature(at, centre_distance, arm_length, cosine, sine, sense):
+    """κ of the pitch curve [1/mm]."""
+    w, w1, s, s1 = course_of_arm(at, centre_distance, arm_length, cosine, sine, sense)
+    return trace_curvature(w, w1, s, s1, 1.0 + sense * at.y1)
 
 
-class OscillatingSpeedChange(Arm):
-    """N', mm/rad²."""
+@curve_type
+def oscillating_speed_change(at, centre_distance, arm_length, cosine, sine, sense):
+    """N' [mm/rad²]."""
+    w, w1, s, s1 = course_of_arm(at, centre_distance, arm_length, cosine, sine, sense)
+    return speed_change(w, w1, s, s1)
 
 
-@formula(OscillatingPitchCurvature)
-def pitch_curvature(f, i, at):
-    w, w1, w2, s, s1, s2 = course_of_arm(f, i, at)
-    return trace_curvature(w, w1, w2, s, s1, s2, 1.0 + f.sense[i] * at.y1, f.sense[i] * at.y2)
-
-
-@formula(OscillatingSpeedChange)
-def speed_changes(f, i, at):
-    w, w1, w2, s, s1, s2 = course_of_arm(f, i, at)
-    return speed_change(w, w1, w2, s, s1, s2)
-
-
-class OscillatingOutline(NamedTuple):
-    """Distance of the trace point from the cam's axis less R_r, mm; c and l, mm, and the direction of ψ₀."""
-
-    centre_distance: FloatArray
-    arm_length: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    roller_radius: FloatArray
-
-
-@formula(OscillatingOutline)
-def outline(f, i, at):
-    c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    distance = np.sqrt(np.square(l - c * cosine) + np.square(c * sine))
-    return distance - f.roller_radius[i], c * l * sine * at.y1 / distance
+@curve_type
+def oscillating_outline(at, centre_distance, arm_length, cosine, sine, roller_radius):
+    """Distance of the trace point from the cam's axis less R_r [mm]."""
+    cosine, sine = turned(cosine, sine, at.y)
+    across = np.square(arm_length - centre_distance * cosine)
+    return np.sqrt(across + np.square(centre_distance * sine)) - roller_radius
 
 
 def first_angle(designs: Designs) -> FloatArray:
@@ -128,9 +91,9 @@ def _fields(designs: Designs) -> tuple[FloatArray, ...]:
     return designs.centre_distance, designs.arm_length, np.cos(start), np.sin(start), sense
 
 
-def _outline(designs: Designs, programme: Programme, beyond: Any) -> OscillatingOutline:
+def _outline(designs: Designs, programme: Programme, beyond: Any) -> Any:
     c, l, cosine, sine, _ = _fields(designs)  # noqa: E741
-    return OscillatingOutline(c, l, cosine, sine, -beyond)
+    return oscillating_outline(c, l, cosine, sine, -beyond)
 
 
 def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
@@ -192,10 +155,10 @@ MECHANISM = Mechanism(
     tips=ROUND,
     sizes=("centre_distance", "arm_length", "roller_radius"),
     name="disc cam, oscillating follower with a trace point",
-    pressure=lambda designs, programme: OscillatingPressureAngle(*_fields(designs)),
-    sliding=lambda designs, programme: OscillatingPitchSpeed(*_fields(designs)),
-    speeding=lambda designs, programme: OscillatingSpeedChange(*_fields(designs)),
-    curvature=lambda designs, programme: OscillatingPitchCurvature(*_fields(designs)),
+    pressure=lambda designs, programme: oscillating_pressure(*_fields(designs)),
+    sliding=lambda designs, programme: oscillating_speed(*_fields(designs)),
+    speeding=lambda designs, programme: oscillating_speed_change(*_fields(designs)),
+    curvature=lambda designs, programme: oscillating_curvature(*_fields(designs)),
     outline=_outline,
     start=first_angle,
     trace_point=trace_point,

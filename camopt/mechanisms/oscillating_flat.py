@@ -9,7 +9,7 @@ and the face, R_b = f + c·sin ψ₀. With q = 1 + p, p = ψ' for a ccw cam and 
 
 from collections.abc import Mapping
 from math import asin, degrees
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,72 +21,40 @@ from camopt.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
 from camopt.motion.contact import OscillatingFace
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import formula, further_formula, quotient, turned_series
+from camopt.numerics.curves import curve_type, further_formula, quotient, turned_series
 from camopt.numerics.trigonometry import turned
 
 
-class SwingingFace(NamedTuple):
-    """Of each design: f and c, mm, the direction of ψ₀, and the sense of rotation."""
-
-    face_offset: FloatArray
-    centre_distance: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    sense: FloatArray
+@curve_type
+def swinging_face_sliding(at, face_offset, centre_distance, cosine, sine, sense):
+    """Speed of sliding [mm/rad]; ``cosine`` and ``sine`` are those of ψ₀."""
+    _, sine = turned(cosine, sine, at.y)
+    return (1.0 + sense * at.y1) * face_offset + centre_distance * sine
 
 
-class OscillatingFlatPressureAngle(SwingingFace):
+@curve_type
+def swinging_face_pressure(at, face_offset, centre_distance, cosine, sine, sense):
     """tan β."""
+    cosine, _ = turned(cosine, sine, at.y)
+    return face_offset / (centre_distance * cosine) * (1.0 + sense * at.y1)
 
 
-class OscillatingFlatProfileRadius(SwingingFace):
-    """ρ of the profile, mm."""
+@curve_type
+def swinging_face_radius(at, face_offset, centre_distance, cosine, sine, sense):
+    """ρ of the profile [mm]."""
+    cosine, sine = turned(cosine, sine, at.y)
+    q = 1.0 + sense * at.y1
+    return face_offset + centre_distance * (sine * ((2.0 * q - 1.0) / (q * q)) + cosine * (at.y2 / (q * q * q)))
 
 
-class OscillatingFlatReach(SwingingFace):
-    """Distance t of the contact from the pivot along the face, mm."""
+@curve_type
+def swinging_face_reach(at, face_offset, centre_distance, cosine, sine, sense):
+    """Distance t of the contact from the pivot along the face [mm]."""
+    cosine, _ = turned(cosine, sine, at.y)
+    return centre_distance * cosine / (1.0 + sense * at.y1)
 
 
-class OscillatingFlatSliding(SwingingFace):
-    """Speed of sliding, mm/rad."""
-
-
-@formula(OscillatingFlatSliding)
-def sliding(f, i, at):
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    turning, turning1 = 1.0 + f.sense[i] * at.y1, f.sense[i] * at.y2
-    value = turning * f.face_offset[i] + f.centre_distance[i] * sine
-    return value, turning1 * f.face_offset[i] + f.centre_distance[i] * cosine * at.y1
-
-
-@formula(OscillatingFlatPressureAngle)
-def pressure_angle(f, i, at):
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    ratio = f.face_offset[i] / (f.centre_distance[i] * cosine)
-    q = 1.0 + f.sense[i] * at.y1
-    return ratio * q, ratio * (f.sense[i] * at.y2 + q * at.y1 * sine / cosine)
-
-
-@formula(OscillatingFlatProfileRadius)
-def profile_radius(f, i, at):
-    c = f.centre_distance[i]
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    q, q1 = 1.0 + f.sense[i] * at.y1, f.sense[i] * at.y2
-    a, b = (2.0 * q - 1.0) / (q * q), at.y2 / (q * q * q)
-    a1, b1 = 2.0 * q1 * (1.0 - q) / (q * q * q), (at.y3 - 3.0 * at.y2 * q1 / q) / (q * q * q)
-    value = f.face_offset[i] + c * (sine * a + cosine * b)
-    return value, c * ((cosine * a - sine * b) * at.y1 + sine * a1 + cosine * b1)
-
-
-@formula(OscillatingFlatReach)
-def reach(f, i, at):
-    c = f.centre_distance[i]
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    q = 1.0 + f.sense[i] * at.y1
-    return c * cosine / q, -c * (sine * at.y1 + cosine * f.sense[i] * at.y2 / q) / q
-
-
-@further_formula(OscillatingFlatReach)
+@further_formula(swinging_face_reach)
 def reach_further(f, i, at):
     c, sense = f.centre_distance[i], f.sense[i]
     (cosine, cosine1, cosine2, cosine3), _ = turned_series(f.cosine[i], f.sine[i], at)
@@ -94,19 +62,11 @@ def reach_further(f, i, at):
     return quotient((c * cosine, c * cosine1, c * cosine2, c * cosine3), turning)
 
 
-class OscillatingFlatOutline(NamedTuple):
-    """Distance of the face from the cam's axis, mm; f and c in mm, and the direction of ψ₀."""
-
-    face_offset: FloatArray
-    centre_distance: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-
-
-@formula(OscillatingFlatOutline)
-def outline(f, i, at):
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    return f.face_offset[i] + f.centre_distance[i] * sine, f.centre_distance[i] * cosine * at.y1
+@curve_type
+def swinging_face_outline(at, face_offset, centre_distance, cosine, sine):
+    """Distance of the face from the cam's axis [mm]."""
+    _, sine = turned(cosine, sine, at.y)
+    return face_offset + centre_distance * sine
 
 
 def first_sine(designs: Designs) -> FloatArray:
@@ -170,11 +130,11 @@ MECHANISM = Mechanism(
     tips=(FLAT,),
     sizes=("centre_distance", "face_offset"),
     name="disc cam, oscillating flat-faced follower",
-    pressure=lambda designs, programme: OscillatingFlatPressureAngle(*_fields(designs)),
-    profile_radius=lambda designs, programme: OscillatingFlatProfileRadius(*_fields(designs)),
-    sliding=lambda designs, programme: OscillatingFlatSliding(*_fields(designs)),
-    reach=lambda designs, programme: OscillatingFlatReach(*_fields(designs)),
-    outline=lambda designs, programme, beyond: OscillatingFlatOutline(*_fields(designs)[:4]),
+    pressure=lambda designs, programme: swinging_face_pressure(*_fields(designs)),
+    profile_radius=lambda designs, programme: swinging_face_radius(*_fields(designs)),
+    sliding=lambda designs, programme: swinging_face_sliding(*_fields(designs)),
+    reach=lambda designs, programme: swinging_face_reach(*_fields(designs)),
+    outline=lambda designs, programme, beyond: swinging_face_outline(*_fields(designs)[:4]),
     assembly_margins=_assembly_margins,
     assembly="the face has to touch the base circle, and to swing by less than the cam turns",
     contact=_contact,

@@ -35,7 +35,7 @@ from camopt.mechanisms.drive import BREADTH, CONJUGATE, DIAMETER
 from camopt.mechanisms.follower import ROLLER
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import curve, formula
+from camopt.numerics.curves import curve_formula, part, value_of
 from camopt.numerics.state import State
 
 OF_CONTACT = ("pressure", "sliding", "speeding", "curvature", "profile_radius", "reach", "outline", "path")
@@ -52,9 +52,9 @@ class Reversed(NamedTuple):
     lift: FloatArray
 
 
-@formula(Reversed)
+@curve_formula(Reversed)
 def reversed_curve(f, i, at):
-    return curve(f.curve, i, State(f.lift[i] - at.y, -at.y1, -at.y2, -at.y3, None, -at.y4))
+    return value_of(f.curve, i, State(part(f.lift, i, at) - at.y, -at.y1, -at.y2, -at.y3, None, -at.y4))
 
 
 def _reversed(make: Callable[..., Any]) -> Callable[..., Reversed]:

@@ -49,7 +49,7 @@ from camopt.mechanisms.pairs import with_second
 from camopt.mechanisms.rest import ContactPoint, Off, Rest, angle_by_sine
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import curve, formula
+from camopt.numerics.curves import curve_formula, part, value_of
 from camopt.numerics.stable import difference_of_squares_root, triangle_angle
 from camopt.numerics.state import State
 
@@ -62,10 +62,9 @@ class Ahead(NamedTuple):
     factor: FloatArray
 
 
-@formula(Ahead)
+@curve_formula(Ahead)
 def ahead_curve(f, i, at):
-    value, slope = curve(f.curve, i, State(at.y + f.by[i], at.y1, at.y2, at.y3, None, at.y4))
-    return f.factor[i] * value, f.factor[i] * slope
+    return part(f.factor, i, at) * value_of(f.curve, i, State(at.y + f.by[i], at.y1, at.y2, at.y3, None, at.y4))
 
 
 def spacing(mechanism: Mechanism, designs: Designs) -> Any:

@@ -17,45 +17,31 @@ from camopt.numerics.trigonometry import turned
 
 
 @inlined
-def speed_change(w, w1, w2, s, s1, s2):
-    """N' and N'' from w and s, and their derivatives by the cam angle."""
-    speed = np.sqrt(np.square(w) + np.square(s))
-    first = (w * w1 + s * s1) / speed
-    second = (np.square(w1) + w * w2 + np.square(s1) + s * s2 - np.square(first)) / speed
-    return first, second
+def speed_change(w, w1, s, s1):
+    """N' from w and s, and their derivatives by the cam angle."""
+    return (w * w1 + s * s1) / np.sqrt(np.square(w) + np.square(s))
 
 
 @inlined
-def trace_curvature(w, w1, w2, s, s1, s2, frame, frame1):
-    """κ and κ' from w and s, the turning of the frame, and their derivatives by the cam angle."""
+def trace_curvature(w, w1, s, s1, frame):
+    """κ from w and s, their derivatives by the cam angle, and the turning of the frame."""
     square = np.square(w) + np.square(s)
-    root = np.sqrt(square)
-    turn = (w1 * s - w * s1) / square
-    half = w * w1 + s * s1
-    turn1 = (w2 * s - w * s2 - 2.0 * turn * half) / square
-    curvature = (frame - turn) / root
-    return curvature, (frame1 - turn1) / root - curvature * half / square
+    return (frame - (w1 * s - w * s1) / square) / np.sqrt(square)
 
 
 @inlined
-def course_of_arm(f, i, at):
-    """w and s of the trace point on an arm over a disc, each with two derivatives by the cam angle."""
-    c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    q, sense = 1.0 + f.sense[i] * at.y1, f.sense[i]
-    w, s, along = sense * (l * q - c * cosine), c * sine, c * cosine
-    w1, s1 = l * at.y2 + sense * s * at.y1, along * at.y1
-    w2, s2 = l * at.y3 + sense * (s1 * at.y1 + s * at.y2), along * at.y2 - s * np.square(at.y1)
-    return w, w1, w2, s, s1, s2
+def course_of_arm(at, centre_distance, arm_length, cosine, sine, sense):
+    """w and s of the trace point on an arm over a disc, each with its derivative by the cam angle."""
+    cosine, sine = turned(cosine, sine, at.y)
+    s, along = centre_distance * sine, centre_distance * cosine
+    w = sense * (arm_length * (1.0 + sense * at.y1) - along)
+    return w, arm_length * at.y2 + sense * s * at.y1, s, along * at.y1
 
 
 @inlined
-def course_over_cylinder(f, i, at):
-    """w and s of the trace point on an arm over a cylinder, each with two derivatives by the cam angle."""
-    r, l, sense = f.mean_radius[i], f.arm_length[i], f.sense[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
-    s, across = r * cosine, r * sine
-    w = -(l * at.y1 + sense * across)
-    w1, s1 = -(l * at.y2 + sense * s * at.y1), -(across * at.y1)
-    w2, s2 = -(l * at.y3 + sense * (s1 * at.y1 + s * at.y2)), -(s * np.square(at.y1) + across * at.y2)
-    return w, w1, w2, s, s1, s2
+def course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense):
+    """w and s of the trace point on an arm over a cylinder, each with its derivative by the cam angle."""
+    cosine, sine = turned(cosine, sine, at.y)
+    s, across = mean_radius * cosine, mean_radius * sine
+    w, w1 = -(arm_length * at.y1 + sense * across), -(arm_length * at.y2 + sense * s * at.y1)
+    return w, w1, s, -(across * at.y1)

@@ -6,13 +6,11 @@ the offset if it turns cw. With w = y' − e:
 
     tan β = w / s,    N² = s² + w²,    κ_pitch = (1 − β') / N = (N² + w·y' − s·y'') / N³   (> 0 convex)
 
-A formula gives the value of its curve and its slope by the cam angle (``numerics.curves``).
-
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7; regrouped.
 """
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -25,76 +23,42 @@ from camopt.mechanisms.trace import speed_change, trace_curvature
 from camopt.motion.contact import TranslatingPoint
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import formula, further_formula, quotient
+from camopt.numerics.curves import curve_type, further_formula, quotient
 
 
-class Translating(NamedTuple):
-    """Of each design: ``lead`` is e, ``height`` is s₀, both in mm."""
-
-    lead: FloatArray
-    height: FloatArray
-
-
-class TranslatingPressureAngle(Translating):
-    """tan β."""
+@curve_type
+def translating_pressure(at, lead, height):
+    """tan β; ``lead`` is e, ``height`` is s₀ [mm]."""
+    return (at.y1 - lead) / (height + at.y)
 
 
-@formula(TranslatingPressureAngle)
-def pressure_angle(f, i, at):
-    s = f.height[i] + at.y
-    tangent = (at.y1 - f.lead[i]) / s
-    return tangent, (at.y2 - tangent * at.y1) / s
-
-
-@further_formula(TranslatingPressureAngle)
+@further_formula(translating_pressure)
 def pressure_angle_further(f, i, at):
     return quotient((at.y1 - f.lead[i], at.y2, at.y3, at.y4), (f.height[i] + at.y, at.y1, at.y2, at.y3))
 
 
-class TranslatingPitchSpeed(Translating):
-    """N, mm/rad."""
+@curve_type
+def translating_speed(at, lead, height):
+    """N [mm/rad]."""
+    return np.sqrt(np.square(height + at.y) + np.square(at.y1 - lead))
 
 
-@formula(TranslatingPitchSpeed)
-def pitch_speed(f, i, at):
-    s, w = f.height[i] + at.y, at.y1 - f.lead[i]
-    speed = np.sqrt(np.square(s) + np.square(w))
-    return speed, (s * at.y1 + w * at.y2) / speed
+@curve_type
+def translating_speed_change(at, lead, height):
+    """N' [mm/rad²]."""
+    return speed_change(at.y1 - lead, at.y2, height + at.y, at.y1)
 
 
-class TranslatingSpeedChange(Translating):
-    """N', mm/rad²."""
+@curve_type
+def translating_curvature(at, lead, height):
+    """κ of the pitch curve [1/mm]."""
+    return trace_curvature(at.y1 - lead, at.y2, height + at.y, at.y1, 1.0)
 
 
-@formula(TranslatingSpeedChange)
-def speed_changes(f, i, at):
-    return speed_change(at.y1 - f.lead[i], at.y2, at.y3, f.height[i] + at.y, at.y1, at.y2)
-
-
-class TranslatingPitchCurvature(Translating):
-    """κ of the pitch curve, 1/mm."""
-
-
-@formula(TranslatingPitchCurvature)
-def pitch_curvature(f, i, at):
-    s = f.height[i] + at.y
-    w = at.y1 - f.lead[i]
-    return trace_curvature(w, at.y2, at.y3, s, at.y1, at.y2, 1.0, 0.0)
-
-
-class TranslatingOutline(NamedTuple):
-    """Distance of the trace point from the cam's axis less R_r, mm; ``lead`` is e, ``height`` is s₀, in mm."""
-
-    lead: FloatArray
-    height: FloatArray
-    roller_radius: FloatArray
-
-
-@formula(TranslatingOutline)
-def outline(f, i, at):
-    s = f.height[i] + at.y
-    distance = np.sqrt(np.square(s) + np.square(f.lead[i]))
-    return distance - f.roller_radius[i], s * at.y1 / distance
+@curve_type
+def translating_outline(at, lead, height, roller_radius):
+    """Distance of the trace point from the cam's axis less R_r [mm]."""
+    return np.sqrt(np.square(height + at.y) + np.square(lead)) - roller_radius
 
 
 def height(designs: Designs) -> FloatArray:
@@ -134,11 +98,11 @@ MECHANISM = Mechanism(
     tips=ROUND,
     sizes=("roller_radius", "offset"),
     name="disc cam, translating follower with a trace point",
-    pressure=lambda designs, programme: TranslatingPressureAngle(designs.lead, height(designs)),
-    sliding=lambda designs, programme: TranslatingPitchSpeed(designs.lead, height(designs)),
-    speeding=lambda designs, programme: TranslatingSpeedChange(designs.lead, height(designs)),
-    curvature=lambda designs, programme: TranslatingPitchCurvature(designs.lead, height(designs)),
-    outline=lambda designs, programme, beyond: TranslatingOutline(designs.lead, height(designs), -beyond),
+    pressure=lambda designs, programme: translating_pressure(designs.lead, height(designs)),
+    sliding=lambda designs, programme: translating_speed(designs.lead, height(designs)),
+    speeding=lambda designs, programme: translating_speed_change(designs.lead, height(designs)),
+    curvature=lambda designs, programme: translating_curvature(designs.lead, height(designs)),
+    outline=lambda designs, programme, beyond: translating_outline(designs.lead, height(designs), -beyond),
     start=height,
     trace_point=lambda designs, height: (designs.offset, height),
     assembly_margins=_assembly_margins,

@@ -3,7 +3,8 @@
 The search for extremes is compiled once, and calls these functions by their address (``kernels.by_address``). So
 whatever is written here costs compile time for each curve, and whatever is written there does not.
 
-Uncompiled, several designs go through a formula together, as arrays, with the same bits.
+Uncompiled, several designs go through a formula together, as arrays, with the same bits; and it gives its value
+alone where no slope is asked. Compiled, a slope that nobody reads costs nothing.
 
 ``made`` is the address of a curve and its motion table. Several designs are numbered from ``first``; ``out`` takes
 values in its first row and slopes in its second. ``sign`` orients both: 1 looks for the largest, −1 for the least.
@@ -17,7 +18,7 @@ from camopt.kernels.arguments import ADDRESS, COUNT, NONE, NUMBER, Record
 from camopt.kernels.by_address import code_of, evaluates
 from camopt.kernels.compile import PLAIN_RUN, inlined
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import curve, value_of
 from camopt.numerics.jet import known_bound
 from camopt.numerics.piecewise import (
     COUNTS,
@@ -71,7 +72,7 @@ def _nodes_in_python(made, first, count, values):
     f, table = made[0]
     PLAIN_RUN.count(len(table.nodes) * count)
     at = node_motion(of_all_rows(table), ...)
-    values[: len(table.nodes), :count] = curve(f, slice(first, first + count), at)[0]
+    values[: len(table.nodes), :count] = value_of(f, slice(first, first + count), at)
 
 
 @evaluates(NONE, COUNT, NUMBER, COUNT, COUNT, BOUNDS)
@@ -93,7 +94,7 @@ def _rows_in_python(made, place, half_width, first, count, bounds):
     f, table = made[0]
     PLAIN_RUN.count(JET * len(place) * count)
     at, eighth = row_jets(of_some_rows(table, place), ...), 0.5 * half_width * half_width
-    jet = curve(f, slice(first, first + count), at)[0]
+    jet = value_of(f, slice(first, first + count), at)
     bounds.excess[place, :count] = known_bound(eighth * jet.second + jet.error)
     bounds.third[place, :count] = known_bound(jet.third)
     bounds.error[place, :count] = known_bound(jet.error)

@@ -23,6 +23,7 @@ import numpy as np
 
 from camopt.kernels.compile import chosen_by_type, inlined, value_type
 from camopt.numerics import GIVEN, UNIT
+from camopt.numerics.number_type import OTHER, OWN, Rules, give_rules
 
 NOTHING = np.float64(0.0)  # what divides by it is infinite, in plain Python too
 JET_FIELDS = ("low", "high", "error", "first", "second", "third")
@@ -37,10 +38,6 @@ class Jet:
     def __init__(self, low, high, error, first, second, third):
         self.low, self.high, self.error = low, high, error
         self.first, self.second, self.third = first, second, third
-
-    def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
-        rule = UFUNCS.get(ufunc, {}).get(tuple(isinstance(x, Jet) for x in inputs))
-        return NotImplemented if method != "__call__" or kwargs or rule is None else Later(rule, inputs)
 
 
 class Later(Jet):
@@ -288,85 +285,42 @@ def cosine(a):
     return wave(a, np.cos(a.low), np.cos(a.high), largest_between(np.sin(a.low), np.sin(a.high), a.high - a.low))
 
 
-JET, NUMBER = True, False
-JET_RULES: dict[Callable[..., Any], dict[tuple[bool, ...], Any]] = {
+JET_RULES: Rules = {
     operator.add: {
-        (JET, JET): lambda a, b: add(a, b),
-        (JET, NUMBER): lambda a, b: add_number(a, b),
-        (NUMBER, JET): lambda a, b: add_number(b, a),
+        (OWN, OWN): lambda a, b: add(a, b),
+        (OWN, OTHER): lambda a, b: add_number(a, b),
+        (OTHER, OWN): lambda a, b: add_number(b, a),
     },
     operator.sub: {
-        (JET, JET): lambda a, b: add(a, negative(b)),
-        (JET, NUMBER): lambda a, b: add_number(a, -b),
-        (NUMBER, JET): lambda a, b: add_number(negative(b), a),
+        (OWN, OWN): lambda a, b: add(a, negative(b)),
+        (OWN, OTHER): lambda a, b: add_number(a, -b),
+        (OTHER, OWN): lambda a, b: add_number(negative(b), a),
     },
     operator.mul: {
-        (JET, JET): lambda a, b: multiply(a, b),
-        (JET, NUMBER): lambda a, b: multiply_number(a, b),
-        (NUMBER, JET): lambda a, b: multiply_number(b, a),
+        (OWN, OWN): lambda a, b: multiply(a, b),
+        (OWN, OTHER): lambda a, b: multiply_number(a, b),
+        (OTHER, OWN): lambda a, b: multiply_number(b, a),
     },
     operator.truediv: {
-        (JET, JET): lambda a, b: divide(a, b),
-        (JET, NUMBER): lambda a, b: multiply_number(a, 1.0 / b),
-        (NUMBER, JET): lambda a, b: divide(constant_jet(a), b),
+        (OWN, OWN): lambda a, b: divide(a, b),
+        (OWN, OTHER): lambda a, b: multiply_number(a, 1.0 / b),
+        (OTHER, OWN): lambda a, b: divide(constant_jet(a), b),
     },
-    operator.pow: {(JET, NUMBER): lambda a, b: power(a, b)},
-    operator.neg: {(JET,): lambda a: negative(a)},
-    np.sqrt: {(JET,): lambda a: root(a)},
-    np.square: {(JET,): lambda a: square(a)},
-    np.absolute: {(JET,): lambda a: absolute(a)},
-    np.maximum: {(JET, NUMBER): lambda a, b: at_least(a, b)},
-    np.sign: {(JET,): lambda a: sign(a)},
-    np.sin: {(JET,): lambda a: sine(a)},
-    np.cos: {(JET,): lambda a: cosine(a)},
+    operator.pow: {(OWN, OTHER): lambda a, b: power(a, b)},
+    operator.neg: {(OWN,): lambda a: negative(a)},
+    np.sqrt: {(OWN,): lambda a: root(a)},
+    np.square: {(OWN,): lambda a: square(a)},
+    np.absolute: {(OWN,): lambda a: absolute(a)},
+    np.maximum: {(OWN, OTHER): lambda a, b: at_least(a, b)},
+    np.sign: {(OWN,): lambda a: sign(a)},
+    np.sin: {(OWN,): lambda a: sine(a)},
+    np.cos: {(OWN,): lambda a: cosine(a)},
 }
 """What each operation does to operands that are jets or numbers."""
 
-OPERATORS: dict[Any, Any] = {
-    operator.add: np.add,
-    operator.sub: np.subtract,
-    operator.mul: np.multiply,
-    operator.truediv: np.divide,
-    operator.pow: np.power,
-    operator.neg: np.negative,
-}
-UFUNCS = {OPERATORS.get(operation, operation): rules for operation, rules in JET_RULES.items()}
+
+def _applied(rule: Callable[..., Any], *operands: Any) -> Jet:
+    return Later(rule, operands)
 
 
-def _give_operators():
-    """Give jets operators of their own: numpy's dispatch takes far longer than the computation."""
-
-    def applied(rules):
-        return lambda jet, other: later(rules.get((JET, isinstance(other, Jet))), jet, other)
-
-    def reflected(rules):
-        return lambda jet, other: later(rules.get((NUMBER, JET)), other, jet)
-
-    def applied_alone(rule):
-        return lambda jet: later(rule, jet)
-
-    def later(rule, *operands):
-        return Later(rule, operands) if rule else NotImplemented
-
-    for operation in OPERATORS:
-        name, rules = operation.__name__, JET_RULES[operation]
-        setattr(Jet, f"__{name}__", applied_alone(rules[(JET,)]) if (JET,) in rules else applied(rules))
-        if (JET,) not in rules:
-            setattr(Jet, f"__r{name}__", reflected(rules))
-
-
-_give_operators()
-
-
-def _register(operation, rules):
-    """Let kernels apply an operation to jets."""
-
-    def choose(*operands):
-        return rules.get(tuple(operand is Jet for operand in operands))
-
-    unary = len(next(iter(rules))) == 1
-    chosen_by_type(operation)((lambda a: choose(a)) if unary else (lambda a, b: choose(a, b)))
-
-
-for _operation, _rules in JET_RULES.items():
-    _register(_operation, _rules)
+give_rules(Jet, JET_RULES, _applied, (int, float, np.ndarray, np.generic))

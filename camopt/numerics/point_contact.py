@@ -20,6 +20,7 @@ import numpy as np
 
 from camopt.kernels.compile import chosen_by_type, inlined
 from camopt.numerics import UNIT, FloatArray
+from camopt.numerics.dual import Dual
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet, where
 from camopt.numerics.quadrature import chebyshev_series, powers_of_chebyshev
@@ -113,7 +114,7 @@ def jet_factor(t, table):
 
 @singledispatch
 def pressure_factor(t: Any, table: FloatArray) -> tuple[Any, Any]:
-    """h and h' of numbers, jets, intervals or balls.
+    """h and h' of numbers, jets, intervals, balls or dual numbers.
 
     What is below the table has the h of its least t, what is beyond it that of its largest.
     """
@@ -146,8 +147,16 @@ def _of_quotient(t: Quotient, table: FloatArray) -> tuple[Any, Any]:
     return pressure_factor(t.divided(), table)
 
 
+@pressure_factor.register(Dual)
+def _of_dual(t, table):
+    h, h1 = pressure_factor(t.value, table)
+    return Dual(h, h1 * t.slope), h1
+
+
 @chosen_by_type(pressure_factor)
 def _in_kernels(t, table):
+    if t is Dual:
+        return _of_dual
     if t is Jet:
         return lambda t, table: (jet_factor(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf))
     return lambda t, table: table_derivatives(t, table)[:2]

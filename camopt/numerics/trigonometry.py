@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from camopt.kernels.compile import chosen_by_type, inlined
+from camopt.numerics.dual import Dual
 from camopt.numerics.jet import Jet, cosine, sine
 
 QUARTER, QUARTER_REST = 1.5707963267341256, 6.077100506506192e-11  # π/2 in two parts, the first of 33 bits
@@ -73,8 +74,24 @@ def arctangent(y: Any) -> Any:
     return np.copysign(angle, y)
 
 
-@inlined
-def turned(cosine, sine, y):
-    """Cosine and sine of an angle turned on by y."""
+def turned(cosine: Any, sine: Any, y: Any) -> Any:
+    """Cosine and sine of an angle turned on by y; the angle itself does not change."""
+    if type(y) is not Dual:
+        return _turned(cosine, sine, y)
+    cosine, sine = (each.value if type(each) is Dual else each for each in (cosine, sine))
+    return _turned_dual(cosine, sine, y)
+
+
+def _turned(cosine, sine, y):
     s, c = sine_cosine(y)
     return cosine * c - sine * s, sine * c + cosine * s
+
+
+def _turned_dual(cosine, sine, y):
+    c, s = turned(cosine, sine, y.value)
+    return Dual(c, -(s * y.slope)), Dual(s, c * y.slope)
+
+
+@chosen_by_type(turned)
+def _turned_in_kernels(cosine, sine, y):
+    return _turned_dual if y is Dual else _turned

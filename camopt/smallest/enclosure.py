@@ -20,7 +20,7 @@ from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme, peak
 from camopt.numerics import LARGEST, LEAST, FloatArray
-from camopt.numerics.curves import Linear, curve
+from camopt.numerics.curves import Linear, value_of
 from camopt.numerics.interval import Interval
 from camopt.numerics.loading import TrainLoadTable
 from camopt.numerics.sloped import as_quotient, as_sloped
@@ -178,7 +178,7 @@ def _excesses(claims: Sequence[Asked[AnyClaim]], box: Designs, inside: Designs, 
         rows = angles.size // count
         designs, like = sloped_boxes(box, inside, free, rows)
         state = rounded(problem.programme.state(angles), problem.programme)
-        value, _ = curve(claim.curve(designs, problem.programme), ..., state)
+        value = value_of(claim.curve(designs, problem.programme), ..., state)
         sides = np.tile(np.repeat(claim.sides, count), 2)
         excess = as_sloped(excess_of(claim, sides, as_quotient(value), designs), like)
         found.append(Excesses.of(excess, rows))

@@ -16,7 +16,7 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.numerics import LARGEST, LEAST, FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.sloped import Sloped, as_quotient, as_sloped
 from camopt.numerics.state import State
 from camopt.problem.claims import Claim
@@ -87,7 +87,7 @@ class StrokeLimit:
         fast = 1.0 / angle
         square = np.square(fast)
         made = self.claim.curve(designs, self.turn)
-        value, _ = curve(made, ..., State(y, y1 * fast, y2 * square, y3 * (fast * square)))
+        value = value_of(made, ..., State(y, y1 * fast, y2 * square, y3 * (fast * square)))
         return excess_of(self.claim, np.full(y.size, side), as_quotient(value), designs)
 
 

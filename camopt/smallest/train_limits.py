@@ -15,7 +15,7 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST, LEAST, FloatArray, IntArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, at_point
 from camopt.problem.claims import Claim, MeanClaim
 from camopt.problem.problem import Problem, strictest
@@ -216,7 +216,7 @@ def _excess(claim: Claim, side: Any, motion: Driven, designs: Designs) -> Any:
     """What is above 0 where designs exceed a claim on one side."""
     made: Any = claim.curve
     order = _order(claim)
-    value = motion.state[order] if order else curve(made(designs, motion), ..., motion.state)[0]
+    value = motion.state[order] if order else value_of(made(designs, motion), ..., motion.state)
     return excess_of(claim, side, as_quotient(value), designs)
 
 

@@ -16,7 +16,7 @@ from camopt.motion.driven import travel
 from camopt.motion.load import ExternalLoad
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Quotient, Sloped, as_sloped, by_mean_value
 from camopt.problem.claims import MeanClaim
@@ -78,7 +78,7 @@ def _share(
     """The share of the pieces of one curve of a mean: its range (n,) and its slopes (d, n)."""
     make: Any
     make, kinds = mean.curves[number]
-    value, _ = curve(make(designs, driven), ..., driven.state)
+    value = value_of(make(designs, driven), ..., driven.state)
     made = value.divided() if isinstance(value, Quotient) else as_sloped(value, like)
     power = np.square(made) if mean.power == 2 else made
     weights = np.repeat(problem.programme.tool.table.half_width / np.pi, count)

@@ -17,7 +17,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, WAY_OF
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.state import State
 from camopt.problem.claims import Claim
 from camopt.problem.limits import LOAD_LIMITS, limited_quantity
@@ -161,7 +161,7 @@ class Sampled:
 
 def _value(made: Any, designs: Designs, programme: Programme, at: State) -> Any:
     """A curve, or a derivative of the follower."""
-    return at[made.order] if isinstance(made, Derivative) else curve(made(designs, programme), ..., at)[0]
+    return at[made.order] if isinstance(made, Derivative) else value_of(made(designs, programme), ..., at)
 
 
 def _slopes(up: FloatArray, down: FloatArray) -> FloatArray:

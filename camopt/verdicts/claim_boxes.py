@@ -20,7 +20,7 @@ from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.clock import now
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.interval import Interval, as_interval
 from camopt.numerics.loading import LoadTable, TrainLoadTable
 from camopt.numerics.panels import derivatives
@@ -215,7 +215,7 @@ class Search:
         angle, *sizes = variables(sides, [middle[0] * half, *middle[1:]])
         designs = self.design.take(np.zeros(parts.size, dtype=int))
         designs = designs.with_values(dict(zip(self.names, sizes, strict=True)))
-        value, _ = curve(self.claim.curve(designs, programme), ..., self.state(parts, middle[0], angle))
+        value = value_of(self.claim.curve(designs, programme), ..., self.state(parts, middle[0], angle))
         return value.divided() if isinstance(value, Quotient) else value, designs, angle
 
     def state(self, parts: Parts, u: FloatArray, angle: Sloped) -> Any:

@@ -17,7 +17,7 @@ from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.interval import Interval
 from camopt.numerics.loading import TrainLoadTable
 from camopt.numerics.sloped import Quotient, Sloped, as_sloped, at_point, by_mean_value
@@ -52,7 +52,7 @@ def _of_curve(
     weights = programme.table.half_width[panels] / np.pi
     if not panels.size:
         return 0.0 * like.value, 0.0 * like.slopes
-    value, _ = curve(make(designs, programme), ..., _ranges(programme, np.repeat(panels, count)))
+    value = value_of(make(designs, programme), ..., _ranges(programme, np.repeat(panels, count)))
     made = value.divided() if isinstance(value, Quotient) else as_sloped(value, like)
     power = np.square(made) if mean.power == 2 else made
     shares = np.broadcast_to(weights[:, None], (panels.size, count))

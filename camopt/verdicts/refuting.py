@@ -14,7 +14,7 @@ from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.piecewise import node_motion, of_all_rows
 from camopt.problem.claims import Claim
 
@@ -31,12 +31,12 @@ def refuted(case: Case, claims: Iterable[Claim]) -> BoolArray:
     for made in {each.curve: None for each in asked}:
         record = made(case.designs, case.programme)
         few = case.designs.take(np.linspace(0, found.size - 1, FEW).astype(int))
-        values = curve(made(few, case.programme), ..., node_motion(of_all_rows(table), ...))[0]
+        values = value_of(made(few, case.programme), ..., node_motion(of_all_rows(table), ...))
         for claim in (each for each in asked if each.curve is made):
             for side in claim.sides:
                 shown = _beyond(claim, side, values, few) & (pieces & claim.kinds != 0)[:, None]
                 for node in _telling(shown):
-                    found |= _beyond(claim, side, curve(record, ..., node_motion(table, node))[0], case.designs)
+                    found |= _beyond(claim, side, value_of(record, ..., node_motion(table, node)), case.designs)
     return found
 
 

@@ -22,7 +22,7 @@ from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.table import turned_kinds, way_of
 from camopt.numerics import UNIT, FloatArray, IntArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.interval import Interval, as_interval
 from camopt.numerics.loading import ANGLE_ERRORS, LOAD_ERRORS
 from camopt.numerics.sloped import Placed, Quotient, Sloped, as_quotient, as_sloped, range_of, variables
@@ -165,7 +165,7 @@ class TrainSearch(Search):
         elif isinstance(made, Derivative):
             value = found.driven.state[made.order]
         else:
-            value, _ = curve(made(found.designs, found.driven), ..., found.driven.state)
+            value = value_of(made(found.designs, found.driven), ..., found.driven.state)
         whole = value.divided() if isinstance(value, Quotient) else value
         excess = as_sloped(excess_of(claim, parts.side, as_quotient(whole), found.designs), found.angle)
         return where_known(found.assembled, excess)

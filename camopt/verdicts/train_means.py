@@ -18,7 +18,7 @@ from camopt.effects.mean import Mean
 from camopt.mechanisms import Designs
 from camopt.motion.table import turned_kinds
 from camopt.numerics import FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import value_of
 from camopt.numerics.interval import Interval
 from camopt.numerics.quadrature import Rule, by_orders
 from camopt.numerics.sloped import Quotient, Sloped, as_sloped, by_mean_value
@@ -108,7 +108,7 @@ class TrainMeans(TrainSearch):
 
     def _share(self, known: Any, make: Any, kinds: int, count: int) -> tuple[Interval, Interval]:
         """The share of the pieces of one curve: its range (n,) and its slopes (1 + d, n)."""
-        value, _ = curve(make(known.designs, known.driven), ..., known.driven.state)
+        value = value_of(make(known.designs, known.driven), ..., known.driven.state)
         made = value.divided() if isinstance(value, Quotient) else as_sloped(value, known.angle)
         power = np.square(made) if self.claim.mean.power == 2 else made
         of = counts(self.kinds[self.turn.panel], kinds, self.sense)
@@ -133,7 +133,7 @@ def mean_at(
         weights = (half[:, None] * rule.weights / (2.0 * np.pi)).reshape(-1, 1)
         of, total = np.repeat(kinds, rule.nodes.size)[:, None], np.zeros(len(some))
         for make, chosen in mean.curves:
-            value, _ = curve(make(some, motion), ..., motion.state)
+            value = value_of(make(some, motion), ..., motion.state)
             total += np.sum(weights * counts(of, chosen, motion.sense) * value**mean.power, axis=0)
         return total[None]
 

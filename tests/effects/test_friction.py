@@ -9,7 +9,7 @@ from support import friction
 from support.depth import covering
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise
-from camopt.effects.loads import Borne, Guided
+from camopt.effects.loads import borne_force, guided_force
 from camopt.kernels.compile import compiled
 from camopt.mechanisms import MECHANISMS
 from camopt.motion.programme import Programme
@@ -192,8 +192,8 @@ def test_number_systems_agree_on_the_guide(number, force, lean):
     ones = np.ones(1)
     given = Linear(0 * ones, 0 * ones, 0 * ones, force * ones)
     tangent = Linear(0 * ones, ones, 0 * ones, 0 * ones)
-    for made, expected in ((given, force / (1.0 - 0.5 * np.sign(force) * abs(lean))), (Borne(given), None)):
-        guide = Guided(made, tangent, 0.5 * ones, 0 * ones)
+    for made, expected in ((given, force / (1.0 - 0.5 * np.sign(force) * abs(lean))), (borne_force(given), None)):
+        guide = guided_force(made, tangent, 0.5 * ones, 0 * ones)
         value = curve(guide, 0, State(number(0.0), number(lean), number(0.0), number(0.0)))[0]
         value = value.arb if isinstance(value, Ball) else value.low if isinstance(value, Interval) else value
         wanted = expected if expected is not None else max(force, 0.0) / (1.0 - 0.5 * abs(lean))

@@ -6,7 +6,7 @@ from support.cams import STEEL, SWUNG
 from support.pairs import pair
 
 from camopt import BadInput, Scene, cam_points, evaluate, optimise
-from camopt.effects.loads import Preloaded
+from camopt.effects.loads import preloaded_force
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.jet import Jet
 from camopt.numerics.state import State
@@ -29,7 +29,7 @@ def test_two_contacts_share_a_force_as_two_springs_do():
         zero, each = np.zeros(1), np.array([force])
         state = resolve_design(Scene.from_dict(pair(rng, "translating"))).programme.state(np.zeros(1))
         found = [
-            curve(Preloaded(Linear(zero, zero, zero, side * each), np.array([preload])), ..., state)[0][0]
+            curve(preloaded_force(Linear(zero, zero, zero, side * each), np.array([preload])), ..., state)[0][0]
             for side in (1.0, -1.0)
         ]
         assert found == pytest.approx(borne_by_springs(force, preload), abs=1e-9)
@@ -40,7 +40,7 @@ def test_a_contact_that_is_never_touched_bears_nothing_over_a_whole_range():
     way = np.array([1.0])
     force = Linear(way, 0.0 * way, 0.0 * way, 0.0 * way)  # F is the displacement
     at = State(Jet(-5.0, -3.0, 0.0, 2.0, 2.0, 2.0), *(Jet(0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for _ in range(3)))
-    borne, _ = curve(Preloaded(force, way), 0, at)
+    borne, _ = curve(preloaded_force(force, way), 0, at)
     assert (borne.low, borne.high, borne.first, borne.second, borne.third) == (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
