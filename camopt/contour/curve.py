@@ -10,11 +10,11 @@ the normal does, which tears a curve at a distance, and leaves a corner in a pit
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import factorial, inf, nextafter
+from itertools import pairwise
+from math import factorial
 from typing import Any, NamedTuple
 
 import numpy as np
-from flint import arb
 from numpy.typing import NDArray
 
 from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
@@ -24,11 +24,13 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
+from camopt.numerics.motion_ranges import angle_over, derivatives_over
+from camopt.numerics.sloped import range_of
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem
-from camopt.verdicts.ball import ball_between, precisely
-from camopt.verdicts.exact_laws import Stretch
-from camopt.verdicts.exact_motion import ExactStroke, exact_motion, motion_at
+
+DERIVATIVES = 4
+"""Of the motion: how many a remainder takes."""
 
 
 @dataclass(frozen=True)
@@ -36,18 +38,13 @@ class SmoothPart:
     """A part of a stroke on which the motion is smooth, from one cam angle (rad) to another."""
 
     stroke: Stroke
-    exact: ExactStroke
-    begin: arb
-    """Cam angle at which the stroke starts, rad."""
-    piece: Stretch | None
     start: float
     end: float
 
-    def motion(self, low: float, high: float) -> list[tuple[float, float]]:
-        """Ends of y and its first four derivatives over a range of cam angles (rad), rounded outwards."""
-        x = ball_between((arb(low) - self.begin) / self.exact.angle, (arb(high) - self.begin) / self.exact.angle)
-        rows = [ball.arb for ball in motion_at(self.exact, self.piece, x)]
-        return [(nextafter(float(row.lower()), -inf), nextafter(float(row.upper()), inf)) for row in rows]
+    @property
+    def is_dwell(self) -> bool:
+        """Whether nothing moves there."""
+        return self.stroke.law is None
 
 
 class Expansion(NamedTuple):
@@ -142,20 +139,15 @@ class CamCurve:
         turned: ComplexArray = normal / np.abs(normal) * np.exp(-1j * self.sense * angles)
         return turned
 
-    @precisely()
     def expansion(self, spans: Sequence[SmoothPart], lows: FloatArray, highs: FloatArray) -> Expansion:
         """The curve over some stretches, each of a span, from one cam angle (rad) to another.
 
-        The remainders are sure, from balls of the motion, up to the rounding of what is done with them.
+        The remainders are sure, from ranges of the motion, up to the rounding of what is done with them.
         """
         middles = (lows + highs) / 2
-        exact, over = (
-            np.array([span.motion(*ends) for span, *ends in zip(spans, low.tolist(), high.tolist(), strict=True)]).T
-            for low, high in ((middles, middles), (lows, highs))
-        )
-        here = self._series(middles, [(low + high) / 2 for low, high in exact.swapaxes(0, 1)])
-        ranges = self._series(Interval(lows, highs), [Interval(low, high) for low, high in over.swapaxes(0, 1)])
-        return Expansion(here, ranges, (highs - lows) / 2)
+        here, over = (motion_over(self.programme, spans, *ends) for ends in ((middles, middles), (lows, highs)))
+        known = self._series(middles, [(row.low + row.high) / 2 for row in here])
+        return Expansion(known, self._series(Interval(lows, highs), over), (highs - lows) / 2)
 
     def _series(self, angle: Any, rows: list[Any]) -> tuple[Taylor, Taylor]:
         """x and y as series, from those of the motion and its velocity."""
@@ -239,11 +231,28 @@ def cylinder_ends(problem: Problem, length: float) -> tuple[float, float]:
     return middle - length / 2, middle + length / 2
 
 
-@precisely()
 def _spans(problem: Problem) -> Iterator[SmoothPart]:
-    begin = arb(0)
-    for stroke, exact in zip(problem.programme.strokes, exact_motion(problem.programme).strokes, strict=True):
-        for piece, _, low, high in exact._replace(lines=()).smooth():
-            start, end = (float(begin + exact.angle * x) for x in (low, high))
-            yield SmoothPart(stroke, exact, begin, piece, start, end)
-        begin += exact.angle
+    for stroke in problem.programme.strokes:
+        for ends in pairwise((0.0, 1.0) if stroke.law is None else stroke.law.BREAKS):
+            yield SmoothPart(stroke, *(stroke.start + stroke.angle * x for x in ends))
+
+
+def motion_over(
+    programme: Programme, spans: Sequence[SmoothPart], lows: FloatArray, highs: FloatArray
+) -> list[Interval]:
+    """Ranges of y and its first four derivatives over stretches, each of a span, between cam angles (rad)."""
+    table = replace(programme, load=None).table
+    begin, end = table.centre - table.half_width, table.centre + table.half_width
+    inside = (table.centre > np.array([[s.start] for s in spans])) & (
+        table.centre < np.array([[s.end] for s in spans])
+    )
+    meets = inside & (begin <= highs[:, None]) & (end >= lows[:, None])
+    stretch, panel = np.nonzero(meets)
+    centre, half = table.centre[panel], table.half_width[panel]
+    ends = (np.clip((angle[stretch] - centre) / half, -1.0, 1.0) for angle in (lows, highs))
+    found = derivatives_over(table, panel, *angle_over(table, panel, *ends), DERIVATIVES)
+    first = np.flatnonzero(np.diff(stretch, prepend=-1))
+    return [
+        Interval(np.minimum.reduceat(row.low, first), np.maximum.reduceat(row.high, first))
+        for row in map(range_of, found)
+    ]

@@ -39,8 +39,8 @@ from camopt.mechanisms.body import INNER_SIDE
 from camopt.mechanisms.design import BoolArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import GIVEN, FloatArray
-from camopt.numerics.interval import Interval, as_interval
-from camopt.numerics.sloped import Sloped, by_chain, variables, widened
+from camopt.numerics.interval import Interval, as_interval, widened
+from camopt.numerics.sloped import Sloped, by_chain, variables
 
 MOST_KNOWN = 4
 OFFSETS_TRIED = 1e-3, 3e-4, 1e-4, 1e-4, 1e-4  # of Newton's method, rad: how far away values are taken

@@ -402,7 +402,7 @@ class Derivative:
         return any(jump.order < self.order for jump in self.of(programme).jumps)
 
     def of(self, programme: Turn) -> Turn:
-        """The motion that it is of, from that of the follower: a programme, or its like in balls."""
+        """The motion that it is of, from that of the follower: a programme, or its like."""
         return programme if self.at_follower else programme.tool
 
 

@@ -247,7 +247,7 @@ def _straightened(curve: CamCurve, path: ArcPath, digit: float, largest: float) 
 
 def _from_dwell(path: ArcPath, curve: CamCurve) -> ArcPath:
     """The closed path from the middle of the longest arc of a dwell on; as it is without dwells."""
-    dwells = [k for k, span in enumerate(path.spans) if curve.spans[span].piece is None]
+    dwells = [k for k, span in enumerate(path.spans) if curve.spans[span].is_dwell]
     if not dwells:
         return path
     longest = max(dwells, key=lambda k: float(np.abs(path.chords[k])))

@@ -256,7 +256,7 @@ def _off_line(curve: CamCurve, span: SmoothPart, lows: FloatArray, highs: FloatA
 
 def _middle_of_dwell(curve: CamCurve) -> float:
     """The cam angle in the middle of the longest dwell, rad; 0 without one."""
-    dwells = [span for span in curve.spans if span.piece is None]
+    dwells = [span for span in curve.spans if span.is_dwell]
     if not dwells:
         return 0.0
     longest = max(dwells, key=lambda span: span.end - span.start)

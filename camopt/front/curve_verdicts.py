@@ -172,7 +172,7 @@ class CurveVerdicts:
         called = {name for _, needed in plan for name in needed}
         judged = needs_of(candidates.pending).union(*(effect.reads(setup) for effect, _ in plan))
         half_width = self._half_width[places]
-        far = called & judged if np.all(half_width <= self._problem.accuracy) else called  # which balls narrow
+        far = called & judged if np.all(half_width <= self._problem.accuracy) else called  # which intervals narrow
         columns, outward = (
             {name: values[places] for name, values in kept.items() if name in some}
             for kept, some in ((self._columns, called), (self._outward, far))

@@ -62,7 +62,7 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
     for each, index, designs in groups:
         pattern = PatternSearch(exactly(each), free, objective)
         _, held = pattern.costs(designs)
-        parts.append(_marked(start.take(index[~held]), False))  # so near a limit that only balls decide
+        parts.append(_marked(start.take(index[~held]), False))  # so near a limit that only intervals decide
         designs = concatenate([designs.take(held), *_ends(pattern, designs.take(held), decided)])
         ceilings = pattern.costs(designs)[0]
         designs = concatenate(each for way in _ways(pattern, decided) for each in at_optima(way, designs, ceilings))

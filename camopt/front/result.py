@@ -28,11 +28,11 @@ HYPERVOLUME = (
 
 
 def counts_of_effort(effort: Effort) -> dict[str, int]:
-    """How many designs stayed undecided, were looked at again, and were decided in balls."""
+    """How many designs stayed undecided, were looked at again, and were decided in intervals."""
     return {
         "undecided": effort.undecided,
         "looked_at_again": effort.again,
-        "decided_in_balls": effort.balls - effort.undecided,
+        "decided_in_intervals": effort.intervals - effort.undecided,
     }
 
 
@@ -60,8 +60,8 @@ class Sweep(Result, Drawn):
     feasible : int or None
         Feasible designs; None, too, where boxes were decided.
     effort : Effort
-        Designs so near a limit that they were looked at again, and in balls; and those undecided even then, which
-        are not feasible, and in no table but that of all.
+        Designs so near a limit that they were looked at again, and in intervals; and those undecided even then,
+        which are not feasible, and in no table but that of all.
     pareto : int
         Designs on the Pareto front.
     files : tuple of pathlib.Path

@@ -11,7 +11,7 @@ point is on the arc with radius p = r + R_r about C, or on the line at distance 
 
 with the vector from the centre to the pivot B = b·e^{i arg B} = c − m·e^{−iδ}, σ = 1 for a ccw cam and −1 for cw,
 and the sign that of p, which is negative in a hollow flank. These are the slider-crank, the four-bar linkage and
-the Scotch yoke that move as the follower does while it is on one arc. The formulas take numbers, or balls.
+the Scotch yoke that move as the follower does while it is on one arc. The formulas take numbers of any kind.
 
 Source: Norton, Design of Machinery, ch. 4 (position analysis of linkages); Rothbart, Cam Design Handbook, ch. 3.
 """

@@ -7,8 +7,8 @@ break a verb may return either one-sided value, so the motion tables evaluate st
 Laws need not rest at their ends. ``joined_by`` tells what a law joins, in the letters of VDI 2143.
 
 A new law is a module of this folder or a member of a family, a name in the list of ``motion``, its exact form for
-proofs in ``verdicts.exact_laws``, and its formula in ``tests/support/naive.py`` for the 50-digit reference, which
-``tests/data/make_reference.py`` computes.
+the oracle of proofs in ``tests/support/balls/laws.py``, and its formula in ``tests/support/naive.py`` for the
+50-digit reference, which ``tests/data/make_reference.py`` computes.
 """
 
 from collections.abc import Sequence

@@ -2,8 +2,12 @@
 
 ``Interval`` is an array of closed intervals that formulas and numpy's functions accept in place of an array of
 numbers. The result encloses every value that the formula takes over the box of its arguments (natural interval
-extension: never too narrow, and exact in the limit of narrow boxes), up to rounding, for which a user of the
-bounds leaves a margin.
+extension: never too narrow, and exact in the limit of narrow boxes).
+
+Rounding is part of it. Operators and functions widen what ``INTERVAL_RULES`` give by GIVEN, relative to the ends: a
+rule of arithmetic takes at most three roundings. Functions of numpy's libraries, whose last digits change with the
+processor, are taken to be right to four units in the last place (LIBRARY), and widened by that in their rules. An
+end that is exactly 0 stays so, as no result is so small that it underflows. A number that enters is exact.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,7 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from camopt.numerics import FloatArray
+from camopt.numerics import GIVEN, UNIT, FloatArray
+
+LIBRARY = 8.0 * UNIT
+"""The relative error of a function of a library: four units in the last place."""
 
 
 def _hull(*candidates: FloatArray) -> "Interval":
@@ -56,25 +63,36 @@ def _divide(a: "Interval", b: "Interval") -> "Interval":
     return _multiply(a, inverse)
 
 
+def widened(x: "Interval", relative: float = GIVEN) -> "Interval":
+    """Ranges with room for rounding, relative to their ends."""
+    return Interval(x.low - relative * np.abs(x.low), x.high + relative * np.abs(x.high))
+
+
 def _power(a: "Interval", exponent: "Interval") -> "Interval":
     """A base ≥ 0 to the power of a number."""
     low, high = np.maximum(a.low, 0.0) ** exponent.low, np.maximum(a.high, 0.0) ** exponent.low
-    return Interval(np.minimum(low, high), np.maximum(low, high))
+    return widened(Interval(np.minimum(low, high), np.maximum(low, high)), LIBRARY)
 
 
-def _sine(a: "Interval") -> "Interval":
-    """Ends of the range, and ±1 where a crest or trough lies inside."""
+def _wave(function: Any, crest: float) -> Callable[["Interval"], "Interval"]:
+    """Sine or cosine: its ends, and ±1 where a crest or a trough lies inside.
 
-    def holds(phase: float) -> Any:
-        return np.floor((a.high - phase) / (2 * np.pi)) >= np.ceil((a.low - phase) / (2 * np.pi))
+    One that rounding hides is so near an end that the function is 1 there, but for less than a rounding.
+    """
 
-    ends = _hull(np.sin(a.low), np.sin(a.high))
-    return Interval(np.where(holds(-np.pi / 2), -1.0, ends.low), np.where(holds(np.pi / 2), 1.0, ends.high))
+    def rule(a: "Interval") -> "Interval":
+        def holds(phase: float) -> Any:
+            return np.floor((a.high - phase) / (2 * np.pi)) >= np.ceil((a.low - phase) / (2 * np.pi))
+
+        ends = widened(_hull(function(a.low), function(a.high)), LIBRARY)
+        return Interval(np.where(holds(crest - np.pi), -1.0, ends.low), np.where(holds(crest), 1.0, ends.high))
+
+    return rule
 
 
 def _arctan2(y: "Interval", x: "Interval") -> "Interval":
     """Largest and least at corners, unless the range reaches the negative x axis, where the angle jumps."""
-    ends = _hull(*(np.arctan2(b, a) for b in (y.low, y.high) for a in (x.low, x.high)))
+    ends = widened(_hull(*(np.arctan2(b, a) for b in (y.low, y.high) for a in (x.low, x.high))), LIBRARY)
     jumps = (x.low < 0.0) & (y.low <= 0.0) & (y.high >= 0.0)
     return Interval(np.where(jumps, -np.pi, ends.low), np.where(jumps, np.pi, ends.high))
 
@@ -82,6 +100,11 @@ def _arctan2(y: "Interval", x: "Interval") -> "Interval":
 def _rising(function: Any) -> Callable[..., "Interval"]:
     """A function that rises with each of its arguments."""
     return lambda *a: Interval(function(*(x.low for x in a)), function(*(x.high for x in a)))
+
+
+def _of_library(function: Any) -> Callable[..., "Interval"]:
+    """A function of a library that rises with its argument."""
+    return lambda a: widened(_rising(function)(a), LIBRARY)
 
 
 INTERVAL_RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
@@ -95,18 +118,20 @@ INTERVAL_RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
     np.sign: lambda a: _rising(np.sign)(a),
     np.power: _power,
     np.sqrt: lambda a: _rising(np.sqrt)(Interval(np.maximum(a.low, 0.0), np.maximum(a.high, 0.0))),
-    np.sin: _sine,
-    np.cos: lambda a: _sine(a + np.pi / 2),
-    np.arcsin: _rising(np.arcsin),
-    np.arctan: _rising(np.arctan),
+    np.sin: _wave(np.sin, np.pi / 2),
+    np.cos: _wave(np.cos, 0.0),
+    np.arcsin: _of_library(np.arcsin),
+    np.arctan: _of_library(np.arctan),
     np.degrees: _rising(np.degrees),
-    np.cbrt: _rising(np.cbrt),
+    np.cbrt: _of_library(np.cbrt),
     np.arctan2: _arctan2,
     np.maximum: _rising(np.maximum),
     np.minimum: _rising(np.minimum),
 }
 
 
+EXACT = {np.negative, np.absolute, np.sign, np.maximum, np.minimum}
+"""Rules without rounding."""
 WITHOUT_BOUNDS: dict[str, Any] = {"divide": "ignore", "invalid": "ignore", "over": "ignore"}
 """Of ``np.errstate``, within which rules run: what has no bound is infinite, or NaN until it is."""
 
@@ -126,7 +151,8 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
             if not isinstance(x, OPERANDS):
                 return NotImplemented
         with np.errstate(**WITHOUT_BOUNDS):
-            return rule(*[x if isinstance(x, Interval) else as_interval(x) for x in inputs])
+            found = rule(*[x if isinstance(x, Interval) else as_interval(x) for x in inputs])
+            return found if ufunc in EXACT else widened(found)
 
     def __getitem__(self, index: Any) -> "Interval":
         return Interval(self.low[index], self.high[index])

@@ -21,10 +21,10 @@ import numpy as np
 from camopt.kernels.compile import chosen_by_type, inlined
 from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.dual import Dual
-from camopt.numerics.interval import Interval
+from camopt.numerics.interval import Interval, widened
 from camopt.numerics.jet import Jet, where
 from camopt.numerics.quadrature import chebyshev_series, powers_of_chebyshev
-from camopt.numerics.sloped import Quotient, Sloped, by_chain, widened
+from camopt.numerics.sloped import Quotient, Sloped, by_chain
 from camopt.numerics.stable import matrix_product
 
 PIECE_WIDTH, CENTRES, PIECE_DEGREE = (
@@ -114,7 +114,7 @@ def jet_factor(t, table):
 
 @singledispatch
 def pressure_factor(t: Any, table: FloatArray) -> tuple[Any, Any]:
-    """h and h' of numbers, jets, intervals, balls or dual numbers.
+    """h and h' of numbers, jets, intervals or dual numbers.
 
     What is below the table has the h of its least t, what is beyond it that of its largest.
     """
@@ -132,13 +132,13 @@ def _of_interval(t: Interval, table: FloatArray) -> tuple[Any, Any]:
     (high, steep, *_), (low, gentle, *_) = table_derivatives(t.low, table), table_derivatives(t.high, table)
     low = np.where(t.high > FLATTEST, 0.0, low)
     below = t.low < 1.0 / FLATTEST
-    return Interval(low, np.where(below, np.inf, high)), Interval(np.where(below, -np.inf, steep), gentle)
+    value, slope = Interval(low, np.where(below, np.inf, high)), Interval(np.where(below, -np.inf, steep), gentle)
+    return widened(value, RELATIVE), widened(slope, BOUND_SLACK - 1.0)
 
 
 @pressure_factor.register
 def _of_sloped(t: Sloped, table: FloatArray) -> tuple[Any, Any]:
     (value, slope), (h, h1) = _of_interval(t.value, table), _of_interval(t.at, table)
-    value, h, slope, h1 = (widened(x, RELATIVE) for x in (value, h, slope, h1))
     return by_chain(value, h, [(t, slope)]), by_chain(slope, h1, [(t, Interval(np.array(0.0), np.array(np.inf)))])
 
 

@@ -9,7 +9,9 @@ SIAM Review 46 (2004), ch. 9. Nodes, weights and matrices have the same bits on 
 """
 
 from collections.abc import Callable
+from decimal import Decimal, localcontext
 from functools import cache
+from math import cos, pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +23,8 @@ from camopt.numerics.trigonometry import sine_cosine
 
 GAUSS_ORDERS = (6, 9, 13, 19, 28, 40)
 SUM_ERROR = 5e-14  # relative: what laws, derivatives on panels of a hundredth of the turn, and sums lose
+
+DIGITS, NEWTON_STEPS = 40, 6  # of roots; each step doubles the digits, from two on
 
 
 class Rule(NamedTuple):
@@ -34,16 +38,26 @@ class Rule(NamedTuple):
 @cache
 def gauss(order: int) -> Rule:
     """The rule of n points, exact for polynomials of degree 2n − 1."""
-    from flint import arb
-
-    found = [arb.legendre_p_root(order, k, weight=True) for k in reversed(range(order))]
-    nodes, weights = np.array([[float(each) for each in pair] for pair in found]).T.copy()
+    nodes, weights = np.array([_root_of_legendre(order, k) for k in reversed(range(order))]).T.copy()
     share = (-1.0) ** np.arange(order) * np.sqrt((1.0 - nodes**2) * weights)  # barycentric
     apart = nodes[:, None] - nodes + np.eye(order)
     derivative = share / share[:, None] / apart
     np.fill_diagonal(derivative, 0.0)
     np.fill_diagonal(derivative, -derivative.sum(axis=1))
     return Rule(nodes, weights, derivative)
+
+
+def _root_of_legendre(order: int, number: int) -> tuple[float, float]:
+    """A root of Legendre's polynomial, the largest first, and its weight: by Newton's method in many digits."""
+    with localcontext(prec=DIGITS):
+        x = Decimal(cos(pi * (number + 0.75) / (order + 0.5)))
+        for _ in range(NEWTON_STEPS):
+            before, here = Decimal(1), x
+            for k in range(1, order):
+                before, here = here, ((2 * k + 1) * x * here - k * before) / (k + 1)
+            slope = order * (x * here - before) / (x * x - 1)
+            x -= here / slope
+        return float(x), float(2 / ((1 - x * x) * slope * slope))
 
 
 def chebyshev_series(degree: int) -> tuple[FloatArray, FloatArray]:

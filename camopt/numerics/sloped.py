@@ -9,8 +9,8 @@ along by the chain rule. By the mean value theorem
 which narrows the range that interval arithmetic gives: what the range is too wide by falls with the square of the
 box's width. A quotient whose denominator may be 0 in the box stays a quotient (``Quotient``).
 
-Rounding is part of the ranges and of the value at the point, an interval too: every operation widens them by what
-it may lose, and a number that enters is taken to be right to GIVEN. An Interval enters as it is.
+Rounding is part of the ranges, of the slopes and of the value at the point, an interval too: every operation widens
+them by what it may lose, and a number that enters is taken to be right to GIVEN. An Interval enters as it is.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6.
 """
@@ -23,7 +23,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from camopt.numerics import GIVEN, FloatArray
-from camopt.numerics.interval import INTERVAL_RULES, OPERANDS, WITHOUT_BOUNDS, Interval, as_interval
+from camopt.numerics.interval import INTERVAL_RULES, OPERANDS, WITHOUT_BOUNDS, Interval, as_interval, widened
 
 ADD, MULTIPLY, NEGATE = (INTERVAL_RULES[each] for each in (np.add, np.multiply, np.negative))
 
@@ -115,11 +115,6 @@ def _entered(x: Any) -> Interval:
     return x if isinstance(x, Interval) else widened(as_interval(x))
 
 
-def widened(x: Interval, relative: float = GIVEN) -> Interval:
-    """Ranges with room for rounding, relative to their ends."""
-    return Interval(x.low - relative * np.abs(x.low), x.high + relative * np.abs(x.high))
-
-
 def by_chain(value: Interval, at: Interval, parts: Sequence[tuple[Any, Any]]) -> Sloped:
     """A function of some operands from its range, its value at the point, and (operand, partial derivative).
 
@@ -129,7 +124,7 @@ def by_chain(value: Interval, at: Interval, parts: Sequence[tuple[Any, Any]]) ->
     like = sloped[0][0]
     every = like.span.low.shape[1:]
     with np.errstate(**WITHOUT_BOUNDS):
-        slopes = reduce(ADD, [_times(partial, operand.slopes) for operand, partial in sloped])
+        slopes = reduce(lambda a, b: widened(ADD(a, b)), [_times(each, operand.slopes) for operand, each in sloped])
         at = at if at.low.shape == every else ADD(at, as_interval(np.zeros(every)))
         return by_mean_value(value, at, slopes, like)
 
@@ -150,7 +145,7 @@ def _times(partial: Any, slopes: Interval) -> Interval:
     """Slopes, each times a partial derivative; sums and differences have none but 1 and −1."""
     if isinstance(partial, float) and partial in (1.0, -1.0):
         return slopes if partial > 0.0 else NEGATE(slopes)
-    return MULTIPLY(as_interval(partial), slopes)
+    return widened(MULTIPLY(as_interval(partial), slopes))
 
 
 def variables(box: Sequence[Interval], point: Sequence[FloatArray]) -> list[Sloped]:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from camopt.numerics import FloatArray
-from camopt.numerics.interval import Interval, as_interval
+from camopt.numerics.interval import Interval, as_interval, widened
 from camopt.numerics.sloped import Sloped, at_point, by_chain, range_of
 
 
@@ -35,7 +35,7 @@ def sum_of(*terms: Any) -> Any:
         return by_chain(value, at, [(term, 1.0) for term in terms])
     if any(isinstance(term, Interval) for term in terms):
         ends = [as_interval(term) for term in terms]
-        return Interval(sum_of(*(x.low for x in ends)), sum_of(*(x.high for x in ends)))
+        return widened(Interval(sum_of(*(x.low for x in ends)), sum_of(*(x.high for x in ends))))
     total, lost = terms[0], 0.0
     for term in terms[1:]:
         total, more = exact_sum(total, term)
@@ -91,7 +91,7 @@ def difference_of_squares_root(a: Any, b: Any, more: Any = 0.0) -> Any:
     if isinstance(a, Interval) or isinstance(b, Interval):
         a, b, more = as_interval(a), as_interval(b), as_interval(more)
         low = difference_of_squares_root(a.low, b.largest_magnitude, more.low)
-        return Interval(low, difference_of_squares_root(a.high, b.least_magnitude, more.high))
+        return widened(Interval(low, difference_of_squares_root(a.high, b.least_magnitude, more.high)))
     whole, lost = exact_sum(a, more)  # each factor is a sum as of ``sum_of``
     factors = (exact_sum(whole, term) for term in (-b, b))
     less, longer = (total + (lost + further) for total, further in factors)

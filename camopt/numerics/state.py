@@ -23,7 +23,7 @@ class State(NamedTuple):
     """Displacement y, its derivatives by the cam angle (rad), and the external load if it changes over the turn.
 
     mm or rad, N or N·mm. Numbers, arrays, or numbers of any other kind that formulas run on: intervals, series,
-    jets, balls.
+    jets.
     """
 
     y: Any

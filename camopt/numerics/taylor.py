@@ -1,4 +1,4 @@
-"""Functions of one variable with their derivatives: truncated Taylor series of arrays, intervals or balls.
+"""Functions of one variable with their derivatives: truncated Taylor series of arrays or intervals.
 
 Formulas that are written once take numbers, and give the value, the velocity, the acceleration and so on. Of
 intervals, the last term over a stretch is the remainder of the series about its middle.
@@ -16,7 +16,7 @@ import numpy as np
 
 
 class Taylor:
-    """f + f'·t + f''/2·t² + …, cut off; the terms are numbers, arrays of one shape, intervals, or balls."""
+    """f + f'·t + f''/2·t² + …, cut off; the terms are numbers, arrays of one shape, or intervals."""
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         known = method == "__call__" and not kwargs and ufunc in TAYLOR_RULES
@@ -97,7 +97,7 @@ def _sum_of_products(a: Sequence[Any], b: Sequence[Any]) -> Any:
 
 
 Series = Any
-"""A ``Taylor``, or the series of a library, for which what follows is registered (``verdicts.exact_profile``)."""
+"""A ``Taylor``, or the series of a library, for which what follows is registered (``tests/support/balls``)."""
 
 
 class Direction(NamedTuple):

@@ -44,7 +44,7 @@ def series(y):
 
 
 def sine_cosine(y: Any) -> tuple[Any, Any]:
-    """Sine and cosine of a number, an array, a jet, an interval or a ball."""
+    """Sine and cosine of a number, an array, a jet or an interval."""
     return series(y) if isinstance(y, (float, np.ndarray)) else (np.sin(y), np.cos(y))
 
 

@@ -1,7 +1,7 @@
 """Claims: the requirement of a limit on a curve at every cam angle, for any kind of number.
 
-Doubles (verdicts), intervals (boxes of designs), balls (proofs), samples (convex steps) and drawings evaluate the
-same claims, each in its own numbers. A solver asks a claim which curve it is about, never a limit for its name.
+Doubles (verdicts), intervals (proofs and boxes of designs), samples (convex steps) and drawings evaluate the same
+claims, each in its own numbers. A solver asks a claim which curve it is about, never a limit for its name.
 """
 
 from collections.abc import Callable, Iterable

@@ -19,26 +19,27 @@ from camopt.tables.columns import bounds_shown, is_nothing
 from camopt.tables.layout import ABOUT, NUMERIC, WORDS, Cell, Table
 from camopt.verdicts.certify import CONDITIONS, certify_problem
 from camopt.verdicts.evaluation import Evaluation
-from camopt.verdicts.exact_section import is_integrated
 from camopt.verdicts.words import ARM_UNCHECKED, BROKEN, HELD, UNDECIDED
 
-IN_DOUBLES, IN_BALLS, BY_INTEGRALS, BY_SIZES = "double precision", "ball arithmetic", "integrals in balls", "sizes"
+IN_DOUBLES, IN_INTERVALS, BY_INTEGRALS, BY_SIZES = "double precision", "intervals", "integrals", "sizes"
 UNPROVED = "not yet"
 PROOFS = {
-    IN_BALLS: "200 bits, at every cam angle",
+    IN_INTERVALS: "with room for every rounding, at every cam angle",
     IN_DOUBLES: "with margins for rounding, over the whole turn",
-    BY_INTEGRALS: "integrals enclosed in ball arithmetic",
+    BY_INTEGRALS: "by Gauss's rule, of which two orders agree",
     BY_SIZES: "sizes compared",
     UNPROVED: "double precision while controls move; proved where they rest",
 }
 """How limits are proved, and what that means."""
+INTEGRATED = ("section", "solid")
+"""Effects whose quantities are integrals over the turn."""
 
 
 def limits_sheet(found: Evaluation, problem: Problem) -> Table:
     """Each limit: its bound, the value reached, the margin, whether it is held, and how that was proved."""
     limits = {limit.name: limit for limit in problem.limits}
     verdicts = certify_problem(problem)
-    proofs = {name: IN_BALLS if name == CONDITIONS else _proof(limits.get(name)) for name in verdicts}
+    proofs = {name: IN_INTERVALS if name == CONDITIONS else _proof(limits.get(name)) for name in verdicts}
     return verdicts_sheet(found, problem, verdicts, proofs)
 
 
@@ -68,10 +69,10 @@ def _proof(limit: Limit | None) -> str:
     if limit is None or limit.decided or isinstance(limit, OwnLimit):
         return IN_DOUBLES
     if limit.claims:
-        return IN_BALLS
-    if limit.mean is not None or is_integrated(limit.needs):
+        return IN_INTERVALS
+    if limit.mean is not None or any(quantity_of(name, limit.setup).effect in INTEGRATED for name in limit.needs):
         return BY_INTEGRALS
-    return IN_BALLS if limit.needs else BY_SIZES
+    return IN_INTERVALS if limit.needs else BY_SIZES
 
 
 def _reached(limit: Limit | None, found: Evaluation, verdict: str) -> Iterator[tuple[str, str, str]]:

@@ -130,7 +130,7 @@ class BoxSearch(Bisection):
         return self.left(boxes.take(kept), (boxes.narrow | settled)[kept])
 
     def settled(self, seen: Examined, alike: Any) -> Any:
-        """Of boxes whose designs hold all limits but for rounding, those where none does surely, nor in balls.
+        """Of boxes whose designs hold all limits but for rounding, those where none does surely, nor in intervals.
 
         To cut such boxes tells no more: the bound is what a load is, or comes to.
         """
@@ -147,7 +147,7 @@ class BoxSearch(Bisection):
         return alike & (self.size(seen.inside) < self.size(first))
 
     def proved(self, problem: Problem, design: Designs) -> bool:
-        """Whether a design is feasible, decided in balls where doubles do not tell, before the time is over."""
+        """Whether a design is feasible, decided in intervals where doubles do not tell, before the time is over."""
         return proved_feasible(problem, design, self.until)
 
     def without_crossings(self, boxes: Boxes) -> Boxes:

@@ -100,7 +100,7 @@ def first_feasible(
 
 
 def proved_feasible(problem: Problem, design: Designs, until: float = inf) -> bool:
-    """Whether a design is feasible, decided in balls where doubles do not tell, before the time is over."""
+    """Whether a design is feasible, decided in intervals where doubles do not tell, before the time is over."""
     return all(
         evaluate_rows(own, each, frozenset(), until).column("feasible")[0] for own, each in problem.every(design)
     )

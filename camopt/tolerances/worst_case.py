@@ -32,6 +32,7 @@ from camopt.numerics import LARGEST_MAGNITUDE, FloatArray, IntArray
 from camopt.numerics.clock import now
 from camopt.numerics.curves import formula
 from camopt.numerics.interval import Interval
+from camopt.numerics.motion_ranges import by_angle
 from camopt.numerics.sloped import Sloped
 from camopt.numerics.stretches import over_part
 from camopt.problem.claims import Claim, Plain
@@ -44,7 +45,7 @@ from camopt.tolerances.further_on import LAST, FurtherOn, Jumped, Place
 from camopt.tolerances.off_train import through
 from camopt.tolerances.turn import TurnErrors, highest
 from camopt.tolerances.vectors import ROOM, VectorSearch, box_of
-from camopt.verdicts.claim_boxes import Ends, Parts, by_angle
+from camopt.verdicts.claim_boxes import Ends, Parts
 from camopt.verdicts.running import run_effects
 from camopt.verdicts.words import HELD
 

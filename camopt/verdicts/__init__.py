@@ -1,1 +1,1 @@
-"""Verdicts: whether designs hold their limits at every cam angle, in double precision and in ball arithmetic."""
+"""Verdicts: whether designs hold their limits at every cam angle, in double precision and in intervals."""

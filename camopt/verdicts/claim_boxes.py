@@ -16,20 +16,21 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from camopt.effects.peak import Derivative
+from camopt.effects.peak import Derivative, NumberKind
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.clock import now
 from camopt.numerics.curves import value_of
 from camopt.numerics.interval import Interval, as_interval
 from camopt.numerics.loading import LoadTable, TrainLoadTable
-from camopt.numerics.panels import derivatives
+from camopt.numerics.motion_ranges import by_angle, derivatives_over
 from camopt.numerics.piecewise import MotionTable
 from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped, at_point, variables
 from camopt.numerics.state import Load, State, TrainForces
 from camopt.problem.claims import AnyClaim, Claim, MeanClaim
 from camopt.problem.problem import Problem
-from camopt.verdicts.mean_boxes import mean_excess
+from camopt.verdicts.arcs import arcs_verdict, is_on_arcs
+from camopt.verdicts.mean_boxes import mean_excess, mean_verdict
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 AT_ONCE, MOST_ROUNDS = 256, 100
@@ -46,10 +47,24 @@ Ends = Mapping[str, tuple[float, float]]
 """Between which values sizes are, by field of ``Designs``; the others are those of a design."""
 
 
+def _enclosed(number: float) -> Interval:
+    """A number as an interval."""
+    return Interval(np.array([number]), np.array([number]))
+
+
+INTERVALS = NumberKind(
+    _enclosed,
+    lambda: Interval(np.array([np.pi]), np.array([np.nextafter(np.pi, 4.0)])),
+    lambda angle: np.sin(angle) / np.cos(angle),
+)
+"""The kind of number, for bounds."""
+
+
 def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs) -> Any:
     """The excess over a side of a claim, relative to the terms of the claim: above 0 it does not hold."""
-    bound = claim.allowed()
-    value, allowed = side * found.above * claim.factor(designs), bound * found.below
+    ranged, bound = isinstance(found.above, (Interval, Sloped)), claim.allowed()
+    value = side * found.above * claim.factor(designs)
+    allowed = (claim.allowed(INTERVALS) if ranged else bound) * found.below
     scale = sum(at_point(x).least_magnitude for x in (value, allowed))  # the largest may be infinite
     return (value - allowed) / (scale if bound else scale + at_point(claim.unit(designs)).high)
 
@@ -68,11 +83,15 @@ def over_box(problem: Problem, claim: AnyClaim, design: Designs, ends: Ends, unt
     """
     if not problem.programme.has(claim.kinds):
         return Answer(HELD)
+    if not ends and isinstance(claim, Claim) and is_on_arcs(problem, claim):
+        return Answer(arcs_verdict(problem, claim, design))
     box = design.with_values({name: _wide(*each) for name, each in ends.items()})
     for margin in problem.setup.mechanism.assembly_margins(box, problem.programme):
         if not np.all(as_interval(margin).low > 0.0):
             return Answer(UNDECIDED)
     if isinstance(claim, MeanClaim):
+        if not ends:
+            return Answer(mean_verdict(problem, claim, design))
         return Means(problem, claim, design, tuple(ends), until).run(over_turn(claim, ends))
     if isinstance(claim.curve, Derivative):
         return Answer(UNDECIDED)
@@ -214,7 +233,8 @@ class Search:
         sides = [place, *(Interval(low, high) for low, high in zip(parts.low[1:], parts.high[1:], strict=True))]
         angle, *sizes = variables(sides, [middle[0] * half, *middle[1:]])
         designs = self.design.take(np.zeros(parts.size, dtype=int))
-        designs = designs.with_values(dict(zip(self.names, sizes, strict=True)))
+        fixed: dict[str, Any] = {name: as_interval(each) for name, each in designs.sizes.items()}
+        designs = designs.with_values(fixed | dict(zip(self.names, sizes, strict=True)))
         value = value_of(self.claim.curve(designs, programme), ..., self.state(parts, middle[0], angle))
         return value.divided() if isinstance(value, Quotient) else value, designs, angle
 
@@ -266,36 +286,11 @@ def state_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: Sloped
 
     ``u`` is the middle of each part, as a share of half the panel.
     """
-    motion, most, error = derivatives(table, panel, u), table.most[panel], table.error[panel]
-    room = angle.span.high[0]
-
-    def part(order: int, slope: Interval) -> Sloped:
-        known = Interval(motion[order] - error[:, order], motion[order] + error[:, order])
-        moved = known + slope * Interval(-room, room)
-        value = Interval(
-            np.maximum(moved.low, table.low[panel, order] - error[:, order]),
-            np.minimum(moved.high, table.high[panel, order] + error[:, order]),
-        )
-        return replace(angle, value=value, at=known, slopes=by_angle(angle, slope))
-
-    jerk = Interval(
-        np.maximum(motion[3] - room * most[:, 4], table.low[panel, 3]) - error[:, 3],
-        np.minimum(motion[3] + room * most[:, 4], table.high[panel, 3]) + error[:, 3],
-    )
-    acceleration = part(2, jerk)
-    velocity = part(1, acceleration.value)
-    displacement = part(0, velocity.value)
-    return State(displacement, velocity, acceleration, jerk, _load_over(table, panel, angle))
+    y, y1, y2, y3, y4 = derivatives_over(table, panel, u, angle, 4)
+    return State(y, y1, y2, y3, _load_over(table, panel, u, angle), y4)
 
 
-def by_angle(angle: Sloped, slope: Interval) -> Interval:
-    """Slopes of what depends on the cam angle alone."""
-    low, high = np.zeros((2, *angle.slopes.low.shape))
-    low[0], high[0] = slope.low, slope.high
-    return Interval(low, high)
-
-
-def _load_over(table: MotionTable, panel: IntArray, angle: Sloped) -> Any:
+def _load_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: Sloped) -> Any:
     """What a load brings over parts of panels."""
     load = table.load
     if isinstance(load, LoadTable):
@@ -303,12 +298,8 @@ def _load_over(table: MotionTable, panel: IntArray, angle: Sloped) -> Any:
         straight = angle * load.slope[panel] + Interval(
             *(load.centre[panel] + side * load.error[panel, 0] for side in (-1.0, 1.0))
         )
-        return Load(replace(straight, slopes=by_angle(angle, slope)), 0.0)
+        return Load(replace(straight, slopes=by_angle(angle, slope)), slope)
     if isinstance(load, TrainLoadTable):
-        ranges = (
-            Interval(each.low[panel, 0] - each.error[panel, 0], each.high[panel, 0] + each.error[panel, 0])
-            for each in load
-        )
-        still, carried = ranges
-        return TrainForces(still, 0.0, carried, 0.0)
+        still, carried = (derivatives_over(force, panel, u, angle, 1) for force in load)
+        return TrainForces(*still, *carried)
     return None

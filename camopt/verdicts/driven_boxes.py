@@ -21,8 +21,8 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import turned_kinds, way_of
 from camopt.motion.train_load import TrainLoad
 from camopt.numerics import FloatArray, IntArray
-from camopt.numerics.interval import Interval
-from camopt.numerics.sloped import Placed, Sloped, range_of, widened
+from camopt.numerics.interval import Interval, widened
+from camopt.numerics.sloped import Placed, Sloped, range_of
 from camopt.numerics.state import Load, State, TrainForces
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import Problem

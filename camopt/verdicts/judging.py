@@ -1,8 +1,8 @@
 """Verdicts: the quantities of designs beside their limits; a verdict is proved or undecided.
 
 A limit is held if the far side of the quantity's enclosure holds it, and broken if the near side breaks it.
-Between the two a design is looked at again at an error near rounding, and then in ball arithmetic; what is
-undecided even then is no feasible design.
+Between the two a design is looked at again at an error near rounding, and then in intervals; what is undecided
+even then, to rounding, is no feasible design.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -37,10 +37,10 @@ def proved_status(problem: Problem) -> str:
 
 
 class Effort(NamedTuple):
-    """Numbers of designs evaluated more than once: at an error near rounding, then in balls."""
+    """Numbers of designs evaluated more than once: at an error near rounding, then in intervals."""
 
     again: int = 0
-    balls: int = 0
+    intervals: int = 0
     undecided: int = 0
 
     def plus(self, other: "Effort") -> "Effort":
@@ -48,7 +48,7 @@ class Effort(NamedTuple):
 
 
 def evaluate_rows(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> Rows:
-    """The wanted quantities of all designs, with their verdict; undecided if balls need longer than ``until``."""
+    """The wanted quantities of all designs, with their verdict; undecided if that takes longer than ``until``."""
     return evaluate_with_effort(problem, designs, wanted, until)[0]
 
 
@@ -57,7 +57,7 @@ def evaluate_with_effort(
 ) -> tuple[Rows, Effort]:
     """As ``evaluate_rows``, and the effort that it took."""
     rows, outer, inner = bound_excesses(problem, designs, wanted)
-    rows = with_exact_numbers(problem, designs, rows)
+    rows = with_narrow_numbers(problem, designs, rows)
     exists = problem.setup.mechanism.exists(designs, problem.programme)
     feasible = exists & np.all(outer <= 0.0, axis=0)
     undecided = exists & ~feasible & ~np.any(inner > 0.0, axis=0)
@@ -75,9 +75,9 @@ def evaluate_with_effort(
     if problem.setup.relative_error > SINGLE_ERROR:
         closer, effort = evaluate_with_effort(exactly(problem), designs.take(index), wanted, until)
         return rows.with_rows(index, closer), effort._replace(again=index.size)
-    closer = _by_balls(problem, designs.take(index), rows.take(index), until)
+    closer = _by_intervals(problem, designs.take(index), rows.take(index), until)
     left = int(np.count_nonzero(closer.column("status") == UNDECIDED))
-    return rows.with_rows(index, closer), Effort(balls=index.size, undecided=left)
+    return rows.with_rows(index, closer), Effort(intervals=index.size, undecided=left)
 
 
 class ExcessBounds(NamedTuple):
@@ -122,18 +122,18 @@ def bound_excesses(problem: Problem, designs: Designs, wanted: frozenset[str], u
     return ExcessBounds(rows, outer, inner)
 
 
-def with_exact_numbers(problem: Problem, designs: Designs, rows: Rows) -> Rows:
-    """The rows, with numbers proved in balls where doubles are less exact than the scene asks."""
+def with_narrow_numbers(problem: Problem, designs: Designs, rows: Rows) -> Rows:
+    """The rows, with numbers proved in intervals where doubles are less exact than the scene asks."""
     if np.all(np.asarray(rows.half_width) <= problem.accuracy):
         return rows
-    from camopt.verdicts.narrowing import narrow  # noqa: PLC0415, balls are dear, and seldom needed
+    from camopt.verdicts.narrowing import narrow  # noqa: PLC0415, seldom needed
 
     return narrow(problem, designs, rows)
 
 
-def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> Rows:
-    """The rows with the verdicts of ball arithmetic: what rounding hides, 200 bits show."""
-    from camopt.verdicts.certify import certify_limits  # noqa: PLC0415, as above
+def _by_intervals(problem: Problem, designs: Designs, rows: Rows, until: float) -> Rows:
+    """The rows with the verdicts of intervals, whose errors are those of the formulas alone."""
+    from camopt.verdicts.certify import certify_limits  # noqa: PLC0415, seldom needed
 
     found = [list(certify_limits(*problem.alone(designs.take([i])), until).values()) for i in range(len(designs))]
     verdicts = np.array(found).T

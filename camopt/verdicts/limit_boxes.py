@@ -22,8 +22,9 @@ from camopt.motion.table import ALL_STROKES
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.numerics.interval import Interval, as_interval
 from camopt.problem.claims import AnyClaim, Claim, Plain
-from camopt.problem.limit import SELF_CROSSING, Limit
+from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
+from camopt.problem.rows import Rows
 from camopt.problem.zones import Off, of_train
 from camopt.verdicts.claim_boxes import Answer, Ends, over_box
 from camopt.verdicts.ranges import is_ranged, ranged
@@ -35,6 +36,9 @@ from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 OF_BODY = ("size", SECOND_SIZE)
 """The sizes of cams: a circle within the base circle is so in all, if it is in the least."""
 SPEED = "cam.rpm"
+ROUNDED = 1e-13
+"""Relative: what doubles lose of a derivative of the motion, of which the jerk loses the most
+(``piecewise.TABLE_ERRORS``)."""
 STEEPER = (1e-6, 1e-3, 1e-2, 1e-1)
 """How much steeper than at the corners of a box, relative, the pressure angle may be in it: to be proved."""
 
@@ -58,34 +62,53 @@ def limit_over_box(problem: Problem, limit: Limit, design: Designs, ends: Ends, 
     """
     if limit.of_errors:
         ends = {}
-    if limit.name == SELF_CROSSING:
-        return Answer(HELD if _round(problem, design, ends, until) else UNDECIDED)
+    if limit.decided:
+        return Answer(_crossing_verdict(problem, limit, design, ends, until))
     if of_train(ends):
         if enters_train(problem, limit):
             if limit.mean is not None and not limit.claims:
                 return mean_over_trains(problem, limit.mean, design, ends, until)
             return limit_over_trains(problem, limit, design, ends, until)
         ends = _own(ends)
-    if limit.of_base:
-        design = design.with_values({field: np.array([ends[field][0]]) for field in OF_BODY if field in ends})
-    if limit.is_of_motion or limit.of_base or (limit.of_errors and not limit.claims):
-        columns = run_effects(Case(problem.setup, problem.programme, design), limit.needs).shifted(1.0)
-        return Answer(HELD) if limit.excess(columns, design)[0] <= 0.0 else Answer(BROKEN, design)
     if limit.infinite_at(problem.programme):
         return Answer(BROKEN, design)
-    if limit.claims and all(isinstance(each.curve, Derivative) for each in limit.claims):
-        return _at_speeds(problem, limit, design, ends)
-    effects = [effect_of(name, problem.setup) for name in limit.needs]
-    if effects and all(is_ranged(each, problem.setup) for each in effects):
-        box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in ends.items()})
-        excess = as_interval(limit.excess(ranged(problem, {*limit.needs}, box, 1.0), box))
-        return Answer(HELD if np.all(excess.high <= 0.0) else UNDECIDED)
     claims: list[AnyClaim] = [*limit.claims, *([] if limit.mean is None else [limit.mean])]
+    if claims and all(map(_is_derivative, claims)):
+        return _at_speeds(problem, limit, design, ends)
+    if limit.of_base:
+        least = {field: np.array([ends[field][0]]) for field in OF_BODY if field in ends}
+        return _by_quantities(problem, limit, design.with_values(least))
+    if not claims and (not ends or limit.is_of_motion):
+        return _by_quantities(problem, limit, design)
+    if ends and _is_ranged(problem, limit):
+        return _by_ranges(problem, limit, design, ends)
     found = [over_box(problem, each, design, ends, until) for each in claims]
     broken = [each for each in found if each.verdict == BROKEN]
     if broken:
         return broken[0]
     return Answer(HELD if found and all(each.verdict == HELD for each in found) else UNDECIDED)
+
+
+def _crossing_verdict(problem: Problem, limit: Limit, design: Designs, ends: Ends, until: float) -> str:
+    """Whether no profile crosses itself: by the profile of one design, of a box by its largest pressure angle."""
+    if ends:
+        return HELD if _round(problem, design, ends, until) else UNDECIDED
+    assert limit.decided is not None
+    broken = limit.decided(problem.setup, design, problem.programme)
+    return UNDECIDED if broken is None else BROKEN if broken else HELD
+
+
+def _is_ranged(problem: Problem, limit: Limit) -> bool:
+    """Whether arithmetic on ranges of sizes, or of what decides the motion, decides a limit."""
+    effects = [effect_of(name, problem.setup) for name in limit.needs]
+    return bool(effects) and all(is_ranged(each, problem.setup) for each in effects)
+
+
+def _by_ranges(problem: Problem, limit: Limit, design: Designs, ends: Ends) -> Answer:
+    """Whether designs between ends hold such a limit."""
+    box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in ends.items()})
+    excess = as_interval(limit.excess(ranged(problem, {*limit.needs}, box, 1.0), box))
+    return Answer(HELD if np.all(excess.high <= 0.0) else UNDECIDED)
 
 
 def _own(ends: Ends) -> Ends:
@@ -96,12 +119,36 @@ def _own(ends: Ends) -> Ends:
 
 def _at_speeds(problem: Problem, limit: Limit, design: Designs, ends: Ends) -> Answer:
     """Whether designs hold a limit on a derivative of the motion: it is a number times a power of the speed."""
-    speeds = ends.get(SPEED)
-    every = design
-    if speeds is not None:
-        every = design.take([0, 0]).with_values({SPEED: np.array(speeds)})
-    columns = run_effects(Case(problem.setup, problem.programme, every), limit.needs).shifted(1.0)
-    return Answer(HELD if np.all(limit.excess(columns, every) <= 0.0) else UNDECIDED)
+    if speeds := ends.get(SPEED):
+        design = design.take([0, 0]).with_values({SPEED: np.array(speeds)})
+    return _by_quantities(problem, limit, design, ROUNDED)
+
+
+def _is_derivative(claim: AnyClaim) -> bool:
+    """Whether a claim is on the motion itself."""
+    curves = [claim.curve] if isinstance(claim, Claim) else [make for make, _ in claim.mean.curves]
+    return all(isinstance(each, Derivative) for each in curves)
+
+
+def _width(rows: Rows, name: str, rounded: float) -> Any:
+    """How far the true value of a quantity may be from its column, outwards: its enclosure, and rounding."""
+    outward = rows.outward.get(name, 0.0)
+    value = np.where(np.isfinite(rows.columns[name]), rows.columns[name], 0.0)
+    return outward + np.copysign(rounded * np.abs(value), outward)
+
+
+def _by_quantities(problem: Problem, limit: Limit, designs: Designs, rounded: float = 0.0) -> Answer:
+    """The verdict on a limit of some designs, from the enclosures of its quantities in doubles.
+
+    Of quantities that sizes decide the doubles are compared as they are.
+    """
+    rows = run_effects(Case(problem.setup, problem.programme, designs), limit.needs)
+    rows = replace(rows, outward={name: _width(rows, name, rounded) for name in rows.columns})
+    outer, inner = (limit.excess(rows.shifted(share), designs) for share in (1.0, -1.0))
+    if np.all(outer <= 0.0):
+        return Answer(HELD)
+    broken = np.flatnonzero(inner > 0.0)
+    return Answer(BROKEN, designs.take(broken[:1])) if broken.size else Answer(UNDECIDED)
 
 
 def _round(problem: Problem, design: Designs, ends: Ends, until: float) -> bool:

@@ -25,6 +25,7 @@ from camopt.numerics.state import Load, State, TrainForces
 from camopt.problem.claims import MeanClaim
 from camopt.problem.problem import Problem, exactly
 from camopt.verdicts.sloped_designs import sloped_boxes
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
 ROUNDED = 1e-13  # of the sum of magnitudes: what sums over panels lose
 
@@ -98,3 +99,11 @@ def excess_of_mean(claim: MeanClaim, powers: Sloped, designs: Designs) -> Sloped
     scale = at_point(found).least_magnitude + abs(allowed)
     excess: Sloped = (found - allowed) * claim.side / np.where(scale > 0.0, scale, 1.0)
     return excess
+
+
+def mean_verdict(problem: Problem, claim: MeanClaim, design: Designs) -> str:
+    """The verdict on a limit on a mean for one design."""
+    found = powers_of(Case(exactly(problem).setup, problem.programme, design), claim.mean)
+    powers = Interval(found.value - found.error, found.value + found.error)
+    over = (powers * claim.factor(design) - claim.allowed()) * claim.side
+    return HELD if over.high[0] <= 0.0 else BROKEN if over.low[0] > 0.0 else UNDECIDED

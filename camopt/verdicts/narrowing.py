@@ -1,38 +1,33 @@
-"""Numbers that are less exact in doubles than asked: ball arithmetic proves two close bounds.
+"""Numbers that searches leave less exact than asked: intervals prove two bounds, as close as rounding lets them.
 
-Next to an undercut a stress is N/R with an R that is nearly 0, and rounding alone is more than the error asked.
-That a peak is at most a bound is a claim, which balls decide; so is that it is not at most another one. Both bounds
-are next to the value that the extreme of its curves has in balls, and what is known of the extreme decides both.
+Next to an undercut a stress is N/R with an R that is nearly 0, and a search for its peak ends with no upper bound.
+That a peak is at most a bound is a claim, which intervals decide: so two bounds are bisected.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
-from math import isfinite
+from math import inf, isfinite, sqrt
 
 import numpy as np
 
 from camopt.effects.own import enclosure_of, own_range
 from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
-from camopt.numerics import LEAST
 from camopt.numerics.interval import Interval
 from camopt.problem.claims import claims_of
 from camopt.problem.limits import peaks_of
 from camopt.problem.problem import SINGLE_ERROR, Problem
 from camopt.problem.rows import Rows
-from camopt.verdicts.ball import Ball, as_arb, precisely
-from camopt.verdicts.certify import bounded, exact_turn, largest_of, on_arcs
-from camopt.verdicts.exact_curve import in_balls
-from camopt.verdicts.exact_laws import NoExactForm
-from camopt.verdicts.exact_motion import ExactMotion
-from camopt.verdicts.words import HELD, UNDECIDED, worst
+from camopt.verdicts.claim_boxes import over_box
+from camopt.verdicts.words import BROKEN, HELD, worst
 
-PROVED_AT_ONCE = 64  # designs at a time: a proof takes some hundredths of a second
-CLOSER = (2.0**-4, 2.0**-24, 2.0**-44, 2.0**-64)
-"""Shares of the error asked that an extreme is known to, until its quantity is: one beside 0 may take more."""
+PROVED_AT_ONCE = 64  # designs at a time: a proof takes some tenths of a second
+FURTHEST, STEPS = 1e9, 60
+"""By how much a number may be off, as a share of it, and how often its bounds are bisected at most."""
 
 
 def narrow(problem: Problem, designs: Designs, rows: Rows) -> Rows:
-    """Rows with numbers as exact as the scene asks, if only few designs lack that."""
+    """Rows with numbers as exact as the scene asks, or as can be, if only few designs lack that."""
     asked = problem.accuracy
     half_width = np.broadcast_to(rows.half_width, rows.count)
     open_ = np.flatnonzero(~(half_width <= asked) & problem.setup.mechanism.exists(designs, problem.programme))
@@ -73,36 +68,37 @@ def _with_own(problem: Problem, row: Rows, proved: dict[str, ProvedRange]) -> di
     return found
 
 
-@precisely()
 def _proved(problem: Problem, design: Designs, row: Rows, asked: float) -> dict[str, ProvedRange]:
     """Proved bounds of the quantities of one design that are less exact than asked."""
-    found, exact = {}, in_balls(design)
-    try:
-        motion = exact_turn(problem.programme)
-    except NoExactForm:
-        return {}
+    found = {}
     for name in row.outward:
         peaks = peaks_of(name, problem.setup) if _relative(row, name) > asked else ()
-        if not peaks or on_arcs(problem, peaks[0].curves[0][0]):
-            continue
-        ranges = [_range_of(peak, exact, motion, asked) for peak in peaks]  # at each contact: the worst one counts
-        if len(known := [each for each in ranges if each]) == len(peaks):
+        value = abs(float(row.column(name)[0]))
+        ranges = [_range_of(problem, peak, design, value, asked) for peak in peaks]  # of each contact
+        if len(known := [each for each in ranges if each]) == len(peaks) > 0:
             found[name] = (min if peaks[0].is_least else max)(known)
     return found
 
 
-def _range_of(peak: Peak, design: Designs, motion: ExactMotion, asked: float) -> ProvedRange | None:
-    """Two bounds of a quantity of a design (in balls), as close as asked: found from the extreme, and proved."""
-    largest, sign = largest_of(claims_of(peak, 1.0), design, motion), -1.0 if peak.goal == LEAST else 1.0
-    for closer in CLOSER:
-        found = as_arb(peak.scale.quantity(Ball(largest.within(asked * closer) * sign), design))
-        if found.rad() < abs(found) * (asked / 8.0):
-            break
+def _range_of(problem: Problem, peak: Peak, design: Designs, value: float, asked: float) -> ProvedRange | None:
+    """Two bounds of a quantity ≥ 0 of a design, as close as asked or as rounding lets them be."""
 
-    def below(bound: float) -> bool | None:
-        """Whether the quantity is at most this, None if that stays open."""
-        verdict = worst(bounded(largest, claim, design) for claim in claims_of(peak, bound))
-        return None if verdict == UNDECIDED else (verdict == HELD) != peak.is_least
+    def verdict(bound: float) -> str:
+        return worst(over_box(problem, claim, design, {}).verdict for claim in claims_of(peak, bound))
 
-    low, high = sorted(float(found.mid()) * (1.0 + side * asked / 4.0) for side in (-1.0, 1.0))
-    return (low, high) if below(low) is False and below(high) is True else None
+    def least(meets: Callable[[str], bool]) -> float:
+        """The least bound from which on verdicts meet something, as those of larger bounds do."""
+        low, high = value / FURTHEST, value * FURTHEST
+        for _ in range(STEPS):
+            if high <= low * (1.0 + asked / 4.0):
+                break
+            middle = sqrt(low * high)
+            low, high = (low, middle) if meets(verdict(middle)) else (middle, high)
+        return high
+
+    if peak.is_least:
+        low, high = least(lambda found: found != HELD), least(lambda found: found == BROKEN)
+    else:
+        low, high = least(lambda found: found != BROKEN), least(lambda found: found == HELD)
+    low /= 1.0 + asked / 4.0
+    return (low, high) if value / FURTHEST < low < high < value * FURTHEST < inf else None

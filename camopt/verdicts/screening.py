@@ -22,7 +22,7 @@ from camopt.problem.limits import peaks_of
 from camopt.problem.problem import Problem, exactly, strictest
 from camopt.problem.rows import Rows
 from camopt.verdicts.held_by_extremes import held_by_extremes, with_extremes
-from camopt.verdicts.judging import Effort, evaluate_with_effort, proved_status, with_exact_numbers
+from camopt.verdicts.judging import Effort, evaluate_with_effort, proved_status, with_narrow_numbers
 from camopt.verdicts.refuting import refuted
 from camopt.verdicts.running import beyond_pitch, extended, of_curves, planned, with_pitch_values
 
@@ -178,7 +178,7 @@ def screened_beyond_pitch(candidates: Candidates, wanted: frozenset[str]) -> Scr
 def _with_verdict(candidates: Candidates, wanted: frozenset[str]) -> Screened:
     """The rows of candidates that hold all limits; those that may are looked at again."""
     problem, held = candidates.problem, candidates.held
-    rows = with_exact_numbers(problem, candidates.designs, candidates.rows).only(wanted)
+    rows = with_narrow_numbers(problem, candidates.designs, candidates.rows).only(wanted)
     verdict = {"feasible": True, "violated": "", "status": proved_status(problem)}
     rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():

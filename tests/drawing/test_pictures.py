@@ -201,7 +201,7 @@ def accuracy_rows(shift=0.0):
             "sampling": [(n, 3.0 * n, 1e2 / n**2) for n in (36, 72, 360, 720, 3600)],
             "sampling, polished": [(n, 3.5 * n, 4e1 / n**2 + shift) for n in (36, 360)],
             "enclosure": [(1e-4, 280.0, 9e-8), (1e-6, 281.0, 8.9e-8), (1e-9, 290.0, 3e-10), (1e-12, 380.0, 4e-13)],
-            "balls": [(1e-25, 2e7, 1e-25)],
+            "50 digits": [(1e-25, 2e7, 1e-25)],
         }
         rows += [
             {"quantity": quantity, "method": m, "setting": n, "ns_per_design": t, "error_max": e}

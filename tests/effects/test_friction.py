@@ -6,6 +6,7 @@ from math import pi, radians
 import numpy as np
 import pytest
 from support import friction
+from support.balls.ball import Ball
 from support.depth import covering
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise
@@ -20,7 +21,6 @@ from camopt.numerics.jet import Jet
 from camopt.numerics.state import State
 from camopt.problem.problem import resolve
 from camopt.scene.own_laws import law_in
-from camopt.verdicts.ball import Ball
 
 # each mechanism once, laws that turn back, loads that change, contact that is lost, a follower that jams
 SEEDS = [4, 6, 7, 8, 9, 13, 20, 33, 134]

@@ -9,6 +9,10 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from scipy.optimize import brentq
+from support.balls.ball import precisely
+from support.balls.curves import in_balls
+from support.balls.means import DISPLACEMENT_TERMS, TAYLOR_ORDER, MeanOfPowers
+from support.balls.proof import exact_turn
 from support.cams import CONTACTS, FREE, GUIDED, SWUNG, cam_with
 
 from camopt import Scene, certify, evaluate, optimise, prices
@@ -21,11 +25,6 @@ from camopt.motion.table import ALL_STROKES
 from camopt.numerics.interval import Interval
 from camopt.problem.problem import exactly, resolve
 from camopt.quantities import AT_LEAST, QUANTITIES
-from camopt.verdicts import exact_mean
-from camopt.verdicts.ball import precisely
-from camopt.verdicts.certify import exact_turn
-from camopt.verdicts.exact_curve import in_balls
-from camopt.verdicts.exact_mean import DISPLACEMENT_TERMS, TAYLOR_ORDER, MeanOfPowers
 from camopt.verdicts.mean_boxes import powers_over
 
 DIGITS = 50
@@ -216,9 +215,8 @@ def test_next_to_a_kink_the_range_tells_and_is_cut():
     assert len(widths) > 40
 
 
-def test_what_is_not_decided_in_time_is_undecided(monkeypatch):
+def test_a_mean_at_its_bound_is_undecided():
     scene = scene_of("roller").replace(limits={"torque_rms_N_m": evaluate(scene_of("roller"))["torque_rms_N_m"]})
-    monkeypatch.setattr(exact_mean, "MEAN_PARTS", 10)
     assert certify(scene)["torque_rms_N_m"] == "undecided"
 
 

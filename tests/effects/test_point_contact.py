@@ -9,6 +9,7 @@ from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ellipe, ellipk
+from support.balls.ball import Ball, ball_between, precisely
 from support.depth import times
 from support.published import ELLIPSES
 
@@ -26,7 +27,6 @@ from camopt.numerics.point_contact import (
     table_derivatives,
 )
 from camopt.problem.problem import resolve
-from camopt.verdicts.ball import Ball, ball_between, precisely
 from camopt.verdicts.certify import certify
 
 TABLE = pressure_table()

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 from flint import arb, arb_series
+from support.balls.ball import precisely
 
 import camopt
 from camopt.kernels.compile import compiled
@@ -12,7 +13,6 @@ from camopt.mechanisms.geometry import cam_curves
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet
 from camopt.problem.problem import resolve
-from camopt.verdicts.ball import precisely
 from camopt.verdicts.certify import certify
 
 PUSHED = {"mass": 0.2, "spring_rate": 30.0, "preload": 300.0}

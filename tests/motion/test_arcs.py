@@ -9,6 +9,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support import lowered
+from support.balls.ball import Ball, precisely
+from support.balls.laws import stretches_of
 from support.depth import times
 
 from camopt import (
@@ -27,8 +29,6 @@ from camopt.mechanisms.geometry import cam_curves
 from camopt.motion.profile import GivenElement, least_radius, parts_of
 from camopt.motion.profile_law import ProfileLaw
 from camopt.problem.problem import resolve_design
-from camopt.verdicts.ball import Ball, precisely
-from camopt.verdicts.exact_laws import stretches_of
 
 FOLLOWERS = {
     "knife": {"motion": "translating", "contact": "knife"},

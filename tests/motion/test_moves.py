@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from mpmath import mp
 from scipy.interpolate import make_interp_spline
 from support import naive, naive_moves
+from support.balls.proof import exact_turn
 from support.cams import CONTACTS, cam_with
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene
@@ -20,7 +21,6 @@ from camopt.motion.programme import Programme, root_mean_square, span
 from camopt.motion.segments import GivenSegment
 from camopt.motion.table import ALL_STROKES, DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
 from camopt.problem.problem import resolve
-from camopt.verdicts.certify import exact_turn
 
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 BESIDE = 1e-9  # rad, to either side of a joint

@@ -9,12 +9,12 @@ from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import own
+from support.balls.ball import precisely
+from support.balls.laws import pieces_of
 from support.depth import times
 
 from camopt.motion import LAWS
 from camopt.motion.polynomial import HIGHEST, PolynomialLaw
-from camopt.verdicts.ball import precisely
-from camopt.verdicts.exact_laws import pieces_of
 
 VERBS = ("displacement", "velocity", "acceleration", "jerk")
 X = np.linspace(0.0, 1.0, 101)

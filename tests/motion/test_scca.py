@@ -9,13 +9,13 @@ from flint import arb
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support import own
+from support.balls.ball import precisely
+from support.balls.laws import pieces_of
 from support.depth import times
 
 from camopt.motion import LAWS
 from camopt.motion.programme import law_peaks
 from camopt.motion.scca import SCCALaw
-from camopt.verdicts.ball import precisely
-from camopt.verdicts.exact_laws import pieces_of
 
 VERBS = ("displacement", "velocity", "acceleration", "jerk")
 SHARE = st.one_of(st.just(0.0), st.floats(0.01, 1.0))

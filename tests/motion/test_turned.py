@@ -9,6 +9,8 @@ from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import own
+from support.balls.ball import precisely
+from support.balls.laws import pieces_of
 from support.depth import times
 
 from camopt.motion.law import is_symmetric, joined_by
@@ -16,8 +18,6 @@ from camopt.motion.programme import Programme, Stroke, law_peaks, span
 from camopt.motion.scca import SCCALaw
 from camopt.motion.table import RISE
 from camopt.motion.turned import MirroredLaw, SkewedLaw
-from camopt.verdicts.ball import precisely
-from camopt.verdicts.exact_laws import pieces_of
 
 VERBS = ("displacement", "velocity", "acceleration", "jerk")
 SYMMETRIC = [name for name, law in own.EVERY.items() if is_symmetric(law)]

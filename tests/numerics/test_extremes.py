@@ -11,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import polynomial
 from support import own
+from support.balls.ball import PRECISION_BITS
 from support.depth import covering, times
 
 from camopt.effects import Case, Setup
@@ -29,7 +30,6 @@ from camopt.numerics.interval import Interval
 from camopt.numerics.jet import JET_FIELDS, Jet
 from camopt.numerics.piecewise import part_jets, row_jets
 from camopt.numerics.state import State
-from camopt.verdicts.ball import PRECISION_BITS
 
 CURVES = ("pressure", "curvature", "profile_radius", "reach")
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.balls.ball import Ball, precisely
 
 from camopt.numerics.taylor import Taylor, angle_of, direction
-from camopt.verdicts.ball import Ball, precisely
 
 TERMS = st.lists(st.floats(-3, 3), min_size=4, max_size=4)
 

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.balls.ball import Ball, precisely
 
 from camopt.kernels.compile import compiled
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import UNIT
 from camopt.numerics.stable import triangle_angle
 from camopt.numerics.trigonometry import arctangent, sine_cosine, turned
-from camopt.verdicts.ball import Ball, precisely
 
 
 @compiled

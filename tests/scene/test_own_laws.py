@@ -14,6 +14,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline, make_interp_spline
 from support import own
+from support.balls.ball import precisely
+from support.balls.laws import pieces_of
 from support.depth import times
 from test_scene import BASES, DELETED, changed, mistakes
 
@@ -29,8 +31,6 @@ from camopt.problem.problem import resolve
 from camopt.scene.law_forms import LEAST_GAP, leeway
 from camopt.scene.oddities import oddities
 from camopt.scene.own_laws import check_laws, law_in
-from camopt.verdicts.ball import precisely
-from camopt.verdicts.exact_laws import pieces_of
 
 BEZIER = {"degree": 5, "knots": [0] * 6 + [1] * 6, "coefficients": [0, 0, 0, 1, 1, 1]}
 POINTS = np.linspace(0.0, 1.0, 41)
@@ -316,14 +316,13 @@ def test_a_sweep_writes_a_scene_that_stands_alone(law, status, tmp_path):
 
 
 def test_rows_at_their_limit_are_sampled_too():
-    """The verdict comes from balls there."""
+    """The verdict comes from intervals there, and at the limit itself there is none."""
     scene = with_law("roller-1000rpm", sampled("cycloidal", 9))
     angle = evaluate(scene)["pressure_angle_max_deg"]
-    for limit in (angle, np.nextafter(angle, 0), np.nextafter(angle, 90)):
-        held = scene.replace(limits={"pressure_angle": float(limit)})
-        found = evaluate(held)
-        assert found["status"] == "sampled"
-        assert found["feasible"] is ("broken" not in certify(held).values())
+    for share, status in ((3e-14, "sampled"), (0.0, "undecided"), (-3e-14, "sampled")):
+        found = evaluate(held := scene.replace(limits={"pressure_angle": angle * (1.0 + share)}))
+        assert found["status"] == status
+        assert found["feasible"] is ({*certify(held).values()} == {"held"}) is (share > 0.0)
 
 
 def test_a_file_is_read_into_the_scene(tmp_path, monkeypatch):

@@ -111,6 +111,6 @@ def test_the_command_writes_table_and_pictures(tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)
     table = pd.read_parquet(tmp_path / "accuracy.parquet")
     assert len(table) == len(found["methods"]) == 3 * (len(accuracy.methods.METHODS) + 1)
-    assert {"sampling", "sampling, polished", "enclosure", "balls"} == set(table["method"])
+    assert {"sampling", "sampling, polished", "enclosure", "50 digits"} == set(table["method"])
     assert (tmp_path / "accuracy.png").read_bytes().startswith(b"\x89PNG")
     assert "enclosure" in (tmp_path / "accuracy.svg").read_text(encoding="utf-8")

@@ -77,7 +77,7 @@ SECOND_ANSWERS = {
         (
             "numerics/test_extremes.py::test_extremes_are_those_of_dense_sampling",
             "numerics/test_extremes.py::test_jets_hold_all_that_they_may_and_no_more",
-            "verdicts/test_proof.py::test_balls_decide_what_rounding_hides",
+            "verdicts/test_proof.py::test_what_rounding_hides_is_undecided_and_no_more_than_that",
             "verdicts/test_proof.py::test_limits_on_either_side_of_a_fifty_digit_extreme",
             "verdicts/test_kinds_of_number.py::test_a_limit_is_decided_alike_on_either_side_of_its_bound",
             "smallest/test_optimise.py::test_no_grid_finds_a_smaller_cam",

@@ -261,7 +261,7 @@ def test_a_sweep_keeps_designs_that_hold_the_limits_at_all_corners(tmp_path):
     assert 0 < swept.feasible < nominal.feasible
     assert (swept.every_cam, nominal.every_cam) == ({"held": swept.pareto}, None)
     assert set(camopt.load(tmp_path / "pareto.parquet")["proof"]) == {"held"}
-    assert certify_table(tmp_path / "pareto.parquet") == {"held": swept.pareto}  # in balls and boxes
+    assert certify_table(tmp_path / "pareto.parquet") == {"held": swept.pareto}
     assert camopt.sweep(scene, tmp_path).every_cam == swept.every_cam
     least = min(each["base_radius_mm"] for each in swept.best.values())
     found = {offset: scene.replace(**{"search": {"robust": True}, "follower.offset": offset}) for offset in (0, 4)}

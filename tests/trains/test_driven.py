@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from flint import arb
+from support.balls.motion import exact_motion, motion_at
 from support.cams import CONTACTS, cam_with, turn_of
 from support.trains import random_train
 
@@ -22,7 +23,6 @@ from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve, resolve_design
 from camopt.quantities.limit_keys import LIMIT_KEYS
 from camopt.verdicts.certify import certify_limits
-from camopt.verdicts.exact_motion import exact_motion, motion_at
 
 NEAR = 1e-9
 RIGHT = 1e-12  # of the largest value in the turn

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from flint import arb
 from mpmath import mpf
+from support.balls.motion import exact_motion, motion_at
 from support.cams import CONTACTS, SWUNG, UNGUIDED, cam_with, turn_of
 from support.trains import LOOPS, drawn_loads, random_train, slide_at, turned_by
 
@@ -18,7 +19,6 @@ from camopt.problem.problem import resolve
 from camopt.trains import TRAIN_STAGES
 from camopt.trains.four_bar import four_bar
 from camopt.trains.train import Train
-from camopt.verdicts.exact_motion import exact_motion, motion_at
 
 FREE_BODIES = 1e-9  # of the largest force
 TOOL = {"mass": 0.4, "spring_rate": 12.0, "preload": 60.0, "gravity": 9.81}

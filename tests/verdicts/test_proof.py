@@ -1,4 +1,4 @@
-"""Proofs in ball arithmetic, against 50 digits, the laws, and the verdicts of the kernels."""
+"""Proofs, against 50 digits, ball arithmetic, the laws, and the verdicts of the kernels."""
 
 import json
 import operator as operators
@@ -15,10 +15,16 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from flint import arb, ctx
+from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive, own
+from support.balls.ball import Ball, ball_between, precisely
+from support.balls.curves import in_balls
+from support.balls.deciding import Largest
+from support.balls.laws import EXACT_BY_NAME, pieces_of
+from support.balls.motion import TurnPart, exact_motion
+from support.balls.proof import claim_verdict, sides_of
 from support.cams import CONTACTS, GUIDED, WORN, cam_with
 from support.depth import covering, times
 from support.smallest_cams import BASE, CASES
@@ -33,12 +39,7 @@ from camopt.problem.limits import LOAD_LIMITS
 from camopt.problem.problem import resolve
 from camopt.problem.space import space_of
 from camopt.quantities import QUANTITIES
-from camopt.verdicts.ball import MOST_TERMS, Ball, ball_between, precisely
-from camopt.verdicts.certify import certify_design, certify_limits, claim_verdict, sides_of, summary
-from camopt.verdicts.deciding import Largest
-from camopt.verdicts.exact_curve import in_balls
-from camopt.verdicts.exact_laws import EXACT_BY_NAME, pieces_of
-from camopt.verdicts.exact_motion import TurnPart, exact_motion
+from camopt.verdicts.certify import certify_design, certify_limits, summary
 from camopt.verdicts.judging import evaluate_rows, evaluate_with_effort
 
 DATA = json.loads((Path(__file__).parents[1] / "data" / "reference.json").read_text())
@@ -116,22 +117,34 @@ def test_limits_on_either_side_of_a_fifty_digit_extreme(limit, name):
         assert "undecided" not in either
 
 
+ROUNDINGS = 1e-13  # relative: what is decided on either side of a bound
 ANGLES = extremes_of("pressure_angle_max_deg")
 
 
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", covering(ANGLES, features))
 @mpmath.workdps(50)
-def test_balls_decide_what_rounding_hides(name):
-    """A limit at the double next to the exact extreme: the verdict is that of 50 digits."""
+def test_what_rounding_hides_is_undecided_and_no_more_than_that(name):
+    """A limit at the double next to the exact extreme is not decided wrongly; one some roundings off is decided."""
     scene, exact = Scene.from_dict(REFERENCE[name]["scene"]), mpmath.mpf(ANGLES[name])
     sound = not evaluate(scene.replace(limits=None))["violated"]
-    for bound in (float(exact), np.nextafter(float(exact), 0), np.nextafter(float(exact), 90)):
-        if abs(exact - mpmath.mpf(float(bound))) < mpmath.mpf("1e-25"):
-            continue  # an angle that is the double itself, such as 30°
-        found = evaluate(scene.replace(limits={"pressure_angle": float(bound)}))
-        held = sound and bool(exact <= mpmath.mpf(float(bound)))
-        assert (found["feasible"], found["status"]) == (held, "certified")
+    for share in (0.0, ROUNDINGS, -ROUNDINGS):
+        bound = float(exact * (1 + mpmath.mpf(share)))
+        found, held = evaluate(scene.replace(limits={"pressure_angle": bound})), sound and share > 0.0
+        if share and sound:
+            assert (found["feasible"], found["status"]) == (held, "certified")
+        if found["status"] == "certified":
+            assert found["feasible"] <= (sound and bool(exact <= mpmath.mpf(bound)))
+
+
+@pytest.mark.parametrize("name", ["roller-1000rpm", "two-pauses", "pusher-by-lever"])
+def test_a_limit_that_both_sides_of_an_enclosure_touch_is_undecided_and_not_feasible(name):
+    scene = find_scene(name).replace(limits=None)
+    limited = scene.replace(limits={"pressure_angle": evaluate(scene)["pressure_angle_max_deg"]})
+    found = certify(limited)
+    assert "undecided" in found.values()
+    assert found.exit_code == 4
+    assert (evaluate(limited)["feasible"], evaluate(limited)["status"]) == (False, "undecided")
 
 
 @pytest.mark.one_in(3)
@@ -158,40 +171,28 @@ def test_an_optimum_is_proved_and_a_hair_smaller_is_refused(name):
     assert summary(certify(scene.replace(**{"cam.base_radius": best - hair}))) == "broken"
 
 
-def test_a_proof_leaves_the_precision_of_flint_as_it_was():
-    """At 200 bits within, though other precisions come before; nothing is changed by an import, nor by an error.
-
-    And so with the number of terms of a series.
-    """
-    scene, verdicts, terms = find_scene("two-pauses"), [], ctx.cap
-    for bits in (30, 53, 300):
-        with ctx.workprec(bits):
-            verdicts.append(certify(scene))
-            assert (ctx.prec, ctx.cap) == (bits, terms)
-            assert precisely()(lambda: (ctx.prec, ctx.cap))() == (200, MOST_TERMS)
-            with pytest.raises(ZeroDivisionError, match="division by zero"):
-                precisely()(lambda: 1 / 0)()
-            assert (ctx.prec, ctx.cap) == (bits, terms)
-    assert verdicts[0] == verdicts[1] == verdicts[2]
-    modules = "camopt.verdicts.certify, camopt.front.certified, camopt.studies.accuracy.table, flint"
-    code = f"import {modules}; print(flint.ctx.prec, flint.ctx.cap)"
+def test_proofs_ask_for_no_ball_arithmetic():
+    """python-flint is the oracle of these tests; the package does without."""
+    code = "import sys, camopt; camopt.certify(camopt.find_scene('two-pauses')); print('flint' in sys.modules)"
     assert (
-        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "53 10\n"
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
     )
 
 
-def test_proofs_in_threads_do_not_change_each_others_precision():
-    scene, before = find_scene("two-pauses"), (ctx.prec, ctx.cap)
+def test_proofs_in_threads_are_those_of_one():
+    scene = find_scene("two-pauses")
     with ThreadPoolExecutor(4) as threads:
-        verdicts = list(threads.map(certify, [scene] * 8))
-    assert (ctx.prec, ctx.cap) == before
-    assert all(each == verdicts[0] for each in verdicts)
+        assert all(each == certify(scene) for each in threads.map(certify, [scene] * 8))
 
 
 @pytest.mark.parametrize("law", ["cycloidal", "poly345", "modified-sine"])
 @pytest.mark.parametrize("heavy", [False, True])
 def test_a_preload_is_the_least_contact_force_of_a_cam_that_nothing_unloads(law, heavy):
-    """At rest F is the preload, exactly; doubles give less, by the rounding of terms a million times as large."""
+    """At rest F is the preload, exactly; doubles give less, by the rounding of terms a million times as large.
+
+    So are intervals wider, and decide at no less than that.
+    """
+    near = 1e-7 if heavy else 1e-12
     dynamics = (
         {"mass": 80.0, "spring_rate": 1e6, "preload": 1.0} if heavy else {"spring_rate": 20.0, "preload": 40.0}
     )
@@ -209,7 +210,7 @@ def test_a_preload_is_the_least_contact_force_of_a_cam_that_nothing_unloads(law,
             "motion": [*moves, {"segment": "dwell", "angle": 160}],
         }
     )
-    for share, verdicts in ((1.0 - 1e-12, {"held"}), (1.0, {"held", "undecided"}), (1.0 + 1e-12, {"broken"})):
+    for share, verdicts in ((1.0 - near, {"held"}), (1.0, {"held", "undecided"}), (1.0 + 1e-12, {"broken"})):
         cam = scene.replace(limits={"contact_force_min": dynamics["preload"] * share})
         found = certify(cam)["contact_force_min"]
         assert found in verdicts
@@ -306,7 +307,7 @@ AT_ANOTHER = {
 @given(turn=TURNS, near=st.sampled_from([-1e-16, 0.0, 1e-16, 0.2]), size=st.floats(0.7, 2.0))
 @settings(max_examples=times(2, deep=30))
 def test_a_question_at_another_programme_is_the_scene_rewritten_with_it(name, turn, near, size):
-    """Verdict for verdict, limits beside the cam's own pressure angle among them, where only balls decide."""
+    """Verdict for verdict, limits beside the cam's own pressure angle among them, where rounding decides."""
     scene = AT_ANOTHER[name].replace(search=None)
     written = scene.replace(motion=turn_of(scene, **turn))
     key = "mean_radius" if scene.cam.form == "cylindrical" else "base_radius"
@@ -320,7 +321,7 @@ def test_a_question_at_another_programme_is_the_scene_rewritten_with_it(name, tu
 
 @pytest.mark.parametrize("rest", [0.0, 20.0])
 def test_a_verdict_at_freed_angles_is_that_of_the_scene_with_them(rest):
-    """At the pressure angle of the cam itself, where balls decide; a dwell may shrink to nothing."""
+    """At the pressure angle of the cam itself, where rounding decides; a dwell may shrink to nothing."""
     scene = Scene.from_dict(BASE).replace(
         **{"search.angle_dwell": {"start": 0, "stop": 90}, "search.angle_rise": {"start": 90, "stop": 300}}
     )
@@ -329,12 +330,12 @@ def test_a_verdict_at_freed_angles_is_that_of_the_scene_with_them(rest):
         segment["angle"] = angle
     written = Scene.from_dict(data)
     own = evaluate(written)["pressure_angle_max_return_deg"]
-    for bound in (np.nextafter(own, 0.0), own, np.nextafter(own, 90.0)):
+    for bound in (own * (1.0 - 3e-14), own, own * (1.0 + 3e-14)):
         limits = {"limits.pressure_angle_return": float(bound)}
         here, there = resolve(scene.replace(**limits)), resolve(written.replace(**limits))
         names = frozenset({"feasible", "violated", "status"})
         rows, effort = evaluate_with_effort(here.with_programme(there.programme), here.design, names)
-        assert effort.balls == 1
+        assert effort.again == 1
         assert rows.only(names).records() == evaluate_rows(there, there.design, names).only(names).records()
 
 
@@ -394,7 +395,7 @@ def test_a_number_below_zero_has_no_root():
 
 def test_a_pitch_point_almost_at_rest_takes_no_longer_to_prove(monkeypatch):
     """A knife edge on an arm that starts almost at the cam's centre: √(w² + s²) of balls that reach below 0."""
-    monkeypatch.setattr("camopt.verdicts.deciding.DECIDING_PARTS", 100)
+    monkeypatch.setattr("support.balls.deciding.DECIDING_PARTS", 100)
     arm = {"motion": "oscillating", "contact": "knife", "arm_length": 90, "centre_distance": 90}
     scene = Scene.from_dict(
         {
@@ -464,10 +465,10 @@ def test_limits_on_the_command_line_are_proved(tmp_path, capsys):
 def test_a_sweep_counts_what_its_verdicts_took():
     scene = find_scene("roller-1000rpm").replace(**{"limits.pressure_angle": 30.0, "search": {"law": ["poly345"]}})
     best = optimise(scene).best["base_radius_mm"]
-    near = [best * (1.0 + k * 1e-15) for k in range(-20, 21)]
+    near = [best * (1.0 + k * 5e-15) for k in range(-20, 21)]
     effort = sweep(scene.replace(**{"search.base_radius": near})).effort
-    assert 0 < effort.balls <= effort.again <= len(near)
-    assert effort.undecided == 0
+    assert 0 < effort.intervals <= effort.again <= len(near)
+    assert 0 < effort.undecided <= effort.intervals  # those at the limit itself
 
 
 @pytest.mark.one_in(4)

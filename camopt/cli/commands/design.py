@@ -117,7 +117,7 @@ def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int |
 @row_option
 @output_options
 def certify(target: str, as_json: bool, quiet: bool, row: int | None, **overrides: Any) -> int:
-    """Prove that the limits are met at every cam angle, in ball arithmetic.
+    """Prove that the limits are met at every cam angle, in interval arithmetic.
 
     TARGET is a scene, or a table written by a sweep. The verdict on a limit is "held" (it is proved to be met),
     "broken" (it is proved not to be met) or "undecided". To a table, the verdict on each row is added as a column;

@@ -17,10 +17,10 @@ PENS: dict[str, dict[str, Any]] = {
     "sampling": {"color": SERIES[1], "marker": "o"},
     "sampling, polished": {"color": SERIES[4], "marker": "s"},
     "enclosure": {"color": SERIES[0], "marker": "D"},
-    "balls": {"color": INK, "marker": "^"},
+    "50 digits": {"color": INK, "marker": "^"},
 }
 POINT_LABELS: dict[Any, str] = {
-    "balls": "any digits",
+    "50 digits": "any digits",
     ("sampling", 36): "36 angles",
     ("sampling", 360): "360",
     ("sampling", 3600): "3600 angles",
@@ -44,7 +44,7 @@ def draw(costs: "Costs", path: Target = None) -> "Figure":
         labels: list[Label] = []
         for axes, name in zip(panels, names, strict=True):
             labels += _draw(axes, name, [row for row in rows if row["quantity"] == name])
-        panels[0].set_ylabel("largest relative error, against ball arithmetic")
+        panels[0].set_ylabel("largest relative error, against 50 digits")
         handles = dict(zip(*reversed(panels[0].get_legend_handles_labels()), strict=True))
         figure.legend(handles.values(), handles, loc="outside lower center", ncols=len(handles))
         settle(figure, labels)

@@ -5,25 +5,23 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from flint import arb
 from scipy.optimize import elementwise
 
 from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
-from camopt.numerics.extremes import Precision, extremes
+from camopt.numerics.extremes import Extremes, Precision, extremes
 from camopt.problem.limits import peak_of
 from camopt.problem.problem import SINGLE_ERROR, Problem
 from camopt.problem.sample import searched_space
+from camopt.studies.accuracy.digits import Digits, arithmetic, as_number, digit_numbers
 from camopt.studies.accuracy.methods import Method, enclosed
-from camopt.studies.accuracy.reference import EQUAL_DIGITS, reference
-from camopt.verdicts.ball import Ball, as_arb, precisely
-from camopt.verdicts.exact_curve import BALL_NUMBERS, in_balls
+from camopt.studies.accuracy.reference import EQUAL_DIGITS, extreme_near
 
 DESIGN_COUNT = 4096
-REFERENCED = 24  # designs with a reference in balls
+REFERENCED = 24  # designs with a reference in 50 digits
 SIZE_ROOM = 0.1  # relative, to both sides of a design's own size: where its smallest radius is looked for
-FIRST_STEP = arb(2) ** -27  # relative, of the secant in balls; a power of two is exact at any precision
+FIRST_STEP = 2.0**-27  # relative, of the secant in 50 digits
 QUANTITY_OF = {
     "pressure angle": "pressure_angle_max_deg",
     "curvature": "pitch_curvature_max_per_mm",
@@ -50,10 +48,12 @@ class PeakSubject:
     @cached_property
     def _exact(self) -> FloatArray:
         """Each extreme, as exact as doubles have it."""
-        curve, questions = self._asked(self.designs)
-        table = self.problem.programme.table
-        found = extremes(curve, len(self.designs), table, questions, Precision(SINGLE_ERROR, 1e-9))
-        return np.asarray(found.value[0])
+        return np.asarray(self._extremes(self.designs).value[0])
+
+    def _extremes(self, designs: Designs) -> Extremes:
+        """The extremes of designs in doubles."""
+        curve, questions = self._asked(designs)
+        return extremes(curve, len(designs), self.problem.programme.table, questions, Precision(SINGLE_ERROR, 1e-9))
 
     def _asked(self, designs: Designs) -> tuple[Any, Any]:
         """The curve of designs, and the question about it."""
@@ -72,15 +72,19 @@ class PeakSubject:
         value, width = method.run(curve, len(designs), self.problem.programme, questions)
         return np.asarray(self.peak.scale.quantity(value[0] + side * self.sign * width[0], designs))
 
-    def by_balls(self, design: Designs) -> arb:
-        """The extreme of a design in balls that is like one of them, to 25 digits."""
-        return reference(self.peak, self.problem, design)
+    def in_digits(self, design: Designs, size: Any = None) -> Any:
+        """The extreme of a design, or of one of another size, in 50 digits."""
+        exact = design.with_values({name: Digits(as_number(value)) for name, value in design.sizes.items()})
+        if size is not None:
+            design = replace(design, size=np.array([float(size)]))
+            exact = exact.with_values({"size": Digits(size)})
+        ((make, kinds),), (where,) = self.peak.curves, self._extremes(design).where[0]
+        return extreme_near(make, kinds, self.peak.goal, exact, self.problem.programme, float(where))
 
     def reference(self, number: int) -> float:
-        """The quantity of one design by balls."""
+        """The quantity of one design by 50 digits."""
         design = self.designs.take([number])
-        extreme = np.array([float(self.by_balls(in_balls(design)))])
-        return float(self.peak.scale.quantity(extreme, design)[0])
+        return float(self.peak.scale.quantity(np.array([float(self.in_digits(design))]), design)[0])
 
 
 @dataclass(frozen=True)
@@ -140,9 +144,8 @@ class RadiusSubject:
         exists = partial(self.of.problem.setup.mechanism.exists, programme=self.of.problem.programme)
         return self.root(enclosed(SINGLE_ERROR)).success & np.logical_and(*map(exists, self.ends))
 
-    @precisely()
     def reference(self, number: int) -> float:
-        """By a secant in balls, to 25 digits.
+        """By a secant in 50 digits, to half of them.
 
         Raises
         ------
@@ -150,22 +153,21 @@ class RadiusSubject:
             If the secant does not settle.
         """
         place, design = self.numbers[number], self.designs.take([number])
-        exact: Any = in_balls(design)
-        bound = self.of.peak.scale.extreme_at(float(self.of.truth[place]), BALL_NUMBERS)
+        bound = self.of.peak.scale.extreme_at(float(self.of.truth[place]), digit_numbers())
 
-        def beyond(size: arb) -> Any:
-            return (self.of.by_balls(replace(exact, size=Ball(size))) - bound).mid()
+        def beyond(size: Any) -> Any:
+            return self.of.in_digits(design, size) - bound
 
-        one = as_arb(exact.size)
-        other = one * (1 + FIRST_STEP)
+        one = arithmetic().mpf(float(design.size[0]))
+        other = one * (1 + arithmetic().mpf(FIRST_STEP))
         before, there = beyond(one), beyond(other)
-        for _ in range(4):
-            step = (there * (other - one) / (there - before)).mid()
-            one, before, other = other, there, (other - step).mid()
+        for _ in range(5):
+            step = there * (other - one) / (there - before)
+            one, before, other = other, there, other - step
             if abs(step) < EQUAL_DIGITS * other:
                 return float(other)
             there = beyond(other)
-        raise ArithmeticError(f"no smallest radius of {design} by balls")
+        raise ArithmeticError(f"no smallest radius of {design} in 50 digits")
 
 
 Subject = PeakSubject | RadiusSubject

@@ -33,6 +33,7 @@ from camopt.tables.result import Result
 
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
 TIMED_RUNS = 3
+REFERENCE = "50 digits"
 BEYOND_LIMIT = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
 
 
@@ -65,7 +66,7 @@ def measure(scene: Scene, progress: Progress | None = None, engine: Engine | Non
     """One row for each quantity and method: cost, error, and how it judges designs at the edge of their limit.
 
     Over the laws that ``[search]`` names, or else the scene's own. ``ns_per_design`` is their mean, all else their
-    worst: ``error_max`` and ``error_median`` (relative, against balls); ``achieved`` (relative: the most that a
+    worst: ``error_max`` and ``error_median`` (relative, against 50 digits); ``achieved`` (relative: the most that a
     method itself leaves open); ``false_accept``: the share of designs, each put 1e-9 beyond its limit, that the
     method calls feasible; ``undecided``: the share it leaves open. The smallest radius is that of the first
     quantity that the size of the cam decides. Laws are measured one after the other, or each on a worker of an
@@ -91,11 +92,11 @@ def _of_programme(problem: Problem) -> list[dict[str, Any]]:
 
 
 def _rows(subject: Subject) -> list[dict[str, Any]]:
-    """The rows of one quantity under one programme: ball arithmetic, which others are measured against, first."""
+    """The rows of one quantity under one programme: 50 digits, which others are measured against, first."""
     some, start = range(max(min(REFERENCED // subject.dear, len(subject.designs)), 1)), perf_counter()
     expected = np.array([subject.reference(number) for number in some])
-    balls, alike, none = perf_counter() - start, float(EQUAL_DIGITS), np.zeros(1, dtype=bool)
-    rows = [_row((subject.name, "balls", alike), balls / len(some), np.array([alike]), alike, none, none)]
+    spent, alike, none = perf_counter() - start, EQUAL_DIGITS, np.zeros(1, dtype=bool)
+    rows = [_row((subject.name, REFERENCE, alike), spent / len(some), np.array([alike]), alike, none, none)]
     limit = subject.truth - subject.sign * BEYOND_LIMIT * np.abs(subject.truth)
     for method in METHODS:
         value, seconds = timed(partial(subject.answer, method), TIMED_RUNS)

@@ -32,6 +32,6 @@ for k, (name, (ax, values)) in enumerate(curves.items()):
 below.set_xlabel("cam angle, deg")
 
 # %%
-# That the motion meets its conditions at every cam angle is proved in ball arithmetic.
+# That the motion meets its conditions at every cam angle is proved in interval arithmetic.
 
 camopt.certify(scene)

@@ -3,7 +3,7 @@ Too small by a millionth of a millionth
 =======================================
 
 Sampling the turn finds a peak that is a little too low, and accepts a cam that breaks its limit. camopt encloses
-the peak of the continuous motion, and ``certify`` decides in ball arithmetic of 200 bits.
+the peak of the continuous motion, and ``certify`` decides in interval arithmetic.
 """
 
 import matplotlib.pyplot as plt

@@ -10,9 +10,9 @@ from typing import Any
 
 from flint import arb, arb_series
 
-import camopt.verdicts.exact_profile  # noqa: F401  what roots and angles of series in balls are
+import support.balls.profile  # noqa: F401  what roots and angles of series in balls are
 from camopt.trains.train import Train
-from camopt.verdicts.ball import precisely
+from support.balls.ball import precisely
 
 POINT = 1e-40
 """The radius of a ball that is a point but for rounding."""

@@ -23,10 +23,10 @@ from camopt.mechanisms import Designs
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES
-from camopt.verdicts.ball import as_arb, ball_between, precisely
-from camopt.verdicts.exact_laws import Stretch
-from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
 from camopt.verdicts.running import extended
+from support.balls.ball import as_arb, ball_between, precisely
+from support.balls.laws import Stretch
+from support.balls.motion import ExactMotion, ExactStroke
 
 SERIES_ORDER = 10
 MOTION_TERMS = SERIES_ORDER + 3  # of a motion: from its second derivative on, SERIES_ORDER is the last one's

@@ -15,10 +15,10 @@ from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import turned_kinds
 from camopt.motion.train_load import TrainLoad
-from camopt.verdicts.ball import Ball, ball_between, precisely
-from camopt.verdicts.exact_driven import DrivenPiece, follower_at, narrowed, train_in_balls
-from camopt.verdicts.exact_laws import Stretch, stretches_of
-from camopt.verdicts.exact_load import LoadPart, LoadsInBalls
+from support.balls.ball import Ball, ball_between, precisely
+from support.balls.driven import DrivenPiece, follower_at, narrowed, train_in_balls
+from support.balls.laws import Stretch, stretches_of
+from support.balls.load import LoadPart, LoadsInBalls
 
 FIRST_PARTS = 8  # of each piece of a law, and line of a load
 DERIVATIVES = 5  # of the motion, as curves take them, the displacement included

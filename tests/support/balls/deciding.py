@@ -19,10 +19,10 @@ from flint import arb
 
 from camopt.motion.table import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, ways_of
 from camopt.numerics.clock import now
-from camopt.verdicts.ball import ball_between
-from camopt.verdicts.exact_curve import ExactCurve
-from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, TurnPart
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
+from support.balls.ball import ball_between
+from support.balls.curves import ExactCurve
+from support.balls.motion import ExactMotion, ExactStroke, TurnPart
 
 DECIDING_PARTS = 20_000
 ONE, INFINITE = arb(1), arb(inf)

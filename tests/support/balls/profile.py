@@ -12,7 +12,7 @@ from flint import arb, arb_series
 
 from camopt.motion.profile_law import ProfileLaw
 from camopt.numerics.taylor import Direction, Taylor, angle_of, direction, quotient, root, slope_of
-from camopt.verdicts.ball import Ball, precisely
+from support.balls.ball import Ball, precisely
 
 
 @dataclass(frozen=True)

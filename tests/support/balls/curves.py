@@ -18,7 +18,7 @@ from camopt.effects.peak import Derivative, NumberKind
 from camopt.mechanisms import Designs
 from camopt.numerics.curves import COMPILED, curve, formula, further, further_formula
 from camopt.numerics.state import Load, State, TrainForces
-from camopt.verdicts.ball import Ball, as_arb
+from support.balls.ball import Ball, as_arb
 
 BALL_NUMBERS = NumberKind(arb, arb.pi, arb.tan)
 LOADS: dict[int, Any] = {0: lambda: None, 2: Load, 4: TrainForces}

@@ -22,9 +22,9 @@ from camopt.motion.profile_law import ProfileLaw
 from camopt.motion.scca import SCCALaw
 from camopt.motion.spline import SplineLaw
 from camopt.motion.turned import MirroredLaw, SkewedLaw
-from camopt.verdicts.ball import precisely
-from camopt.verdicts.exact_driven import DrivenPiece
-from camopt.verdicts.exact_profile import ProfilePiece, piece_on_profile
+from support.balls.ball import precisely
+from support.balls.driven import DrivenPiece
+from support.balls.profile import ProfilePiece, piece_on_profile
 
 SineWave = tuple[arb, arb, arb]
 """A·sin(π·(w·d + φ)): sin π·x is exact where x is a whole number, so that strokes end exactly where they should."""

@@ -25,11 +25,11 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics.clock import now
 from camopt.problem.claims import MeanClaim
-from camopt.verdicts.ball import Ball, NoSeries, as_arb, precisely
-from camopt.verdicts.deciding import Side
-from camopt.verdicts.exact_curve import BALL_NUMBERS, ExactCurve
-from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, TurnPart, series_of
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
+from support.balls.ball import Ball, NoSeries, as_arb, precisely
+from support.balls.curves import BALL_NUMBERS, ExactCurve
+from support.balls.deciding import Side
+from support.balls.motion import ExactMotion, ExactStroke, TurnPart, series_of
 
 TAYLOR_ORDER = 26
 STATE_ROWS = 5  # y and its first derivatives, as curves take them

@@ -1,0 +1,141 @@
+"""Verdicts in balls: whether a design holds its limits at every cam angle; ``camopt.certify`` has intervals.
+
+A limit is a claim that a curve stays below a bound, which ``deciding`` decides. The formulas are those of the
+mechanisms, run on balls; the laws are exact (``laws``).
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import product
+from math import inf, isinf
+from typing import Any, cast
+
+import support.balls.point_contact  # noqa: F401  what formulas do to balls at a point contact
+from camopt.effects import Case
+from camopt.effects.peak import Derivative
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
+from camopt.numerics.clock import now
+from camopt.problem.claims import Claim
+from camopt.problem.limit import ASSEMBLY, Limit
+from camopt.problem.problem import Problem, exactly
+from camopt.problem.rows import Rows
+from camopt.verdicts.running import run_effects
+from camopt.verdicts.words import BROKEN, HELD, UNDECIDED, worst
+from support.balls.ball import as_arb, precisely
+from support.balls.curves import BALL_NUMBERS, ExactCurve, in_balls
+from support.balls.deciding import Largest, Side, sign_of
+from support.balls.laws import NoExactForm
+from support.balls.means import mean_verdict
+from support.balls.motion import ExactMotion, TurnPart, exact_motion
+from support.balls.section import integrated_rows, is_integrated
+
+HIGHEST_ERROR = 2.0**-100  # relative
+
+
+@precisely()
+def exact_turn(programme: Programme) -> ExactMotion:
+    """The turn of a programme in balls, its highest included, which is proved where it may be inside a stroke."""
+    motion = exact_motion(programme)
+    if programme.monotone:
+        return motion
+    highest = Largest(Side(ExactCurve(Derivative(0))).parts(motion)).within(HIGHEST_ERROR)
+    return replace(motion, highest=highest)
+
+
+def sides_of(claim: Claim, design: Designs, motion: ExactMotion) -> Iterator[Side]:
+    """The sides of a claim for a design (in balls)."""
+    curve = ExactCurve(claim.curve(design, cast(Programme, motion)))
+    return (Side(curve, claim.kinds, sign) for sign in claim.sides)
+
+
+def largest_of(claims: Iterable[Claim], design: Designs, motion: ExactMotion) -> Largest:
+    """What the curves of claims are at most, on all their sides, for a design (in balls)."""
+    parts: list[tuple[Side, TurnPart]] = []
+    for claim in claims:
+        turn = claim.curve.of(motion) if isinstance(claim.curve, Derivative) else motion
+        for side in sides_of(claim, design, motion):
+            parts += side.parts(turn)
+    return Largest(parts)
+
+
+def claim_verdict(problem: Problem, claim: Claim, design: Designs, motion: ExactMotion, until: float = inf) -> str:
+    """The verdict on a claim for a design (in balls)."""
+    if on_arcs(problem, claim.curve):
+        return worst(_on_arcs(problem, claim, design))
+    return bounded(largest_of((claim,), design, motion), claim, design, until)
+
+
+def bounded(largest: Largest, claim: Claim, design: Designs, until: float = inf) -> str:
+    """The verdict on a claim for a design (in balls), from what its curves are at most."""
+    return largest.verdict(claim.allowed(BALL_NUMBERS), as_arb(claim.factor(design)), until)
+
+
+def on_arcs(problem: Problem, curve: Any) -> bool:
+    """Whether a curve is the curvature of a cam that is given by its profile."""
+    mechanism = problem.setup.mechanism
+    return bool(problem.profile) and curve in (mechanism.curvature, mechanism.profile_radius)
+
+
+def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
+    """The verdicts on the curvature of a cam that is given by its profile: on an arc it is constant.
+
+    A limit is often just that of the sharpest arc, and is not divided by, so that this is seen.
+    """
+    factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALL_NUMBERS)
+    for side, radius in product(claim.sides, problem.profile):
+        if isinf(radius):  # a line
+            yield sign_of(-allowed)
+        elif problem.setup.mechanism.flat_faced:
+            yield sign_of(factor * side * radius - allowed)
+        else:
+            of_pitch = as_arb(design.roller_radius) + radius
+            yield sign_of((factor * side - allowed * of_pitch) * of_pitch.sgn())
+
+
+def _without_curves(
+    problem: Problem, limit: Limit, design: Designs, exact: Designs, motion: ExactMotion, until: float
+) -> str:
+    """The verdict on a limit without curves: a crossing, a size, an integral, or one of the motion."""
+    if limit.decided:
+        broken = limit.decided(problem.setup, design, problem.programme)
+        return UNDECIDED if broken is None else BROKEN if broken else HELD
+    if not is_integrated(limit.needs):
+        case = Case(exactly(problem).setup, problem.programme, design)
+        return _compared(limit, run_effects(case, limit.needs), design)
+    for rows in integrated_rows(problem, motion, design, exact, limit.needs):
+        found = _compared(limit, rows, design)
+        if found != UNDECIDED or now() > until:
+            return found
+    return UNDECIDED
+
+
+def _compared(limit: Limit, rows: Rows, design: Designs) -> str:
+    """The verdict on a limit from the enclosures of its quantities."""
+    outer, inner = (limit.excess(rows.shifted(share), design)[0] for share in (1.0, -1.0))
+    return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED
+
+
+@precisely()
+def verdicts_in_balls(problem: Problem, design: Designs, until: float = inf) -> dict[str, str]:
+    """The verdict on each limit for one design: held, broken or undecided, as at ``until`` (``clock.now``)."""
+    if not problem.setup.mechanism.exists(design, problem.programme)[0]:
+        return {ASSEMBLY: BROKEN}
+    try:
+        motion = exact_turn(problem.programme)
+    except NoExactForm:
+        return {limit.name: UNDECIDED for limit in problem.limits}
+    exact = in_balls(design)
+    verdicts: dict[str, str] = {}
+    for limit in problem.limits:
+        found = [claim_verdict(problem, claim, exact, motion, until) for claim in limit.claims]
+        if (presumed := verdicts.get(limit.presumes, HELD)) != HELD:
+            found = [presumed]
+        elif limit.mean is not None:
+            found = [mean_verdict(limit.mean, exact, motion, until)]
+        elif not limit.claims:
+            found = [_without_curves(problem, limit, design, exact, motion, until)]
+        if limit.infinite_at(problem.programme):
+            found = [BROKEN]
+        verdicts[limit.name] = worst(found)
+    return verdicts
