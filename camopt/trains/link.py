@@ -1,8 +1,8 @@
 """A link of a train: how an input displacement becomes an output displacement, and back, in any kind of number.
 
 Displacements are counted from the start position, mm or rad. Formulas take series (``numerics.taylor``): of arrays,
-or of other numbers, whose derivatives are those of the motion. Proofs take as exact what a link is made from: numbers
-of its start position, found and rounded, too.
+or of other numbers, whose derivatives are those of the motion. Proofs take as exact what a link is made from, also
+the numbers of its start position, which are found and rounded.
 
 A link may be made from arrays, as many linkages with a formula for all, from ranges with slopes, which enclose all
 linkages of a box (``numerics.sloped.Placed``), or from series, by what is off of it. Of linkages among them that
