@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
 from camopt.mechanisms.geometry import distances
 from camopt.motion.programme import Programme, span
+from camopt.motion.scca import SCCALaw
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES
-from camopt.numerics import FloatArray
+from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.interval import Interval
 from camopt.numerics.motion_ranges import angle_over, derivatives_over
 from camopt.numerics.sloped import range_of
@@ -31,6 +32,8 @@ from camopt.problem.problem import Problem
 
 DERIVATIVES = 4
 """Of the motion: how many a remainder takes."""
+ANGLE_ROOM = 16.0 * np.pi * UNIT
+"""How far rounding may put a cam angle from the place in its stroke, rad."""
 
 
 @dataclass(frozen=True)
@@ -212,7 +215,8 @@ SECOND = 2
 
 def curve_of(problem: Problem, distance: float) -> CamCurve:
     """The curve at a distance (mm) along the normal of the pitch curve, or face, of a problem's own design."""
-    return CamCurve(problem.setup.mechanism, problem.design, problem.programme, distance, tuple(_spans(problem)))
+    spans = tuple(spans_of(problem.programme))
+    return CamCurve(problem.setup.mechanism, problem.design, problem.programme, distance, spans)
 
 
 def groove_heights(problem: Problem) -> tuple[float, float]:
@@ -231,9 +235,12 @@ def cylinder_ends(problem: Problem, length: float) -> tuple[float, float]:
     return middle - length / 2, middle + length / 2
 
 
-def _spans(problem: Problem) -> Iterator[SmoothPart]:
-    for stroke in problem.programme.strokes:
-        for ends in pairwise((0.0, 1.0) if stroke.law is None else stroke.law.BREAKS):
+def spans_of(programme: Programme) -> Iterator[SmoothPart]:
+    """The spans of a turn. Those of a law of waves end where its halves meet, too."""
+    for stroke in programme.strokes:
+        law = stroke.law
+        middle = (0.5,) if isinstance(law, SCCALaw) and not law.shares[-1] else ()
+        for ends in pairwise(sorted({0.0, 1.0, *(() if law is None else law.BREAKS), *middle})):
             yield SmoothPart(stroke, *(stroke.start + stroke.angle * x for x in ends))
 
 
@@ -249,7 +256,9 @@ def motion_over(
     meets = inside & (begin <= highs[:, None]) & (end >= lows[:, None])
     stretch, panel = np.nonzero(meets)
     centre, half = table.centre[panel], table.half_width[panel]
-    ends = (np.clip((angle[stretch] - centre) / half, -1.0, 1.0) for angle in (lows, highs))
+    ends = (
+        np.clip((angle[stretch] - centre) / half, -1.0, 1.0) for angle in (lows - ANGLE_ROOM, highs + ANGLE_ROOM)
+    )
     found = derivatives_over(table, panel, *angle_over(table, panel, *ends), DERIVATIVES)
     first = np.flatnonzero(np.diff(stretch, prepend=-1))
     return [

@@ -10,8 +10,11 @@ import numpy as np
 
 from camopt.numerics import FloatArray, IntArray
 from camopt.numerics.interval import Interval, widened
-from camopt.numerics.panels import derivatives, fourth
+from camopt.numerics.panels import TABLE_DEGREE, derivatives, fourth
 from camopt.numerics.sloped import Sloped, variables
+
+STEEPEST = (TABLE_DEGREE - 3.0) ** 2
+"""How steep a polynomial of the degree of the jerk is on [−1, 1] at most, by its largest value there (Markov)."""
 
 
 def angle_over(table: Any, panel: IntArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, Sloped]:
@@ -27,7 +30,10 @@ def derivatives_over(table: Any, panel: IntArray, u: FloatArray, angle: Sloped, 
     ``u`` is the middle of each part. Each is known there, and changes by no more than the next one lets it.
     """
     middle = (*derivatives(table, panel, u), fourth(table, panel, u))
-    error, most = table.error[panel].T, table.most[panel].T
+    error, most = [*table.error[panel].T], [*table.most[panel].T]
+    steepest = STEEPEST / table.half_width[panel]
+    error[4] = np.maximum(error[4], steepest * error[3])
+    most[5] = most[5] + steepest * error[4]
     room = angle.span.largest_magnitude[0]
     by, beyond = Interval(-room, room), Interval(-most[count + 1], most[count + 1])
     found = list[Any]()

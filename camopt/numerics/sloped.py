@@ -51,7 +51,8 @@ class Sloped(np.lib.mixins.NDArrayOperatorsMixin):
             touching = inputs[1].value.low <= 0.0
             if np.any(touching):
                 return _kept(inputs[0], inputs[1], touching)
-        entered = [x if isinstance(x, Sloped) else _entered(x) for x in inputs]
+        enter = as_interval if ufunc is np.power else _entered  # an exponent is exact
+        entered = [x if isinstance(x, Sloped) else enter(x) for x in inputs]
         ranges, points = ([of(x) for x in entered] for of in (range_of, at_point))
         with np.errstate(**WITHOUT_BOUNDS):
             value, at = (INTERVAL_RULES[ufunc](*each) for each in (ranges, points))

@@ -36,11 +36,12 @@ from camopt.front.certified import certify_table
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.problem.limits import LOAD_LIMITS
-from camopt.problem.problem import resolve
+from camopt.problem.problem import exactly, resolve
 from camopt.problem.space import space_of
 from camopt.quantities import QUANTITIES
 from camopt.verdicts.certify import certify_design, certify_limits, summary
 from camopt.verdicts.judging import evaluate_rows, evaluate_with_effort
+from camopt.verdicts.limit_boxes import limit_over_box
 
 DATA = json.loads((Path(__file__).parents[1] / "data" / "reference.json").read_text())
 REFERENCE = {cam["id"]: cam for cam in DATA}
@@ -486,3 +487,13 @@ def test_a_limit_that_a_corner_makes_infinite_is_broken_there(contact):
                 refused.append(name)
                 assert name in evaluate(lax)["violated"], name
     assert refused
+
+
+@pytest.mark.parametrize("share", [1.0 + 1e-9, 1.0 - 1e-9])
+def test_a_mean_is_decided_over_a_box_of_nothing(share):
+    """The length of a groove, of a cam within tolerances that are none of its own: that ended in an IndexError."""
+    scene = find_scene("barrel-traverse").replace(limits=None)
+    length = evaluate(scene.replace(outputs=["groove_length_mm"]))["groove_length_mm"]
+    problem = exactly(resolve(scene.replace(limits={"groove_length_mm": length * share})))
+    (limit,) = (each for each in problem.limits if each.name == "groove_length_mm")
+    assert limit_over_box(problem, limit, problem.design, {}).verdict == ("held" if share > 1.0 else "broken")
