@@ -14,7 +14,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cached_property, partial, update_wrapper
+from functools import cached_property, partial, update_wrapper, wraps
 from threading import RLock, local
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -255,3 +255,9 @@ def chosen_by_type(function: Callable[..., Any]) -> Callable[[Callable[..., Any]
         return choose
 
     return register
+
+
+def overloaded(function: Callable[..., Any]) -> Any:
+    """Compile a function into each kernel that calls it, as ``inlined``; plain Python calls it without a detour."""
+    chosen_by_type(function)(wraps(function)(lambda *kinds: function))
+    return function

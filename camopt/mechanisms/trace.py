@@ -12,24 +12,24 @@ intervals and jets.
 
 import numpy as np
 
-from camopt.kernels.compile import inlined
+from camopt.kernels.compile import overloaded
 from camopt.numerics.trigonometry import turned
 
 
-@inlined
+@overloaded
 def speed_change(w, w1, s, s1):
     """N' from w and s, and their derivatives by the cam angle."""
     return (w * w1 + s * s1) / np.sqrt(np.square(w) + np.square(s))
 
 
-@inlined
+@overloaded
 def trace_curvature(w, w1, s, s1, frame):
     """κ from w and s, their derivatives by the cam angle, and the turning of the frame."""
     square = np.square(w) + np.square(s)
     return (frame - (w1 * s - w * s1) / square) / np.sqrt(square)
 
 
-@inlined
+@overloaded
 def course_of_arm(at, centre_distance, arm_length, cosine, sine, sense):
     """w and s of the trace point on an arm over a disc, each with its derivative by the cam angle."""
     cosine, sine = turned(cosine, sine, at.y)
@@ -38,7 +38,7 @@ def course_of_arm(at, centre_distance, arm_length, cosine, sine, sense):
     return w, arm_length * at.y2 + sense * s * at.y1, s, along * at.y1
 
 
-@inlined
+@overloaded
 def course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense):
     """w and s of the trace point on an arm over a cylinder, each with its derivative by the cam angle."""
     cosine, sine = turned(cosine, sine, at.y)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from camopt.kernels.compile import chosen_by_type, inlined
+from camopt.kernels.compile import chosen_by_type, inlined, overloaded
 from camopt.numerics import FloatArray
 from camopt.numerics.dual import beside, dual_state, of_pair, single_state
 from camopt.numerics.state import State
@@ -28,6 +28,7 @@ FurtherFormula = TypeVar("FurtherFormula", bound=Callable[..., tuple[Any, Any, A
 CurveFormula = TypeVar("CurveFormula", bound=Callable[..., Any])
 
 COMPILED: dict[type, Callable[..., Any]] = {}
+IN_KERNELS: dict[type, Callable[..., Any]] = {}
 FURTHER: dict[type, Callable[..., tuple[Any, Any, Any, Any]]] = {}
 WITH_LOAD: set[type] = set()
 
@@ -39,10 +40,10 @@ def value_of(f: Any, i: Any, at: State) -> Any:
 
 @chosen_by_type(value_of)
 def _formula(f, i, at):
-    return COMPILED.get(f)
+    return IN_KERNELS.get(f)
 
 
-@inlined
+@overloaded
 def curve(f, i, at):
     """Value and slope of curve ``f`` for design ``i``."""
     return value_of(f, i, dual_state(at))
@@ -57,7 +58,7 @@ def part(f: Any, i: Any, at: State) -> Any:
 
 @chosen_by_type(part)
 def _part(f, i, at):
-    return COMPILED.get(f, lambda f, i, at: f[i])
+    return IN_KERNELS.get(f, lambda f, i, at: f[i])
 
 
 def curve_type(function: Callable[..., Any] | None = None, *, loaded: bool = False) -> Any:
@@ -73,8 +74,9 @@ def curve_type(function: Callable[..., Any] | None = None, *, loaded: bool = Fal
     owner = make(function.__name__, [each.name for each in fields], module=function.__module__)
     owner.__doc__ = function.__doc__
     parts = [f"f.{x.name}" if x.default is not Parameter.empty else f"part(f.{x.name}, i, at)" for x in fields]
-    names = {"formula": inlined(function), "part": part}
-    curve_formula(owner, loaded=loaded)(eval(f"lambda f, i, at: formula(at, {', '.join(parts)})", names))
+    text = f"lambda f, i, at: formula(at, {', '.join(parts)})"
+    curve_formula(owner, loaded=loaded)(eval(text, {"formula": function, "part": part}))
+    IN_KERNELS[owner] = eval(text, {"formula": inlined(function), "part": part})
     return owner
 
 
@@ -82,7 +84,7 @@ def curve_formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormul
     """Register a function of a curve, a design and the state: it gives the value of the curve type ``owner``."""
 
     def register(function: CurveFormula) -> CurveFormula:
-        COMPILED[owner] = function
+        COMPILED[owner] = IN_KERNELS[owner] = function
         if loaded:
             WITH_LOAD.add(owner)
         return function

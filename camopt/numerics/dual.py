@@ -7,13 +7,12 @@ Source: Griewank and Walther, Evaluating Derivatives, ch. 3 (forward mode).
 """
 
 import operator
-from collections.abc import Callable
 from types import NoneType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.kernels.compile import chosen_by_type, inlined
+from camopt.kernels.compile import chosen_by_type, overloaded
 from camopt.numerics.jet import Jet, to_power
 from camopt.numerics.number_type import OTHER, OWN, Rules, give_rules
 from camopt.numerics.state import Load, State, TrainForces
@@ -99,11 +98,7 @@ DUAL_RULES: Rules = {
 """What each operation does to operands that are dual numbers or others. A sign is a number that does not change."""
 
 
-def _applied(rule: Callable[..., Any], *operands: Any) -> Any:
-    return rule(*operands)
-
-
-give_rules(Dual, DUAL_RULES, _applied, (object,))
+give_rules(Dual, DUAL_RULES, lambda rule, operands: rule(*operands), (object,))
 
 
 def dual_load(load: Any) -> Any:
@@ -125,7 +120,7 @@ def _dual_load_in_kernels(load):
     return _dual_forces if load is TrainForces else lambda load: Load(Dual(load.value, load.slope), load.slope)
 
 
-@inlined
+@overloaded
 def dual_state(at):
     """The state of a follower in dual numbers."""
     y, y1, y2 = Dual(at.y, at.y1), Dual(at.y1, at.y2), Dual(at.y2, at.y3)

@@ -16,12 +16,10 @@ numbers, or of arrays with an entry for each design.
 """
 
 import operator
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
-from camopt.kernels.compile import chosen_by_type, inlined, value_type
+from camopt.kernels.compile import chosen_by_type, overloaded, value_type
 from camopt.numerics import GIVEN, UNIT
 from camopt.numerics.number_type import OTHER, OWN, Rules, give_rules
 
@@ -78,7 +76,7 @@ def smaller(a, b):
     return b if b < a else a
 
 
-@inlined
+@overloaded
 def extent_of(p, q, r, s):
     """The least and the largest of four."""
     return smaller(smaller(p, q), smaller(r, s)), larger(larger(p, q), larger(r, s))
@@ -97,50 +95,50 @@ chosen_by_type(larger)(lambda a, b: lambda a, b: max(a, b))
 chosen_by_type(smaller)(lambda a, b: lambda a, b: min(a, b))
 
 
-@inlined
+@overloaded
 def magnitude(a):
     """The largest |a|."""
     return larger(abs(a.low), abs(a.high))
 
 
-@inlined
+@overloaded
 def least_magnitude(a):
     """The least |a|."""
     return larger(larger(a.low, -a.high), 0.0)
 
 
-@inlined
+@overloaded
 def known_bound(bound):
     """A bound of a jet; inf in place of the NaN of 0·∞, which would compare as if nothing were beyond it."""
     return where(bound >= 0.0, bound, np.inf)
 
 
-@inlined
+@overloaded
 def constant_jet(x):
     """A number as a jet."""
     return Jet(x, x, GIVEN * abs(x), 0.0, 0.0, 0.0)
 
 
-@inlined
+@overloaded
 def negative(a):
     return Jet(-a.high, -a.low, a.error, a.first, a.second, a.third)
 
 
-@inlined
+@overloaded
 def add(a, b):
     low, high = a.low + b.low, a.high + b.high
     error = a.error + b.error + UNIT * larger(abs(low), abs(high))
     return Jet(low, high, error, a.first + b.first, a.second + b.second, a.third + b.third)
 
 
-@inlined
+@overloaded
 def add_number(a, x):
     low, high = a.low + x, a.high + x
     error = a.error + GIVEN * abs(x) + UNIT * larger(abs(low), abs(high))
     return Jet(low, high, error, a.first, a.second, a.third)
 
 
-@inlined
+@overloaded
 def multiply(a, b):
     least, most = extent_of(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high)
     m, n = magnitude(a), magnitude(b)
@@ -154,14 +152,14 @@ def multiply(a, b):
     )
 
 
-@inlined
+@overloaded
 def multiply_number(a, x):
     p, q, m = a.low * x, a.high * x, abs(x)
     error = m * a.error + 2.0 * GIVEN * m * magnitude(a)
     return Jet(smaller(p, q), larger(p, q), error, m * a.first, m * a.second, m * a.third)
 
 
-@inlined
+@overloaded
 def square(a):
     """a², whose range knows that both factors are the same."""
     n, m = least_magnitude(a), magnitude(a)
@@ -175,7 +173,7 @@ def square(a):
     )
 
 
-@inlined
+@overloaded
 def divide(a, b):
     """a/b; without bounds where b may be zero."""
     apart = (b.low > 0.0) | (b.high < 0.0)
@@ -190,7 +188,7 @@ def divide(a, b):
     return Jet(least, most, error, first, second, third)
 
 
-@inlined
+@overloaded
 def root(a):
     """√a; without bounds where a may be zero."""
     low, high = np.sqrt(larger(a.low, 0.0)), np.sqrt(larger(a.high, 0.0))
@@ -201,14 +199,14 @@ def root(a):
     return Jet(low, high, 0.5 * a.error * inverse + UNIT * high, first, second, third)
 
 
-@inlined
+@overloaded
 def absolute(a):
     """|a|; its slope is known where a may pass through zero, what is beyond is not."""
     kink = where((a.low >= 0.0) | (a.high <= 0.0), 0.0, np.inf)
     return Jet(least_magnitude(a), magnitude(a), a.error, a.first, a.second + kink, a.third + kink)
 
 
-@inlined
+@overloaded
 def at_least(a, x):
     """The larger of a and a number."""
     kink = where((a.low >= x) | (a.high <= x), 0.0, np.inf)
@@ -217,14 +215,14 @@ def at_least(a, x):
     return Jet(low, high, a.error, share * a.first, share * a.second + kink, share * a.third + kink)
 
 
-@inlined
+@overloaded
 def sign(a):
     """−1, 0 or 1; without derivatives where a may pass through zero."""
     jump = where((a.low > 0.0) | (a.high < 0.0), 0.0, np.inf)
     return Jet(np.sign(a.low), np.sign(a.high), 0.0, jump, jump, jump)
 
 
-@inlined
+@overloaded
 def power(a, exponent):
     """a to the power of a number, for a > 0; without bounds where a may be zero or less."""
     inside = a.low > 0.0
@@ -248,7 +246,7 @@ def power(a, exponent):
     )
 
 
-@inlined
+@overloaded
 def wave(a, low, high, slope):
     """A sine or cosine of a: from its values at the ends of a's range, and its largest derivative there.
 
@@ -269,18 +267,18 @@ def wave(a, low, high, slope):
     )
 
 
-@inlined
+@overloaded
 def largest_between(low, high, width):
     """Largest magnitude of a sine or cosine over a range of arguments, from its ends."""
     return smaller(larger(abs(low), abs(high)) + 0.125 * width * width, 1.0)
 
 
-@inlined
+@overloaded
 def sine(a):
     return wave(a, np.sin(a.low), np.sin(a.high), largest_between(np.cos(a.low), np.cos(a.high), a.high - a.low))
 
 
-@inlined
+@overloaded
 def cosine(a):
     return wave(a, np.cos(a.low), np.cos(a.high), largest_between(np.sin(a.low), np.sin(a.high), a.high - a.low))
 
@@ -318,9 +316,4 @@ JET_RULES: Rules = {
 }
 """What each operation does to operands that are jets or numbers."""
 
-
-def _applied(rule: Callable[..., Any], *operands: Any) -> Jet:
-    return Later(rule, operands)
-
-
-give_rules(Jet, JET_RULES, _applied, (int, float, np.ndarray, np.generic))
+give_rules(Jet, JET_RULES, Later, (float, np.ndarray, np.generic, int))

@@ -9,6 +9,7 @@ import numpy as np
 from camopt.kernels.compile import chosen_by_type
 
 OWN, OTHER = True, False
+BOTH = (OWN, OWN)
 Rules = Mapping[Any, Mapping[tuple[bool, ...], Callable[..., Any]]]
 """What each operation makes of its operands, by which of them are numbers of the kind."""
 OPERATORS: dict[Any, Any] = {
@@ -24,22 +25,28 @@ OPERATORS: dict[Any, Any] = {
 def give_rules(owner: Any, every: Rules, apply: Callable[..., Any], beside: tuple[type, ...]) -> None:
     """Give a class of numbers its operations, on each other and on the kinds of number that it goes ``beside``.
 
-    ``apply`` runs a rule on operands in plain Python. What a class does not go beside goes beside it.
+    ``apply`` runs a rule on a tuple of operands in plain Python. What a class does not go beside goes beside it.
     """
     by_ufunc = {OPERATORS.get(operation, operation): rules for operation, rules in every.items()}
 
     def by_numpy(number: Any, ufunc: Any, method: str, *operands: Any, **options: Any) -> Any:
-        rule = by_ufunc.get(ufunc, {}).get(tuple(isinstance(each, owner) for each in operands))
-        return NotImplemented if method != "__call__" or options or rule is None else apply(rule, *operands)
+        rule = by_ufunc.get(ufunc, {}).get(tuple([isinstance(each, owner) for each in operands]))
+        return NotImplemented if method != "__call__" or options or rule is None else apply(rule, operands)
 
     def unary(rules: Any) -> Any:
-        return lambda number: apply(rules[OWN,], number)
+        return lambda number: apply(rules[OWN,], (number,))
 
-    def binary(rules: Any, way: int, alone: tuple[bool, bool]) -> Any:
+    def binary(rules: Any, alone: tuple[bool, bool]) -> Any:
+        first = alone[0]
+
         def operate(number: Any, other: Any) -> Any:
-            own = isinstance(other, owner)
-            rule = rules.get((OWN, OWN) if own else alone) if own or isinstance(other, beside) else None
-            return NotImplemented if rule is None else apply(rule, *(number, other)[::way])
+            if isinstance(other, owner):
+                rule = rules.get(BOTH)
+            else:
+                rule = rules.get(alone) if isinstance(other, beside) else None
+            if rule is None:
+                return NotImplemented
+            return apply(rule, (number, other) if first else (other, number))
 
         return operate
 
@@ -49,8 +56,8 @@ def give_rules(owner: Any, every: Rules, apply: Callable[..., Any], beside: tupl
         if operation is operator.neg:
             owner.__neg__ = unary(rules)
         elif operation in OPERATORS:
-            setattr(owner, f"__{operation.__name__}__", binary(rules, 1, (OWN, OTHER)))
-            setattr(owner, f"__r{operation.__name__}__", binary(rules, -1, (OTHER, OWN)))
+            setattr(owner, f"__{operation.__name__}__", binary(rules, (OWN, OTHER)))
+            setattr(owner, f"__r{operation.__name__}__", binary(rules, (OTHER, OWN)))
 
 
 def _tell_kernels(operation: Any, rules: Any, owner: type, beside: tuple[type, ...]) -> None:

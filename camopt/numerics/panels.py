@@ -7,13 +7,13 @@ P panels and groups of them, ``low``, ``high`` and ``error`` of y and four deriv
 
 import numpy as np
 
-from camopt.kernels.compile import inlined
+from camopt.kernels.compile import overloaded
 from camopt.numerics.jet import Jet, smaller
 
 TABLE_DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
 
 
-@inlined
+@overloaded
 def derivatives(table, panel, u):
     """(y, y', y'', y''') by cam angle on a panel, by Horner's scheme for a polynomial and its derivatives."""
     y = table.coefficients[panel, TABLE_DEGREE]
@@ -27,7 +27,7 @@ def derivatives(table, panel, u):
     return y, d1 / h, 2.0 * d2 / (h * h), 6.0 * d3 / (h * h * h)
 
 
-@inlined
+@overloaded
 def fourth(table, panel, u):
     """y'''' by cam angle on a panel."""
     value = 0.0
@@ -36,7 +36,7 @@ def fourth(table, panel, u):
     return value / np.square(np.square(table.half_width[panel]))
 
 
-@inlined
+@overloaded
 def jets_over_row(table, row):
     """y and three derivatives over a whole panel or group, in jets."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
@@ -48,14 +48,14 @@ def jets_over_row(table, row):
     )
 
 
-@inlined
+@overloaded
 def fourth_over_row(table, row):
     """y'''' over a whole panel or group, in jets."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
     return Jet(low[4], high[4], error[4], most[5], most[6], np.inf)
 
 
-@inlined
+@overloaded
 def fourth_over_part(table, panel, u, r):
     """As ``fourth_over_row``, over the part [u − r, u + r] of a panel."""
     most, y4 = table.most[panel], fourth(table, panel, u)
@@ -63,7 +63,7 @@ def fourth_over_part(table, panel, u, r):
     return Jet(y4 - room, y4 + room, table.error[panel][4], most[5], most[6], np.inf)
 
 
-@inlined
+@overloaded
 def jets_over_part(table, panel, u, r):
     """As ``jets_over_row``, over the part [u − r, u + r] of a panel: mean values from its middle."""
     y, y1, y2, y3 = derivatives(table, panel, u)

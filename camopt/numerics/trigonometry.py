@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.kernels.compile import chosen_by_type, inlined
+from camopt.kernels.compile import chosen_by_type, overloaded
 from camopt.numerics.dual import Dual
 from camopt.numerics.jet import Jet, cosine, sine
 
@@ -24,7 +24,7 @@ UNDER = (24.858464901423062, 165.02700983169885, 432.88106049129027, 485.3903996
 COSINES = tuple((-1) ** k / factorial(2 * k) for k in range(8, 1, -1))  # of r⁴·(r²)ᵏ
 
 
-@inlined
+@overloaded
 def series(y):
     """Sine and cosine of a number or an array."""
     k = np.rint(y * (2.0 / np.pi))
