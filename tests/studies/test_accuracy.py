@@ -13,6 +13,7 @@ from camopt.motion.table import ALL_STROKES, RETURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.curves import Linear
 from camopt.numerics.sampling import sampled_extremes
+from camopt.problem.problem import resolve
 from camopt.studies import accuracy
 
 MOTION = [
@@ -69,6 +70,29 @@ def test_enclosures_keep_their_promise_for_every_mechanism(name):
     coarse, fine = ([r for r in rows if r["method"] == "sampling" and r["setting"] == n] for n in (36, 3600))
     for one, two in zip(coarse, fine, strict=True):
         assert two["error_max"] <= max(one["error_max"], 1e-14)
+
+
+@pytest.fixture
+def twice_as_many(monkeypatch):
+    """The arithmetic of 100 digits, in place of 50."""
+    monkeypatch.setattr(accuracy.digits, "DIGITS", 2 * accuracy.digits.DIGITS)
+    accuracy.digits.arithmetic.cache_clear()
+    yield
+    accuracy.digits.arithmetic.cache_clear()
+
+
+@pytest.mark.parametrize("name", ["roller", "swinging face", "swinging groove"])
+def test_the_reference_is_stable_when_its_digits_are_doubled(name, request):
+    cam, follower = SCENES[name]
+    problem = resolve(Scene.from_dict({"cam": cam, "follower": follower, "motion": MOTION}))
+    subjects = [each for each in accuracy.subjects.subjects_of(problem) if each.name != "smallest radius"]
+    assert subjects
+    designs = [each.designs.take([0]) for each in subjects]
+    found = [str(each.in_digits(design)) for each, design in zip(subjects, designs, strict=True)]
+    request.getfixturevalue("twice_as_many")
+    for each, design, before in zip(subjects, designs, found, strict=True):
+        finer = each.in_digits(design)
+        assert abs(finer / accuracy.digits.arithmetic().mpf(before) - 1) < 1e-30
 
 
 @pytest.mark.one_in(2)
