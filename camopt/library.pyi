@@ -4,8 +4,8 @@ from .exporting.cam_points import write_points as write_points
 from .front.certified import certify_table as certify_table
 from .numerics.clock import now as now
 from .problem.unused import notes_of as notes_of
-from .reporting.law_list import list_laws as list_laws
 from .reporting.listings import list_keys as list_keys
+from .reporting.listings import list_laws as list_laws
 from .reporting.listings import list_scenes as list_scenes
 from .scene.scene import SCENES as SCENES
 from .scene.schema import scene_schema as scene_schema

@@ -1,4 +1,4 @@
-"""The command line: modules of ``camopt.cli.commands`` have its commands, and are imported when they are needed."""
+"""The command line: modules of ``camopt.cli.commands`` have its commands, imported when they are needed."""
 
 from collections.abc import Iterator, Mapping
 from importlib import import_module

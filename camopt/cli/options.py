@@ -283,8 +283,7 @@ def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(command)
     def with_scene(scene: str, row: int | None, **options: Any) -> Any:
-        changes = given_overrides(options)
-        return command(scene=cli.scene_at(scene, row, changes), **options)
+        return command(scene=cli.scene_at(scene, row, given_overrides(options)), **options)
 
     return override_options(row_option(with_scene))
 
@@ -313,8 +312,7 @@ class Share(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
         part, slash, parts = value.partition("/")
-        numbers = slash and part.isdecimal() and parts.isdecimal()
-        if not (numbers and 1 <= int(part) <= int(parts)):
+        if not (slash and part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
             self.fail(f"{value!r} is not the number of a part and that of all parts, such as 3/100", param, ctx)
         return int(part), int(parts)
 

@@ -11,14 +11,19 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from camopt.comparing.cams import Values, compared_cams, is_cam
-from camopt.comparing.design_table import DesignTable
-from camopt.comparing.designs import Change, Index, Matching, changed_quantities, matched
-from camopt.comparing.differences import checked_place, write_differences
+from camopt.comparing.designs import (
+    Change,
+    Index,
+    Matching,
+    changed_quantities,
+    checked_place,
+    matched,
+    write_differences,
+)
 from camopt.comparing.fronts import Fronts, compared_fronts
+from camopt.comparing.scenes import Difference, Values, compared_cams, differing, is_cam
 from camopt.comparing.sections import sections_of
-from camopt.comparing.settings import Difference, differing
-from camopt.comparing.sides import Side, side_of
+from camopt.comparing.sides import DesignTable, Side, side_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.quantities.shown import Drawn
 from camopt.scene.arguments import options_by_keyword
@@ -64,8 +69,7 @@ class TableComparison:
     @property
     def same(self) -> bool:
         """Whether both have the same designs with the same quantities, in any order."""
-        differ = (self.went.size, self.came.size, len(self.changed), self.columns_in_a, self.columns_in_b)
-        return not any(differ)
+        return not any((self.went.size, self.came.size, len(self.changed), self.columns_in_a, self.columns_in_b))
 
     def to_dict(self) -> dict[str, Any]:
         """Counts and quantities as plain values."""

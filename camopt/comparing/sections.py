@@ -3,16 +3,16 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from camopt.comparing.settings import shown_settings
+from camopt.comparing.scenes import shown_settings
 from camopt.quantities.unit_systems import shown
 from camopt.tables.cells import number, shown_name, unit_of_column
 from camopt.tables.columns import LAW_COLUMNS, laws_shown, with_law
 from camopt.tables.layout import Table, table_of
 
 if TYPE_CHECKING:
-    from camopt.comparing.cams import Values
     from camopt.comparing.compare import Comparison, TableComparison
-    from camopt.comparing.fronts import Fronts, FrontSide
+    from camopt.comparing.fronts import FrontSide
+    from camopt.comparing.scenes import Values
 
 VALUE_CHARACTERS = 60  # characters of a value
 NOT_SET = "—"
@@ -115,7 +115,16 @@ def _fronts(table: "TableComparison") -> Iterator[Table | str]:
         yield table.fronts.told
     elif table.fronts:
         yield ""
-        yield table_of("The fronts, by the ideal and the nadir of both", _front_rows(table.fronts), ["", "A", "B"])
+        words: dict[str, Callable[[FrontSide], str]] = {
+            "points": lambda side: f"{side.points:,}",
+            "hypervolume, as a share": lambda side: f"{'' if side.exact else 'about '}{side.hypervolume:.6g}",
+            "points that the other dominates": lambda side: _share(side.dominated, side.points),
+            "points that the other has too": lambda side: _share(side.shared, side.points),
+            "behind the other, in the mean (IGD⁺)": lambda side: _distance(side.behind_mean),
+            "behind the other, at most (ε)": lambda side: _distance(side.behind_most),
+        }
+        rows = [{"": word, "A": text(table.fronts.a), "B": text(table.fronts.b)} for word, text in words.items()]
+        yield table_of("The fronts, by the ideal and the nadir of both", rows, ["", "A", "B"])
         yield table.fronts.told
     elif a != b:
         yield f"The fronts cannot be compared: A has the objectives {_aims(a)}; B {_aims(b)}."
@@ -123,19 +132,6 @@ def _fronts(table: "TableComparison") -> Iterator[Table | str]:
 
 def _aims(objectives: dict[str, str]) -> str:
     return ", ".join(f"{aim} {name}" for name, aim in objectives.items()) or "none"
-
-
-def _front_rows(fronts: "Fronts") -> list[dict[str, Any]]:
-    """A line for each figure of both fronts."""
-    words: dict[str, Callable[[FrontSide], str]] = {
-        "points": lambda side: f"{side.points:,}",
-        "hypervolume, as a share": lambda side: f"{'' if side.exact else 'about '}{side.hypervolume:.6g}",
-        "points that the other dominates": lambda side: _share(side.dominated, side.points),
-        "points that the other has too": lambda side: _share(side.shared, side.points),
-        "behind the other, in the mean (IGD⁺)": lambda side: _distance(side.behind_mean),
-        "behind the other, at most (ε)": lambda side: _distance(side.behind_most),
-    }
-    return [{"": word, "A": text(fronts.a), "B": text(fronts.b)} for word, text in words.items()]
 
 
 def _share(count: int, of: int) -> str:

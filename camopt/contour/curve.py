@@ -131,8 +131,7 @@ class CamCurve:
 
     def directions(self, span: SmoothPart, angles: FloatArray) -> ComplexArray:
         """Unit tangents, as the cam angle grows, at cam angles (rad) of a span."""
-        normal = self.normals(span, angles)
-        return -1j * (self.sense or self.mirror) * normal
+        return -1j * (self.sense or self.mirror) * self.normals(span, angles)
 
     def normals(self, span: SmoothPart, angles: FloatArray) -> ComplexArray:
         """Unit normals outwards, at cam angles (rad) of a span."""

@@ -1,11 +1,8 @@
 """Animations: a cam turning under its follower, with diagrams whose cursors follow it."""
 
 from base64 import b64encode
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 
-from camopt.drawing.bodies import Stage
 from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.frames import ffmpeg, write_gif, write_mp4
 from camopt.drawing.moving_svg import moving_svg
@@ -86,16 +83,8 @@ def animate(scene: SceneSource, path: Target = None) -> Animation:
         animation = Animation(scene.name, moving_svg(stage))
         if path is not None and suffix is not None:
             with whole_file(path) as partial:
-                _WRITERS[suffix](animation, stage, partial)
+                if suffix == ".svg":
+                    partial.write_text(animation.svg, encoding="utf-8", newline="\n")
+                else:
+                    (write_gif if suffix == ".gif" else write_mp4)(stage, partial)
     return animation
-
-
-def _write_svg(animation: Animation, stage: Stage, file: Path) -> None:
-    file.write_text(animation.svg, encoding="utf-8", newline="\n")
-
-
-_WRITERS: dict[str, Callable[[Animation, Stage, Path], None]] = {
-    ".svg": _write_svg,
-    ".gif": lambda animation, stage, file: write_gif(stage, file),
-    ".mp4": lambda animation, stage, file: write_mp4(stage, file),
-}

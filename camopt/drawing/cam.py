@@ -154,8 +154,7 @@ def remaining(picture: Picture) -> ComplexArray:
     parts = [part for part in getattr(cut, "geoms", [cut]) if not part.is_empty]
     if not parts:
         return np.zeros(1, dtype=complex)
-    around = min(parts, key=lambda part: part.distance(Point(0, 0)))
-    x, y = np.asarray(around.exterior.coords.xy)
+    x, y = np.asarray(min(parts, key=lambda part: part.distance(Point(0, 0))).exterior.coords.xy)
     return np.asarray(x + 1j * y)
 
 
@@ -167,8 +166,7 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
     steepest, picture = picture.steepest, picture.contacts[0]
     problem = picture.problem
     mechanism = problem.setup.mechanism
-    open_ = mechanism.body.bounded
-    spans, lowest = [], float(pitch.imag.min()) if open_ else -reach_of_body(picture)
+    spans, lowest = [], float(pitch.imag.min()) if mechanism.body.bounded else -reach_of_body(picture)
     base, radius = float(problem.design.size[0]), float(problem.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
     draw_circle(axes, base, color=MUTED, label=f"base circle, R {in_figures(base)}", **thin)

@@ -7,7 +7,16 @@ import numpy as np
 
 from camopt.drawing.limit_lines import limit_lines
 from camopt.drawing.loads import by_way
-from camopt.drawing.panels import MarkedPeak, Panel, bounds, greatest_and_least, known, marked, of_contacts
+from camopt.drawing.panels import (
+    MarkedPeak,
+    Panel,
+    bounds,
+    greatest_and_least,
+    known,
+    load_panel,
+    marked,
+    of_contacts,
+)
 from camopt.drawing.picture import Picture, told
 from camopt.effects import Case, clearance, joints, preload, vibration
 from camopt.effects.force import force_curve, least_and_largest, over, weights
@@ -33,11 +42,9 @@ def _force(picture: Picture) -> list[Panel]:
     if not known(picture, *ends):
         return []
     values = picture.curve_values(force_curve(problem.setup, problem.design, problem.programme))
-    panel = Panel(ALONG, "N", values, greatest_and_least(picture, values, *ends), quantity=ends[0])
-    panel.peaks += _crossings(picture)
-    panel.note = _below_zero(picture)
-    panel.limits = limit_lines(picture, "contact_force_min_N")
-    return [panel]
+    peaks = [*greatest_and_least(picture, values, *ends), *_crossings(picture)]
+    limits, note = limit_lines(picture, ends[1]), _below_zero(picture)
+    return [Panel(ALONG, "N", values, peaks, limits, note=note, quantity=ends[0])]
 
 
 ALONG = "Force along the motion"
@@ -92,14 +99,12 @@ def _torque(picture: Picture) -> list[Panel]:
     assert setup.omega is not None
     variants: list[Variant] = [(partial(torque_curve, setup, way=way), kinds) for way, kinds in ways(setup)]
     values = [1e-3 * v for v in by_way(picture, variants)]
-    panel = Panel(
-        "Torque of the camshaft", "N·m", values, greatest_and_least(picture, values, *ends), quantity=ends[0]
-    )
+    peaks, limits = greatest_and_least(picture, values, *ends), limit_lines(picture, ends[0])
     mean = picture.values["torque_mean_N_m"]
-    panel.reference = [np.full_like(value, mean) for value in values]
-    panel.note = f"dash-dot: mean {told(mean, 'N·m')}"
-    panel.limits = limit_lines(picture, ends[0])
-    return [panel]
+    level, note = [np.full_like(value, mean) for value in values], f"dash-dot: mean {told(mean, 'N·m')}"
+    return [
+        Panel("Torque of the camshaft", "N·m", values, peaks, limits, reference=level, note=note, quantity=ends[0])
+    ]
 
 
 def _joints(picture: Picture) -> list[Panel]:
@@ -112,15 +117,12 @@ def _joints(picture: Picture) -> list[Panel]:
     most = forces[int(np.argmax(worst))]
     turn = joints.joint_turn(problem.programme, most.parts)
     values = [joints.force_at(turn, angles, speed) for angles in picture.pieces]
-    name = joints.LARGEST_OF["joint"]
-    panel = Panel(f"Force in a joint of the train: {most.name} of stage {most.stage}", "N", values, quantity=name)
-    panel.peaks = [marked(picture, values, name)]
-    panel.limits = limit_lines(picture, name, ALL_STROKES)
     others = [
         f"{f.name} of stage {f.stage} {told(w, 'N')}" for f, w in zip(forces, worst, strict=True) if f != most
     ]
-    panel.note = f"largest in others: {', '.join(others)}" if others else ""
-    return [panel]
+    note = f"largest in others: {', '.join(others)}" if others else ""
+    title = f"Force in a joint of the train: {most.name} of stage {most.stage}"
+    return [load_panel(picture, title, joints.LARGEST_OF["joint"], values, kinds=ALL_STROKES, note=note)]
 
 
 def _train(picture: Picture) -> list[Panel]:
@@ -144,15 +146,15 @@ def _train(picture: Picture) -> list[Panel]:
         "Acceleration of the mass on its elastic train",
         QUANTITIES[acceleration].unit,
         driven,
+        [marked(picture, driven, acceleration)],
+        reference=[rows[2] * factor for rows in picture.tool_motion],
+        note="dash-dot: that of the motion",
         quantity=acceleration,
     )
-    mass.peaks = [marked(picture, driven, acceleration)]
-    mass.reference = [rows[2] * factor for rows in picture.tool_motion]
-    mass.note = "dash-dot: that of the motion"
     moved = _sampled(picture, programme, wave, unit)
-    travel = Panel("Deviation of the mass from the motion", length, moved, quantity=overshoot)
-    travel.peaks = [marked(picture, moved, overshoot)]
-    travel.limits = limit_lines(picture, f"residual_vibration_max_{length}", DWELL)
+    peaks, name = [marked(picture, moved, overshoot)], f"residual_vibration_max_{length}"
+    limits = limit_lines(picture, name, DWELL)
+    travel = Panel("Deviation of the mass from the motion", length, moved, peaks, limits, quantity=overshoot)
     found = [mass, travel]
     least = "contact_force_elastic_min_N"
     if known(picture, least):
@@ -160,15 +162,9 @@ def _train(picture: Picture) -> list[Panel]:
         factors = weights(given, setup.omega)
         pressed = vibration.contact_wave(programme, factors, ratio, given.damping_ratio)
         values = _sampled(picture, programme, pressed, 1.0 / lever)
-        force = Panel(
-            "Force with the elastic train",
-            "N",
-            values,
-            greatest_and_least(picture, values, "", least),
-            quantity=least,
-        )
-        force.note, force.limits = _below_zero(picture), limit_lines(picture, least)
-        found.append(force)
+        peaks, note = greatest_and_least(picture, values, "", least), _below_zero(picture)
+        title, limits = "Force with the elastic train", limit_lines(picture, least)
+        found.append(Panel(title, "N", values, peaks, limits, note=note, quantity=least))
     return found
 
 

@@ -8,10 +8,12 @@ import numpy as np
 from camopt.drawing import diagrams
 from camopt.drawing.cam import draw_disc
 from camopt.drawing.canvas import Target, canvas
+from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import Label, settle
+from camopt.drawing.loads import load_panels
+from camopt.drawing.panels import Panel, panels
 from camopt.drawing.picture import Picture, four_digits, told
-from camopt.drawing.shown_panels import shown_panels
 from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE_SIZE
 from camopt.effects.rib import THICKNESS
 from camopt.problem.problem import resolve_design
@@ -40,11 +42,15 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
     return figure
 
 
+def shown_panels(picture: Picture) -> list[Panel]:
+    """The diagrams of motion, pressure angle, curvature and computed loads, in the units that are shown."""
+    return [each.as_shown() for each in (*panels(picture), *dynamics_panels(picture), *load_panels(picture))]
+
+
 def draw_in(axes: Any, what: Scene | Evaluation | Design) -> None:
     """Draw the cam to scale at cam angle 0."""
     scene = what if isinstance(what, Scene) else what.scene
-    picture = Picture(scene, resolve_design(scene))
-    settle(axes.figure, _draw_to_scale(axes, picture))
+    settle(axes.figure, _draw_to_scale(axes, Picture(scene, resolve_design(scene))))
 
 
 def _draw_to_scale(axes: Any, picture: Picture) -> list[Label]:
@@ -109,8 +115,7 @@ def _beside_a_disc(count: int) -> Page:
         column, row = (0, place) if place < 6 else (place % 2, 6 + (place - 6) // 2)
         panels.append((COLUMN_ENDS[column], below + 8.5 - TALL - row * step, COLUMN_WIDTH, TALL))
     heads = (0, 7) if count > 7 else (0,)
-    lowest = {COLUMN_ENDS.index(left): place for place, (left, *_) in enumerate(panels)}
-    feet = tuple(lowest.values())
+    feet = tuple({COLUMN_ENDS.index(left): place for place, (left, *_) in enumerate(panels)}.values())
     cam = (0.53, below + 1.25 + lift, 0.45, 7.45 - lift)
     return Page(below + 10.0, cam, (0.755, below + 0.2 + lift), panels, heads, feet)
 

@@ -31,11 +31,6 @@ STEM, ABOVE = 0.05, 0.25
 """The width of a stem that drives a train, and how far it reaches above the surface, in mean radii."""
 
 
-def curves_of_contacts(picture: Picture) -> list[list[CamCurves]]:
-    """The curves of each piece of the turn at each contact of the follower, on the developed surface."""
-    return [each.curves for each in picture.contacts]
-
-
 def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     """The developed groove, or rib, of a cylindrical cam over one turn, rollers at its start; labels to settle."""
     design = picture.problem.design
@@ -48,8 +43,11 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     labels = _draw_boundaries(axes, picture, sheet)
     spans = [sheet, *draw_groove_follower(Parts(axes, axes, axes), picture)]
     spans += draw_linkage(axes, picture, spans, float(design.size[0]))
-    _narrow(axes, np.concatenate(spans))
-    fit_axes(axes, np.concatenate(spans), 0.02)
+    points, box, page = np.concatenate(spans), axes.get_position(), axes.figure.get_size_inches()
+    wanted = box.height * page[1] / page[0] * np.ptp(points.real) / np.ptp(points.imag)
+    width = min(box.width, float(wanted))  # no more than the points need at equal scales
+    axes.set_position((box.x0 + (box.width - width) / 2, box.y0, width, box.height))
+    fit_axes(axes, points, 0.02)
     radius, unit = in_figures(float(design.size[0])), shown_unit("mm")
     axes.set(xlabel=f"circumference at R {radius}, {unit}", ylabel=f"along its axis, {unit}")
     axes.spines[:].set_visible(False)
@@ -74,24 +72,15 @@ def surface_colour(picture: Picture) -> str:
 def sides_of(picture: Picture) -> tuple[float, float]:
     """The two ends of the drawn surface of a cylindrical cam along its axis, mm, beyond the whole groove."""
     radius, size = float(picture.problem.design.roller_radius[0]), float(picture.problem.design.size[0])
-    pitch = np.concatenate([c.pitch.imag for each in curves_of_contacts(picture) for c in each])
+    pitch = np.concatenate([c.pitch.imag for each in picture.contacts for c in each.curves])
     low, high = float(pitch.min()) - radius, float(pitch.max()) + radius
     edge = 0.1 * (high - low) + 0.01 * np.pi * size
     return low - edge, high + edge
 
 
-def _narrow(axes: Any, points: ComplexArray) -> None:
-    """Make the axes no wider than the points need at equal scales, about their middle."""
-    box = axes.get_position()
-    page = axes.figure.get_size_inches()
-    wanted = box.height * page[1] / page[0] * np.ptp(points.real) / np.ptp(points.imag)
-    width = min(box.width, float(wanted))
-    axes.set_position((box.x0 + (box.width - width) / 2, box.y0, width, box.height))
-
-
 def draw_channel(axes: Any, picture: Picture, around: float) -> None:
     """A groove or a rib, with coloured flanks and pitch curves; neighbouring turns too."""
-    radius, contacts = float(picture.problem.design.roller_radius[0]), curves_of_contacts(picture)
+    radius, contacts = float(picture.problem.design.roller_radius[0]), [each.curves for each in picture.contacts]
     if len(contacts) > 1:
         _fill_rib(axes, contacts, around)
     elif radius > 0.0:
@@ -158,7 +147,7 @@ def _draw_stem(axes: Any, picture: Picture, start: complex) -> ComplexArray:
 def draw_groove_follower(parts: Parts, picture: Picture) -> list[ComplexArray]:
     """The rollers at the start of the turn, and their arm when it swings; the points they span."""
     axes, design, angular = parts.follower, picture.problem.design, picture.problem.setup.angular
-    starts = [complex(each[0].pitch[0]) for each in curves_of_contacts(picture)]
+    starts = [complex(each.curves[0].pitch[0]) for each in picture.contacts]
     start, radius, spans = starts[0], float(design.roller_radius[0]), [np.array(starts)]
     size = max(picture.problem.programme.lift * (float(design.arm_length[0]) if angular else 1.0), 2 * radius)
     if angular:

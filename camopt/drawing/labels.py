@@ -52,7 +52,7 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
     taken = [text.get_window_extent(renderer).get_points() for text in texts]
     room, clear = (points * figure.dpi / 72.0 for points in (TEXT_ROOM, MARK_ROOM))
     every = {(label.axes, label.thinnest) for label in labels}
-    seen = {(axes, pen): (_marks(axes), list(_bodies(axes)), list(_lines(axes, pen))) for axes, pen in every}
+    seen = {(axes, pen): (_marks(axes), _bodies(axes), list(_lines(axes, pen))) for axes, pen in every}
     for label in labels:
         text = label.axes.annotate(
             label.text,
@@ -69,8 +69,8 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
             box, (marks, bodies, lines) = text.get_window_extent(renderer), seen[label.axes, label.thinnest]
             met = box.padded(room).count_overlaps(taken) + _leaves(box, figure.bbox)
             marked = box.padded(clear).count_contains(marks) + _leaves(box, label.axes.bbox)
-            marked += sum(_runs_through(box, body) for body in bodies)
-            crossed = sum(_runs_through(box.padded(half), path) for path, half in lines)
+            marked += sum(body.intersects_bbox(box, filled=False) for body in bodies)
+            crossed = sum(path.intersects_bbox(box.padded(half), filled=False) for path, half in lines)
             costs.append(TEXT_COST * met + MARK_COST * marked + LINE_COST * crossed)
             if costs[-1] == 0.0:
                 break
@@ -113,17 +113,12 @@ def _lines(axes: Any, thinnest: float) -> Iterator[tuple[Any, float]]:
                 yield axes.transData.transform_path(path), half * width
 
 
-def _bodies(axes: Any) -> Iterator[Any]:
+def _bodies(axes: Any) -> list[Any]:
     """The outlines of what is drawn over the lines of axes, in pixels."""
-    for patch in axes.patches:
-        if patch.get_zorder() > LABEL_ORDER:
-            yield patch.get_transform().transform_path(patch.get_path())
+    over = (patch for patch in axes.patches if patch.get_zorder() > LABEL_ORDER)
+    return [patch.get_transform().transform_path(patch.get_path()) for patch in over]
 
 
 def _leaves(box: Any, bounds: Any) -> bool:
     """Whether a box is not wholly within bounds."""
     return bool(box.x0 < bounds.x0 or box.y0 < bounds.y0 or box.x1 > bounds.x1 or box.y1 > bounds.y1)
-
-
-def _runs_through(box: Any, path: Any) -> bool:
-    return bool(path.intersects_bbox(box, filled=False))

@@ -1,28 +1,26 @@
 """Diagrams of the loads of the contact: thrust, contact stress, sliding, wear and film."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from math import pi
 
 import numpy as np
 
 from camopt.drawing.limit_lines import limit_lines
-from camopt.drawing.panels import Panel, PieceValues, known, marked, of_contacts
+from camopt.drawing.panels import Panel, PieceValues, known, load_panel, of_contacts
 from camopt.drawing.picture import Picture
 from camopt.effects import hertz, surface, thrust
 from camopt.effects.loads import normal_curve, ways
 from camopt.effects.peak import Variant
-from camopt.numerics import FloatArray
-from camopt.quantities import QUANTITIES
 
 
 def load_panels(picture: Picture, *, every: bool = False) -> list[Panel]:
     """The diagrams of thrust, stress and surface that were computed and are finite: all, or the usual."""
-    return of_contacts(picture, partial(_load_panels, every=every))
 
+    def of_one(each: Picture) -> list[Panel]:
+        return [*_thrust(each, every), *_stress(each), *_sliding(each), *_wear(each), *_film(each)]
 
-def _load_panels(picture: Picture, *, every: bool) -> list[Panel]:
-    return [*_thrust(picture, every), *_stress(picture), *_sliding(picture), *_wear(picture), *_film(picture)]
+    return of_contacts(picture, of_one)
 
 
 def _thrust(picture: Picture, every: bool) -> list[Panel]:
@@ -36,17 +34,13 @@ def _thrust(picture: Picture, every: bool) -> list[Panel]:
         ("Reaction at the near end of the guide", "guide_reaction_max_N"),
         ("Bending stress of the stem", "stem_bending_stress_max_MPa"),
     ):
-        limits = limit_lines(picture, name)
-        if not known(picture, name) or not (every or name == main or limits):
+        if not known(picture, name) or not (every or name == main or limit_lines(picture, name)):
             continue
         normal = name == "normal_force_max_N"
         *_, factor = (1.0,) if normal else thrust.LEVERS[name](setup.dynamics)
         make = partial(normal_curve, setup) if normal else partial(thrust.thrust_curve, setup, of=name)
         variants: list[Variant] = [(partial(make, way=way), kinds) for way, kinds in ways(setup)]
-        values = [factor * value for value in by_way(picture, variants)]
-        panel = Panel(title, QUANTITIES[name].unit, values, [marked(picture, values, name)], quantity=name)
-        panel.limits = limits
-        found.append(panel)
+        found.append(load_panel(picture, title, name, [factor * value for value in by_way(picture, variants)]))
     return found
 
 
@@ -54,11 +48,9 @@ def _stress(picture: Picture) -> list[Panel]:
     if not known(picture, hertz.STRESS):
         return []
     setup = picture.problem.setup
-    loads = by_way(picture, [variant for *_, variant in hertz.stress_variants(setup)], pressed)
+    loads = by_way(picture, [variant for *_, variant in hertz.stress_variants(setup)], pressed=True)
     values = [hertz.stress_of(setup, load, picture.problem.design) for load in loads]
-    panel = Panel("Contact stress", "MPa", values, [marked(picture, values, hertz.STRESS)], quantity=hertz.STRESS)
-    panel.limits = limit_lines(picture, hertz.STRESS)
-    return [panel]
+    return [load_panel(picture, "Contact stress", hertz.STRESS, values)]
 
 
 def _sliding(picture: Picture) -> list[Panel]:
@@ -77,8 +69,7 @@ def _sliding(picture: Picture) -> list[Panel]:
     curve = surface.sliding_curve(setup, design, problem.programme, side)
     values = [factor * value for value in picture.curve_values(curve)]
     title = "Speed of the roller in its follower" if rolls else "Sliding speed"
-    panel = Panel(title, QUANTITIES[name].unit, values, [marked(picture, values, name)], quantity=name)
-    panel.limits = limit_lines(picture, name)
+    panel = load_panel(picture, title, name, values)
     if others:
         inner = surface.sliding_curve(setup, design, problem.programme, others[0])
         panel.other = [factor * value for value in picture.curve_values(inner)]
@@ -92,15 +83,7 @@ def _wear(picture: Picture) -> list[Panel]:
     setup = picture.problem.setup
     loads = by_way(picture, surface.wear_variants(surface.WEAR, setup))
     values = [surface.wear_factor(setup) * np.maximum(np.abs(load), 0.0) for load in loads]
-    panel = Panel(
-        "Wear of the profile in a million turns",
-        "µm",
-        values,
-        [marked(picture, values, surface.WEAR)],
-        quantity=surface.WEAR,
-    )
-    panel.limits = limit_lines(picture, surface.WEAR)
-    return [panel]
+    return [load_panel(picture, "Wear of the profile in a million turns", surface.WEAR, values)]
 
 
 def _film(picture: Picture) -> list[Panel]:
@@ -113,24 +96,16 @@ def _film(picture: Picture) -> list[Panel]:
     factor = surface.film_factor(setup) / (setup.bodies.roughness or 1e-3)
     values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
     title = "Film over roughness" if name == surface.RATIO else "Film thickness"
-    panel = Panel(title, QUANTITIES[name].unit, values, [marked(picture, values, name, least=True)], quantity=name)
-    panel.limits = limit_lines(picture, name)
-    return [panel]
+    return [load_panel(picture, title, name, values, least=True)]
 
 
-def pressed(load: FloatArray) -> FloatArray:
-    """The load on one flank: 0 where the flank is not pressed."""
-    return np.maximum(load, 0.0)
-
-
-def by_way(
-    picture: Picture, variants: Sequence[Variant], borne: Callable[[FloatArray], FloatArray] = np.asarray
-) -> PieceValues:
-    """A load over each piece of the turn, of what a flank carries of it: the largest of its variants."""
+def by_way(picture: Picture, variants: Sequence[Variant], *, pressed: bool = False) -> PieceValues:
+    """A load over each piece of the turn, the largest of its variants; 0 where a flank is not ``pressed``."""
     problem = picture.problem
     each = [(picture.curve_values(make(problem.design, problem.programme)), kinds) for make, kinds in variants]
     values: PieceValues = []
     for k, kind in enumerate(problem.programme.table.kind):
-        here = borne(np.array([curves[k] for curves, kinds in each if kinds & kind]))
+        here = np.array([curves[k] for curves, kinds in each if kinds & kind])
+        here = np.maximum(here, 0.0) if pressed else here
         values.append(np.take_along_axis(here, np.abs(here).argmax(axis=0)[None], axis=0)[0])
     return values

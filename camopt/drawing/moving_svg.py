@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from camopt.drawing.bodies import FRAMES, TURN_TIME, MovingBody, Reading, Stage
+from camopt.drawing.bodies import FRAMES, TURN_TIME, Reading, Stage
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 
@@ -33,7 +33,9 @@ def moving_svg(stage: Stage) -> str:
     groups = {group.get("id"): group for group in root.iter(f"{{{NAMESPACE}}}g")}
     for place, body in enumerate(stage.bodies):
         group = groups[f"body-{place}"]
-        _move(group, body, stage.figure)
+        for kind, values in body.svg_motions(_units(body.axes, stage.figure)).items():
+            if len(set(values)) > 1:
+                _animate(_inside(group), kind, values, "linear")
         if body.windowed:
             _clip(group, _window(body.axes, stage.figure))
     for place, reading in enumerate(stage.readings):
@@ -57,13 +59,6 @@ def _drawn(figure: Any) -> Element:
     root.set("width", f"{width:g}pt")
     root.set("height", f"{height:g}pt")
     return root
-
-
-def _move(group: Element, body: MovingBody, figure: Any) -> None:
-    """Let all that is in a group move, unless it stays where it is."""
-    for kind, values in body.svg_motions(_units(body.axes, figure)):
-        if len(set(values)) > 1:
-            _animate(_inside(group), kind, values, "linear")
 
 
 def _change(group: Element, reading: Reading) -> None:

@@ -97,7 +97,12 @@ class Panel:
 
 def panels(picture: Picture) -> list[Panel]:
     """The six diagrams of a design: displacement and its derivatives, pressure angle, curvature."""
-    return of_contacts(picture, _panels)
+
+    def of_one(each: Picture) -> list[Panel]:
+        motion = [_derivative(each, name, order) for order, name in enumerate(DERIVATIVES, start=1)]
+        return [_displacement(each), *motion, _pressure(each), _curvature(each)]
+
+    return of_contacts(picture, of_one)
 
 
 def of_contacts(picture: Picture, made: Callable[[Picture], list[Panel]]) -> list[Panel]:
@@ -133,11 +138,6 @@ def _worse(peaks: list[MarkedPeak], others: list[MarkedPeak]) -> list[MarkedPeak
     for other in sorted(pitch_points, key=lambda peak: -abs(peak.value))[1:]:  # the steepest contact has the one
         other.text, other.colour = other.text.removeprefix(PITCH_POINT), INK
     return found
-
-
-def _panels(picture: Picture) -> list[Panel]:
-    motion = [_derivative(picture, name, order) for order, name in enumerate(DERIVATIVES, start=1)]
-    return [_displacement(picture), *motion, _pressure(picture), _curvature(picture)]
 
 
 def _displacement(picture: Picture) -> Panel:
@@ -200,8 +200,7 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
     panel.marks, panel.at = moves_asked(picture, order, factor), _derivative_at(picture, order, factor)
     panel.impulses = [(np.degrees(j.at), j.size * factor) for j in programme.jumps if j.order == order - 1]
     if panel.impulses:
-        below = list(DERIVATIVES)[order - 2]
-        panel.note = f"arrows: impulses, where the {below} jumps"
+        panel.note = f"arrows: impulses, where the {list(DERIVATIVES)[order - 2]} jumps"
     if order == 3 and programme.corners:
         panel.note = "no jerk at the corners, where the velocity jumps"
     panel.limits = limit_lines(picture, motion_quantity(name, "", angular=setup.tool_turns, timed=timed))
@@ -220,9 +219,8 @@ def _pressure(picture: Picture) -> Panel:
         reach = partial(picture.curve_at, mechanism.reach(design, programme))
         values = [reach(angles) for angles in picture.pieces]
         peaks = greatest_and_least(picture, values, "face_reach_max_mm", "face_reach_min_mm")
-        face = Panel("Contact on the face", "mm", values, peaks, note="pressure angle 0 throughout", at=reach)
-        face.limits = limit_lines(picture, "face_reach_max_mm")
-        return face
+        limits, note = limit_lines(picture, "face_reach_max_mm"), "pressure angle 0 throughout"
+        return Panel("Contact on the face", "mm", values, peaks, limits, note=note, at=reach)
     tangent = partial(picture.curve_at, mechanism.pressure(design, programme))
     values = [np.degrees(np.arctan(tangent(angles))) for angles in picture.pieces]
     bounds = {kind: exact[f"pressure_angle_max_{STROKE_NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
@@ -255,9 +253,8 @@ def _curvature(picture: Picture) -> Panel:
     if mechanism.profile_radius is not None:
         values = picture.curve_values(mechanism.profile_radius(design, programme))
         peaks = bounds(picture, values, (np.nan, least)) if isfinite(least) else []
-        panel = Panel("Radius of curvature of the profile", "mm", values, peaks)
-        panel.alarm = [v <= 0.0 for v in values]
-        panel.limits = limit_lines(picture, "profile_radius_min_mm")
+        limits, alarm = limit_lines(picture, "profile_radius_min_mm"), [v <= 0.0 for v in values]
+        panel = Panel("Radius of curvature of the profile", "mm", values, peaks, limits, alarm=alarm)
     else:
         assert mechanism.curvature is not None
         panel = _trace_curvature(picture, picture.curve_values(mechanism.curvature(design, programme)))
@@ -269,7 +266,10 @@ def _curvature(picture: Picture) -> Panel:
 def _trace_curvature(picture: Picture, pitch: PieceValues) -> Panel:
     mechanism, radius = picture.problem.setup.mechanism, picture.problem.half_width
     both, flanks = mechanism.two_sided, mechanism.flanks[: None if radius else 1]
-    cap = _cap(np.concatenate(pitch), radius)
+    every = np.concatenate(pitch)
+    finite = [k[np.isfinite(k)] for k in (every, _offset_curvature(every, radius, np.inf))]
+    usual = [np.percentile(np.abs(k), q) for k, q in zip(finite, (95, 50), strict=True) if k.size]
+    cap = CLIP * float(max(usual, default=1.0))  # so that a cusp does not flatten all the rest
     profiles = [[_offset_curvature(k, flank.bulge * radius, cap) for k in pitch] for flank in flanks]
     panel = Panel(f"Curvature of the {'flanks' if both else 'profile'}", "1/mm", profiles[0])
     if radius > 0.0:
@@ -278,24 +278,15 @@ def _trace_curvature(picture: Picture, pitch: PieceValues) -> Panel:
         panel.alarm = [(np.abs(k) if both else k) * radius >= 1.0 for k in pitch]
         thin = f"thin: {flanks[1].said}  ·  " if both else ""
         panel.note = f"{thin}dash-dot: pitch curve"
-    finite = np.concatenate([*pitch, *(values for side in profiles for values in side)])
-    finite = finite[np.isfinite(finite) & (np.abs(finite) <= cap)]
-    panel.span = (float(finite.min(initial=0.0)), float(finite.max(initial=0.0)))
+    every = np.concatenate([*pitch, *(values for side in profiles for values in side)])
+    every = every[np.isfinite(every) & (np.abs(every) <= cap)]
+    panel.span = (float(every.min(initial=0.0)), float(every.max(initial=0.0)))
     least = picture.values["profile_radius_min_mm"]
     if isfinite(least) and least > 0.0 and not both:
         peaks = bounds(picture, profiles[0], (1.0 / least, np.nan))
         panel.peaks = [MarkedPeak(p.angle, p.value, f"ρ {told(least)}") for p in peaks if abs(p.value) <= cap]
     panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit_lines(picture, "profile_radius_min_mm")]
     return panel
-
-
-def _cap(pitch: FloatArray, radius: float) -> float:
-    """Where the diagram is cut off, so that a cusp does not flatten all the rest."""
-    profile = _offset_curvature(pitch, radius, np.inf)
-    usual = [
-        np.percentile(np.abs(k[np.isfinite(k)]), q) for k, q in ((pitch, 95), (profile, 50)) if np.isfinite(k).any()
-    ]
-    return CLIP * float(max(usual, default=1.0))
 
 
 def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArray:
@@ -358,6 +349,21 @@ def marked(picture: Picture, values: PieceValues, name: str, *, least: bool = Fa
     return MarkedPeak(
         _middle_of_peak(angles, -np.abs(every) if least else sign * every), exact, four_digits(exact), least=least
     )
+
+
+def load_panel(
+    picture: Picture,
+    title: str,
+    name: str,
+    values: PieceValues,
+    *,
+    least: bool = False,
+    kinds: int = 0,
+    **more: Any,
+) -> Panel:
+    """The diagram of a load whose largest magnitude, or least, is a quantity, with the limits on that."""
+    peaks, limits = [marked(picture, values, name, least=least)], limit_lines(picture, name, kinds)
+    return Panel(title, QUANTITIES[name].unit, values, peaks, limits, quantity=name, **more)
 
 
 def _middle_of_peak(angles: FloatArray, values: FloatArray) -> float:

@@ -151,8 +151,7 @@ class Picture:
     def curve_at(self, record: Any, angles: FloatArray) -> FloatArray:
         """One of the mechanism's curves at cam angles (rad)."""
         with np.errstate(all="ignore"):
-            state = self.problem.programme.state(angles)
-            return np.broadcast_to(value_of(record, 0, state), angles.shape)
+            return np.broadcast_to(value_of(record, 0, self.problem.programme.state(angles)), angles.shape)
 
     @property
     def undercut(self) -> bool:

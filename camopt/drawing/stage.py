@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing import diagrams
-from camopt.drawing.bodies import FRAME_ANGLES, Carried, MovingBody, Reading, Shifting, Stage, Turning, artists_of
+from camopt.drawing.bodies import FRAME_ANGLES, STILL, MovingBody, Reading, Stage, artists_of
 from camopt.drawing.cam import CROSS, draw_body, draw_centre, draw_strokes, frame, reach_of_body
 from camopt.drawing.figures import BETWEEN, sizes_in_words
 from camopt.drawing.follower import Parts, draw_follower
@@ -21,7 +21,6 @@ from camopt.drawing.picture import Picture, area, draw_circle, draw_line
 from camopt.drawing.second import draw_second_contact, draw_second_disc
 from camopt.drawing.style import FAINT, INK, MUTED, SMALL, TEXT, TITLE_SIZE
 from camopt.mechanisms.design import ComplexArray
-from camopt.numerics import FloatArray
 from camopt.problem.linkage import pivot_of, turning_of
 
 SHOWN_PANELS = (0, 2, 4)  # displacement, acceleration, pressure angle, of the six diagrams of a design
@@ -39,7 +38,11 @@ def set_stage(figure: Any, picture: Picture) -> Stage:
     developed = picture.problem.setup.mechanism.body.developed
     name = picture.scene.name
     figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE_SIZE, fontweight="bold")
-    figure.text(0.03, 0.935, _folded(sizes_in_words(picture)), fontsize=SMALL, color=MUTED, va="top")
+    words = sizes_in_words(picture)
+    parts = words.split(BETWEEN)
+    middle = ceil(len(parts) / 2) if len(words) > LINE_LETTERS else len(parts)
+    lines = "\n".join(BETWEEN.join(line) for line in (parts[:middle], parts[middle:]) if line)
+    figure.text(0.03, 0.935, lines, fontsize=SMALL, color=MUTED, va="top")
     bodies = (_groove if developed else _disc)(figure, picture)
     for body in bodies:
         for artist in artists_of(body):
@@ -49,13 +52,6 @@ def set_stage(figure: Any, picture: Picture) -> Stage:
     for body in (*bodies, *cursors):
         body.axes.set_axis_off()
     return Stage(figure, [*bodies, *cursors], readings)
-
-
-def _folded(words: str) -> str:
-    """A line of sizes in two lines, if it is too long for the page."""
-    parts = words.split(BETWEEN)
-    middle = ceil(len(parts) / 2) if len(words) > LINE_LETTERS else len(parts)
-    return "\n".join(BETWEEN.join(line) for line in (parts[:middle], parts[middle:]) if line)
 
 
 def _disc(figure: Any, picture: Picture) -> list[MovingBody]:
@@ -74,8 +70,10 @@ def _disc(figure: Any, picture: Picture) -> list[MovingBody]:
     frame(ground, np.concatenate([max(size, reach_of_body(picture)) * CROSS, *moved]))
     for axes in (cam, follower, contact, *(link.axes for link in links)):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim(), aspect="equal")
-    turning = Turning(cam, 0.0, problem.design.sense * FRAME_ANGLES)
-    return [turning, body, Shifting(contact, _contacts(picture)), *links]
+    turning = MovingBody(cam, STILL + 0j, problem.design.sense * FRAME_ANGLES)
+    travel = problem.setup.mechanism.travel(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi))
+    touched = travel.trace - problem.design.roller_radius[0] * travel.normal
+    return [turning, body, MovingBody(contact, touched - touched[0]), *links]
 
 
 def _groove(figure: Any, picture: Picture) -> list[MovingBody]:
@@ -106,7 +104,8 @@ def _groove(figure: Any, picture: Picture) -> list[MovingBody]:
         for turn in (-around, 0.0, around):
             ends = size * stroke.start + turn + 1j * np.array([low, high])
             draw_line(surface, ends, color=FAINT, lw=0.7, zorder=1.5)
-    return [Shifting(surface, -size * FRAME_ANGLES + 0j, windowed=True), _still(ground), body, *links]
+    moving = MovingBody(surface, -size * FRAME_ANGLES + 0j, windowed=True)
+    return [moving, MovingBody(ground, STILL + 0j), body, *links]
 
 
 def _links(
@@ -118,7 +117,7 @@ def _links(
         return links, []
     draw_standing(ground, train, size)
     for member in train.members:
-        links.append(Carried(ground.figure.add_axes(ground.get_position()), member.at, member.turned))
+        links.append(MovingBody(ground.figure.add_axes(ground.get_position()), member.at, member.turned))
         draw_member(links[-1].axes, member, size)
     return links, [reach_of(train)]
 
@@ -127,26 +126,13 @@ def _rectangle(left: float, right: float, low: float, high: float) -> list[compl
     return [complex(x, y) for x, y in ((left, low), (right, low), (right, high), (left, high), (left, low))]
 
 
-def _still(axes: Any) -> Shifting:
-    """A body that stays where it is, above the others."""
-    return Shifting(axes, np.zeros(FRAME_ANGLES.size, dtype=complex))
-
-
 def _with_the_follower(axes: Any, picture: Picture) -> MovingBody:
     """The follower as a body that moves along its guide or about its pivot."""
     problem = picture.problem
     rise = problem.programme.at(FRAME_ANGLES % (2 * np.pi))[0] - picture.start
     if not problem.setup.angular:
-        return Shifting(axes, 1j * rise)
-    return Turning(axes, pivot_of(problem), turning_of(problem) * rise)
-
-
-def _contacts(picture: Picture) -> ComplexArray:
-    """Shift of the contact point of a disc cam from its place at cam angle 0."""
-    problem = picture.problem
-    travel = problem.setup.mechanism.travel(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi))
-    contact = travel.trace - problem.design.roller_radius[0] * travel.normal
-    return np.asarray(contact - contact[0])
+        return MovingBody(axes, 1j * rise)
+    return MovingBody(axes, STILL + pivot_of(problem), turning_of(problem) * rise)
 
 
 def _diagrams(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBody], list[Reading]]:
@@ -168,14 +154,7 @@ def _diagrams(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBod
     return bodies, readings
 
 
-def _readings(values: FloatArray) -> list[str]:
-    """Values as texts, with as many decimals as give the largest one four digits."""
-    largest = float(np.abs(values).max())
-    decimals = max(0, 3 - floor(log10(largest))) if largest else 0
-    return [f"{round(float(value), decimals) + 0.0:.{decimals}f}".replace("-", "−") for value in values]
-
-
-def _cursor(figure: Any, axes: Any, panel: Panel) -> tuple[list[MovingBody], Reading]:
+def _cursor(figure: Any, axes: Any, panel: Panel) -> tuple[tuple[MovingBody, MovingBody], Reading]:
     """A line at the cam angle and a dot at the value there, above a diagram; what it reads."""
     assert panel.at is not None
     factor, _ = diagrams.in_powers(panel.values, panel.unit)
@@ -185,12 +164,10 @@ def _cursor(figure: Any, axes: Any, panel: Panel) -> tuple[list[MovingBody], Rea
         each.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
     draw_line(line_axes, 1j * np.array(axes.get_ylim()), color=INK, lw=0.8, clip_on=False)
     draw_line(dot_axes, [1j * values[0]], marker="o", ms=5, color=INK, mec="white", clip_on=False)
-    degrees = np.degrees(FRAME_ANGLES)
-    words = _readings(values)
+    degrees, largest = np.degrees(FRAME_ANGLES), float(np.abs(values).max())
+    decimals = max(0, 3 - floor(log10(largest))) if largest else 0  # which give the largest one four digits
+    words = [f"{round(float(value), decimals) + 0.0:.{decimals}f}".replace("-", "−") for value in values]
     style = {"ha": "right", "va": "bottom", "fontsize": TEXT, "color": INK, "transform": axes.transAxes}
     text = axes.text(1.0, 1.03, words[0], fontweight="bold", **style)
-    bodies: list[MovingBody] = [
-        Shifting(line_axes, degrees + 0j),
-        Shifting(dot_axes, degrees + 1j * (values - values[0])),
-    ]
-    return bodies, Reading(text, words)
+    cursors = MovingBody(line_axes, degrees + 0j), MovingBody(dot_axes, degrees + 1j * (values - values[0]))
+    return cursors, Reading(text, words)

@@ -10,6 +10,7 @@ from pyarrow import csv
 from camopt.contour.curve import CamCurve, curves_of, discs_of
 from camopt.drawing.picture import Picture
 from camopt.effects import Case
+from camopt.effects.curvature import CUTTER
 from camopt.effects.motion import scale
 from camopt.exporting.loads import load_column, load_of, loads_at
 from camopt.exporting.spacing import checked_angles, in_steps, within_chord
@@ -18,6 +19,7 @@ from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve_design
+from camopt.problem.rows import Rows
 from camopt.quantities import AT_FOLLOWER, DERIVATIVES, displacement_unit, motion_quantity
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
@@ -27,6 +29,7 @@ from camopt.storage.tables import write_table
 from camopt.storage.version import VERSION
 from camopt.tables.cells import name_in_shown_unit
 from camopt.tables.result import Columns
+from camopt.tables.table import to_table
 from camopt.tables.workbook import write_workbook
 from camopt.verdicts.running import run_effects
 
@@ -229,11 +232,7 @@ def write_points(
         If the file cannot be written.
     """
     suffix = checked_suffix(path, "path", tuple(WRITERS))
-    write_columns(cam_points(scene, None, cutter_radius=cutter_radius, step=step, chord=chord), scene, path, suffix)
-
-
-def write_columns(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str], suffix: str) -> None:
-    """Write the columns of ``cam_points`` to a file of a kind."""
+    columns = cam_points(scene, None, cutter_radius=cutter_radius, step=step, chord=chord)
     WRITERS[suffix](columns, scene, path)
 
 
@@ -244,25 +243,18 @@ def _as_shown(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], li
     return found, [shown_unit(unit) for unit in units.values()]
 
 
-def _table(columns: dict[str, FloatArray], layout: pa.Schema) -> pa.Table:
-    arrays = [  # from their bytes: pa.array would import pandas
-        pa.Array.from_buffers(pa.float64(), values.size, [None, pa.py_buffer(np.ascontiguousarray(values))])
-        for values in columns.values()
-    ]
-    return pa.table(arrays, schema=layout)
-
-
 def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
     found, _ = _as_shown(columns)
     layout = pa.schema([pa.field(name, pa.float64(), nullable=False) for name in found])
+    table = to_table(Rows(found, columns["cam_angle_deg"].size), layout)
     with whole_file(path) as partial, partial.open("wb") as file:
-        csv.write_csv(_table(found, layout), file, csv.WriteOptions(quoting_style="none"))
+        csv.write_csv(table, file, csv.WriteOptions(quoting_style="none"))
 
 
 def _write_parquet(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
     fields = [pa.field(name, pa.float64(), nullable=False, metadata=_about(name)) for name in columns]
     layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
-    write_table(_table(columns, layout), path)
+    write_table(to_table(Rows({**columns}, columns["cam_angle_deg"].size), layout), path)
 
 
 def _write_workbook(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
@@ -271,12 +263,19 @@ def _write_workbook(columns: dict[str, FloatArray], scene: Scene, path: str | os
 
 
 WRITERS = {".csv": _write_csv, ".parquet": _write_parquet, ".xlsx": _write_workbook}
+"""What writes the columns of ``cam_points``, by the suffix of the file."""
 
 
 def check_cutter(problem: Problem, radius: float | None) -> None:
+    """BadInput for a cutter that is wider than the largest that reaches every concave flank."""
     if radius is None:
         return
-    widest = problem.half_width if problem.setup.mechanism.cut_as_by_roller else _deepest(problem)
+    mechanism, widest = problem.setup.mechanism, np.inf  # a flat face leaves no concave flank
+    if mechanism.cut_as_by_roller:
+        widest = problem.half_width
+    elif not mechanism.flat_faced:
+        case = Case(problem.setup, problem.programme, problem.design)
+        widest = float(run_effects(case, [CUTTER]).column(CUTTER)[0])
     if widest <= 0.0:
         why = "has no place: no cutter reaches into the hollow corner of the profile, where the velocity jumps"
         raise BadInput([Mistake("camopt", "cutter_radius", radius, why, bare=True)])
@@ -284,14 +283,6 @@ def check_cutter(problem: Problem, radius: float | None) -> None:
     allowed = "above 0 mm" if np.isinf(widest) else at_most
     if not (0.0 < radius <= widest and np.isfinite(radius)):
         raise BadInput([Mistake("camopt", "cutter_radius", radius, allowed)])
-
-
-def _deepest(problem: Problem) -> float:
-    """The largest cutter that reaches every concave flank."""
-    if problem.setup.mechanism.flat_faced:
-        return np.inf  # a flat face leaves no concave flank
-    case = Case(problem.setup, problem.programme, problem.design)
-    return float(run_effects(case, ["cutter_radius_max_mm"]).column("cutter_radius_max_mm")[0])
 
 
 def _about(column: str) -> dict[str, str]:

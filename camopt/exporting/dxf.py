@@ -7,15 +7,13 @@ from pathlib import Path
 
 import numpy as np
 from ezdxf import units
-from ezdxf.document import Drawing
 from ezdxf.filemanagement import new
 from ezdxf.layouts.layout import Modelspace
 
 from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.exporting.exported import Export, told
-from camopt.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of
-from camopt.exporting.layout import layout_of
+from camopt.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, layout_of, plan_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.quantities.unit_systems import MM, shown, system_shown
 from camopt.storage.files import whole_file
@@ -42,7 +40,9 @@ def write(
     plan = plan_of(work, chord, curves, cutter_radius)
     one = shown(1.0, "mm")
     with _same_each_time():
-        document = _document(work.scene.name)
+        document = new("R2010", setup=["linetypes"], units=units.MM if system_shown() == MM else units.IN)
+        document.header.custom_vars.append("camopt", VERSION)
+        document.header.custom_vars.append("cam", work.scene.name)
         for layer in (*plan.layers, *layout_of(work.problem)):
             kind, width = LINE_TYPES[layer.line]
             document.layers.add(layer.name.upper(), color=ACI[layer.line], linetype=kind, lineweight=width)
@@ -67,14 +67,6 @@ def _same_each_time() -> Iterator[None]:
         yield
     finally:
         options.write_fixed_meta_data_for_testing = before
-
-
-def _document(name: str) -> Drawing:
-    """An empty drawing in the unit of lengths that is shown, which it states, of a cam of some name."""
-    document = new("R2010", setup=["linetypes"], units=units.MM if system_shown() == MM else units.IN)
-    document.header.custom_vars.append("camopt", VERSION)
-    document.header.custom_vars.append("cam", name)
-    return document
 
 
 def _draw(space: Modelspace, layer: Layer) -> None:

@@ -76,35 +76,30 @@ def export(scene: SceneSource, path: str | os.PathLike[str], *, disc: int | None
     place = path_of(path)
     check_writable(place)
     problem = resolve_design(scene)
-    check_rib(problem, suffix)
+    mechanism = problem.setup.mechanism
+    if mechanism.ribbed and not mechanism.body.developed and suffix == ".p":
+        why = f"a {suffix} file of a rib on a disc is not written yet"
+        raise BadInput([Mistake(problem.file, "drive.kind", None, why, bare=True)])
     if ENDINGS[suffix].of_cam:
         check_makable(problem)
     work = Workpiece(scene, problem, disc)
     found: Export = write(work, place, **settings)
-    coarse = _coarse(found, work.part.profile_tolerance) if "chord" in signature(write).parameters else ()
-    inside = _from_inside(problem) if ENDINGS[suffix].of_plane else ()
-    return replace(found, notes=(*found.notes, *coarse, *inside, *_notes(scene)))
+    tolerance = work.part.profile_tolerance if "chord" in signature(write).parameters else None
+    notes = _notes(work, found, tolerance, of_plane=ENDINGS[suffix].of_plane)
+    return replace(found, notes=(*found.notes, *notes))
 
 
-def _from_inside(problem: Problem) -> Iterator[str]:
-    """A note on a development that is the mirror image of what is outside: cam angles grow against a turn ccw."""
-    if problem.setup.mechanism.body.developed and problem.design.sense > 0.0:
-        yield "the development is as seen from inside, for the cam turns ccw: mirror it to wrap it round a cylinder"
-
-
-def _coarse(found: Export, tolerance: float | None) -> Iterator[str]:
-    """A note on curves in a file that take much of the tolerance of the profile, mm."""
+def _notes(work: Workpiece, found: Export, tolerance: float | None, *, of_plane: bool) -> Iterator[str]:
+    """What to know of a file: curves that take much of a tolerance, a mirrored development, thin walls, limits."""
     furthest = max((each.deviation_mm for each in found.curves.values()), default=0.0)
     if tolerance is not None and furthest > COARSE * tolerance:
         asked = f"a quarter of part.profile_tolerance ({with_unit(tolerance, 'mm')})"
         closer = "a smaller chord or step, or more decimals, brings them closer"
         yield f"curves in the file are within {with_unit(furthest, 'mm')}, more than {asked}: {closer}"
-
-
-def _notes(scene: Scene) -> Iterator[str]:
-    """Notes on the limits of the scene that the cam exceeds, and on walls that it leaves thin."""
-    yield from thin_walls(scene)
-    row = evaluate(scene)
+    if of_plane and work.problem.setup.mechanism.body.developed and work.problem.design.sense > 0.0:
+        yield "the development is as seen from inside, for the cam turns ccw: mirror it to wrap it round a cylinder"
+    yield from thin_walls(work.scene)
+    row = evaluate(work.scene)
     if not row["feasible"]:
         broken = f"breaks limits of the scene: {row['violated']}"
         yield f"the cam {broken if row['violated'] else 'is not proved to meet the limits of the scene'}"
@@ -143,14 +138,6 @@ def _of_disc(scene: Scene, suffix: str, disc: int | None) -> Iterator[Mistake]:
         yield Mistake("camopt", WHICH_DISC, disc, f"has no meaning {why}", bare=True)
     elif disc not in (None, 1, SECOND):
         yield Mistake("camopt", WHICH_DISC, disc, f"1 or {SECOND}")
-
-
-def check_rib(problem: Problem, suffix: str) -> None:
-    """BadInput for a kind of file that is not written of a rib on a disc."""
-    mechanism = problem.setup.mechanism
-    if mechanism.ribbed and not mechanism.body.developed and suffix == ".p":
-        why = f"a {suffix} file of a rib on a disc is not written yet"
-        raise BadInput([Mistake(problem.file, "drive.kind", None, why, bare=True)])
 
 
 def check_makable(problem: Problem) -> None:

@@ -4,7 +4,7 @@ The cutter goes down outside of the blank, comes in on a quarter of a circle, ta
 another: in the middle of the longest dwell, where a mark does least harm. Climb milling with a cutter that turns
 clockwise has the part on its right. Round a rib it goes so too, and then within it. Into a groove it plunges. One
 as wide as the groove goes once along the middle; a narrower one goes there first, then on quarter circles to the
-inner and to the outer wall. The words of each control are in ``dialects``.
+inner and to the outer wall. The words of each control are in ``program``.
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,10 +18,9 @@ from shapely import LineString, Point, Polygon
 
 from camopt.contour.curve import CamCurve
 from camopt.contour.deviation import deviation_bound
-from camopt.contour.follow import Followed, follow
+from camopt.contour.follow import CHORD, Followed, follow
 from camopt.contour.path import ArcPath
 from camopt.exporting.cam_points import check_cutter
-from camopt.exporting.dialects import BY_ENDING, DIALECTS
 from camopt.exporting.exported import Export, told
 from camopt.exporting.groove_program import write_groove
 from camopt.exporting.machining import (
@@ -29,11 +28,11 @@ from camopt.exporting.machining import (
     CLEARANCE,
     LARGEST_RADIUS,
     Milling,
-    usual_chord,
+    least_chord,
     usual_decimals,
     with_shown_unit,
 )
-from camopt.exporting.program import Program
+from camopt.exporting.program import BY_ENDING, DIALECTS, Program
 from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
@@ -84,10 +83,9 @@ def write(  # noqa: PLR0913
     """
     control = BY_ENDING[path.suffix.lower()] if control is None else control
     decimals = usual_decimals(control) if decimals is None else decimals
-    chord = usual_chord(decimals) if chord is None else chord
+    chord = max(CHORD, least_chord(decimals)) if chord is None else chord
     asked = Milling(**{name: value for name, value in locals().items() if name not in ("work", "path")})
-    written = write_groove if work.problem.setup.mechanism.body.developed else _write_in_plane
-    return written(work, path, asked)
+    return (write_groove if work.problem.setup.mechanism.body.developed else _write_in_plane)(work, path, asked)
 
 
 def _write_in_plane(work: Workpiece, path: Path, asked: Milling) -> Export:
@@ -251,8 +249,7 @@ def _from_dwell(path: ArcPath, curve: CamCurve) -> ArcPath:
     if not dwells:
         return path
     longest = max(dwells, key=lambda k: float(np.abs(path.chords[k])))
-    halves = np.where(np.arange(len(path)) == longest, 2, 1)
-    return path.divided(halves).starting(longest + 1)
+    return path.divided(np.where(np.arange(len(path)) == longest, 2, 1)).starting(longest + 1)
 
 
 def _outside(cuts: Mapping[str, Followed], cutter_radius: float, blank_diameter: float | None) -> float:
@@ -337,7 +334,7 @@ class _Way(NamedTuple):
 
 
 def _begin(program: Program, work: Workpiece, cuts: Mapping[str, Followed], how: str) -> None:
-    """The head of the program, with what it is of."""
+    """The head of the program: what it is of, what is about the plate, and how timing mark and keyway are seen."""
     program.say(*program.words.start)
     program.comment(work.title)
     program.comment(f"camopt {VERSION}; {how}")
@@ -345,27 +342,15 @@ def _begin(program: Program, work: Workpiece, cuts: Mapping[str, Followed], how:
         program.comment(
             f"{name}: {len(each.path)} {each.path.what}, within {with_shown_unit(each.deviation, '.6f')}"
         )
-    program.comment(f"zero: centre of the cam, top face of the plate{_around(work)}")
+    around = f", the hub stands {with_shown_unit(work.stands_above, 'g')} above it" if work.stands_above else ""
+    around += "" if work.room_below == inf else f", the {'hub' if work.disc is None else 'other disc'} below it"
+    program.comment(f"zero: centre of the cam, top face of the plate{around}")
     program.comment(f"X and Y {FROM_BEHIND if work.from_behind else AS_DRAWN}")
-    program.comment(_marks(work))
-    program.say(*program.words.modes)
-
-
-def _around(work: Workpiece) -> str:
-    """What is above and below the plate."""
-    above = f", the hub stands {with_shown_unit(work.stands_above, 'g')} above it" if work.stands_above else ""
-    if work.room_below == inf:
-        return above
-    return f"{above}, the {'hub' if work.disc is None else 'other disc'} below it"
-
-
-def _marks(work: Workpiece) -> str:
-    """Where timing mark and keyway are as they are seen here, and which way the cam turns."""
     anticlockwise, keyway = (work.problem.design.sense > 0.0) != work.from_behind, work.part.keyway_angle
-    marks = "timing mark along Y"
-    if keyway is not None:
-        marks += f", keyway at {180.0 - keyway if work.from_behind else keyway:g} deg from X"
-    return f"{marks}; the cam turns {'ccw' if anticlockwise else 'cw'}"
+    seen = keyway if keyway is None or not work.from_behind else 180.0 - keyway
+    mark = "" if seen is None else f", keyway at {seen:g} deg from X"
+    program.comment(f"timing mark along Y{mark}; the cam turns {'ccw' if anticlockwise else 'cw'}")
+    program.say(*program.words.modes)
 
 
 AS_DRAWN, FROM_BEHIND = "as in the cam's drawing", "from behind the cam's drawing, turned over about Y"

@@ -88,8 +88,7 @@ class Groove:
     def sectors(self) -> Iterator[Sector]:
         for span in self.curve.spans:
             count = int(np.ceil((span.end - span.start) / SECTOR_ANGLE))
-            edges = np.linspace(span.start, span.end, count + 1).tolist()
-            for start, end in pairwise(edges):
+            for start, end in pairwise(np.linspace(span.start, span.end, count + 1).tolist()):
                 yield Sector(span, start, end)
 
     def wall(self, span: SmoothPart, angles: FloatArray, radii: FloatArray, side: float) -> WallPoints:
@@ -152,8 +151,7 @@ def undercut_at(groove: Groove) -> float | None:
 
 def _runs_back(groove: Groove, sector: Sector, side: float) -> BoolArray:
     """Whether at each radius a wall runs back somewhere, or does not exist."""
-    angles = np.linspace(sector.start, sector.end, WALL_SAMPLES)
-    wall = groove.wall(sector.span, angles, groove.radii, side)
+    wall = groove.wall(sector.span, np.linspace(sector.start, sector.end, WALL_SAMPLES), groove.radii, side)
     moved = groove.radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
     return np.asarray(~((moved * wall.course[1:].conjugate()).real >= 0.0).all(axis=0))
 

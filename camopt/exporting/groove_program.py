@@ -27,7 +27,6 @@ import numpy as np
 
 from camopt.contour.curve import CamCurve, SmoothPart, cylinder_ends
 from camopt.exporting.cam_points import check_cutter
-from camopt.exporting.dialects import DIALECTS, Dialect
 from camopt.exporting.exported import CurveInFile, Export
 from camopt.exporting.machining import (
     BESIDE_A_RIB,
@@ -38,7 +37,7 @@ from camopt.exporting.machining import (
     Milling,
     with_shown_unit,
 )
-from camopt.exporting.program import Program
+from camopt.exporting.program import DIALECTS, Dialect, Program
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import ceil, isfinite
 
 from camopt.contour.follow import CHORD
-from camopt.exporting.dialects import DIALECTS
+from camopt.exporting.program import DIALECTS
 from camopt.mistakes import Mistake
 from camopt.quantities.unit_systems import MM, computed, shown, shown_unit, system_shown
 
@@ -62,9 +62,15 @@ class Milling:
     @property
     def mistakes(self) -> Iterator[Mistake]:
         """What no program can have, and what there is none without."""
-        yield from self._missing()
+        for name in ("cutter_radius", "feed"):
+            if getattr(self, name) is None:
+                yield Mistake("camopt", name, None, "missing: a program needs it", bare=True)
+        for name, other in (("spindle", "tool"), ("roughing_feed", "roughing"), ("depth_step", "depth")):
+            if getattr(self, name) is not None and not getattr(self, other):
+                why = f"needs {other} as well, which is not given"
+                yield Mistake("camopt", name, getattr(self, name), why, bare=True)
         yield from self._out_of_range()
-        least = _least_chord(self.decimals)
+        least = least_chord(self.decimals)
         if not self.chord >= least:
             why = f"at least {least:g} mm: a program has {self.decimals} decimals"
             yield Mistake("camopt", "chord", self.chord, why)
@@ -74,15 +80,6 @@ class Milling:
         """What a machine needs, and the program does not say."""
         if self.spindle is None:
             yield "no speed of the spindle is given (spindle, with a tool): the program does not start it"
-
-    def _missing(self) -> Iterator[Mistake]:
-        for name in ("cutter_radius", "feed"):
-            if getattr(self, name) is None:
-                yield Mistake("camopt", name, None, "missing: a program needs it", bare=True)
-        for name, other in (("spindle", "tool"), ("roughing_feed", "roughing"), ("depth_step", "depth")):
-            if getattr(self, name) is not None and not getattr(self, other):
-                why = f"needs {other} as well, which is not given"
-                yield Mistake("camopt", name, getattr(self, name), why, bare=True)
 
     def _out_of_range(self) -> Iterator[Mistake]:
         for name in ABOVE_ZERO:
@@ -123,12 +120,8 @@ def usual_decimals(control: str) -> int:
     return DIALECTS[control].decimals + finer if control in DIALECTS else ALLOWED_DECIMALS[0]
 
 
-def usual_chord(decimals: int) -> float:
-    """0.001 mm, or five of the last decimal, mm."""
-    return max(CHORD, _least_chord(decimals))
-
-
-def _least_chord(decimals: int) -> float:
+def least_chord(decimals: int) -> float:
+    """The smallest chord that some decimals can hold: five of the last one, mm."""
     return LEAST_CHORD * last_digit(decimals) if decimals in ALLOWED_DECIMALS else CHORD
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from camopt.exporting.exported import CurveInFile, Export
 from camopt.exporting.workpiece import Workpiece
-from camopt.sheet.groove import Clearance, clearance_of
 from camopt.sheet.paper import scale_name
 from camopt.sheet.sheet import write_sheets
+from camopt.sheet.sizes import Clearance, clearance_of
 from camopt.tables.cells import with_unit
 
 

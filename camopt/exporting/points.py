@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from camopt.contour.deviation import deviation_bound
-from camopt.contour.fit import lines_through
-from camopt.contour.follow import AIM, CHORD, check_kind
-from camopt.exporting.cam_points import cam_points, write_columns
+from camopt.contour.follow import AIM, CHORD, check_kind, lines_through
+from camopt.exporting.cam_points import WRITERS, cam_points
 from camopt.exporting.exported import CurveInFile, Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
@@ -36,5 +35,5 @@ def write(
         )
         for name, curve in work.curves(cutter_radius).items()
     }
-    write_columns(columns, work.scene, path, path.suffix.lower())
+    WRITERS[path.suffix.lower()](columns, work.scene, path)
     return Export(path, curves, {"points": angles.size})

@@ -86,8 +86,7 @@ def _arcs(path: ArcPath) -> Iterator[Shape]:
         if height <= FLAT_ARC:
             yield line_edge(*corners[k : k + 2])
         else:
-            place = gp_point(centre.real, centre.imag, 0.0)
-            yield arc_edge(place, radii[k], path.bulges[k], *corners[k : k + 2])
+            yield arc_edge(gp_point(centre.real, centre.imag, 0.0), radii[k], path.bulges[k], *corners[k : k + 2])
 
 
 def _splines(path: CubicPath) -> Iterator[Shape]:
@@ -105,13 +104,18 @@ def _splines(path: CubicPath) -> Iterator[Shape]:
         yield spline_edge(places, np.concatenate([ends[:2], knots, ends[2:]]), corners[k : k + 2])
 
 
-def b_spline(poles: FloatArray, knots: FloatArray) -> Shape:
-    """A B-spline curve of poles (n, 3 or more: x, y, z), with each knot as often as it counts."""
+def spline_edge(poles: FloatArray, knots: FloatArray, ends: Sequence[Shape]) -> Shape:
+    """An edge along a B-spline of poles (n, 3 or more: x, y, z), from a vertex to a vertex.
+
+    Each knot is there as often as it counts.
+    """
     places = Array1_gp_Pnt(1, len(poles))
     for k, pole in enumerate(poles, 1):
         places.SetValue(k, gp_point(*pole[:3]))
     each, times = np.unique(knots, return_counts=True)
-    return Geom_BSplineCurve(places, _reals(each), _integers(times), len(knots) - len(poles) - 1)
+    degree = len(knots) - len(poles) - 1
+    curve = Geom_BSplineCurve(places, _filled(Array1_double, each), _filled(Array1_int, times), degree)
+    return BRepBuilderAPI_MakeEdge(curve, *ends, float(knots[0]), float(knots[-1])).Edge()
 
 
 def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> Shape:
@@ -120,11 +124,12 @@ def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> 
     places = Array2_gp_Pnt(1, count, 1, across)
     for k, m in np.ndindex(count, across):
         places.SetValue(k + 1, m + 1, gp_point(*poles[k, m, :3]))
-    knots = [np.unique(each, return_counts=True) for each in (first, second)]
+    knots, times = zip(*(np.unique(each, return_counts=True) for each in (first, second)), strict=True)
     degrees = len(first) - count - 1, len(second) - across - 1
-    return Geom_BSplineSurface(
-        places, *(_reals(each) for each, _ in knots), *(_integers(times) for _, times in knots), *degrees
+    reals, integers = (
+        [_filled(kind, each) for each in both] for kind, both in ((Array1_double, knots), (Array1_int, times))
     )
+    return Geom_BSplineSurface(places, *reals, *integers, *degrees)
 
 
 def round_surface(radius: float, seam: float) -> Shape:
@@ -139,11 +144,6 @@ def vertex(place: Iterable[float]) -> Shape:
 
 def line_edge(first: Shape, last: Shape) -> Shape:
     return BRepBuilderAPI_MakeEdge(first, last).Edge()
-
-
-def spline_edge(poles: FloatArray, knots: FloatArray, ends: Sequence[Shape]) -> Shape:
-    """An edge along a B-spline, from a vertex to a vertex."""
-    return BRepBuilderAPI_MakeEdge(b_spline(poles, knots), *ends, float(knots[0]), float(knots[-1])).Edge()
 
 
 def arc_edge(centre: Shape, radius: float, sense: float, first: Shape, last: Shape) -> Shape:
@@ -181,31 +181,20 @@ def sewn(faces: Iterable[Shape]) -> Shape:
     return solid
 
 
-def _reals(values: FloatArray) -> Shape:
-    found = Array1_double(1, len(values))
-    for k, value in enumerate(values, 1):
-        found.SetValue(k, float(value))
-    return found
-
-
-def _integers(values: np.ndarray) -> Shape:
-    found = Array1_int(1, len(values))
-    for k, value in enumerate(values, 1):
-        found.SetValue(k, int(value))
+def _filled(kind: Any, values: np.ndarray) -> Shape:
+    """Numbers as an array of Open CASCADE of some kind."""
+    found = kind(1, len(values))
+    for k, value in enumerate(values.tolist(), 1):
+        found.SetValue(k, value)
     return found
 
 
 def extruded(outer: Shape, low: float, high: float) -> Shape:
     """The solid between two heights that has a wire in the plane z = 0 as its outline."""
-    body = BRepPrimAPI_MakePrism(flat(outer), gp_Vec(0.0, 0.0, high - low)).Shape()
-    return lifted(body, low)
-
-
-def lifted(shape: Shape, height: float) -> Shape:
-    """A shape, along the axis z."""
     along = gp_Trsf()
-    along.SetTranslation(gp_Vec(0.0, 0.0, height))
-    return shape.Moved(TopLoc_Location(along))
+    along.SetTranslation(gp_Vec(0.0, 0.0, low))
+    body = BRepPrimAPI_MakePrism(flat(outer), gp_Vec(0.0, 0.0, high - low)).Shape()
+    return body.Moved(TopLoc_Location(along))
 
 
 def fused(first: Shape, second: Shape) -> Shape:

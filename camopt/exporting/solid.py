@@ -17,7 +17,7 @@ from OCP.Standard import Standard_ConstructionError, Standard_Failure
 from OCP.StdFail import StdFail_NotDone
 
 from camopt.contour.curve import SECOND
-from camopt.contour.follow import check_kind, follow
+from camopt.contour.follow import Followed, check_kind, follow
 from camopt.contour.hole import bore_with_keyway
 from camopt.effects import Case
 from camopt.effects.outline import RADIUS
@@ -62,41 +62,36 @@ def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
         found = _MAKERS[work.problem.setup.mechanism.body](work, chord, curves)
     except CAD_ERRORS:
         found = None
-    if found is None or not shapes.is_closed(found.shape, _count(work)):
+    joined = work.part.hub_diameter or work.problem.setup.mechanism.ribbed  # flanks of a rib are on one body
+    if found is None or not shapes.is_closed(found.shape, 1 if joined else len(work.discs)):
         faults = f"faces cross each other, or are smaller than {shapes.TOUCHING_MM} mm"
         why = f"makes no valid solid at a chord of {chord:g} mm: {faults}"
         raise BadInput([Mistake(work.scene.file, "part", None, why, bare=True)])
     return found._replace(about=found.about | shapes.measures(found.shape))
 
 
-def _count(work: Workpiece) -> int:
-    """How many solids a cam is of: discs that no hub joins; flanks of a rib are on one body."""
-    joined = work.part.hub_diameter or work.problem.setup.mechanism.ribbed
-    return 1 if joined else len(work.discs)
+def _follow_profiles(work: Workpiece, chord: float, curves: str) -> dict[str, Followed]:
+    """The profiles, walls or flanks of a cam by name, within the chord with what flat arcs lose as lines."""
+    check_kind(curves, chord)
+    own = {name: curve for name, curve in work.curves().items() if not name.endswith("pitch")}
+    found = {name: follow(curve, curves, chord - shapes.FLAT_ARC) for name, curve in own.items()}
+    return {name: each._replace(deviation=each.deviation + shapes.FLAT_ARC) for name, each in found.items()}
 
 
 def _discs(work: Workpiece, chord: float, curves: str) -> CadSolid:
-    check_kind(curves, chord)
-    followed, plates = {}, []
-    for name, curve in work.curves().items():
-        if name.endswith("profile"):
-            found = follow(curve, curves, chord - shapes.FLAT_ARC)
-            followed[name] = found._replace(deviation=found.deviation + shapes.FLAT_ARC)
+    followed = _follow_profiles(work, chord, curves)
     _check_wall(work, chord, max(each.deviation for each in followed.values()))
-    for disc, profile in zip(work.discs, followed.values(), strict=True):
-        plates.append(shapes.extruded(shapes.closed_wire(profile.path), *work.part.plates[disc.number - 1]))
+    plates = [
+        shapes.extruded(shapes.closed_wire(profile.path), *work.part.plates[disc.number - 1])
+        for disc, profile in zip(work.discs, followed.values(), strict=True)
+    ]
     hub = () if work.disc == SECOND else _hub(work.part)
     body = reduce(shapes.fused, [*plates, *hub])
     return CadSolid(_with_bore(work.part, body), told(followed), {})
 
 
 def _grooved_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
-    check_kind(curves, chord)
-    part, walls = work.part, {}
-    for name, curve in work.curves().items():
-        if name != "pitch":
-            found = follow(curve, curves, chord - shapes.FLAT_ARC)
-            walls[name] = found._replace(deviation=found.deviation + shapes.FLAT_ARC)
+    part, walls = work.part, _follow_profiles(work, chord, curves)
     inner, outer = (walls[name] for name in ("profile_inner", "profile_outer"))
     _check_wall(work, chord, inner.deviation)
     assert part.thickness
@@ -110,19 +105,12 @@ def _grooved_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
 
 
 def _ribbed_disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
-    check_kind(curves, chord)
-    part, flanks = work.part, {}
-    for name, curve in work.curves().items():
-        if name.endswith("profile"):
-            found = follow(curve, curves, chord - shapes.FLAT_ARC)
-            flanks[name] = found._replace(deviation=found.deviation + shapes.FLAT_ARC)
+    part, flanks = work.part, _follow_profiles(work, chord, curves)
     assert part.thickness
     assert part.rib_height
     assert part.outer_diameter
-    face, (outer, inner) = (
-        part.thickness - part.rib_height,
-        (shapes.closed_wire(each.path) for each in flanks.values()),
-    )
+    face = part.thickness - part.rib_height
+    outer, inner = (shapes.closed_wire(each.path) for each in flanks.values())
     within = shapes.extruded(inner, face, part.thickness + OVERCUT)
     rib = shapes.cut(shapes.extruded(outer, 0.0, part.thickness), within)
     plate = shapes.extruded(shapes.circle_wire(part.outer_diameter / 2), 0.0, face)

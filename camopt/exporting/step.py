@@ -58,13 +58,8 @@ def _name(writer: STEPControl_Writer, name: str, number: str, author: str) -> No
 
 def text(words: str) -> TCollection_HAsciiString:
     """A text in the characters of ISO 10303-21; others are written as their Unicode numbers."""
-    return TCollection_HAsciiString("".join(_character(c) for c in words))
-
-
-def _character(c: str) -> str:
-    if c.isascii():
-        return c
-    return f"\\X2\\{ord(c):04X}\\X0\\" if ord(c) < 0x10000 else f"\\X4\\{ord(c):08X}\\X0\\"
+    numbers = (f"\\X2\\{ord(c):04X}\\X0\\" if ord(c) < 0x10000 else f"\\X4\\{ord(c):08X}\\X0\\" for c in words)
+    return TCollection_HAsciiString("".join(c if c.isascii() else n for c, n in zip(words, numbers, strict=True)))
 
 
 @contextmanager

@@ -55,8 +55,7 @@ class Workpiece:
     @property
     def stands_above(self) -> float:
         """How far the hub stands out above the plate of a disc that is cut, mm."""
-        above = (self.part.hub_length or 0.0) - self.part.width
-        return 0.0 if self.from_behind else max(above, 0.0)
+        return 0.0 if self.from_behind else max((self.part.hub_length or 0.0) - self.part.width, 0.0)
 
     @property
     def room_below(self) -> float:

@@ -20,7 +20,7 @@ from camopt.quantities import QUANTITIES
 from camopt.storage.publishing import finish_publishing, revision
 from camopt.storage.tables import no_table, write_table
 from camopt.tables.result import Result
-from camopt.tables.table import arrow_schema, read_quantities, scene_in
+from camopt.tables.table import read_quantities, scene_in, schema_of
 from camopt.verdicts.certify import certify_cams, code_of_verdicts, summary
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED
 
@@ -72,7 +72,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     space = Space(problem, problems_of(problem), {})
     with revision(path) as place:
         verdicts = _verdicts(space, rows, progress)
-        field = arrow_schema((QUANTITIES[COLUMN],), "").field(COLUMN)
+        field = schema_of((QUANTITIES[COLUMN],)).field(COLUMN)
         write_table(table.append_column(field, pa.array(verdicts, type=pa.string())), place)
     return TableCertificate(verdicts)
 

@@ -13,8 +13,7 @@ from camopt.problem.unused import notes_of_search
 from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
 from camopt.storage.manifest import manifest_of
-from camopt.tables.columns import bounds_shown, columns_of, laws_shown, own_units, with_law
-from camopt.tables.design_tables import designs_table
+from camopt.tables.columns import bounds_shown, columns_of, designs_table, laws_shown, own_units, with_law
 from camopt.tables.designs import Design, miss_sections
 from camopt.tables.layout import Table, table_of
 from camopt.tables.result import Result

@@ -25,7 +25,7 @@ from camopt.problem.rows import Rows
 from camopt.quantities import Quantity
 from camopt.storage.files import WORK_FOLDER, LossWarning, read_bytes, regular_file, whole_file, write_text
 from camopt.storage.tables import ARROW_ERRORS, PARQUET
-from camopt.tables.table import arrow_schema, parquet_options, to_table
+from camopt.tables.table import parquet_options, schema_of, to_table
 from camopt.verdicts.judging import Effort
 
 BATCH_FILES, QUESTION_FILE = "blocks-*.parquet", "question.json"
@@ -182,7 +182,7 @@ class BrokenBatch(ValueError):
 
 def batch_bytes(batch: Batch, quantities: Iterable[Quantity]) -> bytes:
     """A batch as a Parquet file: its rows of all three kinds, and its numbers in the metadata."""
-    layout = arrow_schema(quantities, "")
+    layout = schema_of(quantities, camopt_scene="")
     tables = [to_table(getattr(batch, name), layout) for name in BATCH_TABLES]
     numbers = {name: value for name, value in vars(batch).items() if name not in BATCH_TABLES}
     about = {ABOUT: json.dumps([numbers, [table.num_rows for table in tables]])}
@@ -218,7 +218,7 @@ def read_batch(path: Path, plan: SweepPlan) -> Batch:
     try:
         table = pq.read_table(pa.BufferReader(data))
         numbers, counts = json.loads(table.schema.metadata[ABOUT])
-        expected = arrow_schema(plan.row_quantities, "").remove_metadata()
+        expected = schema_of(plan.row_quantities).remove_metadata()
         if table.schema.remove_metadata() != expected or any(column.null_count for column in table.columns):
             raise BrokenBatch("not what a sweep of its scene gives")
         starts = np.cumsum([0, *counts]).tolist()

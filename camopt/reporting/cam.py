@@ -7,11 +7,11 @@ import numpy as np
 
 from camopt.drawing.bodies import FRAME_ANGLES
 from camopt.drawing.cam import remaining
+from camopt.drawing.figures import shown_panels
 from camopt.drawing.linkage import reach_of
 from camopt.drawing.panels import Panel
 from camopt.drawing.picture import STROKE_NAMES, Picture
 from camopt.drawing.second import second_contact
-from camopt.drawing.shown_panels import shown_panels
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 from camopt.problem.linkage import linkage_at
@@ -28,20 +28,19 @@ def cam_of(picture: Picture) -> dict[str, Any]:
     problem = picture.problem
     if not picture.exists:
         return {"exists": False}
-    shown, first = shown_panels(picture), picture.contacts[0]
+    first = picture.contacts[0]
+    pitch_point = not problem.setup.mechanism.flat_faced and picture.steepest is first
     return {
         "exists": True,
         **stroke_kind(picture.scene, problem),
         "sizes": {name: page_number(values[0]) for name, values in problem.design.sizes.items()},
         "motion": motion_pieces(picture),
         "strokes": _strokes(problem),
-        "pitch_point": first.values["pressure_angle_max_at_deg"]
-        if _has_trace(problem) and picture.steepest is first
-        else None,
+        "pitch_point": first.values["pressure_angle_max_at_deg"] if pitch_point else None,
         "steepest": first.values["pressure_angle_max_deg"],
         "undercut": picture.undercut,
         "left": _left(picture),
-        "panels": [_panel(panel) for panel in shown],
+        "panels": [_panel(panel) for panel in shown_panels(picture)],
         "train": train_frames(picture),
         "second": _second(picture),
     }
@@ -51,9 +50,8 @@ def _second(picture: Picture) -> dict[str, Any] | None:
     """What a second contact adds to the picture: a disc, and parts of the follower as they are at y = 0."""
     if (found := second_contact(picture, 0.0)) is None:
         return None
-    outline = _points(found.outline) if found.outline.size else None
     return {
-        "outline": outline,
+        "outline": _points(found.outline) if found.outline.size else None,
         "solid": [_points(each) for each in found.solid],
         "lines": [_points(each) for each in found.lines],
     }
@@ -124,10 +122,6 @@ def motion_pieces(picture: Picture) -> dict[str, Any]:
     return {"lift": page_number(picture.problem.programme.lift), "pieces": pieces}
 
 
-def _has_trace(problem: Problem) -> bool:
-    return not problem.setup.mechanism.flat_faced
-
-
 def _strokes(problem: Problem) -> list[dict[str, Any]]:
     return [
         {
@@ -145,8 +139,7 @@ def _left(picture: Picture) -> list[list[float | None]] | None:
     """The outline of an undercut disc cam: what its follower leaves of it."""
     if not picture.undercut or not picture.problem.setup.mechanism.body.bounded:
         return None
-    outline = remaining(picture)
-    return _points(outline)
+    return _points(remaining(picture))
 
 
 def _panel(panel: Panel) -> dict[str, Any]:
@@ -159,7 +152,10 @@ def _panel(panel: Panel) -> dict[str, Any]:
         "peaks": [
             {"angle": page_number(p.angle), "value": page_number(p.value), "text": p.text} for p in panel.peaks
         ],
-        "limits": [{"kinds": _kinds(kinds), "bound": page_number(bound)} for kinds, bound in panel.limits],
+        "limits": [
+            {"kinds": [name for kind, name in STROKE_NAMES.items() if kind & kinds], "bound": page_number(bound)}
+            for kinds, bound in panel.limits
+        ],
         "impulses": [{"angle": page_number(angle), "size": page_number(size)} for angle, size in panel.impulses],
         "bands": [[page_number(end) for end in band] for band in panel.bands],
         "marks": [[page_number(number) for number in mark] for mark in panel.marks],
@@ -167,11 +163,6 @@ def _panel(panel: Panel) -> dict[str, Any]:
         "note": panel.note,
         "undercut": panel.alarm and [[bool(b) for b in bad] for bad in panel.alarm],
     }
-
-
-def _kinds(kinds: int) -> list[str]:
-    """The kinds of strokes that a limit holds on, on both sides of 0; none for a level of the whole turn."""
-    return [name for kind, name in STROKE_NAMES.items() if kind & kinds]
 
 
 def page_number(value: Any) -> float | None:

@@ -3,14 +3,18 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
 
 from camopt.drawing.figures import results_in_words, sizes_in_words
 from camopt.drawing.picture import Picture
+from camopt.exporting.export import export
+from camopt.mistakes import BadInput
 from camopt.problem.problem import Problem, resolve_design
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.reporting.cam import cam_of
-from camopt.reporting.downloads import downloads_of
-from camopt.reporting.page import rendered
+from camopt.reporting.page import data_url, rendered
 from camopt.reporting.sections import (
     effects_sheet,
     given_sheet,
@@ -20,13 +24,16 @@ from camopt.reporting.sections import (
     train_sheets,
     verdict_line,
 )
-from camopt.reporting.tolerances import has_tolerances, picture_of, tables_of
+from camopt.reporting.tolerances import CAMS, has_tolerances, picture_of
 from camopt.scene.oddities import no_wall
 from camopt.scene.scene import Scene
 from camopt.tables.layout import Cell, Table
 from camopt.tables.result import Result
+from camopt.tolerances.batch import sample_cams
 from camopt.tolerances.tolerance import tolerance
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
+
+MEDIA_TYPES = {".toml": "application/toml", ".csv": "text/csv", ".dxf": "image/vnd.dxf"}
 
 
 @dataclass(frozen=True)
@@ -143,7 +150,8 @@ def _of_tolerances(scene: Scene, problem: Problem, prefix: str, pictures: bool) 
         return []
     found = tolerance(scene)
     picture = picture_of(found) if pictures and found.errors else ""
-    return [Chapter(_titled(prefix, "Tolerances"), tables_of(scene, found), picture=picture)]
+    tables = [*found.tables(), *sample_cams(scene, CAMS).tables()]
+    return [Chapter(_titled(prefix, "Tolerances"), tables, picture=picture)]
 
 
 def _titled(prefix: str, title: str) -> str:
@@ -152,9 +160,34 @@ def _titled(prefix: str, title: str) -> str:
 
 def _files(cams: Sequence[ShownCam], several: bool) -> tuple[list[Any], str]:
     files, reasons = [], []
-    for place, shown in enumerate(cams, start=1):
-        stem = re.sub(r"[^\w-]+", "-", shown.scene.name).strip("-")[:40] or "cam"
-        found, why = downloads_of(shown.scene, f"{stem}-{place}" if several else stem)
+    for place, cam in enumerate(cams, start=1):
+        stem = re.sub(r"[^\w-]+", "-", cam.scene.name).strip("-")[:40] or "cam"
+        found, why = downloads_of(cam.scene, f"{stem}-{place}" if several else stem)
         files += found
         reasons += [why] if why else []
     return files, "; ".join(dict.fromkeys(reasons))
+
+
+class Download(NamedTuple):
+    """A file inside the page."""
+
+    name: str
+    address: str
+    about: str
+
+
+def downloads_of(scene: Scene, stem: str) -> tuple[list[Download], str]:
+    """The files of a cam; of one that cannot be made the scene alone, and why."""
+    found, why = [], ""
+    with TemporaryDirectory() as folder:
+        for suffix, kind in MEDIA_TYPES.items():
+            path = Path(folder) / f"{stem}{suffix}"
+            try:
+                written = export(scene, path)
+            except BadInput as refused:
+                why = "; ".join(mistake.allowed for mistake in refused.mistakes)
+                continue
+            unit, of = shown_unit("mm"), written.curves.items()
+            within = [f"{name} within {shown(c.deviation_mm, 'mm'):.2g} {unit} (proved)" for name, c in of]
+            found.append(Download(path.name, data_url(path.read_bytes(), kind), "; ".join(within)))
+    return found, why

@@ -32,17 +32,20 @@ PROGRAMS = {
 def rendered(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> str:
     """A page of one of the kinds of ``PROGRAMS``: its title, the data of its program, what its template shows."""
     style, script = _asset("page.css"), "\n".join(_asset(f"{part}.js") for part in PROGRAMS[kind])
+    text = json.dumps({"page": kind, **data}, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
+    for sign in "<>&":  # or the text could close its element, or open another
+        text = text.replace(sign, f"\\u{ord(sign):04x}")
     return str(
         _templates()
         .get_template(f"{kind}.html")
         .render(
             title=title,
             version=VERSION,
-            style=_raw(style),
-            script=_raw(script),
-            style_hash=_raw(_hash(style)),
-            script_hash=_raw(_hash(script)),
-            data=_raw(_embedded({"page": kind, **data})),
+            style=Markup(style),
+            script=Markup(script),
+            style_hash=Markup(_hash(style)),
+            script_hash=Markup(_hash(script)),
+            data=Markup(text),
             **more,
         )
     )
@@ -60,7 +63,7 @@ def _templates() -> Any:
 def _whole_table(table: Table | Mapping[str, Any]) -> Any:
     """A table as HTML, all rows of it; or one as an answer to a page has it, a mapping."""
     whole = table if isinstance(table, Table) else Table(**table)
-    return _raw(html_table(whole, len(whole.rows)))
+    return Markup(html_table(whole, len(whole.rows)))
 
 
 @cache
@@ -68,19 +71,8 @@ def _asset(name: str) -> str:
     return (files("camopt.reporting") / "assets" / name).read_text(encoding="utf-8")
 
 
-def _raw(text: str) -> Any:
-    """Text that is not escaped: ours, or made safe."""
-    return Markup(text)
-
-
 def _hash(text: str) -> str:
     return f"sha256-{b64encode(sha256(text.encode()).digest()).decode()}"
-
-
-def _embedded(data: Mapping[str, Any]) -> str:
-    """JSON that neither closes its element nor opens another."""
-    text = json.dumps(data, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def deflated(data: bytes) -> str:

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Container, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import singledispatch
 from pathlib import Path
@@ -74,8 +74,7 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
     checked_suffix(path, "path", (".html",))
     place = path_of(path)
     check_writable(place)
-    several = isinstance(what, (list, tuple))
-    found = [each for one in (what if several else [what]) for each in shown_of(one)]
+    found = [each for one in (what if isinstance(what, (list, tuple)) else [what]) for each in shown_of(one)]
     write_text(place, _page(found))
     return place
 
@@ -178,15 +177,10 @@ def _of_a_path(what: str | os.PathLike[str]) -> Iterable[ShownCam | ResultRows]:
     if path.is_dir():
         return _of_a_folder(path)
     if path.suffix == ".parquet":
-        return _of_a_table(path)
+        return _of_rows(printable(path.name), frame_of(path))
     if path.suffix not in ("", ".toml") and path.exists():
         raise BadInput([Mistake("camopt", "what", str(what), RESULTS)])
     return _of_a_scene(scene_named(str(what), "what", RESULTS))
-
-
-def _of_a_table(path: Path, manifest: Manifest | None = None) -> Iterable[ShownCam | ResultRows]:
-    """A table of designs; of one design its cam."""
-    return _of_rows(printable(path.name), frame_of(path, manifest))
 
 
 def _of_rows(
@@ -210,9 +204,15 @@ def _of_a_folder(folder: Path) -> Iterable[ShownCam | ResultRows]:
         return _of_rows(printable(folder.name), *frames)
     for table in (PARETO, FRONTIER):
         if table in there:
-            return _of_a_table(folder / table, manifest)
+            return _of_rows(printable(table), frame_of(folder / table, manifest))
     if SCENE_FILE in there:
-        return list(_of_a_synthesis(folder, manifest, there))
+        summary = _summary(folder / SUMMARY_FILE)
+        told = str(summary.get(TOLD[system_shown()], ""))
+        cams = [ShownCam("new laws", _scene_in(folder / SCENE_FILE, manifest), told)]
+        if KNOWN_FILE in there:
+            known = ShownCam(f"known law: {summary.get('known_law')}", _scene_in(folder / KNOWN_FILE, manifest))
+            cams.insert(0, known)
+        return cams
     if optima := result_paths(folder, OPTIMUM, manifest):
         return _smallest(
             [ShownCam(path.stem.removeprefix("optimum-"), _scene_in(path, manifest)) for path in optima]
@@ -225,14 +225,6 @@ def _scene_in(path: Path, manifest: Manifest | None) -> Scene:
     """A scene of a result, as its manifest names it."""
     with whole_result_file(path, manifest):
         return Scene.from_toml(path)
-
-
-def _of_a_synthesis(folder: Path, manifest: Manifest | None, there: Container[str]) -> Iterable[ShownCam]:
-    """The smallest cam of the best known law, and that of the new laws."""
-    summary = _summary(folder / SUMMARY_FILE)
-    if KNOWN_FILE in there:
-        yield ShownCam(f"known law: {summary.get('known_law')}", _scene_in(folder / KNOWN_FILE, manifest))
-    yield ShownCam("new laws", _scene_in(folder / SCENE_FILE, manifest), str(summary.get(TOLD[system_shown()], "")))
 
 
 def _summary(path: Path) -> dict[str, Any]:

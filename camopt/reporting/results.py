@@ -109,6 +109,7 @@ def results_page(results: Sequence[ResultRows]) -> str:
     columns, same = _columns(frame, results)
     numeric = [column["name"] for column in columns if "words" not in column and column["name"] != IN_ROW]
     numeric = [name for name in numeric if frame[name].nunique() > 1]
+    worded = [column["name"] for column in columns if "words" in column]
     if len(numeric) < 2:
         why = "a table in which at least two numbers differ from row to row"
         raise BadInput([Mistake("camopt", "table", results[0].name, why)])
@@ -122,7 +123,7 @@ def results_page(results: Sequence[ResultRows]) -> str:
         "results": [_kind(result, frame) for result in results],
         "axes": axes[:2],
         "parallel": axes[:MOST_AXES],
-        "colour": _colour(columns),
+        "colour": next((name for name in (RESULT, "free", "law_rise", "law_return") if name in worded), ""),
         "first": _first(frame, results[0], axes[0]),
         "files": [PARETO, DESIGNS] if FRONT in frame else [""],
     }
@@ -189,16 +190,12 @@ def _motions(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:
         offset = len(motions)
         room = MOST_MOTIONS // len(results)
         for row in result.frame.iloc[first[:room]].to_dict("records"):
-            motions.append(_motion(result.scene, row))
+            scene = scene_of_row(result.scene, _known(row))
+            picture = CoarsePicture(scene, resolve_design(scene))
+            motions.append({"motion": motion_pieces(picture), "train": train_frames(picture)})
         motions.append(None)
         places += [offset + min(int(place), len(first[:room])) for place in of_row]
     return motions, places
-
-
-def _motion(searched: Scene, row: Mapping[str, Any]) -> Any:
-    scene = scene_of_row(searched, _known(row))
-    picture = CoarsePicture(scene, resolve_design(scene))
-    return {"motion": motion_pieces(picture), "train": train_frames(picture)}
 
 
 def _kind(result: ResultRows, frame: "pd.DataFrame") -> dict[str, Any]:
@@ -233,7 +230,8 @@ def _columns(frame: "pd.DataFrame", results: Sequence[ResultRows]) -> tuple[list
             continue
         title = _title(str(name), units.get(name, ""), twice)
         unit = unit_of_column(str(name), units.get(name))
-        values = _plain_column(frame[name], unit)
+        values = frame[name]  # numbers as they are shown, all else as texts
+        values = shown(values, unit) if values.dtype.kind in "fi" else values.map(_text)
         if values.nunique() <= 1 and name not in sized | {IN_ROW}:
             if name not in (RESULT, FRONT) and values.notna().any():
                 same.append([title, _text(values.dropna().iloc[0])])
@@ -254,13 +252,9 @@ def _title(name: str, unit: str, twice: Collection[str]) -> str:
     return f"{name}, {words[-1]}" if unit and unit != name else name or words[-1]
 
 
-def _plain_column(values: "pd.Series[Any]", unit: str) -> "pd.Series[Any]":
-    """Numbers as they are shown, all else as texts."""
-    numeric = values.dtype.kind in "fi"
-    return shown(values, unit) if numeric else values.map(lambda value: "" if value is None else _text(value))
-
-
 def _text(value: Any) -> str:
+    if value is None:
+        return ""
     return ", ".join(map(str, value)) if isinstance(value, (list, np.ndarray)) else signed(value)
 
 
@@ -274,12 +268,6 @@ def _packed_column(values: "pd.Series[Any]") -> dict[str, Any]:
     if len(words) > MOST_WORDS:
         codes, words = np.zeros(len(values), dtype=int), ["…"]
     return {"packed": deflated(np.asarray(codes, dtype="<u2").tobytes()), "words": words}
-
-
-def _colour(columns: Sequence[Mapping[str, Any]]) -> str:
-    """The column that colours: which result, whether free, or the law."""
-    names = [column["name"] for column in columns if "words" in column]
-    return next((name for name in (RESULT, "free", "law_rise", "law_return") if name in names), "")
 
 
 def _first(frame: "pd.DataFrame", result: ResultRows, objective: str) -> list[int]:

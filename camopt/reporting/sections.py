@@ -7,13 +7,13 @@ from typing import Any
 from camopt.effects import quantity_of
 from camopt.problem.limit import Limit, OwnLimit
 from camopt.problem.problem import Problem, resolve
-from camopt.quantities import QUANTITIES, Quantity
+from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.mapping import leaves
 from camopt.scene.places import tables_of
 from camopt.scene.scene import Scene
 from camopt.scene.units import as_shown
-from camopt.studies.called import what_runs
+from camopt.studies.cost_report import what_runs
 from camopt.tables.cells import name_in_shown_unit, number, quantity
 from camopt.tables.columns import bounds_shown, is_nothing
 from camopt.tables.layout import ABOUT, NUMERIC, WORDS, Cell, Table
@@ -138,7 +138,8 @@ def is_held(sheet: Table) -> bool:
 def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], labels: Iterable[str]) -> Table:
     """Every quantity of some designs side by side, with unit, limit and meaning."""
     names = dict.fromkeys(n for each in found for n in each if not is_nothing(each.scene.search.sizes, n, [each]))
-    bounds = _common_bounds(problems)
+    first, *others = (bounds_shown(problem) for problem in problems)
+    bounds = {name: bound for name, bound in first.items() if all(each.get(name) == bound for each in others)}
     heads: list[Cell | str] = [
         "quantity",
         "symbol",
@@ -151,21 +152,11 @@ def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], label
     for name in names:
         values = [minus(quantity(name, each[name])).replace(",", ", ") if name in each else "" for each in found]
         about = next(quantity_of(name, resolve(each.scene).setup) for each in found if name in each)
-        meaning, bound = Cell(_meaning(about, found), ABOUT), bounds.get(name, "")
-        called = name_in_shown_unit(name, about.unit)
-        rows.append([called, about.symbol, *values, shown_unit(about.unit), bound, meaning])
+        reasons = dict.fromkeys(each.unbounded[name] for each in found if name in each.unbounded)
+        meaning, called = "; ".join(reasons) or about.sentence, name_in_shown_unit(name, about.unit)
+        unit, bound = shown_unit(about.unit), bounds.get(name, "")
+        rows.append([called, about.symbol, *values, unit, bound, Cell(meaning, ABOUT)])
     return Table.of("Every quantity that the scene calls for", heads, rows)
-
-
-def _common_bounds(problems: Iterable[Problem]) -> dict[str, str]:
-    """What limits ask of quantities, where all designs are asked the same."""
-    each = [bounds_shown(problem) for problem in problems]
-    return {name: bound for name, bound in each[0].items() if all(other.get(name) == bound for other in each)}
-
-
-def _meaning(about: Quantity, found: Iterable[Evaluation]) -> str:
-    reasons = [each.unbounded[about.name] for each in found if about.name in each.unbounded]
-    return "; ".join(dict.fromkeys(reasons)) or about.sentence
 
 
 def _tables_of(scene: Scene) -> dict[str, Any]:
@@ -196,10 +187,8 @@ def train_sheets(scene: Scene) -> list[Table]:
 
 def given_sheet(scene: Scene) -> Table:
     """Sizes, speed, materials and loads that the scene gives, by key."""
-    names = scene.number_quantities
-    units = {key: QUANTITIES[name] for key, name in names.items()}
-    tables = _tables_of(scene)
-    given = leaves({name: table for name, table in tables.items() if name in GIVEN_TABLES})
+    units = {key: QUANTITIES[name] for key, name in scene.number_quantities.items()}
+    given = leaves({name: table for name, table in _tables_of(scene).items() if name in GIVEN_TABLES})
     rows: list[list[Cell | str]] = [
         [
             key,

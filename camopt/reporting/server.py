@@ -171,8 +171,7 @@ class Handler(BaseHTTPRequestHandler):
             asked = self._asked()
             if what not in ASKED:
                 raise Refused(HTTPStatus.NOT_FOUND)
-            answer = answer_to(self.server.session, what, asked)
-            text = json.dumps(answer, allow_nan=False, separators=(",", ":"))
+            text = json.dumps(answer_to(self.server.session, what, asked), allow_nan=False, separators=(",", ":"))
             self._send(HTTPStatus.OK, text.encode(), JSON)
 
     def _check_host(self) -> None:

@@ -119,8 +119,12 @@ class Session:
         scene = self.scene_of(asked)
         problem = resolve_design(scene)
         sketch = Sketch(scene, problem)
-        sheet = _quick_sheet(sketch)
-        return self._shown(sketch, [_quick_line(sketch, sheet), *_tolerance_lines(sketch, MOVING)], sheet, [])
+        verdicts = _quick_verdicts(sketch)
+        found = Evaluation(scene, {name: sketch.values[name] for name in in_order(sketch.values)})
+        sheet = verdicts_sheet(found, problem, verdicts, dict.fromkeys(verdicts, UNPROVED))
+        held = "Feasible in double precision. The proof follows where the controls rest."
+        line = Cell(held, "verdict held") if is_held(sheet) else verdict_line(sheet, scene)
+        return self._shown(sketch, [line, *_tolerance_lines(sketch, MOVING)], sheet, [])
 
     def settle(self, asked: Mapping[str, Any]) -> Answer:
         """The cam where the controls rest: every limit proved, all quantities, more samples."""
@@ -190,23 +194,6 @@ def _tolerance_lines(picture: Picture, cams: int) -> list[Cell]:
     return [Cell(each) for each in told if each]
 
 
-def _evaluation(sketch: Sketch) -> Evaluation:
-    return Evaluation(sketch.scene, {n: sketch.values[n] for n in in_order(sketch.values)})
-
-
-def _quick_line(sketch: Sketch, sheet: Table) -> Cell:
-    """The verdict in a sentence, as long as it is not proved."""
-    if not is_held(sheet):
-        return verdict_line(sheet, sketch.scene)
-    return Cell("Feasible in double precision. The proof follows where the controls rest.", "verdict held")
-
-
-def _quick_sheet(sketch: Sketch) -> Table:
-    """The limits as double precision sees them."""
-    verdicts = _quick_verdicts(sketch)
-    return verdicts_sheet(_evaluation(sketch), sketch.problem, verdicts, dict.fromkeys(verdicts, UNPROVED))
-
-
 def _quick_verdicts(sketch: Sketch) -> dict[str, str]:
     """The verdict on each limit; those that are asked last are open where another one is broken."""
     limits, broken = sketch.problem.limits, str(sketch.values["violated"]).split(",")
@@ -254,11 +241,11 @@ def answer_to(session: Session, what: str, asked: Any) -> Answer:
             raise BadInput(mistakes)
         return ASKED[what](session, asked)
     except BadInput as refused:
-        return {"mistakes": [{"key": each.key, "text": message_of(each)} for each in refused.mistakes]}
+        return {
+            "mistakes": [
+                {"key": each.key, "text": each.allowed if each.bare else f"must be {each.allowed}"}
+                for each in refused.mistakes
+            ]
+        }
     except OSError as trouble:
         return {"mistakes": [{"key": "", "text": trouble.strerror or str(trouble)}]}
-
-
-def message_of(mistake: Mistake) -> str:
-    """What people read beside a control."""
-    return mistake.allowed if mistake.bare else f"must be {mistake.allowed}"

@@ -9,8 +9,7 @@ from camopt.reporting.page import data_url
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import Tolerances
 from camopt.tables.cells import with_unit
-from camopt.tables.layout import Table
-from camopt.tolerances.batch import sample_cams, yield_of
+from camopt.tolerances.batch import yield_of
 from camopt.tolerances.picture import draw
 from camopt.tolerances.tolerance import MotionError, MotionErrors, errors_of
 from camopt.tolerances.turn import TurnErrors
@@ -50,11 +49,6 @@ def _said(error: MotionError) -> str:
     if isinf(error.worst):
         return f"{error.name} ∞"
     return f"{error.name} {with_unit(error.worst, error.unit)} ({shown(error.three_sigma, error.unit):.3g})"
-
-
-def tables_of(scene: Scene, found: MotionErrors) -> list[Table]:
-    """The errors of the motion, what two contacts do, the margins of limits, and a small batch with its yield."""
-    return [*found.tables(), *sample_cams(scene, CAMS).tables()]
 
 
 def picture_of(found: MotionErrors) -> str:

@@ -10,8 +10,6 @@ from camopt.numerics import FloatArray
 from camopt.sheet import symbols
 from camopt.sheet.dimensions import CELL, OVER_LINE, TAIL, arrow, distance
 from camopt.sheet.front_view import EVERY_DEGREE, FrontView, angle_between, is_upright
-from camopt.sheet.groove import width_said
-from camopt.sheet.hole import bore_said, keyway_width_said
 from camopt.sheet.marks import (
     LARGE,
     MEDIUM,
@@ -27,6 +25,7 @@ from camopt.sheet.marks import (
     width_of,
 )
 from camopt.sheet.ring import TO_NAMES
+from camopt.sheet.sizes import bore_said, keyway_width_said, width_said
 from camopt.sheet.two_contacts import apart
 
 TO_LETTER = 9.0  # mm: from the end of a cutting plane to its letter

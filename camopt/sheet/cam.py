@@ -247,5 +247,4 @@ def quantity_of(problem: Problem, name: str) -> float | None:
     """One quantity of a problem's own design; None if the scene lacks a value that it needs."""
     if name not in offered(problem.setup):
         return None
-    rows = run_effects(Case(problem.setup, problem.programme, problem.design), [name])
-    return float(rows.column(name)[0])
+    return float(run_effects(Case(problem.setup, problem.programme, problem.design), [name]).column(name)[0])

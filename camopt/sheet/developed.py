@@ -34,8 +34,6 @@ from camopt.sheet.dimensions import (
     datum_at,
     distance,
 )
-from camopt.sheet.groove import width_said
-from camopt.sheet.hole import after_size, bore_said, hole_outline, keyway_depth_said, keyway_width_said
 from camopt.sheet.marks import (
     CHAIN,
     DOUBLE_CHAIN,
@@ -54,19 +52,11 @@ from camopt.sheet.marks import (
     width_of,
 )
 from camopt.sheet.section import Gap, hatching, mouth, outlines
+from camopt.sheet.sizes import after_size, bore_said, hole_outline, keyway_depth_said, keyway_width_said, width_said
 
 BESIDE_GROOVE = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
 VIEW_GAP = 12.0  # mm: one view from the next
 LEADER = 12.0  # mm: from a frame back to where its leader ends
-
-
-def groove_and_body(cam: TrueCam, scale: float) -> tuple[Marks, Marks]:
-    """The groove; section and hole side by side, if the scene gives their sizes."""
-    view = DevelopedView(cam, scale)
-    body = view.section() if view.is_cut else []
-    hole = view.hole() if view.part.bore else []
-    shift = box_of(body).high.real + VIEW_GAP - box_of(hole).low.real if body and hole else 0.0
-    return view.groove(), [*body, *moved(hole, shift)]
 
 
 def _heights_at(x: float, line: ComplexArray) -> ComplexArray:
@@ -87,11 +77,6 @@ class DevelopedView:
     @property
     def part(self) -> Part:
         return self.cam.part
-
-    @property
-    def radius(self) -> float:
-        """Of the roller."""
-        return self.cam.roller * self.scale
 
     @property
     def mean(self) -> float:
@@ -197,8 +182,7 @@ class DevelopedView:
     def _sense(self) -> Marks:
         """The direction of motion of the surface and other texts, below it."""
         bottom, _ = self.ends
-        y = bottom - FIRST_LEVEL - 8.0
-        tip = complex(self.around * 0.02, y)
+        tip = complex(self.around * 0.02, bottom - FIRST_LEVEL - 8.0)
         words = self.cam.say("the surface moves")
         marks = symbols.translation(tip, -1.0, 15.0)
         marks.append(Words(tip + complex(17.0, -MEDIUM / 2), words, MEDIUM))
@@ -248,6 +232,13 @@ class DevelopedView:
     @property
     def _outer_said(self) -> str:
         return f"Ø{said(2 * self.outer / self.scale)}{after_size(self.part.outer_fit)}"
+
+    def body(self) -> Marks:
+        """Section and hole side by side, if the scene gives their sizes."""
+        section = self.section() if self.is_cut else []
+        hole = self.hole() if self.part.bore else []
+        shift = box_of(section).high.real + VIEW_GAP - box_of(hole).low.real if section and hole else 0.0
+        return [*section, *moved(hole, shift)]
 
     def section(self) -> Marks:
         """Through the axis, which is at y = 0; the lower end of the developed view on the left."""
@@ -311,13 +302,8 @@ class DevelopedView:
     @cached_property
     def _cut_grooves(self) -> tuple[Gap, Gap]:
         """From where to where the groove is along the axis, in the direction of the keyway and opposite to it."""
-        above, below = self._cut_turns
-        return self._cut_groove(above), self._cut_groove(below)
-
-    def _cut_groove(self, turn: float) -> Gap:
-        """From flank to flank at a cam angle (rad), from the lower face."""
-        low, high = self._gap(turn)
-        return low - self.ends[0], high - self.ends[0]
+        above, below = ((low - self.ends[0], high - self.ends[0]) for low, high in map(self._gap, self._cut_turns))
+        return above, below
 
     def _gap(self, turn: float) -> Gap:
         """The heights of both flanks at a cam angle (rad)."""

@@ -18,7 +18,6 @@ from camopt.numerics import FloatArray
 from camopt.scene.part import Part
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.dimensions import inwards, outwards
-from camopt.sheet.hole import hole_outline
 from camopt.sheet.marks import (
     CHAIN,
     DOUBLE_CHAIN,
@@ -34,6 +33,7 @@ from camopt.sheet.marks import (
     width_of,
 )
 from camopt.sheet.ring import RingSector, ring
+from camopt.sheet.sizes import hole_outline
 from camopt.sheet.two_contacts import apart
 
 TO_RING = 10.0  # mm: between the cam, or its pitch curve, and the ring
@@ -217,7 +217,11 @@ class FrontView:
         marks += [Line(profile, HIDDEN) for profile in self.others]
         marks += [Line(roller, DOUBLE_CHAIN) for roller in self.rollers]
         marks += [Line(path, DOUBLE_CHAIN) for path in self.paths]
-        marks += [*self._centre_lines(), *self._hub_and_hole(), *self._rays(), *ring(self.segments, self.ring)]
+        marks += self._centre_lines()
+        part, turn = self.part, keyway_turn(self.part)
+        marks += [circle(part.hub_diameter / 2 * self.scale, THICK)] if part.hub_diameter else []
+        marks += [Line(hole_outline(part, turn) * self.scale, THICK)] if part.bore else []
+        marks += [*self._rays(), *ring(self.segments, self.ring)]
         marks += self._radii()
         return marks
 
@@ -227,15 +231,6 @@ class FrontView:
                 max(0.0, float(((side * along).conjugate() * self.outline).real.max())) for side in (-1.0, 1.0)
             ]
             yield line(-(reach[0] + OVER) * along, (reach[1] + OVER) * along, pen=CHAIN)
-
-    def _hub_and_hole(self) -> Marks:
-        part, turn = self.part, keyway_turn(self.part)
-        marks: Marks = []
-        if part.hub_diameter:
-            marks.append(circle(part.hub_diameter / 2 * self.scale, THICK))
-        if part.bore:
-            marks.append(Line(hole_outline(part, turn) * self.scale, THICK))
-        return marks
 
     def _rays(self) -> Iterator[Line]:
         """Lines to the ring from where the follower touches the cam as segments meet; bent where that is aside."""
@@ -268,8 +263,7 @@ class FrontView:
 
 def _radius_of(outline: ComplexArray, turn: float) -> float:
     """The radius of a closed curve round the axis in a direction (rad)."""
-    near = np.argmin(angle_between(np.angle(outline), turn))
-    return float(np.abs(outline[near]))
+    return float(np.abs(outline[np.argmin(angle_between(np.angle(outline), turn))]))
 
 
 def angle_between(turn: Any, other: Any) -> FloatArray:

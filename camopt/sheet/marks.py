@@ -7,7 +7,7 @@ import warnings
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from shapely import LineString, Polygon, STRtree
@@ -15,9 +15,6 @@ from shapely import LineString, Polygon, STRtree
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 from camopt.quantities.unit_systems import SYSTEMS, shown, system_shown
-
-if TYPE_CHECKING:
-    from shapely import LineString, Polygon
 
 MM = 72 / 25.4  # points
 CAPITAL = 0.729  # of the size of DejaVu Sans: the height of its capitals, by which lettering is measured
@@ -37,7 +34,6 @@ THICK, THIN, BORDER = Pen(0.5), Pen(0.25), Pen(0.7)
 HIDDEN = Pen(0.25, (12, 3))
 CHAIN = Pen(0.25, (24, 3, 1, 3))
 DOUBLE_CHAIN = Pen(0.25, (24, 3, 1, 3, 1, 3))
-CUTTING = Pen(0.5, (24, 3, 1, 3))
 
 
 class Line(NamedTuple):
@@ -163,7 +159,7 @@ def _is_frame(line: Line) -> bool:
     return len(line.points) == 5 and line.points[0] == line.points[-1] and not line.filled
 
 
-def _shape(mark: Mark) -> "LineString | Polygon":
+def _shape(mark: Mark) -> LineString | Polygon:
     """A line, or the padded box of words or the area of a frame, for shapely."""
     if isinstance(mark, Words):
         return Polygon(_columns(mark.corners)).buffer(AROUND_WORDS)

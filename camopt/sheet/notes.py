@@ -13,9 +13,8 @@ from camopt.motion.table import RETURN, RISE
 from camopt.problem.limit import Limit
 from camopt.quantities.unit_systems import shown, shown_unit, system_shown
 from camopt.sheet.cam import TrueCam, steady_of
-from camopt.sheet.groove import clearance_of
-from camopt.sheet.hole import keyway_depth_said
 from camopt.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal, said, wrapped
+from camopt.sheet.sizes import clearance_of, keyway_depth_said
 from camopt.sheet.two_contacts import two_contacts
 from camopt.tables.cells import with_unit
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
@@ -139,15 +138,10 @@ def _turning(cam: TrueCam) -> Iterator[str]:
         return
     turns = f"Turns {SENSES[scene.cam.rotation]}{{}}, as seen in the front view, which is at cam angle 0."
     yield cam.say(turns).format(speed)
-    angles = cam.say(f"Angles round the cam: from 0°, the direction of the {_trace_point(cam)} at cam angle 0.")
+    ball, tip = cam.problem.setup.spherical, "roller's centre" if cam.roller else "point of contact"
+    point = "centre of the face" if ball else tip
+    angles = cam.say(f"Angles round the cam: from 0°, the direction of the {point} at cam angle 0.")
     yield angles + (cam.say(" Bent lines lead to where the profile is touched then.") if any(cam.asides) else "")
-
-
-def _trace_point(cam: TrueCam) -> str:
-    setup = cam.problem.setup
-    if setup.spherical:
-        return "centre of the face"
-    return "roller's centre" if cam.roller else "point of contact"
 
 
 def _keyway(cam: TrueCam) -> Iterator[str]:

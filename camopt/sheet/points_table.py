@@ -97,8 +97,7 @@ def _lengths(values: FloatArray) -> tuple[str, ...]:
 
 def table(columns: list[Printed], blocks: int) -> Marks:
     """The columns in so many blocks side by side, from their lower left corner."""
-    rows = len(columns[0].cells)
-    high = ceil(rows / blocks)
+    high = ceil(len(columns[0].cells) / blocks)
     widths = _widths(columns)
     wide = sum(widths)
     marks: Marks = []

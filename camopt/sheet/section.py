@@ -17,8 +17,8 @@ from camopt.numerics.stable import difference_of_squares_root
 from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.dimensions import CELL, FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance
-from camopt.sheet.hole import bore_said, hole_outline, keyway_depth_said
 from camopt.sheet.marks import CHAIN, LARGE, THICK, THIN, Line, Marks, Words, line, moved, said
+from camopt.sheet.sizes import bore_said, hole_outline, keyway_depth_said
 
 HATCH = 2.5  # mm between lines at 45°
 OVER_PLATE = 2.0  # mm: from a plate to its number
@@ -63,7 +63,9 @@ def section(
     around = [plates[0].cut] if part.rib_height else []  # what a rib leaves of its plate is cut away
     grooves = _between(*(_crossing(wall * turn) for wall in walls), *around) if walls else []
     bottom = face - (part.groove_depth or part.rib_height or 0.0) * scale
-    solid = _solid(plates, gap, hub, whole)
+    bodies = [box(plate.low, low, plate.high, high) for plate in plates for low, high in plate.cut]
+    bodies += [box(0.0, -hub, whole, hub)] if hub else []
+    solid = union_all(bodies).difference(union_all([box(-1.0, low, whole + 1.0, high) for low, high in gap]))
     solid = solid.difference(union_all([box(bottom, low, face + 1.0, high) for low, high in grooves]))
     marks: Marks = [*outlines(solid), *hatching(solid), line(complex(-4.0), complex(whole + 4.0), pen=CHAIN)]
     left_of = [plate._replace(high=bottom) for plate in plates] if around and walls else plates
@@ -73,19 +75,16 @@ def section(
     for left, right in [(0.0, whole)] if hub else [(plate.low, plate.high) for plate in left_of]:
         marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for low, high in gap for x in (left, right)]
         marks += moved(mouth(part, scale, right - left), left)
-    return [*marks, *_numbers(plates), *_dimensions(part, scale, plates)]
+    for k, plate in enumerate(plates if len(plates) > 1 else (), start=1):
+        above = complex((plate.low + plate.high) / 2, plate.ends[1] + OVER_PLATE)
+        marks.append(Words(above, f"{k}", LARGE, 0.5))
+    return [*marks, *_dimensions(part, scale, plates)]
 
 
 def _plate(profile: ComplexArray, hub: float, low: float, high: float) -> Plate:
     beyond = profile.imag[profile.real >= 0.0]
     ends = float(beyond.min(initial=-hub)), float(beyond.max(initial=hub))
     return Plate(low, high, _crossing(profile), ends)
-
-
-def _numbers(plates: Sequence[Plate]) -> Iterator[Words]:
-    """The numbers of several discs, above them."""
-    for k, plate in enumerate(plates[: len(plates) * (len(plates) > 1)], start=1):
-        yield Words(complex((plate.low + plate.high) / 2, plate.ends[1] + OVER_PLATE), f"{k}", LARGE, 0.5)
 
 
 def _crossing(outline: ComplexArray) -> list[Gap]:
@@ -106,13 +105,6 @@ def _between(*outlines: list[Gap]) -> list[Gap]:
     """
     ends = sorted(y for gaps in outlines for gap in gaps for y in gap)
     return list(zip(ends[::2], ends[1::2], strict=True))
-
-
-def _solid(plates: Sequence[Plate], gap: list[Gap], hub: float, whole: float) -> Any:
-    """The cut material, as a shape of shapely."""
-    bodies = [box(plate.low, low, plate.high, high) for plate in plates for low, high in plate.cut]
-    bodies += [box(0.0, -hub, whole, hub)] if hub else []
-    return union_all(bodies).difference(union_all([box(-1.0, low, whole + 1.0, high) for low, high in gap]))
 
 
 def outlines(solid: Any) -> Iterator[Line]:

@@ -44,13 +44,9 @@ class Apart(NamedTuple):
     @property
     def nominal(self) -> str:
         """The size with how far it may be off."""
-        off = "" if self.varies is None else f" ±{self.said(_down(self.varies, self.angular), 4)}"
+        digits = 1e4 if self.angular else 1e3  # down to 0.0001°, or a µm
+        off = "" if self.varies is None else f" ±{self.said(floor(self.varies * digits + EXACT) / digits, 4)}"
         return f"{self.said(self.value)}{off}"
-
-
-def _down(value: float, angular: bool) -> float:
-    """A tolerance rounded down to a µm, or 0.0001°."""
-    return floor(value * (1e4 if angular else 1e3) + EXACT) / (1e4 if angular else 1e3)
 
 
 def apart(cam: TrueCam) -> Apart | None:

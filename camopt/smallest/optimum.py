@@ -11,8 +11,7 @@ from camopt.scene.oddities import no_wall
 from camopt.scene.scene import Scene
 from camopt.smallest.price import PRICE_COLUMNS, UNKNOWN_PRICE, Price, price_table
 from camopt.tables.cells import with_unit
-from camopt.tables.columns import laws_shown, with_law
-from camopt.tables.design_tables import designs_table
+from camopt.tables.columns import designs_table, laws_shown, with_law
 from camopt.tables.designs import Design, miss_sections
 from camopt.tables.layout import Table
 from camopt.tables.result import Result, plain

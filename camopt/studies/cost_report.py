@@ -1,25 +1,70 @@
-"""The cost report: which effects a scene calls for, what called for each, and what each costs."""
+"""Which effects a scene calls for, what called for each, and what each costs."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
 
-from camopt.effects import EFFECTS, Case, effects_of, lacking
+from camopt.effects import EFFECTS, Case, effect_of, effects_needed, effects_of, lacking
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput
 from camopt.numerics.clock import timed
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows
+from camopt.quantities import EVERYTHING, in_order
+from camopt.quantities.own import OWN
 from camopt.quantities.unit_systems import shown_unit
 from camopt.scene.read import numbers_read
 from camopt.scene.scene import Scene
 from camopt.smallest.sized import sized
 from camopt.studies.accuracy.subjects import designs_of
-from camopt.studies.called import Called, what_runs
 from camopt.tables.layout import Branch
 from camopt.tables.result import Result
 from camopt.verdicts.evaluation import as_read
 from camopt.verdicts.running import extended
+
+
+@dataclass(frozen=True)
+class Called:
+    """One effect that runs."""
+
+    effect: str
+    called_by: tuple[str, ...]
+    """Limits, objectives, outputs and effects that ask for its quantities."""
+    reads: tuple[str, ...]
+    """Quantities of other effects."""
+    writes: tuple[str, ...]
+
+
+def what_runs(problem: Problem) -> list[Called]:
+    """The effects that a scene calls for, in the order in which they run."""
+    asked, effects = effects_needed(problem.wanted, problem.setup), effects_of(problem.setup)
+    return [
+        Called(
+            name,
+            tuple(_callers(problem, asked, names)),
+            tuple(quantity for quantity in effects[name].reads(problem.setup) if quantity not in names),
+            tuple(in_order(names)),
+        )
+        for name, names in asked.items()
+    ]
+
+
+def _callers(problem: Problem, asked: Mapping[str, frozenset[str]], names: frozenset[str]) -> list[str]:
+    """What asks for any of some quantities."""
+    found = [f"limits.{limit.name}" for limit in problem.limits if names & set(limit.needs)]
+    signs = problem.objectives.items()
+    found += [f"search.{'minimise' if sign > 0 else 'maximise'} {name}" for name, sign in signs if name in names]
+    effect = effect_of(next(iter(names)), problem.setup).name
+    own = problem.setup.own.keys()
+    found += [f"outputs {name}" for name in problem.outputs if name in (*names, effect, EVERYTHING)]
+    found += [f"{OWN}.{name}" for name in own if name in names]
+    if not problem.outputs and names & (problem.wanted - problem.needed - own):
+        found.append("the default outputs (motion and geometry)")
+    others = {name: each for name, each in effects_of(problem.setup).items() if name in asked and name != effect}
+    found += [f"effect {name}" for name, each in others.items() if set(each.reads(problem.setup)) & names]
+    return found
+
 
 COST_RUNS = 3
 

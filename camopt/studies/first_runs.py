@@ -31,7 +31,13 @@ def compile_scenes(names: Sequence[str], advance: Advance) -> tuple[int, Path]:
     if folder == NOWHERE:
         raise PermissionError("there is no folder for compiled kernels: NUMBA_CACHE_DIR names another one")
     compile_at_once()
-    _sweep_a_little()
+    sizes = {
+        "start": 40.0,
+        "stop": 90.0,
+        "step": 5.0,
+    }  # kernels that choose among designs serve every scene
+    sweep(find_scene("roller-1000rpm").replace(search={"base_radius": sizes, "law": ["cycloidal"]}), workers=1)
+    Dominators(np.zeros((1, 2))).dominate(np.ones((1, 2)))
     for done, scene in enumerate(scenes, 1):
         if scene.cam.base_radius is None:
             optimise(scene)
@@ -39,10 +45,3 @@ def compile_scenes(names: Sequence[str], advance: Advance) -> tuple[int, Path]:
             evaluate(scene)
         advance(done, len(scenes))
     return len(READY), folder
-
-
-def _sweep_a_little() -> None:
-    """Sweep few designs, and compare some costs: the kernels that choose among designs serve every scene."""
-    sizes = {"start": 40.0, "stop": 90.0, "step": 5.0}
-    sweep(find_scene("roller-1000rpm").replace(search={"base_radius": sizes, "law": ["cycloidal"]}), workers=1)
-    Dominators(np.zeros((1, 2))).dominate(np.ones((1, 2)))

@@ -25,8 +25,7 @@ from camopt.synthesis.told import (
     why_local,
 )
 from camopt.synthesis.units import objective_unit
-from camopt.tables.columns import with_law
-from camopt.tables.design_tables import designs_table
+from camopt.tables.columns import designs_table, with_law
 from camopt.tables.designs import Design
 from camopt.tables.layout import Table
 from camopt.tables.result import Result, plain

@@ -1,4 +1,4 @@
-"""The quantities that a table of designs shows, and the limits beside them."""
+"""Tables of designs, a row for each or one down the page: the quantities that they show, and limits beside them."""
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from typing import Any
@@ -6,8 +6,10 @@ from typing import Any
 from camopt.effects import quantity_of
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES, in_order
-from camopt.quantities.unit_systems import shown
+from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.design_rows import DERIVED
+from camopt.tables.cells import name_in_shown_unit, quantity, unit_of_column
+from camopt.tables.layout import ABOUT, VALUE, Cell, Table, table_of
 
 TableRow = Mapping[str, Any]
 WHOLE_TURN, STROKE_ANGLES = (
@@ -95,5 +97,33 @@ def is_nothing(searched: Container[str], name: str, rows: Iterable[TableRow]) ->
     if any(row[name] not in (0.0, "") for row in rows):
         return False
     effect = QUANTITIES[name].effect if name in QUANTITIES else ""
-    unsearched = name.removesuffix("_mm") not in searched
-    return effect == "pressure" or (effect == "sizes" and unsearched)
+    return effect == "pressure" or (effect == "sizes" and name.removesuffix("_mm") not in searched)
+
+
+def designs_table(
+    title: str, problem: Problem, rows: Iterable[TableRow], last: Iterable[str] = (), asked: Iterable[str] = ()
+) -> Table:
+    """A row for each design: sizes, wanted quantities, and further columns; lists become texts."""
+    shown = [{name: _words(value) for name, value in row.items()} for row in rows]
+    names = [*columns_of(problem, shown, asked), *last]
+    return table_of(title, shown, names, bounds_shown(problem), own_units(problem))
+
+
+def _words(value: Any) -> Any:
+    return ", ".join(value) if isinstance(value, list) and all(isinstance(each, str) for each in value) else value
+
+
+def design_table(title: str, problem: Problem, design: TableRow, about: Mapping[str, str | Cell]) -> Table:
+    """One design down the page: name, value, unit and meaning of each quantity, and limits if there are any.
+
+    A narrow terminal leaves meanings out, but not those that are cells of words.
+    """
+    bounds, units = bounds_shown(problem), own_units(problem)
+    rows: list[list[str | Cell]] = []
+    for name, text in about.items():
+        unit = unit_of_column(name, units.get(name))
+        limit = [bounds.get(name, "")] if bounds else []
+        value = quantity(name, design[name], unit).replace(",", ", ")
+        rows.append([name_in_shown_unit(name, unit), value, shown_unit(unit), *limit, text])
+    heads = [Cell(""), Cell("", VALUE), Cell(""), *([Cell("")] if bounds else []), Cell("", ABOUT)]
+    return Table.of(title, heads, rows)

@@ -17,13 +17,9 @@ from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.design_rows import LAW_KEYS, ROW, has_scene, odd_columns, warn_of_odd_columns
 from camopt.scene.scene import Scene
 from camopt.scene.written import write_scene
-from camopt.tables.columns import columns_of, joined_laws, with_law
-from camopt.tables.design_tables import design_table
+from camopt.tables.columns import columns_of, design_table, joined_laws, with_law
 from camopt.tables.layout import Cell, Table
 from camopt.tables.result import Result
-
-if TYPE_CHECKING:
-    pass
 
 
 class Design(Result, Drawn, dict[str, Any]):

@@ -9,7 +9,8 @@ HTML_ROWS = 40
 
 def html_table(table: Table, most: int = HTML_ROWS) -> str:
     """A table with a caption; of many rows the first ones. Kinds of column are classes."""
-    head = "".join(map(_head, table.heads)) if table.is_headed else ""
+    heads = ((_of_kind(cell), "<br>".join(map(escape, cell.text.splitlines()))) for cell in table.heads)
+    head = "".join(f'<th scope="col"{kind}>{text}</th>' for kind, text in heads) if table.is_headed else ""
     body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows[:most])
     if len(table.rows) > most:
         more = f"… and {len(table.rows) - most:,} more rows"
@@ -29,11 +30,6 @@ def html_section(part: Table | Branch | str) -> str:
 def _branch(branch: Branch) -> str:
     below = "".join(map(_branch, branch.branches))
     return f"<li>{escape(branch.text)}{f'<ul>{below}</ul>' if below else ''}</li>"
-
-
-def _head(cell: Cell) -> str:
-    lines = "<br>".join(escape(line) for line in cell.text.splitlines())
-    return f'<th scope="col"{_of_kind(cell)}>{lines}</th>'
 
 
 def _cell(cell: Cell) -> str:

@@ -114,7 +114,7 @@ class Result(HasHtml):
         elif name:
             index, records = records_of(document, name, self.kept_tables)
         else:
-            records = [{key: each for key, each in document.items() if is_scalar(each)}]
+            records = [{key: each for key, each in document.items() if isinstance(each, (int, float, str))}]
         frame = pd.json_normalize([plain_record(each) for each in records])
         if index is not None:
             frame.index = pd.Index(index)
@@ -216,11 +216,6 @@ def has_rows(value: Any) -> bool:
 def is_record(value: Any) -> bool:
     """Whether a value has values by name: a mapping, a named tuple or a dataclass."""
     return isinstance(value, Mapping) or is_dataclass(value) or hasattr(value, "_asdict")
-
-
-def is_scalar(value: Any) -> bool:
-    """Whether a value is a number, a text or a truth value."""
-    return isinstance(value, (bool, int, float, str))
 
 
 def plain_record(value: Any) -> dict[str, Any]:

@@ -35,11 +35,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def arrow_schema(quantities: Iterable[Quantity], scene: str) -> pa.Schema:
-    """The schema of some quantities, with the scene (TOML text) and the version that made the table."""
-    return schema_of(quantities, camopt_scene=scene)
-
-
 def schema_of(quantities: Iterable[Quantity], **about: str) -> pa.Schema:
     """The schema of quantities, with the version that made the table, and what else there is to say of it."""
     fields = []
@@ -93,7 +88,8 @@ def to_table(rows: Rows, layout: pa.Schema) -> pa.Table:
 def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
     """A column as an arrow array, from its bytes: ``pa.array`` and ``pa.scalar`` would import pandas, at 0.3 s."""
     if kind == pa.string():
-        starts = first_of_equals(value, rows)
+        changes = value[1:] != value[:-1] if np.ndim(value) else np.zeros(max(rows - 1, 0), dtype=bool)
+        starts = np.flatnonzero(np.concatenate([[rows > 0], changes]))  # values that are not those before them
         value = np.broadcast_to(value, (rows,))
         texts, repeats = [text.encode() for text in value[starts].tolist()], np.diff(starts, append=rows)
         lengths = np.repeat(np.array([0, *map(len, texts)]), [1, *repeats])
@@ -106,12 +102,6 @@ def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
         return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(bits)])
     values = np.ascontiguousarray(value, dtype=float)
     return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(values)])
-
-
-def first_of_equals(value: Any, rows: int) -> NDArray[np.intp]:
-    """The rows of a column whose value is not that of the row before."""
-    changes = value[1:] != value[:-1] if np.ndim(value) else np.zeros(max(rows - 1, 0), dtype=bool)
-    return np.flatnonzero(np.concatenate([[rows > 0], changes]))
 
 
 def parquet_options(layout: pa.Schema) -> dict[str, Any]:

@@ -50,5 +50,4 @@ def write_workbook(path: str | os.PathLike[str], sheets: Mapping[str, SheetColum
                 sheet.write_column(2, k, column.tolist(), formats.get(units[k]))
                 sheet.set_column(k, k, len(headings[k]) + 1)
             sheet.freeze_panes(2, 1)
-        lines = book.add_worksheet("scene")
-        lines.write_column(0, 0, scene.to_toml().splitlines())
+        book.add_worksheet("scene").write_column(0, 0, scene.to_toml().splitlines())

@@ -24,8 +24,7 @@ from camopt.scene.read import Read, numbers_read
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import number, with_unit
-from camopt.tables.columns import is_nothing
-from camopt.tables.design_tables import design_table
+from camopt.tables.columns import design_table, is_nothing
 from camopt.tables.layout import Cell, Table, table_of
 from camopt.tables.result import Result
 from camopt.verdicts.judging import evaluate_rows

@@ -18,7 +18,7 @@ from camopt import BadInput, Frontier, Scene, find_scene, sweep
 from camopt.cli.main import main
 from camopt.comparing.compare import SHOWN_DESIGNS, compare
 from camopt.comparing.fronts import compared_fronts
-from camopt.comparing.settings import differing
+from camopt.comparing.scenes import differing
 from camopt.front.pareto import REFERENCE_POINT, undominated
 from camopt.storage.tables import read_table, write_table
 from camopt.synthesis.files import write_frontier

@@ -14,8 +14,7 @@ from support.depth import covering, times
 from camopt import BadInput, Scene, cam_points, find_scene, shipped_scenes
 from camopt.contour.curve import curve_of, curves_of
 from camopt.contour.deviation import deviation_bound
-from camopt.contour.fit import FITS, biarcs, fitted
-from camopt.contour.follow import check_kind, follow
+from camopt.contour.follow import FITS, biarcs, check_kind, fitted, follow
 from camopt.contour.path import ArcPath
 from camopt.problem.problem import resolve_design
 

@@ -18,12 +18,12 @@ from test_figures import OTHERS, made
 import camopt
 from camopt import BadInput, Scene, animate, find_scene
 from camopt.cli.main import main
-from camopt.drawing.bodies import FRAME_ANGLES, FRAMES, TURN_TIME, Carried
+from camopt.drawing.bodies import FRAME_ANGLES, FRAMES, TURN_TIME
 from camopt.drawing.canvas import canvas
 from camopt.drawing.frames import ffmpeg, write_mp4
 from camopt.drawing.moving_svg import moving_svg
 from camopt.drawing.picture import Picture
-from camopt.drawing.stage import DISC_SIZE, set_stage
+from camopt.drawing.stage import DISC_SIZE, SHOWN_PANELS, set_stage
 from camopt.mechanisms import MECHANISMS
 from camopt.problem.problem import resolve_design
 
@@ -134,7 +134,7 @@ def test_a_groove_passes_under_its_roller():
         turned = np.where(FRAME_ANGLES[-1] == FRAME_ANGLES, 2 * np.pi * problem.design.size[0], 0.0)
         at = here + turned  # the turn after it
         centre = follower.moved(here[:1])[0]
-        np.testing.assert_allclose(at + surface.shifts, centre, atol=1e-9)
+        np.testing.assert_allclose(at + surface.path, centre, atol=1e-9)
         (group,) = [group for group in root.iter(f"{G}g") if group.get("id") == "body-0"]
         paths = [path for path in group.iter(f"{G}path") if "fill: none" in path.get("style", "")]
         lines = [re.findall(r"[ML] ([-.\d]+)", path.get("d")) for path in paths]
@@ -161,9 +161,9 @@ def test_the_svg_moves_the_links_of_a_train_as_tool_and_follower_move(scene):
         stage = set_stage(figure, Picture(scene, resolve_design(scene)))
         root = ElementTree.fromstring(moving_svg(stage))
     groups = {group.get("id"): group for group in root.iter(f"{G}g")}
-    places = (place for place, body in enumerate(stage.bodies) if isinstance(body, Carried))
+    places = range(3, len(stage.bodies) - 2 * len(SHOWN_PANELS))  # between cam and follower, and the cursors
     moved = [[*groups[f"body-{place}"].iter(f"{G}animateTransform")] for place in places]
-    axes = next(body.axes for body in stage.bodies if isinstance(body, Carried))
+    axes = stage.bodies[places[0]].axes
     points_per_mm = axes.get_position().width * DISC_SIZE[0] * 72 / np.ptp(axes.get_xlim())
     points = camopt.cam_points(scene, np.degrees(FRAME_ANGLES[:-1]))
     tool = np.append(points["tool_displacement_mm"], points["tool_displacement_mm"][0])

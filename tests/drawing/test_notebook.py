@@ -17,7 +17,7 @@ from nbclient import NotebookClient
 import camopt
 from camopt import Design, cam_points, evaluate, find_scene, optimise, shipped_scenes, sweep
 from camopt.cli.terminal import show
-from camopt.drawing.small import small_cam
+from camopt.drawing.notebook import small_cam
 from camopt.tables.html import HTML_ROWS
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -10,7 +10,6 @@ import pytest
 from support.browser import box_of, drag, opened, running_browser, watched_page
 
 import camopt
-from camopt.drawing.groove import curves_of_contacts
 from camopt.drawing.picture import Picture
 from camopt.problem.problem import resolve_design
 from camopt.synthesis.files import write_frontier
@@ -100,7 +99,7 @@ def test_the_page_draws_the_curves_of_the_cam(name, page_of_all, folder, monkeyp
     drawn = page.evaluate("curvesOf(data.cams[0]).map(({pitch, profile, flank}) => ({pitch, profile, flank}))")
     picture = Picture(scene, resolve_design(scene))
     size = max(np.abs(curves.pitch).max() for curves in picture.curves)
-    for found, *contacts in zip(drawn, *curves_of_contacts(picture), strict=True):
+    for found, *contacts in zip(drawn, *(each.curves for each in picture.contacts), strict=True):
         curves, walls = contacts[0], [wall for each in contacts for wall in each.profile]
         pitch = np.array(found["pitch"]) @ [1, 1j]
         profiles = [np.array(found[side]) @ [1, 1j] for side in ("profile", "flank")]

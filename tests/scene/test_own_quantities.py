@@ -21,7 +21,7 @@ from camopt.problem.problem import resolve
 from camopt.quantities.expression import FUNCTIONS, MOST_NODES, parse_expression
 from camopt.reporting.sections import limits_sheet
 from camopt.scene.keys import found_keys
-from camopt.studies.called import what_runs
+from camopt.studies.cost_report import what_runs
 
 BASE = find_scene("roller-1000rpm")
 READ = "outer_radius_mm * pressure_angle_max_deg"

@@ -24,12 +24,11 @@ from camopt.sheet.developed import DevelopedView
 from camopt.sheet.front_view import FrontView
 from camopt.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, decimal, fitted_words, width_of
 from camopt.sheet.notes import texts_of
-from camopt.sheet.paper import A3, A4, scale_name, scales
+from camopt.sheet.paper import A3, A4, fields, scale_name, scales, title_block
 from camopt.sheet.points_table import printed, table
 from camopt.sheet.ring import ring, spread_apart, unrolled
 from camopt.sheet.section import section
 from camopt.sheet.sheet import sheet_of
-from camopt.sheet.title_block import fields, title_block
 from camopt.sheet.words import GERMAN, with_sign
 
 PLATE = find_scene("valve-rod-radial")
@@ -89,7 +88,7 @@ CHECKED = [name for name in covering(SCENES, features) if name != "many strokes"
 
 @cache
 def sheet(name):
-    return sheet_of(SCENES[name], resolve_design(SCENES[name]))
+    return sheet_of(TrueCam(SCENES[name], resolve_design(SCENES[name])))
 
 
 def texts(name):
@@ -167,7 +166,7 @@ VALVE = find_scene("valve-with-rocker").replace(
 def test_what_is_asked_of_a_tool_is_not_said_of_the_follower(language):
     """Its moves are rises and returns, nothing at constant velocity; the notes tell both lifts apart, whole."""
     scene = VALVE.replace(**{"part.language": language})
-    found = sheet_of(scene, resolve_design(scene))
+    found = sheet_of(TrueCam(scene, resolve_design(scene)))
     assert faults_of(found) == []
     names = [name for name, _, _ in found.cam.segments]
     assert [name.partition(" ")[0] for name in names] == (
@@ -253,7 +252,7 @@ GERMANS = {name: SCENES[name].replace(**{"part.language": "de"}) for name in CHE
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", GERMANS)
 def test_a_german_drawing_has_no_english_and_room_for_its_words(name):
-    found = sheet_of(GERMANS[name], resolve_design(GERMANS[name]))
+    found = sheet_of(TrueCam(GERMANS[name], resolve_design(GERMANS[name])))
     assert faults_of(found) == []
     own = {*vars(GERMANS[name].whole_part).values(), GERMANS[name].name}
     said = [mark.text for mark in found.marks if isinstance(mark, Words) and mark.text not in own]
@@ -306,7 +305,7 @@ def test_boxes_of_the_title_block_have_keys(tmp_path):
     named = {each.name: each.value for each in fields(scene.whole_part, scene.name, "1:1", "A4", "1/1")}
     boxes = ("Approved by", "Legal owner", "Rev.", "Created by", "Date of issue")
     assert [named[box] for box in boxes] == [*given.values(), "2026-11-25"]
-    assert faults_of(sheet_of(scene, resolve_design(scene))) == []
+    assert faults_of(sheet_of(TrueCam(scene, resolve_design(scene)))) == []
     assert Scene.from_dict(scene.to_dict()) == scene
 
 
@@ -442,7 +441,7 @@ def test_the_table_has_the_points_of_the_cam(name):
 
 @pytest.mark.parametrize(("scene", "step"), [(PLATE, 2.0), (CYLINDER, 2.5)])
 def test_a_table_has_the_step_that_is_asked(scene, step):
-    found = sheet_of(scene, resolve_design(scene), step)
+    found = sheet_of(TrueCam(scene, resolve_design(scene)), step)
     assert (found.paper.name, faults_of(found)) == ("A2", [])
     words = {mark.text for mark in found.marks if isinstance(mark, Words)}
     assert {f"{angle:g}" for angle in np.arange(0.0, 360.0, step)} <= words
@@ -456,7 +455,7 @@ def test_a_table_has_the_step_that_is_asked(scene, step):
 @pytest.mark.parametrize(("step", "why"), [(7.0, "divides 360"), (0.0, "at least 0.5"), (0.5, "so many rows")])
 def test_a_table_of_another_step_is_refused(step, why):
     with pytest.raises(BadInput, match=why):
-        sheet_of(PLATE, resolve_design(PLATE), step)
+        sheet_of(TrueCam(PLATE, resolve_design(PLATE)), step)
 
 
 def test_a_heading_has_room_over_its_columns():
@@ -704,5 +703,7 @@ def test_lines_of_angles_lead_to_the_ends_of_the_arcs_of_the_profile(offset):
     assert np.abs(aside) == pytest.approx([0, *[abs(turned) if offset else 0] * 2, 0], abs=1e-6)
     feet = sorted(np.angle(mark.points[0]) for mark in view._rays())
     assert feet == pytest.approx(sorted(np.angle(np.exp(1j * np.array(view.joints)))))
-    noted = " ".join(mark.text for mark in sheet_of(scene, resolve_design(scene)).marks if isinstance(mark, Words))
+    noted = " ".join(
+        mark.text for mark in sheet_of(TrueCam(scene, resolve_design(scene))).marks if isinstance(mark, Words)
+    )
     assert ("Bent lines" in noted) == bool(offset)

@@ -17,8 +17,7 @@ from camopt.cli.main import main
 from camopt.cli.terminal import print_result, show
 from camopt.comparing.compare import Comparison
 from camopt.front.certified import TableCertificate
-from camopt.reporting.law_list import list_laws
-from camopt.reporting.listings import list_keys, list_scenes
+from camopt.reporting.listings import list_keys, list_laws, list_scenes
 from camopt.studies.accuracy import Costs
 from camopt.studies.cost_report import cost_report
 from camopt.studies.spectrum import spectra_of

@@ -31,13 +31,14 @@ from camopt import (
 )
 from camopt.cli.main import main
 from camopt.contour.curve import curves_of
+from camopt.drawing.figures import shown_panels
 from camopt.drawing.picture import Picture
-from camopt.drawing.shown_panels import shown_panels
 from camopt.exporting.cam_points import COLUMN_NOTES, FORM
-from camopt.exporting.dialects import DIALECTS
+from camopt.exporting.program import DIALECTS
 from camopt.problem.problem import resolve_design
 from camopt.quantities import OF_STAGE, QUANTITIES
 from camopt.quantities.unit_systems import CUSTOMARY, FACTOR, computed, shown, shown_unit, system_shown
+from camopt.sheet.cam import TrueCam
 from camopt.sheet.marks import Words
 from camopt.sheet.sheet import sheet_of
 from camopt.synthesis.compare import known_laws_of
@@ -424,9 +425,9 @@ def test_a_sheet_in_inch_has_the_same_dimensions(name, language):
     part = {**(SHEETS[name].to_dict().get("part") or {}), "language": language}
     scene = SHEETS[name].replace(part=part)
     problem = resolve_design(scene)
-    plain = words_of(sheet_of(scene, problem))
+    plain = words_of(sheet_of(TrueCam(scene, problem)))
     with shown_in("inch"):
-        found = words_of(sheet_of(scene, problem))
+        found = words_of(sheet_of(TrueCam(scene, problem)))
     dimension = re.compile(r"^[RØ]?\d+(?:\.\d+)?(?: [A-Z]\d+)?$")
     mine, theirs = ([text for text in texts if dimension.match(text)] for texts in (found, plain))
     assert len(mine) > 10

@@ -43,8 +43,7 @@ def peak_answers(inversion: Inversion) -> list[tuple[float, str]]:
 
     There are none behind a train, where no law is the follower's.
     """
-    asked = inversion.problem.programme.asked
-    divisions = inversion.plan.divisions if asked is None else []
+    divisions = inversion.plan.divisions if inversion.problem.programme.asked is None else []
     return [answer for division in divisions for answer in _of_stroke(inversion.picture, division)]
 
 

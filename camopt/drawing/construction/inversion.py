@@ -232,8 +232,7 @@ class Inversion:
             (self.size + self.radius) * (1.0 + 0.6 * BEYOND),
             -self.problem.design.sense * np.radians(24.0),
         )
-        start = radius * self._free
-        shaft = arc("way-round", 0.0, start, turn, "arrow").points
+        shaft = arc("way-round", 0.0, radius * self._free, turn, "arrow").points
         tip, back = shaft[-1], 0.04 * radius * np.exp(1j * np.angle(shaft[-3] - shaft[-1]))
         head = [tip, tip + back * np.exp(0.4j), tip, tip + back * np.exp(-0.4j)]
         return Shape("way-round", np.concatenate([shaft, head]), "arrow")

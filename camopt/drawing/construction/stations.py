@@ -19,7 +19,10 @@ from camopt.motion.table import DWELL
 
 USUAL_PARTS, FEWEST_PARTS, MOST_PARTS = 6, 4, 24
 LETTERS = "ABCDEFGHJKLMNPUVWZ"
-"""Letters of stations: without I and O, and without those of the diagram (Q, R, S, T, X, Y)."""
+"""Letters of stations: without I and O, and without those of the diagram (Q, R, S, T, X, Y).
+
+They come again as A₂, B₂ …: A₁ is the pivot of an arm.
+"""
 DIVIDERS = "STRQ"
 """Letters of cam angles at which a stroke or dwell ends while the follower is not at its lowest."""
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
@@ -89,7 +92,7 @@ class StationPlan:
     def divisions(self) -> list[Division]:
         """All strokes with their stations. Strokes that meet share the station between them."""
         found: list[Division] = []
-        letters = _letters()
+        letters = (f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in LETTERS)
         for number, (start, end, stroke) in enumerate(sorted(self._legs(), key=lambda leg: leg[0])):
             prime = PRIMES[number] if number < len(PRIMES) else f"({number})"
             angles = start + (end - start) * np.arange(self.parts + 1) / self.parts
@@ -153,9 +156,3 @@ class StationPlan:
         names = [each.letter for each in self.stations]
         corners = ", with corners where the velocity jumps" if self.programme.corners else ""
         return f"Join {', '.join(names[:3])} … {names[-1]} by a smooth curve{corners}"
-
-
-def _letters() -> Iterator[str]:
-    """A, B, C …, and again as A₂, B₂ …: A₁ is the pivot of an arm."""
-    for turn in count():
-        yield from (name if turn == 0 else f"{name}{turn + 1}".translate(SUBSCRIPTS) for name in LETTERS)

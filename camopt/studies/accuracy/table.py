@@ -1,4 +1,4 @@
-"""The table of costs and errors: one row for each quantity and method."""
+"""The table of costs and errors, one row for each quantity and method; and its picture, error against time."""
 
 import os
 import tomllib
@@ -8,18 +8,21 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 from time import perf_counter
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pyarrow as pa
 
+from camopt.drawing.canvas import Target, canvas
+from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.plot import plot
+from camopt.drawing.style import FAINT, HEADING, INK, MUTED, PAGE_TITLE, SERIES, SMALL, dress
 from camopt.engines import Engine
 from camopt.engines.progress import Progress, report_progress
 from camopt.engines.threads import Threads
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import timed
-from camopt.problem.problem import Problem, resolve
+from camopt.problem.problem import resolve
 from camopt.problem.settings import problems_of
 from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
@@ -30,6 +33,10 @@ from camopt.studies.accuracy.reference import EQUAL_DIGITS
 from camopt.studies.accuracy.subjects import REFERENCED, Subject, subjects_of
 from camopt.tables.layout import Table, table_of
 from camopt.tables.result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
 TIMED_RUNS = 3
@@ -43,7 +50,7 @@ class Costs(Result, Drawn):
 
     scene: Scene
     methods: list[dict[str, Any]]
-    picture: ClassVar[str] = "studies.accuracy.picture"
+    picture: ClassVar[str] = "studies.accuracy.table"
     main_rows: ClassVar[str] = "methods"
 
     def table(self) -> Table:
@@ -83,12 +90,7 @@ def measure(scene: Scene, progress: Progress | None = None, engine: Engine | Non
 def _measured(scene: str, numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
     """The rows of some of the programmes of a scene."""
     problems = problems_of(resolve(Scene.from_dict(tomllib.loads(scene))))
-    return [_of_programme(problems[number]) for number in numbers]
-
-
-def _of_programme(problem: Problem) -> list[dict[str, Any]]:
-    """The rows of one programme."""
-    return [row for subject in subjects_of(problem) for row in _rows(subject)]
+    return [[row for subject in subjects_of(problems[number]) for row in _rows(subject)] for number in numbers]
 
 
 def _rows(subject: Subject) -> list[dict[str, Any]]:
@@ -145,3 +147,76 @@ def write_accuracy(costs: Costs, folder: str | os.PathLike[str]) -> list[Path]:
     for picture in pictures:
         plot(costs, picture)
     return files
+
+
+PENS: dict[str, dict[str, Any]] = {
+    "sampling": {"color": SERIES[1], "marker": "o"},
+    "sampling, polished": {"color": SERIES[4], "marker": "s"},
+    "enclosure": {"color": SERIES[0], "marker": "D"},
+    "50 digits": {"color": INK, "marker": "^"},
+}
+POINT_LABELS: dict[Any, str] = {
+    "50 digits": "any digits",
+    ("sampling", 36): "36 angles",
+    ("sampling", 360): "360",
+    ("sampling", 3600): "3600 angles",
+    **{("enclosure", 10.0**-k): f"asked for 1e-{k:02}" for k in (4, 6, 9, 12)},
+}
+LABEL_DISTANCES = (6.0, 12.0, 20.0, 30.0)  # points: of a label from its point
+FLOOR = 3e-17  # errors below a double's rounding are drawn there
+EPSILON = 2.2e-16
+USUAL_ERROR = 1e-9  # the relative error of a scene that names none
+
+
+def draw(costs: "Costs", path: Target = None) -> "Figure":
+    """Draw what accuracy costs: the largest error of each method against its time, a diagram for each quantity."""
+    rows = costs.methods
+    names = list(dict.fromkeys(row["quantity"] for row in rows))
+    with canvas(path, (4.3 * len(names), 4.6), powers=True, layout="constrained") as figure:
+        figure.suptitle(
+            f"What accuracy costs: {costs.scene.name}", x=0.01, ha="left", fontsize=PAGE_TITLE, weight="bold"
+        )
+        panels = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
+        labels: list[Label] = []
+        for axes, name in zip(panels, names, strict=True):
+            labels += _draw(axes, name, [row for row in rows if row["quantity"] == name])
+        panels[0].set_ylabel("largest relative error, against 50 digits")
+        handles = dict(zip(*reversed(panels[0].get_legend_handles_labels()), strict=True))
+        figure.legend(handles.values(), handles, loc="outside lower center", ncols=len(handles))
+        settle(figure, labels)
+    return figure
+
+
+def _draw(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]:
+    """One quantity; the labels of its points."""
+    from matplotlib.ticker import EngFormatter
+
+    axes.set(xscale="log", yscale="log", xlabel="time for each design", ylim=(FLOOR / 3, 3.0))
+    axes.xaxis.set_major_formatter(EngFormatter("s"))
+    axes.set_title(f"{name}\n{_told(rows)}", loc="left", fontsize=HEADING)
+    axes.axhspan(FLOOR / 3, EPSILON, color=FAINT, alpha=0.2, lw=0)
+    axes.text(0.01, 0.01, "below a double's rounding", transform=axes.transAxes, fontsize=SMALL, color=MUTED)
+    labels = []
+    for method, pen in PENS.items():
+        points = sorted((row for row in rows if row["method"] == method), key=lambda row: float(row["setting"]))
+        times, errors = (
+            [row["ns_per_design"] / 1e9 for row in points],
+            [max(row["error_max"], FLOOR) for row in points],
+        )
+        axes.plot(times, errors, "-", lw=1.4, ms=5, label=method, **pen)
+        texts = [POINT_LABELS.get((method, row["setting"]), POINT_LABELS.get(method, "")) for row in points]
+        style, places = {"fontsize": SMALL, "color": pen["color"]}, around(LABEL_DISTANCES)
+        placed = zip(texts, zip(times, errors, strict=True), strict=True)
+        labels += [Label(axes, text, at, places, style) for text, at in placed if text]
+    dress(axes)
+    return labels
+
+
+def _told(rows: list[dict[str, Any]]) -> str:
+    """What the usual accuracy takes, and how many samples that is; empty where it was not measured."""
+    samples = sorted((row["ns_per_design"], row["setting"]) for row in rows if row["method"] == "sampling")
+    found = [row["ns_per_design"] for row in rows if (row["method"], row["setting"]) == ("enclosure", USUAL_ERROR)]
+    if not samples or not found:
+        return ""
+    times, angles = zip(*samples, strict=True)
+    return f"1e-9, proved, in {found[0] / 1e3:.2g} µs: the time of {np.interp(found[0], times, angles):.0f} samples"

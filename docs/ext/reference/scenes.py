@@ -3,7 +3,7 @@
 import tomllib
 from collections.abc import Iterator
 
-from camopt.drawing.small import small_cam
+from camopt.drawing.notebook import small_cam
 from camopt.scene.scene import find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml
 

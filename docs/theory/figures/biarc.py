@@ -5,7 +5,7 @@ import numpy as np
 from roller import SCENE
 
 from camopt.contour.curve import curves_of
-from camopt.contour.fit import biarcs, fitted
+from camopt.contour.follow import biarcs, fitted
 from camopt.drawing.style import INK, MUTED, SERIES, dress, pen_of
 from camopt.problem.problem import resolve_design
 

@@ -1,13 +1,16 @@
-"""The hole for the shaft as points of a sheet, in mm in the cam's own frame."""
+"""Sizes as a drawing says them: bore and keyway with their fits, and the width of a groove with its clearance."""
 
 from math import asin
+from typing import NamedTuple
 
 import numpy as np
 
 from camopt.contour.hole import keyway_corners
 from camopt.mechanisms.design import ComplexArray
 from camopt.scene.fits import depth_tolerance
+from camopt.scene.iso286 import deviations
 from camopt.scene.part import Part
+from camopt.sheet.cam import TrueCam
 from camopt.sheet.marks import arc_points, said
 
 
@@ -40,3 +43,34 @@ def hole_outline(part: Part, turn: float) -> ComplexArray:
     half = asin(part.keyway_width / 2 / radius)
     corners = keyway_corners(part, turn)
     return np.concatenate([corners, arc_points(radius, turn + half, turn + 2 * np.pi - half), corners[:1]])
+
+
+class Clearance(NamedTuple):
+    """How much wider than its roller a groove is, mm."""
+
+    given: float | None
+    """That of the scene, which flanks in files have."""
+    ends: tuple[float, float] | None
+    """From what to what it may be: by the fit, or else by the tolerance of both walls."""
+
+
+def clearance_of(cam: TrueCam) -> Clearance:
+    """The clearance of the roller in a groove."""
+    drive, fit, tolerance = cam.scene.drive, cam.part.groove_fit, cam.part.profile_tolerance
+    given = drive.clearance if drive else None
+    if fit and cam.roller:
+        try:
+            found = deviations(fit, 2 * cam.roller)
+        except ValueError:  # a class that the standard has not for this size
+            return Clearance(given, None)
+        return Clearance(given, (found.lower, found.upper))
+    if given is not None and tolerance is not None:
+        return Clearance(given, (given - 2 * tolerance, given + 2 * tolerance))
+    return Clearance(given, None)
+
+
+def width_said(cam: TrueCam) -> str:
+    """The width of a groove: its roller's diameter with a fit, or the width that flanks in files have."""
+    if cam.part.groove_fit:
+        return f"{said(2 * cam.roller)} {cam.part.groove_fit}"
+    return said(2 * cam.problem.half_width)
