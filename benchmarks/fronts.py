@@ -24,8 +24,7 @@ from pymoo.termination.max_time import TimeBasedTermination
 from scipy.interpolate import CubicSpline
 
 from camopt import Scene, find_scene, load, sweep
-from camopt.drawing.canvas import canvas
-from camopt.drawing.style import SERIES, dress
+from camopt.drawing.style import SERIES, canvas, dress
 from camopt.effects import Case
 from camopt.front import refine
 from camopt.front.pareto import costs_of, hypervolume, non_dominated, row_costs, scale_of_costs

@@ -11,8 +11,7 @@ from camopt.engines.progress import Advance, progress_bar
 from camopt.kernels.compiling import announced
 from camopt.storage.files import LossWarning
 from camopt.tables.cells import to_json
-from camopt.tables.layout import ABOUT, NUMERIC, VALUE, Branch, FileLine, Table
-from camopt.tables.result import Result
+from camopt.tables.result import ABOUT, NUMERIC, VALUE, Branch, FileLine, Result, Table
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -30,8 +30,7 @@ from camopt.scene.arguments import options_by_keyword
 from camopt.scene.scene import Scene
 from camopt.storage.tables import no_table
 from camopt.tables.designs import DESIGNS, PARETO
-from camopt.tables.layout import Table
-from camopt.tables.result import Result
+from camopt.tables.result import Result, Table
 
 SHOWN_DESIGNS = 5
 """Designs of each kind that are shown."""

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from camopt.comparing.sides import OWN_SCENE, DesignTable
-from camopt.mechanisms.design import BoolArray
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, FloatArray
 from camopt.scene.text import parsed
 from camopt.storage.files import check_writable, checked_suffix, path_of, whole_file
 from camopt.storage.tables import write_table

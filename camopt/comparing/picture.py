@@ -1,21 +1,16 @@
 """The picture of two Pareto fronts: points on both, and points on one of them only."""
 
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from camopt.comparing.compare import Comparison, TableComparison
-from camopt.drawing.canvas import Target, canvas
-from camopt.drawing.style import MUTED, PAGE_TITLE, SERIES, dress
-from camopt.mechanisms.design import BoolArray
+from camopt.drawing.style import MUTED, PAGE_TITLE, SERIES, Figure, Target, canvas, dress
 from camopt.mistakes import BadInput, Mistake
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, FloatArray
 from camopt.quantities.unit_systems import shown
 from camopt.tables.cells import axis_label
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MOST_PANELS = 3  # side by side: all pairs of three objectives
 PANEL_WIDTH, PANEL_HEIGHT = 4.6, 4.4  # inches: of a panel

@@ -27,24 +27,15 @@ def differing(a: Scene, b: Scene) -> dict[str, Difference]:
     return {key: (mine, others) for key, (mine, others) in pairs.items() if mine != others}
 
 
-class Setting(NamedTuple):
-    """A key in which two scenes differ, as it is shown."""
-
-    key: str
-    a: Any
-    b: Any
-    unit: str
-
-
-def shown_settings(a: Scene, b: Scene) -> list[Setting]:
-    """The keys in which two scenes differ, with numbers in the units in which results are shown."""
+def shown_settings(a: Scene, b: Scene) -> dict[str, tuple[Any, Any, str]]:
+    """The keys in which two scenes differ: what A and B have, in the units that are shown, and these units."""
     models, tables = tables_of(Scene), [scene.model_dump(mode="json") for scene in (a, b)]
     one, other = (dict(leaves(as_shown(each, models))) for each in tables)
     units = [dict(leaves(units_shown(each, models))) for each in tables]
-    return [
-        Setting(key, one.get(key), other.get(key), " / ".join(dict.fromkeys(u[key] for u in units if u.get(key))))
+    return {
+        key: (one.get(key), other.get(key), " / ".join(dict.fromkeys(u[key] for u in units if u.get(key))))
         for key in differing(a, b)
-    ]
+    }
 
 
 class Values(NamedTuple):

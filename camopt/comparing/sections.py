@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 from camopt.comparing.scenes import shown_settings
 from camopt.quantities.unit_systems import shown
 from camopt.tables.cells import number, shown_name, unit_of_column
-from camopt.tables.columns import LAW_COLUMNS, laws_shown, with_law
-from camopt.tables.layout import Table, table_of
+from camopt.tables.designs import LAW_COLUMNS, laws_shown, with_law
+from camopt.tables.result import Table, table_of
 
 if TYPE_CHECKING:
     from camopt.comparing.compare import Comparison, TableComparison
@@ -30,7 +30,8 @@ def sections_of(result: "Comparison") -> Iterator[Table | str]:
         if only:
             yield f"Only in {name}: {', '.join(only)}"
     for names, pair in result.scenes.items():
-        rows = [each._asdict() | {"A": _short(each.a), "B": _short(each.b)} for each in shown_settings(*pair)]
+        settings = shown_settings(*pair).items()
+        rows = [{"key": key, "A": _short(a), "B": _short(b), "unit": unit} for key, (a, b, unit) in settings]
         yield ""
         yield table_of(f"Settings that differ ({names})", rows, ["key", "A", "B", "unit"])
     for names, cam in result.cams.items():

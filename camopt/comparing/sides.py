@@ -13,9 +13,8 @@ import pyarrow as pa
 
 from camopt.front.pareto import undominated
 from camopt.front.result import Sweep
-from camopt.mechanisms.design import BoolArray
 from camopt.mistakes import BadInput, Mistake
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, FloatArray
 from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES
 from camopt.scene.design_rows import DERIVED
@@ -26,8 +25,7 @@ from camopt.storage.tables import SCENE_KEY, TYPES, TableFile, no_table, table_f
 from camopt.storage.tables import SCENE_KEY as SCENE_OF_TABLE
 from camopt.synthesis.files import KNOWN_FILE, SCENE_FILE, frontier_table
 from camopt.synthesis.traded import Frontier
-from camopt.tables.columns import axes_of
-from camopt.tables.designs import OPTIMUM
+from camopt.tables.designs import OPTIMUM, axes_of
 from camopt.tables.table import scene_in
 
 LAW_COLUMN, OWN_SCENE, FREE_COLUMN = "law_rise", "scene", "free"
@@ -144,11 +142,8 @@ def side_of(what: Any, stack: ExitStack) -> Side:
         table = table.cast(pa.schema([field.with_type(type_of(field)) for field in table.schema]))
     except (pa.ArrowException, ValueError) as trouble:
         raise no_table("table", f"this is none: {str(trouble).splitlines()[0]}") from None
-    return _of_a_table("table", table.replace_schema_metadata({SCENE_OF_TABLE: str(frame.get("scene", ""))}))
-
-
-def _of_a_table(name: str, table: pa.Table) -> Side:
-    return _alone(_checked(name, table.schema, table.num_rows, table.select))
+    table = table.replace_schema_metadata({SCENE_OF_TABLE: str(frame.get("scene", ""))})
+    return _alone(_checked("table", table.schema, table.num_rows, table.select))
 
 
 def _alone(table: DesignTable, *files: Path) -> Side:
@@ -178,7 +173,8 @@ def _of_a_scene(what: Scene, stack: ExitStack) -> Side:
 
 @side_of.register
 def _of_a_frontier(what: Frontier, stack: ExitStack) -> Side:
-    return _of_a_table(f"frontier of {what.scene.name}", frontier_table(what))
+    table = frontier_table(what)
+    return _alone(_checked(f"frontier of {what.scene.name}", table.schema, table.num_rows, table.select))
 
 
 @side_of.register

@@ -17,13 +17,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
+from camopt.mechanisms.design import Designs, Mechanism
 from camopt.mechanisms.geometry import distances
 from camopt.motion.programme import Programme, span
 from camopt.motion.scca import SCCALaw
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES
-from camopt.numerics import UNIT, FloatArray
+from camopt.numerics import UNIT, ComplexArray, FloatArray
 from camopt.numerics.interval import Interval
 from camopt.numerics.motion_ranges import angle_over, derivatives_over
 from camopt.numerics.sloped import range_of

@@ -21,9 +21,8 @@ import numpy as np
 from camopt.contour.curve import CamCurve, SmoothPart
 from camopt.contour.deviation import deviation_bound
 from camopt.contour.path import ArcPath, CubicPath
-from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 
 FIRST_STRETCHES, FIT_ROUNDS, END_HALVINGS = 8, 8, 40
 JOINT_STEPS = 8  # after which the curve is within rounding of a joint

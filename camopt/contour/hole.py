@@ -5,7 +5,7 @@ from math import asin, pi, radians, tan
 import numpy as np
 
 from camopt.contour.path import ArcPath
-from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import ComplexArray
 from camopt.numerics.stable import difference_of_squares_root
 from camopt.scene.part import TOWARDS_FOLLOWER, Part
 

@@ -6,8 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.mechanisms.design import ComplexArray
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 
 STRAIGHT_ARC = 1e-12  # rad: an arc that turns by less is a line
 SAME_VELOCITY = 1e-9  # relative difference of velocities that are the same

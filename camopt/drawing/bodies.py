@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import ComplexArray
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 
 FRAMES, TURN_TIME = 100, 4.0  # of one turn; GIF counts the time of a frame in 0.01 s
 FRAME_ANGLES: FloatArray = np.linspace(0.0, 2 * np.pi, FRAMES + 1)

@@ -33,9 +33,9 @@ from camopt.drawing.style import (
     TEXT,
     TITLE_SIZE,
 )
-from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves
 from camopt.motion.table import DWELL
+from camopt.numerics import ComplexArray
 from camopt.quantities.unit_systems import computed, shown, shown_unit
 
 FROM_START = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins

@@ -1,20 +1,19 @@
 """One picture of one design: the diagrams of its motion, pressure angle and curvature, and the cam to scale."""
 
 from math import ceil
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.drawing import diagrams
 from camopt.drawing.cam import draw_disc
-from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import Label, settle
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import Panel, panels
 from camopt.drawing.picture import Picture, four_digits, told
-from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE_SIZE
+from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE_SIZE, Figure, Target, canvas
 from camopt.effects.rib import THICKNESS
 from camopt.problem.problem import resolve_design
 from camopt.quantities.unit_systems import shown
@@ -22,9 +21,6 @@ from camopt.scene.scene import Scene
 from camopt.tables.designs import Design
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.judging import excesses, violations
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
@@ -110,10 +106,8 @@ def _beside_a_disc(count: int) -> Page:
     rows, step = ceil(max(count - 6, 0) / 2), TALL + 0.34
     below = rows * step
     lift = 0.65 if rows else 0.0  # room for the names of the strokes
-    panels = []
-    for place in range(count):
-        column, row = (0, place) if place < 6 else (place % 2, 6 + (place - 6) // 2)
-        panels.append((COLUMN_ENDS[column], below + 8.5 - TALL - row * step, COLUMN_WIDTH, TALL))
+    places = [(0, k) if k < 6 else (k % 2, 6 + (k - 6) // 2) for k in range(count)]
+    panels = [(COLUMN_ENDS[k], below + 8.5 - TALL - row * step, COLUMN_WIDTH, TALL) for k, row in places]
     heads = (0, 7) if count > 7 else (0,)
     feet = tuple({COLUMN_ENDS.index(left): place for place, (left, *_) in enumerate(panels)}.values())
     cam = (0.53, below + 1.25 + lift, 0.45, 7.45 - lift)
@@ -124,10 +118,8 @@ def _below_a_groove(count: int) -> Page:
     """Diagrams in two columns, one after the other, below the long groove."""
     rows, step = ceil(count / 2), TALL + 0.45
     height = 6.0 + rows * step - 0.45
-    panels = []
-    for place in range(count):
-        column, row = divmod(place, rows)
-        panels.append((COLUMN_ENDS[column], height - 5.4 - TALL - row * step, COLUMN_WIDTH, TALL))
+    places = [divmod(k, rows) for k in range(count)]
+    panels = [(COLUMN_ENDS[k], height - 5.4 - TALL - row * step, COLUMN_WIDTH, TALL) for k, row in places]
     cam, legend = (0.045, height - 4.0, 0.935, 2.5), (0.5, height - 4.75)
     return Page(height, cam, legend, panels, (0, rows), (rows - 1, count - 1))
 

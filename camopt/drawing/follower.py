@@ -7,7 +7,7 @@ import numpy as np
 from camopt.drawing.picture import Picture, area, draw_circle, draw_line
 from camopt.drawing.style import BODY, INK, MUTED
 from camopt.mechanisms import oscillating_flat
-from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import ComplexArray
 
 BODY_STYLE = {"facecolor": BODY, "edgecolor": INK, "lw": 1.1}
 

@@ -19,8 +19,8 @@ from camopt.drawing.picture import (
     round_length,
 )
 from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH_COLOUR, PROFILE, SMALL, TEXT
-from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves
+from camopt.numerics import ComplexArray
 from camopt.problem.linkage import pivot_of
 from camopt.quantities.unit_systems import computed, shown, shown_unit
 

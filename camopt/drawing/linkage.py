@@ -7,7 +7,7 @@ import numpy as np
 from camopt.drawing.bodies import FRAME_ANGLES
 from camopt.drawing.picture import Picture, area, draw_circle, draw_line
 from camopt.drawing.style import BODY, FAINT, INK, MUTED
-from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import ComplexArray
 from camopt.problem.linkage import linkage_at, pivot_of
 from camopt.trains.sketch import Member, Sketch, Standing
 

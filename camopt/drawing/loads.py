@@ -17,10 +17,10 @@ from camopt.effects.peak import Variant
 def load_panels(picture: Picture, *, every: bool = False) -> list[Panel]:
     """The diagrams of thrust, stress and surface that were computed and are finite: all, or the usual."""
 
-    def of_one(each: Picture) -> list[Panel]:
+    def panels_of_contact(each: Picture) -> list[Panel]:
         return [*_thrust(each, every), *_stress(each), *_sliding(each), *_wear(each), *_film(each)]
 
-    return of_contacts(picture, of_one)
+    return of_contacts(picture, panels_of_contact)
 
 
 def _thrust(picture: Picture, every: bool) -> list[Panel]:

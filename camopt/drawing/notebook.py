@@ -13,14 +13,13 @@ import numpy as np
 from camopt.drawing.picture import Picture, told
 from camopt.drawing.second import outline_of
 from camopt.drawing.style import COLOURS, FILL, INK, MUTED, SECOND_COLOUR
-from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput
+from camopt.numerics import ComplexArray
 from camopt.problem.problem import resolve_design
 from camopt.quantities.shown import HasHtml
 from camopt.scene.scene import Scene
 from camopt.tables.html import html_section, html_table
-from camopt.tables.layout import Table
-from camopt.tables.result import Result
+from camopt.tables.result import Result, Table
 
 CAM_PIXELS, MARGIN_PIXELS, TEXT_PIXELS = 180.0, 4.0, 16.0  # longer side of the cam, margin, line of text below
 NEAR_PIXELS = 2.0  # pixels: points closer together than that are left out

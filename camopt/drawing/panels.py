@@ -12,9 +12,8 @@ from camopt.drawing.limit_lines import limit_lines
 from camopt.drawing.picture import STROKE_NAMES, Picture, four_digits, told
 from camopt.drawing.style import INK, REFERENCE_COLOUR
 from camopt.effects.motion import scale
-from camopt.mechanisms.design import BoolArray
 from camopt.motion.table import ALL_STROKES, RETURN, RISE
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, FloatArray
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.quantities.unit_systems import shown, shown_unit
 
@@ -98,11 +97,11 @@ class Panel:
 def panels(picture: Picture) -> list[Panel]:
     """The six diagrams of a design: displacement and its derivatives, pressure angle, curvature."""
 
-    def of_one(each: Picture) -> list[Panel]:
+    def panels_of_contact(each: Picture) -> list[Panel]:
         motion = [_derivative(each, name, order) for order, name in enumerate(DERIVATIVES, start=1)]
         return [_displacement(each), *motion, _pressure(each), _curvature(each)]
 
-    return of_contacts(picture, of_one)
+    return of_contacts(picture, panels_of_contact)
 
 
 def of_contacts(picture: Picture, made: Callable[[Picture], list[Panel]]) -> list[Panel]:
@@ -146,7 +145,7 @@ def _displacement(picture: Picture) -> Panel:
     values = [rows[0] * factor for rows in picture.tool_motion]
     panel = Panel(_titled("Displacement", picture), unit, values)
     panel.peaks = _peaks(picture, picture.tool_kinds, values, {ALL_STROKES: tool.lift * factor})
-    panel.marks, panel.at = moves_asked(picture, 0, factor), _derivative_at(picture, 0, factor)
+    panel.marks, panel.at = moves_asked(picture, 0, factor), lambda angles: tool.at(angles)[0] * factor
     notes = ["squares: asked of moves"] if panel.marks else []
     if setup.train is not None:
         panel.reference, note = _of_follower(picture, tool.lift * factor)
@@ -197,7 +196,7 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
     exact = {kind: picture.values[key] for kind, key in found.items()}
     panel = Panel(_titled(name.capitalize(), picture), QUANTITIES[found[RISE]].unit, values)
     panel.peaks = _peaks(picture, picture.tool_kinds, values, exact)
-    panel.marks, panel.at = moves_asked(picture, order, factor), _derivative_at(picture, order, factor)
+    panel.marks, panel.at = moves_asked(picture, order, factor), lambda angles: programme.at(angles)[order] * factor
     panel.impulses = [(np.degrees(j.at), j.size * factor) for j in programme.jumps if j.order == order - 1]
     if panel.impulses:
         panel.note = f"arrows: impulses, where the {list(DERIVATIVES)[order - 2]} jumps"
@@ -205,10 +204,6 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
         panel.note = "no jerk at the corners, where the velocity jumps"
     panel.limits = limit_lines(picture, motion_quantity(name, "", angular=setup.tool_turns, timed=timed))
     return panel
-
-
-def _derivative_at(picture: Picture, order: int, factor: float) -> Curve:
-    return lambda angles: picture.problem.programme.tool.at(angles)[order] * factor
 
 
 def _pressure(picture: Picture) -> Panel:

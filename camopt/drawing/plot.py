@@ -4,17 +4,14 @@ import os
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from inspect import signature
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
-from camopt.drawing.canvas import Target, style
 from camopt.drawing.construction.construct import construct
+from camopt.drawing.style import Figure, Target, style
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.quantities.shown import Drawn
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TABLE_PICTURE = "front.picture"
 

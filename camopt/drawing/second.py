@@ -6,8 +6,8 @@ import numpy as np
 
 from camopt.drawing.picture import Picture, area, draw_line
 from camopt.drawing.style import BODY, INK, SECOND_COLOUR
-from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import profile_points
+from camopt.numerics import ComplexArray
 
 AROUND = 1.06  # of the largest radius of the discs: where the frame of a follower that translates passes the cam
 

@@ -20,7 +20,7 @@ from camopt.drawing.panels import Panel, panels
 from camopt.drawing.picture import Picture, area, draw_circle, draw_line
 from camopt.drawing.second import draw_second_contact, draw_second_disc
 from camopt.drawing.style import FAINT, INK, MUTED, SMALL, TEXT, TITLE_SIZE
-from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import ComplexArray
 from camopt.problem.linkage import pivot_of, turning_of
 
 SHOWN_PANELS = (0, 2, 4)  # displacement, acceleration, pressure angle, of the six diagrams of a design

@@ -1,12 +1,24 @@
-"""The one style of all pictures: colours, pens, sizes of text.
+"""The one style of all pictures: colours, pens, sizes of text; and their figures, whose files appear only whole.
 
 The colours of a series are those of Okabe and Ito, Color Universal Design (2008), which people of every colour
 vision tell apart; its lines differ in dashes or marks as well.
 """
 
-from typing import Any
+import os
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.storage.files import checked_suffix, whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Figure
+else:
+    Figure = Any  # the type of pictures: matplotlib is imported when one is drawn
 
 INK, MUTED, FAINT, FILL, BODY, ALARM = "#22303c", "#5f6b76", "#c3cad1", "#eef2f5", "#dbe1e7", "#b3261e"
 PALE_ALARM = "#f4dedd"  # of areas: printers lose opacity
@@ -62,3 +74,71 @@ def pen_of(place: int) -> dict[str, Any]:
 def dress(axes: Any) -> None:
     """The grid that all diagrams have."""
     axes.grid(True, which="major", zorder=0.5, **GRID_STYLE)
+
+
+STILL_KINDS = (".png", ".svg", ".pdf")
+DATES: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+
+
+Target = str | os.PathLike[str] | None
+"""The file of a picture; None for a figure that is only drawn."""
+
+
+@contextmanager
+def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **options: Any) -> "Iterator[Figure]":
+    """An empty figure of a size in inches, which is saved to the path, if any, when the block ends without error.
+
+    The suffix of the path gives the format; the errors are those of ``plot``. The same drawing gives the same
+    file. A $ in a text stays a $, unless ``powers`` asks for axes with powers of ten.
+    """
+    with pages(path, [size], powers=powers, **options) as (figure,):
+        yield figure
+
+
+@contextmanager
+def style(*, powers: bool = False) -> Iterator[None]:
+    """The one style of all pictures, while the block runs."""
+    import matplotlib.style
+
+    with (
+        matplotlib.style.context(["default", {**RC, "text.parse_math": powers}], after_reset=True),
+        warnings.catch_warnings(),
+    ):
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in a script the font lacks
+        yield
+
+
+@contextmanager
+def pages(
+    path: Target, sizes: Sequence[tuple[float, float]], *, powers: bool = False, **options: Any
+) -> "Iterator[Sequence[Figure]]":
+    """Empty figures as of ``canvas``, the pages of one file; only a PDF has more than one."""
+    from camopt.drawing.empty_figure import EmptyFigure  # noqa: PLC0415  it imports matplotlib
+
+    if path is not None:
+        checked_suffix(path, "path", STILL_KINDS if len(sizes) == 1 else (".pdf",))
+    with style(powers=powers):
+        figures = [EmptyFigure(size, **options) for size in sizes]
+        yield figures
+        if path is None:
+            for figure in figures:
+                figure.draw_without_rendering()  # makes the ticks, in this style, wherever it is shown later
+        else:
+            drawn = _drawn(figures, Path(path).suffix.lower())
+            with whole_file(path) as partial:
+                partial.write_bytes(drawn)
+
+
+def _drawn(figures: "Sequence[Figure]", suffix: str) -> bytes:
+    """The bytes of a file; one that cannot be finished gives matplotlib other trouble than the disk's."""
+    file = BytesIO()
+    if suffix == ".pdf":
+        from matplotlib.backends.backend_pdf import PdfPages
+
+        with PdfPages(file, metadata=DATES[suffix]) as book:
+            for figure in figures:
+                figure.savefig(book, format="pdf")
+    else:
+        (figure,) = figures
+        figure.savefig(file, format=suffix[1:], metadata=DATES.get(suffix))
+    return file.getvalue()

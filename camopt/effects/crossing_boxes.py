@@ -36,9 +36,9 @@ from camopt.effects.case import Setup
 from camopt.effects.crossing import find_crossing
 from camopt.effects.profile_parts import drawn, on_side, position_and_speed, start_height
 from camopt.mechanisms.body import INNER_SIDE
-from camopt.mechanisms.design import BoolArray, Designs
+from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
-from camopt.numerics import GIVEN, FloatArray
+from camopt.numerics import GIVEN, BoolArray, FloatArray
 from camopt.numerics.interval import Interval, as_interval, widened
 from camopt.numerics.sloped import Sloped, by_chain, variables
 

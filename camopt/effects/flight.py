@@ -25,9 +25,8 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.effects.force import force_series
-from camopt.mechanisms.design import BoolArray
 from camopt.motion.programme import Programme
-from camopt.numerics import BISECTIONS, FloatArray, IntArray
+from camopt.numerics import BISECTIONS, BoolArray, FloatArray, IntArray
 from camopt.numerics.curves import curve
 from camopt.numerics.piecewise import sign_changes
 from camopt.numerics.state import State

@@ -17,9 +17,9 @@ from numpy.polynomial import polynomial
 
 from camopt.effects.case import Setup
 from camopt.mechanisms.body import INNER_SIDE
-from camopt.mechanisms.design import ComplexArray, Designs
+from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
-from camopt.numerics import FloatArray, IntArray
+from camopt.numerics import ComplexArray, FloatArray, IntArray
 from camopt.numerics.piecewise import MotionTable
 
 HALF_PART = np.pi / 100  # half of the cam angle of a first part

@@ -15,9 +15,8 @@ from camopt.effects.motion import scale
 from camopt.exporting.loads import load_column, load_of, loads_at
 from camopt.exporting.spacing import checked_angles, in_steps, within_chord
 from camopt.mechanisms.body import WHICH_DISC
-from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 from camopt.problem.problem import Problem, resolve_design
 from camopt.problem.rows import Rows
 from camopt.quantities import AT_FOLLOWER, DERIVATIVES, displacement_unit, motion_quantity

@@ -17,9 +17,9 @@ import numpy as np
 
 from camopt.contour.curve import groove_heights
 from camopt.exporting import shapes
+from camopt.exporting.exported import Workpiece
 from camopt.exporting.groove import WALL_SIDES, Groove, Skin, carved, sectioned, skin, spline_of, undercut_at
 from camopt.exporting.shapes import Shape
-from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 

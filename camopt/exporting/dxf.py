@@ -12,9 +12,8 @@ from ezdxf.layouts.layout import Modelspace
 
 from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
-from camopt.exporting.exported import Export, told
+from camopt.exporting.exported import Export, Workpiece, told
 from camopt.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, layout_of, plan_of
-from camopt.exporting.workpiece import Workpiece
 from camopt.quantities.unit_systems import MM, shown, system_shown
 from camopt.storage.files import whole_file
 from camopt.storage.version import VERSION

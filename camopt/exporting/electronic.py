@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from camopt.exporting.exported import Export
-from camopt.exporting.workpiece import Workpiece
+from camopt.exporting.exported import Export, Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.quantities.unit_systems import computed, shown_unit
 from camopt.storage.files import write_text

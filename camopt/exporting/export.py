@@ -13,8 +13,7 @@ from camopt.contour.curve import SECOND, curves_of
 from camopt.effects import Case, offered
 from camopt.effects.rib import THICKNESS
 from camopt.exporting.endings import ENDINGS
-from camopt.exporting.exported import Export
-from camopt.exporting.workpiece import Workpiece
+from camopt.exporting.exported import Export, Workpiece
 from camopt.mechanisms.body import WHICH_DISC
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, resolve_design

@@ -21,7 +21,7 @@ from camopt.contour.deviation import deviation_bound
 from camopt.contour.follow import CHORD, Followed, follow
 from camopt.contour.path import ArcPath
 from camopt.exporting.cam_points import check_cutter
-from camopt.exporting.exported import Export, told
+from camopt.exporting.exported import Export, Workpiece, told
 from camopt.exporting.groove_program import write_groove
 from camopt.exporting.machining import (
     BESIDE_A_RIB,
@@ -33,9 +33,8 @@ from camopt.exporting.machining import (
     with_shown_unit,
 )
 from camopt.exporting.program import BY_ENDING, DIALECTS, Program
-from camopt.exporting.workpiece import Workpiece
-from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import ComplexArray
 from camopt.storage.files import write_text
 from camopt.storage.version import VERSION
 

@@ -19,10 +19,9 @@ import numpy as np
 
 from camopt.contour.curve import CamCurve, SmoothPart, cylinder_ends
 from camopt.exporting.cam_points import check_cutter
-from camopt.exporting.exported import Export
+from camopt.exporting.exported import Export, Workpiece
 from camopt.exporting.groove_program import left_on_walls
 from camopt.exporting.spacing import in_steps
-from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import BISECTIONS, FloatArray
 from camopt.quantities.unit_systems import INCH, MM, shown, shown_unit, system_shown

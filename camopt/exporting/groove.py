@@ -23,9 +23,8 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from camopt.contour.curve import CamCurve, SmoothPart, curve_of, discs_of
-from camopt.exporting.workpiece import Workpiece
-from camopt.mechanisms.design import BoolArray, ComplexArray
-from camopt.numerics import FloatArray
+from camopt.exporting.exported import Workpiece
+from camopt.numerics import BoolArray, ComplexArray, FloatArray
 
 WALL_SIDES = (-1.0, 1.0)  # of the lower and the upper wall
 SECTOR_ANGLE = 1.6  # rad: of a sector of the turn

@@ -27,7 +27,7 @@ import numpy as np
 
 from camopt.contour.curve import CamCurve, SmoothPart, cylinder_ends
 from camopt.exporting.cam_points import check_cutter
-from camopt.exporting.exported import CurveInFile, Export
+from camopt.exporting.exported import CurveInFile, Export, Workpiece
 from camopt.exporting.machining import (
     BESIDE_A_RIB,
     CLEARANCE,
@@ -38,7 +38,6 @@ from camopt.exporting.machining import (
     with_shown_unit,
 )
 from camopt.exporting.program import DIALECTS, Dialect, Program
-from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import as_interval

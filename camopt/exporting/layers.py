@@ -17,7 +17,7 @@ from camopt.contour.follow import Followed, check_kind, follow
 from camopt.contour.hole import bore_with_keyway
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.exporting.cam_points import check_cutter
-from camopt.exporting.workpiece import Workpiece
+from camopt.exporting.exported import Workpiece
 from camopt.motion.driven import tool_position
 from camopt.problem.linkage import linkage_at, pivot_of
 from camopt.problem.problem import Problem

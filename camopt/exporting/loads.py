@@ -11,8 +11,7 @@ from camopt.drawing.loads import load_panels
 from camopt.drawing.picture import Picture
 from camopt.effects.contacts import PLACES
 from camopt.effects.force import CONTACT
-from camopt.mechanisms.design import BoolArray
-from camopt.numerics import FloatArray, IntArray
+from camopt.numerics import BoolArray, FloatArray, IntArray
 from camopt.quantities import QUANTITIES, Quantity
 
 SAME_ANGLE = 1e-12  # rad: an angle so near to the end of a piece is at it

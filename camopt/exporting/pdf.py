@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from camopt.exporting.exported import CurveInFile, Export
-from camopt.exporting.workpiece import Workpiece
+from camopt.exporting.exported import CurveInFile, Export, Workpiece
 from camopt.sheet.paper import scale_name
 from camopt.sheet.sheet import write_sheets
 from camopt.sheet.sizes import Clearance, clearance_of

@@ -7,8 +7,7 @@ import numpy as np
 from camopt.contour.deviation import deviation_bound
 from camopt.contour.follow import AIM, CHORD, check_kind, lines_through
 from camopt.exporting.cam_points import WRITERS, cam_points
-from camopt.exporting.exported import CurveInFile, Export
-from camopt.exporting.workpiece import Workpiece
+from camopt.exporting.exported import CurveInFile, Export, Workpiece
 from camopt.mistakes import BadInput, Mistake
 
 

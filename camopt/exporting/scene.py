@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from camopt.exporting.exported import Export
-from camopt.exporting.workpiece import Workpiece
+from camopt.exporting.exported import Export, Workpiece
 from camopt.scene.written import write_scene
 
 

@@ -38,8 +38,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Face
 
 from camopt.contour.path import ArcPath, CubicPath
-from camopt.mechanisms.design import ComplexArray
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 
 Shape = Any
 """Of Open CASCADE, whose classes mypy does not know."""
@@ -114,7 +113,7 @@ def spline_edge(poles: FloatArray, knots: FloatArray, ends: Sequence[Shape]) -> 
         places.SetValue(k, gp_point(*pole[:3]))
     each, times = np.unique(knots, return_counts=True)
     degree = len(knots) - len(poles) - 1
-    curve = Geom_BSplineCurve(places, _filled(Array1_double, each), _filled(Array1_int, times), degree)
+    curve = Geom_BSplineCurve(places, _cad_array(Array1_double, each), _cad_array(Array1_int, times), degree)
     return BRepBuilderAPI_MakeEdge(curve, *ends, float(knots[0]), float(knots[-1])).Edge()
 
 
@@ -127,7 +126,7 @@ def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> 
     knots, times = zip(*(np.unique(each, return_counts=True) for each in (first, second)), strict=True)
     degrees = len(first) - count - 1, len(second) - across - 1
     reals, integers = (
-        [_filled(kind, each) for each in both] for kind, both in ((Array1_double, knots), (Array1_int, times))
+        [_cad_array(kind, each) for each in both] for kind, both in ((Array1_double, knots), (Array1_int, times))
     )
     return Geom_BSplineSurface(places, *reals, *integers, *degrees)
 
@@ -181,7 +180,7 @@ def sewn(faces: Iterable[Shape]) -> Shape:
     return solid
 
 
-def _filled(kind: Any, values: np.ndarray) -> Shape:
+def _cad_array(kind: Any, values: np.ndarray) -> Shape:
     """Numbers as an array of Open CASCADE of some kind."""
     found = kind(1, len(values))
     for k, value in enumerate(values.tolist(), 1):

@@ -23,9 +23,8 @@ from camopt.effects import Case
 from camopt.effects.outline import RADIUS
 from camopt.exporting import shapes
 from camopt.exporting.cylinder import grooved_body
-from camopt.exporting.exported import CurveInFile, told
+from camopt.exporting.exported import CurveInFile, Workpiece, told
 from camopt.exporting.shapes import Shape
-from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.body import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.part import Part

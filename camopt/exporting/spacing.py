@@ -7,9 +7,8 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 
 MOST_POINTS = 1_000_000  # points
 WIDEST_STEP = 10.0  # deg: the coarsest spacing

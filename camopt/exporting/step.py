@@ -16,9 +16,8 @@ from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 from OCP.TCollection import TCollection_HAsciiString
 
 from camopt.contour.follow import CHORD
-from camopt.exporting.exported import Export
+from camopt.exporting.exported import Export, Workpiece
 from camopt.exporting.solid import solid_of
-from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
 from camopt.storage.version import VERSION
 

@@ -11,9 +11,8 @@ from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.StlAPI import StlAPI_Writer
 
 from camopt.contour.follow import CHORD, SHORTEST_CHORD, check_kind
-from camopt.exporting.exported import Export
+from camopt.exporting.exported import Export, Workpiece
 from camopt.exporting.solid import solid_of
-from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.storage.files import whole_file

@@ -6,9 +6,8 @@ from xml.etree import ElementTree as Xml
 
 from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
-from camopt.exporting.exported import Export, told
+from camopt.exporting.exported import Export, Workpiece, told
 from camopt.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of
-from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
 from camopt.storage.version import VERSION
 

@@ -12,7 +12,7 @@ import numpy as np
 from camopt.front.curve_numbers import CurveNumbers, OwnCurves
 from camopt.front.curve_verdicts import CurveVerdicts
 from camopt.front.pareto import best_of_laws, non_dominated
-from camopt.mechanisms.design import BoolArray
+from camopt.numerics import BoolArray
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Objectives, Rows, concatenate_rows
 from camopt.problem.space import Space

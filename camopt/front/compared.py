@@ -20,8 +20,7 @@ from camopt.problem.rows import Rows, concatenate_rows, scattered
 from camopt.problem.space import EDGE_OF_SPACE, Space
 from camopt.quantities import in_order
 from camopt.scene.scene import Scene
-from camopt.tables.columns import joined_laws
-from camopt.tables.designs import ByLaw, Design
+from camopt.tables.designs import ByLaw, Design, joined_laws
 from camopt.verdicts.judging import bound_excesses, by_excess, evaluate_rows, least_excess
 
 MOST_LOOKED_AT = 1 << 22  # designs for the nearest miss: to find nothing does not take twice as long

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from camopt.effects.peak import Bodies
 from camopt.mechanisms import Designs, Mechanism
-from camopt.mechanisms.design import BoolArray
-from camopt.numerics import FloatArray, IntArray
+from camopt.numerics import BoolArray, FloatArray, IntArray
 from camopt.problem.problem import Problem
 from camopt.problem.space import Space
 

@@ -16,8 +16,8 @@ from camopt.effects import find_effect
 from camopt.effects.peak import Bodies
 from camopt.front.curve_numbers import AT_ONCE, CurveNumbers, OwnCurves
 from camopt.front.pareto import row_costs, undominated
-from camopt.mechanisms.design import BoolArray, itself
-from camopt.numerics import FloatArray, IntArray
+from camopt.mechanisms.design import itself
+from camopt.numerics import BoolArray, FloatArray, IntArray
 from camopt.numerics.sorting_out import Block, Curves, Range, counted, gathered_of
 from camopt.problem.limit import Limit, OnCurves, needs_of
 from camopt.problem.problem import Problem, strictest

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import BoolArray
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, FloatArray
 from camopt.problem.rows import Columns, Objectives, Rows, joined_rows
 from camopt.tables.result import plain
 

@@ -5,18 +5,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.drawing.canvas import Target, canvas
-from camopt.drawing.style import INK, PAGE_TITLE, SERIES, dress
+from camopt.drawing.style import INK, PAGE_TITLE, SERIES, Figure, Target, canvas, dress
 from camopt.front.result import Sweep
 from camopt.mistakes import BadInput, Mistake
 from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
 from camopt.tables.cells import axis_label, unit_of_column
-from camopt.tables.columns import joined_laws
+from camopt.tables.designs import joined_laws
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 MOST_PANELS = 3  # all pairs of three objectives
 MOST_LAWS = len(SERIES) - 1  # with a colour each; further laws share the last colour

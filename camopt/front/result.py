@@ -13,10 +13,17 @@ from camopt.problem.unused import notes_of_search
 from camopt.quantities.shown import Drawn
 from camopt.scene.scene import Scene
 from camopt.storage.manifest import manifest_of
-from camopt.tables.columns import bounds_shown, columns_of, designs_table, laws_shown, own_units, with_law
-from camopt.tables.designs import Design, miss_sections
-from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result
+from camopt.tables.designs import (
+    Design,
+    bounds_shown,
+    columns_of,
+    designs_table,
+    laws_shown,
+    miss_sections,
+    own_units,
+    with_law,
+)
+from camopt.tables.result import Result, Table, table_of
 from camopt.tables.writing import TableInMemory, tables_of_arrow
 from camopt.verdicts.judging import Effort
 from camopt.verdicts.words import BROKEN, UNDECIDED

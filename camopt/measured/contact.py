@@ -20,9 +20,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import BoolArray, ComplexArray, Designs
+from camopt.mechanisms.design import Designs
 from camopt.mechanisms.oscillating_flat import first_sine
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, ComplexArray, FloatArray
 from camopt.problem.problem import Problem
 
 

@@ -25,8 +25,7 @@ from camopt.quantities.shown import Drawn
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
-from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result
+from camopt.tables.result import Result, Table, table_of
 
 JERK_ORDER = 3  # its order
 NAMED = 6  # rows at most

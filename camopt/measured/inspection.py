@@ -49,8 +49,7 @@ from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import zone_of
 from camopt.tables.cells import number, with_unit
-from camopt.tables.layout import NUMERIC, Cell, Table
-from camopt.tables.result import Result
+from camopt.tables.result import NUMERIC, Cell, Result, Table
 from camopt.tolerances.contributions import contributions
 from camopt.tolerances.response import Responses
 from camopt.tolerances.turn import TurnErrors

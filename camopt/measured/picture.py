@@ -1,13 +1,26 @@
 """A measured motion: points and motion, deviations in their band, acceleration before and after."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.diagrams import in_powers
 from camopt.drawing.picture import Picture, four_digits, told
-from camopt.drawing.style import ALARM, COLOURS, DOT, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE_SIZE, dress
+from camopt.drawing.style import (
+    ALARM,
+    COLOURS,
+    DOT,
+    FAINT,
+    INK,
+    LIMIT,
+    MUTED,
+    PAGE_TITLE,
+    TITLE_SIZE,
+    Figure,
+    Target,
+    canvas,
+    dress,
+)
 from camopt.measured.fitted import Fit
 from camopt.measured.profile_picture import draw_profile
 from camopt.measured.reading import angle_from
@@ -15,9 +28,6 @@ from camopt.motion.table import RISE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown, shown_unit
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 RAW_COLOUR, FIT_COLOUR = MUTED, COLOURS[RISE]
 PLACES = ((0.09, 0.66, 0.88, 0.22), (0.09, 0.375, 0.88, 0.19), (0.09, 0.07, 0.88, 0.22))

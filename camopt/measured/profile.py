@@ -26,10 +26,9 @@ from camopt.measured.least_jerk import Freest, Room, freest
 from camopt.measured.number_table import bad
 from camopt.measured.outline import gaps, no_points
 from camopt.measured.reading import FEWEST_MEASURED, FULL_TURN, MeasuredPoints, angle_from
-from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import profile_points
 from camopt.mistakes import BadInput, Mistake, Unsolved
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 from camopt.problem.problem import Problem
 
 DENSE = 7200  # points of a curve, about, among which the nearest is sought

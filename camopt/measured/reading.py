@@ -14,9 +14,8 @@ from camopt.measured.columns import LARGEST_MEASURED, MM_PER_UNIT, XY, TableColu
 from camopt.measured.delimited import decode, text_rows
 from camopt.measured.number_table import NumberTable, bad, number_table
 from camopt.measured.workbook import WORKBOOKS, workbook_rows
-from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 from camopt.storage.files import read_bytes
 
 FULL_TURN = 360.0

@@ -19,8 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import ComplexArray
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 
 MOST_WAVES = 120
 PER_WAVE = 4

@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.mechanisms.body import Body, Flank
 from camopt.mechanisms.drive import Drive
@@ -14,13 +13,9 @@ from camopt.mechanisms.follower import FollowerMotion, Tip
 from camopt.mechanisms.rest import ContactPoint, Off, Rest
 from camopt.motion.contact import ProfileContact as OnProfile
 from camopt.motion.programme import Programme
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, ComplexArray, FloatArray
 from camopt.numerics.interval import as_interval
 from camopt.numerics.stable import difference_of_squares_root, exact_sum
-
-ComplexArray = NDArray[np.complex128]
-BoolArray = NDArray[np.bool_]
-
 
 SIZE_FIELDS = ("size", "roller_radius", "offset", "arm_length", "centre_distance", "face_offset", "roller_spacing")
 FIELDS = {

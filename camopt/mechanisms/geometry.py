@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
+from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 
 
 class CamCurves(NamedTuple):

@@ -12,8 +12,7 @@ from camopt.drawing.linkage import reach_of
 from camopt.drawing.panels import Panel
 from camopt.drawing.picture import STROKE_NAMES, Picture
 from camopt.drawing.second import second_contact
-from camopt.mechanisms.design import ComplexArray
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 from camopt.problem.linkage import linkage_at
 from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene

@@ -27,8 +27,7 @@ from camopt.reporting.sections import (
 from camopt.reporting.tolerances import CAMS, has_tolerances, picture_of
 from camopt.scene.oddities import no_wall
 from camopt.scene.scene import Scene
-from camopt.tables.layout import Cell, Table
-from camopt.tables.result import Result
+from camopt.tables.result import Cell, Result, Table
 from camopt.tolerances.batch import sample_cams
 from camopt.tolerances.tolerance import tolerance
 from camopt.verdicts.evaluation import Evaluation, evaluate_design

@@ -13,8 +13,7 @@ from camopt.scene.keys import KeyInWords, found_keys
 from camopt.scene.places import table_heading
 from camopt.scene.schema import TABLES
 from camopt.scene.sources import shipped_scenes, shipped_toml
-from camopt.tables.layout import ABOUT, Cell, Table, table_of
-from camopt.tables.result import Listing
+from camopt.tables.result import ABOUT, Cell, Listing, Table, table_of
 
 SCALED = "By the cam angle, a stroke of lift h over an angle β (rad) has these peaks times h/β, h/β² and h/β³."
 

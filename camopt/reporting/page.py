@@ -18,7 +18,7 @@ from markupsafe import Markup
 
 from camopt.storage.version import VERSION
 from camopt.tables.html import html_table
-from camopt.tables.layout import Table
+from camopt.tables.result import Table
 
 TURNING = ("geometry", "drawing", "cam", "diagrams", "player", "theme", "printing")
 PROGRAMS = {

@@ -31,8 +31,7 @@ from camopt.synthesis.compare import known_laws_of
 from camopt.synthesis.files import FRONTIER, KNOWN_FILE, SCENE_FILE, SUMMARY_FILE, TOLD
 from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.told import bound_in_words
-from camopt.tables.columns import joined_laws
-from camopt.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, scene_of
+from camopt.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, joined_laws, scene_of
 from camopt.tables.result import Result
 from camopt.tables.table import frame_of
 from camopt.verdicts.evaluation import Evaluation

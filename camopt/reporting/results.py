@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.drawing.picture import Picture
-from camopt.mechanisms.design import BoolArray
 from camopt.mistakes import BadInput, Mistake
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, FloatArray
 from camopt.problem.problem import resolve_design
 from camopt.problem.variables import variables_of
 from camopt.quantities import QUANTITIES
@@ -23,9 +22,8 @@ from camopt.reporting.page import deflated, rendered
 from camopt.reporting.sections import signed
 from camopt.scene.scene import Scene
 from camopt.tables.cells import heading, shown_name, unit_of_column
-from camopt.tables.columns import axes_of
-from camopt.tables.designs import DESIGNS, PARETO, scene_of_row
-from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tables.designs import DESIGNS, PARETO, axes_of, scene_of_row
+from camopt.tables.result import NUMERIC, Cell, Table
 
 if TYPE_CHECKING:
     import pandas as pd

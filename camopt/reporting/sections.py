@@ -15,8 +15,8 @@ from camopt.scene.scene import Scene
 from camopt.scene.units import as_shown
 from camopt.studies.cost_report import what_runs
 from camopt.tables.cells import name_in_shown_unit, number, quantity
-from camopt.tables.columns import bounds_shown, is_nothing
-from camopt.tables.layout import ABOUT, NUMERIC, WORDS, Cell, Table
+from camopt.tables.designs import bounds_shown, is_nothing
+from camopt.tables.result import ABOUT, NUMERIC, WORDS, Cell, Table
 from camopt.verdicts.certify import CONDITIONS, certify_problem
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.words import ARM_UNCHECKED, BROKEN, HELD, UNDECIDED

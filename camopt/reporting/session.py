@@ -34,7 +34,7 @@ from camopt.reporting.sections import (
 from camopt.reporting.tolerances import AT_REST, MOVING, has_tolerances, in_a_sentence, yield_in_a_sentence
 from camopt.scene.scene import Scene
 from camopt.scene.written import write_scene
-from camopt.tables.layout import Cell, Table
+from camopt.tables.result import Cell, Table
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
 from camopt.verdicts.judging import evaluate_rows
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED

@@ -16,9 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.mechanisms.design import BoolArray, ComplexArray
 from camopt.motion.profile import GivenElement, PlacedElement, Unfit, parts_of
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, ComplexArray, FloatArray
 from camopt.scene.dxf import Outline, profile_in
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at

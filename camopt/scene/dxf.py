@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 from camopt.storage.files import read_bytes
 from camopt.storage.home import settle_home
 

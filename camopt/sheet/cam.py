@@ -14,11 +14,10 @@ from camopt.contour.path import ArcPath
 from camopt.drawing.picture import END_SHARE, STROKE_NAMES, Picture
 from camopt.effects import Case, offered
 from camopt.effects.solid import MASS
-from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves, from_image
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 from camopt.problem.problem import Problem
 from camopt.scene.part import Part
 from camopt.scene.scene import Scene

@@ -17,7 +17,7 @@ from shapely import LineString, box, union_all
 
 from camopt.contour.curve import cylinder_ends, groove_heights
 from camopt.contour.hole import keyway_turn
-from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import ComplexArray
 from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.cam import POINT_STEP, TrueCam
@@ -184,7 +184,7 @@ class DevelopedView:
         bottom, _ = self.ends
         tip = complex(self.around * 0.02, bottom - FIRST_LEVEL - 8.0)
         words = self.cam.say("the surface moves")
-        marks = symbols.translation(tip, -1.0, 15.0)
+        marks: Marks = [line(tip + 15.0, tip + symbols.MOTION[0], pen=THICK), arrow(tip, -1.0, *symbols.MOTION)]
         marks.append(Words(tip + complex(17.0, -MEDIUM / 2), words, MEDIUM))
         return [*marks, *self._surface(complex(self.around, bottom - FIRST_LEVEL - 2.0))]
 

@@ -97,7 +97,5 @@ def angular(radius: float, start: float, end: float, centre: complex = 0.0) -> M
             tangent = 1j * sense * side * np.exp(1j * (direction - side * lean))
             marks.append(arrow(centre + radius * np.exp(1j * direction), tangent))
         return marks
-    for direction in (start, end):
-        dot = centre + radius * np.exp(1j * direction)
-        marks.append(Line(arc_points(0.5, centre=dot), filled=True))
-    return marks
+    dots = (centre + radius * np.exp(1j * direction) for direction in (start, end))
+    return [*marks, *(Line(arc_points(0.5, centre=dot), filled=True) for dot in dots)]

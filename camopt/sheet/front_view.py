@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from camopt.contour.hole import keyway_turn
-from camopt.mechanisms.design import ComplexArray
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 from camopt.scene.part import Part
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.dimensions import inwards, outwards

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from shapely import LineString, Polygon, STRtree
 
-from camopt.mechanisms.design import ComplexArray
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 from camopt.quantities.unit_systems import SYSTEMS, shown, system_shown
 
 MM = 72 / 25.4  # points

@@ -59,8 +59,7 @@ class Paper:
         middle = complex(self.width / 2, self.height / 2)
         down = (complex(middle.real, low.imag), 1j), (complex(middle.real, high.imag), -1j)
         across = (complex(low.real, middle.imag), 1.0), (complex(high.real, middle.imag), -1.0)
-        for end, into in (*down, *across):
-            marks.append(line(end - ZONES * into, end + CENTRING * into, pen=BORDER))
+        marks += [line(end - ZONES * into, end + CENTRING * into, pen=BORDER) for end, into in (*down, *across)]
         marks += self._zones(middle)
         name = complex(high.real, low.imag - ZONES - 3.6)
         return [*marks, Words(name, self.name, MEDIUM, 1.0)]

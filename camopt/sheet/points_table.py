@@ -12,8 +12,7 @@ from math import ceil
 
 import numpy as np
 
-from camopt.mechanisms.design import ComplexArray
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 from camopt.quantities.unit_systems import shown, shown_unit, system_shown
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.marks import FINER, MEDIUM, THICK, Mark, Marks, Words, line, rectangle, width_of

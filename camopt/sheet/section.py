@@ -12,7 +12,7 @@ import numpy as np
 from shapely import LineString, Polygon, box, make_valid, union_all
 
 from camopt.contour.hole import keyway_turn
-from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import ComplexArray
 from camopt.numerics.stable import difference_of_squares_root
 from camopt.scene.part import Part
 from camopt.sheet import symbols

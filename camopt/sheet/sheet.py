@@ -11,7 +11,7 @@ from itertools import islice
 from math import inf, pi
 from typing import NamedTuple
 
-from camopt.drawing.canvas import pages
+from camopt.drawing.style import pages
 from camopt.mechanisms.body import Body
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem
@@ -136,7 +136,7 @@ def disc_above(desk: Desk, views: Views) -> Placed:
     yield Box(complex(inner.low.real, box_of(rows).high.imag + FROM_FRAME), inner.high), views.disc
 
 
-def beside(desk: Desk, views: Views) -> Placed:
+def views_beside_table(desk: Desk, views: Views) -> Placed:
     """Views on the left with the notes below them, the table on the right above the title block."""
     inner = desk.inner
     said = moved(notes(desk.texts, desk.beside), inner.low)
@@ -189,19 +189,21 @@ def forms(body: Body, step: float | None = None) -> Iterator[Arrangement]:
     if step is None:
         yield from usual
         return
-    for paper, place in dict.fromkeys([*((form.paper, form.place) for form in usual), (A3, beside), (A2, beside)]):
+    for paper, place in dict.fromkeys(
+        [*((form.paper, form.place) for form in usual), (A3, views_beside_table), (A2, views_beside_table)]
+    ):
         yield from (Arrangement(paper, step, blocks, place) for blocks in range(1, MOST_BLOCKS + 1))
 
 
 CYLINDER_FORMS = (
     Arrangement(A3, 5.0, 4, cylindrical),
     *(Arrangement(A3, 10.0, blocks, cylindrical) for blocks in (4, 3, 2)),
-    Arrangement(A3, 10.0, 1, beside),
+    Arrangement(A3, 10.0, 1, views_beside_table),
 )
 DISC_FORMS = (
     *(Arrangement(A4, 10.0, blocks, disc_above) for blocks in (3, 2)),
-    Arrangement(A3, 5.0, 2, beside),
-    Arrangement(A3, 10.0, 1, beside),
+    Arrangement(A3, 5.0, 2, views_beside_table),
+    Arrangement(A3, 10.0, 1, views_beside_table),
 )
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.contour.hole import keyway_corners
-from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import ComplexArray
 from camopt.scene.fits import depth_tolerance
 from camopt.scene.iso286 import deviations
 from camopt.scene.part import Part

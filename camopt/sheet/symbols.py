@@ -37,9 +37,8 @@ def projection(centre: complex) -> Marks:
     left, right = centre - 5.0, centre + 5.0
     cone = [left + complex(side * half, end) for side, end in ((-1, small), (1, large), (1, -large), (-1, -small))]
     marks: Marks = [closed(*cone, pen=THICK), circle(large, THICK, right), circle(small, THICK, right)]
-    for middle, reach in ((left, half + over), (right, large + over), (right, 1j * (large + over))):
-        marks.append(line(middle - reach, middle + reach, pen=CHAIN))
-    return marks
+    centre_lines = (left, half + over), (right, large + over), (right, 1j * (large + over))
+    return [*marks, *(line(middle - reach, middle + reach, pen=CHAIN) for middle, reach in centre_lines)]
 
 
 def roughness(foot: complex, value: float) -> Marks:
@@ -112,9 +111,3 @@ def rotation(radius: float, middle: float, sense: float) -> Marks:
     ends = middle - sense * half, middle + sense * half
     head = arrow(radius * np.exp(1j * ends[1]), 1j * sense * np.exp(1j * (ends[1] - lean)), *MOTION)
     return [Line(arc_points(radius, ends[0], ends[1] - 2 * lean), THICK), head]
-
-
-def translation(tip: complex, direction: complex, length: float) -> Marks:
-    """A thick arrow in the direction (of length 1) of a motion."""
-    foot = tip - MOTION[0] * direction
-    return [line(tip - length * direction, foot, pen=THICK), arrow(tip, direction, *MOTION)]

@@ -33,8 +33,7 @@ from camopt.smallest.smallest import smallest
 from camopt.smallest.smallest_train import TrainSearch, free_of_train, listed_trains
 from camopt.smallest.smallest_turn import smallest_of_turns
 from camopt.smallest.turns import SegmentAngles
-from camopt.tables.columns import joined_laws
-from camopt.tables.designs import ByLaw, Design
+from camopt.tables.designs import ByLaw, Design, joined_laws
 from camopt.verdicts.judging import LAST_AT_ONCE, by_excess, evaluate_rows, violations, worst_excesses
 from camopt.verdicts.screening import feasible
 from camopt.verdicts.warned import warnings_of

@@ -11,10 +11,8 @@ from camopt.scene.oddities import no_wall
 from camopt.scene.scene import Scene
 from camopt.smallest.price import PRICE_COLUMNS, UNKNOWN_PRICE, Price, price_table
 from camopt.tables.cells import with_unit
-from camopt.tables.columns import designs_table, laws_shown, with_law
-from camopt.tables.designs import Design, miss_sections
-from camopt.tables.layout import Table
-from camopt.tables.result import Result, plain
+from camopt.tables.designs import Design, designs_table, laws_shown, miss_sections, with_law
+from camopt.tables.result import Result, Table, plain
 
 TO_THE_LARGEST = "the largest that was tried does, or cannot be assembled"
 

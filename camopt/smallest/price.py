@@ -7,8 +7,7 @@ from warnings import warn
 
 from camopt.quantities.unit_systems import computed, shown, shown_unit
 from camopt.tables.cells import with_unit
-from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result, plain
+from camopt.tables.result import Result, Table, plain, table_of
 
 UNKNOWN_PRICE = "—"
 PRICE_COLUMNS = ("bound", "as set", "price", "tightened", "size without it", "holds to", "then held by")

@@ -23,7 +23,7 @@ from camopt.smallest.optimum import Optimum
 from camopt.smallest.price import Price, Prices
 from camopt.smallest.turns import SegmentAngles
 from camopt.smallest.widened import Toleranced, tolerances_of
-from camopt.tables.columns import joined_laws
+from camopt.tables.designs import joined_laws
 from camopt.verdicts.judging import excesses
 from camopt.verdicts.running import columns_for
 

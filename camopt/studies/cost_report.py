@@ -18,8 +18,7 @@ from camopt.scene.read import numbers_read
 from camopt.scene.scene import Scene
 from camopt.smallest.sized import sized
 from camopt.studies.accuracy.subjects import designs_of
-from camopt.tables.layout import Branch
-from camopt.tables.result import Result
+from camopt.tables.result import Branch, Result
 from camopt.verdicts.evaluation import as_read
 from camopt.verdicts.running import extended
 

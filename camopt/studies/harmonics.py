@@ -11,14 +11,13 @@ Source: Rothbart, Cam Design Handbook (harmonic analysis of cam motion); DLMF 10
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy
 from numpy.polynomial import legendre, polynomial
 
-from camopt.drawing.canvas import Target, canvas
-from camopt.drawing.style import PAGE_TITLE, dress, pen_of
+from camopt.drawing.style import PAGE_TITLE, Figure, Target, canvas, dress, pen_of
 from camopt.effects.motion import scale, unit_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
@@ -31,12 +30,7 @@ from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.tables.cells import with_unit
-from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+from camopt.tables.result import Result, Table, table_of
 
 ORDERS, MOST_ORDERS = 24, 10_000
 ROUNDING = 1e-14  # of the largest amplitude: a smaller one is rounding of the motion, and is 0

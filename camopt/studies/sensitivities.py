@@ -26,8 +26,7 @@ from camopt.problem.variables import Variable
 from camopt.quantities import in_order
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
-from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result
+from camopt.tables.result import Result, Table, table_of
 from camopt.verdicts.running import run_effects
 
 STEP_SHARE = 1e-3  # of what a variable is of the order of: the error of the formula is its fourth power

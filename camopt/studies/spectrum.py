@@ -12,14 +12,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.plot import plot
-from camopt.drawing.style import PAGE_TITLE, dress, pen_of
+from camopt.drawing.style import PAGE_TITLE, Figure, Target, canvas, dress, pen_of
 from camopt.effects.vibration import corners, mass_acceleration
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
@@ -35,16 +34,10 @@ from camopt.problem.rows import Rows, concatenate_rows
 from camopt.quantities import Quantity
 from camopt.quantities.shown import Drawn
 from camopt.scene.arguments import options_by_keyword
+from camopt.scene.scene import Scene
 from camopt.storage.tables import write_table
-from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Columns, Result
+from camopt.tables.result import Columns, Result, Table, table_of
 from camopt.tables.table import schema_of, to_table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from camopt.scene.scene import Scene
-
 
 SPECTRUM = ("spectrum.parquet", "spectrum.svg")
 DRAWN = ("cycloidal", "modified-sine", "modified-trapezoid", "harmonic", "poly345", "poly4567")
@@ -222,7 +215,7 @@ class Spectra(Result):
         plot(each, picture)
 
 
-def spectra_of(scene: "Scene") -> Spectra:
+def spectra_of(scene: Scene) -> Spectra:
     """The spectra of the usual laws and of those that the scene's strokes have, for its damping ratio.
 
     Raises

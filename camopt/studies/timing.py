@@ -25,8 +25,7 @@ from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import with_unit
-from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result
+from camopt.tables.result import Result, Table, table_of
 from camopt.tolerances.errors import error_unit
 from camopt.tolerances.passing import Passing
 from camopt.tolerances.turn import TurnErrors

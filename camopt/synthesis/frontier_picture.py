@@ -3,21 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from math import isinf, pi
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
-from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.labels import Label, around, settle
-from camopt.drawing.style import ALARM, COLOURS, INK, LIMIT, MUTED, PAGE_TITLE, TEXT, dress
+from camopt.drawing.style import ALARM, COLOURS, INK, LIMIT, MUTED, PAGE_TITLE, TEXT, Figure, Target, canvas, dress
 from camopt.motion.table import RISE
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.synthesis.traded import Frontier
 from camopt.synthesis.units import unit_of
-from camopt.tables.columns import joined_laws
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from camopt.tables.designs import joined_laws
 
 FREE_COLOUR = COLOURS[RISE]
 LOG_RATIO = 5.0  # a ratio of values that is shown on a logarithmic scale

@@ -1,17 +1,16 @@
 """Before and after: the cam of the best known law and that of free laws, at one scale, and their motions."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from camopt.drawing.cam import draw_disc
-from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.diagrams import draw_mark, in_powers
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import settle
 from camopt.drawing.panels import moves_asked
 from camopt.drawing.picture import Picture, told
-from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, dress
+from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, Figure, Target, canvas, dress
 from camopt.effects.motion import scale, unit_of
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve
@@ -20,10 +19,7 @@ from camopt.scene.scene import Scene
 from camopt.synthesis.compare import KnownLaws, known_laws_of
 from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.told import OWN_MOVES
-from camopt.tables.columns import joined_laws
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from camopt.tables.designs import joined_laws
 
 KNOWN_COLOUR, NEW_COLOUR = MUTED, COLOURS[RISE]
 CURVES = ("displacement", "velocity", "acceleration", "jerk")

@@ -47,7 +47,7 @@ from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.toleranced import with_offs
 from camopt.synthesis.units import objective_unit
 from camopt.synthesis.unmet import contradiction, no_cam
-from camopt.tables.columns import joined_laws
+from camopt.tables.designs import joined_laws
 
 GENTLE_SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
 PANEL_COUNTS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails

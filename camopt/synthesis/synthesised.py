@@ -25,10 +25,8 @@ from camopt.synthesis.told import (
     why_local,
 )
 from camopt.synthesis.units import objective_unit
-from camopt.tables.columns import designs_table, with_law
-from camopt.tables.designs import Design
-from camopt.tables.layout import Table
-from camopt.tables.result import Result, plain
+from camopt.tables.designs import Design, designs_table, with_law
+from camopt.tables.result import Result, Table, plain
 
 if TYPE_CHECKING:
     from camopt.synthesis.compare import KnownLaws

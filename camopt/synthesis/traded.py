@@ -13,10 +13,8 @@ from camopt.synthesis.from_scene import default_peaks
 from camopt.synthesis.told import OWN_MOVES, motion_limits_in_words, other_limits_in_words
 from camopt.synthesis.units import unit_of
 from camopt.tables.cells import number, with_unit
-from camopt.tables.columns import joined_laws, sizes_shown
-from camopt.tables.designs import Design
-from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result
+from camopt.tables.designs import Design, joined_laws, sizes_shown
+from camopt.tables.result import Result, Table, table_of
 
 
 @dataclass(frozen=True)

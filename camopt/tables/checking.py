@@ -10,8 +10,7 @@ from typing import Any, Literal
 from camopt.mistakes import BAD_INPUT, FILE_TROUBLE, BadInput, Mistake, printable
 from camopt.storage.files import regular_file
 from camopt.storage.manifest import MANIFEST, TABLES, DamagedManifest, Manifest, entry_of, manifest_of
-from camopt.tables.layout import FileLine
-from camopt.tables.result import Result
+from camopt.tables.result import FileLine, Result
 
 FileState = Literal["whole", "damaged", "changed", "missing", "unreadable", "unknown"]
 

@@ -2,7 +2,7 @@
 
 from html import escape
 
-from camopt.tables.layout import Branch, Cell, Table
+from camopt.tables.result import Branch, Cell, Table
 
 HTML_ROWS = 40
 

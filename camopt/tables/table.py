@@ -4,14 +4,14 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
 from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES, Quantity
 from camopt.scene.design_rows import LAW_KEYS, values_of_index
@@ -37,35 +37,20 @@ if TYPE_CHECKING:
 
 def schema_of(quantities: Iterable[Quantity], **about: str) -> pa.Schema:
     """The schema of quantities, with the version that made the table, and what else there is to say of it."""
-    fields = []
-    for each in quantities:
-        facts = {"unit": each.unit, "symbol": each.symbol, "description": each.sentence}
-        fields.append(pa.field(each.name, TYPES[each.kind], nullable=False, metadata=facts))
+    facts = {q: {"unit": q.unit, "symbol": q.symbol, "description": q.sentence} for q in quantities}
+    fields = [pa.field(q.name, TYPES[q.kind], nullable=False, metadata=about) for q, about in facts.items()]
     return pa.schema(fields, metadata={"camopt_version": VERSION, **about})
 
 
-class Column(Protocol):
-    """Numbers of a table that are no quantities of designs."""
-
-    @property
-    def unit(self) -> str: ...
-
-    @property
-    def sentence(self) -> str: ...
-
-    @property
-    def values(self) -> NDArray[np.float64]: ...
-
-
-def write_columns(columns: Mapping[str, Column], scene: Scene, path: str | os.PathLike[str]) -> None:
-    """Write columns of numbers as a table with their units and the scene."""
-    about = [{"unit": each.unit, "description": each.sentence} for each in columns.values()]
-    names = zip(columns, about, strict=True)
-    fields = [pa.field(name, pa.float64(), nullable=False, metadata=facts) for name, facts in names]
+def write_columns(
+    columns: Mapping[str, tuple[str, str, FloatArray]], scene: Scene, path: str | os.PathLike[str]
+) -> None:
+    """Write columns of numbers, each with its unit and a sentence about it, as a table with the scene."""
+    facts = {name: {"unit": unit, "description": sentence} for name, (unit, sentence, _) in columns.items()}
+    fields = [pa.field(name, pa.float64(), nullable=False, metadata=about) for name, about in facts.items()]
     layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
-    rows = len(next(iter(columns.values())).values)
-    arrays = [_array(each.values, rows, pa.float64()) for each in columns.values()]
-    write_table(pa.table(arrays, schema=layout), path)
+    values = {name: each for name, (*_, each) in columns.items()}
+    write_table(to_table(Rows({**values}, len(next(iter(values.values())))), layout), path)
 
 
 def scene_in(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:

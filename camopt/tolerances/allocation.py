@@ -33,8 +33,7 @@ from camopt.problem.zones import number_zones
 from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
 from camopt.scene.scene import Scene
 from camopt.tables.cells import number, with_unit
-from camopt.tables.layout import NUMERIC, Cell, Table
-from camopt.tables.result import Result
+from camopt.tables.result import NUMERIC, Cell, Result, Table
 from camopt.tolerances.contributions import Contribution, contributions
 from camopt.tolerances.errors import error_ends
 from camopt.tolerances.grades import Prices, class_of, costs_for, graded_keys, with_grades

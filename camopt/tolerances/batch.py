@@ -39,8 +39,7 @@ from camopt.scene.arguments import SceneSource, check_count, options_by_keyword,
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
-from camopt.tables.layout import NUMERIC, Cell, Table, table_of
-from camopt.tables.result import Columns, Result
+from camopt.tables.result import NUMERIC, Cell, Columns, Result, Table, table_of
 from camopt.tolerances.draw import Drawn as Off
 from camopt.tolerances.draw import beyond, drawn, parts_of
 from camopt.tolerances.errors import error_ends, error_unit

@@ -5,15 +5,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.drawing.canvas import Target, canvas
-from camopt.drawing.style import ALARM, INK, LIMIT, MUTED, ON_WHITE, PAGE_TITLE, SERIES, dress
+from camopt.drawing.style import (
+    ALARM,
+    INK,
+    LIMIT,
+    MUTED,
+    ON_WHITE,
+    PAGE_TITLE,
+    SERIES,
+    Figure,
+    Target,
+    canvas,
+    dress,
+)
 from camopt.quantities import QUANTITIES
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.tables.cells import number, suffix_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from camopt.tolerances.batch import Batch
 
 BINS, ACROSS = 60, 3

@@ -33,7 +33,7 @@ from camopt.quantities.unit_systems import shown
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import NUMBERED, Zone
 from camopt.tables.cells import number, with_unit
-from camopt.tables.layout import NUMERIC, Cell, Table
+from camopt.tables.result import NUMERIC, Cell, Table
 from camopt.tolerances.interference import INTERFERENCE, NO_INTERFERENCE, Interference
 from camopt.tolerances.limited import limited, worst_of
 from camopt.verdicts.claim_boxes import Answer, Ends

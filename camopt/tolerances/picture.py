@@ -4,8 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.drawing.canvas import Target, canvas
-from camopt.drawing.style import ALARM, MUTED, PAGE_TITLE, SERIES, dress
+from camopt.drawing.style import ALARM, MUTED, PAGE_TITLE, SERIES, Figure, Target, canvas, dress
 from camopt.effects.answers import ORDERS
 from camopt.effects.motion import scale
 from camopt.problem.problem import resolve_design
@@ -15,8 +14,6 @@ from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band_ends, worst, wo
 from camopt.tolerances.two_contacts import cams_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from camopt.tolerances.tolerance import MotionError, MotionErrors
 
 LIGHT, DARK = "#d9e6f2", "#9fc0dd"

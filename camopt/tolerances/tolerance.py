@@ -33,8 +33,7 @@ from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
-from camopt.tables.layout import NUMERIC, Cell, Table, table_of
-from camopt.tables.result import Result, plain
+from camopt.tables.result import NUMERIC, Cell, Result, Table, plain, table_of
 from camopt.tolerances.allocation import Allocation
 from camopt.tolerances.batch import Batch
 from camopt.tolerances.contributions import Contribution, variances

@@ -19,8 +19,7 @@ from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.settings import toleranced
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
-from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result
+from camopt.tables.result import Result, Table, table_of
 from camopt.verdicts.asked import conditions_verdict
 from camopt.verdicts.limit_boxes import ends_within, limit_over_box
 from camopt.verdicts.words import BROKEN, HELD, UNDECIDED, worst

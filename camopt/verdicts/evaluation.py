@@ -24,9 +24,8 @@ from camopt.scene.read import Read, numbers_read
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import number, with_unit
-from camopt.tables.columns import design_table, is_nothing
-from camopt.tables.layout import Cell, Table, table_of
-from camopt.tables.result import Result
+from camopt.tables.designs import design_table, is_nothing
+from camopt.tables.result import Cell, Result, Table, table_of
 from camopt.verdicts.judging import evaluate_rows
 from camopt.verdicts.running import run_effects
 from camopt.verdicts.tightest import tightest_contact

@@ -9,8 +9,7 @@ import numpy as np
 from camopt.effects import Case
 from camopt.effects.known import KnownExtremes, Question
 from camopt.effects.peak import CLEAR, Variant
-from camopt.mechanisms.design import BoolArray
-from camopt.numerics import LEAST
+from camopt.numerics import LEAST, BoolArray
 from camopt.problem.claims import Claim
 
 

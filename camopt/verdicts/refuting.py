@@ -12,8 +12,7 @@ import numpy as np
 from camopt.effects import Case
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import BoolArray
-from camopt.numerics import FloatArray
+from camopt.numerics import BoolArray, FloatArray
 from camopt.numerics.curves import value_of
 from camopt.numerics.piecewise import node_motion, of_all_rows
 from camopt.problem.claims import Claim

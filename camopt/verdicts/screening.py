@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from camopt.effects import Case, Effect
 from camopt.effects.known import NOTHING_KNOWN, KnownExtremes
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import BoolArray
+from camopt.numerics import BoolArray
 from camopt.problem.claims import Claim, together
 from camopt.problem.limit import Limit, needs_of
 from camopt.problem.limits import peaks_of

@@ -18,12 +18,12 @@ from test_figures import OTHERS, made
 import camopt
 from camopt import BadInput, Scene, animate, find_scene
 from camopt.cli.main import main
+from camopt.drawing.animation import moving_svg
 from camopt.drawing.bodies import FRAME_ANGLES, FRAMES, TURN_TIME
-from camopt.drawing.canvas import canvas
 from camopt.drawing.frames import ffmpeg, write_mp4
-from camopt.drawing.moving_svg import moving_svg
 from camopt.drawing.picture import Picture
 from camopt.drawing.stage import DISC_SIZE, SHOWN_PANELS, set_stage
+from camopt.drawing.style import canvas
 from camopt.mechanisms import MECHANISMS
 from camopt.problem.problem import resolve_design
 

@@ -19,11 +19,10 @@ from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded,
 
 import camopt
 from camopt import BadInput, Scene, find_scene, plot, shipped_scenes
-from camopt.drawing.canvas import STILL_KINDS, canvas
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
-from camopt.drawing.style import COLOURS, DASHES, PALE_ALARM, SERIES, pen_of
+from camopt.drawing.style import COLOURS, DASHES, PALE_ALARM, SERIES, STILL_KINDS, canvas, pen_of
 from camopt.problem.problem import resolve_design
 from camopt.studies.accuracy import Costs
 

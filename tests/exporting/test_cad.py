@@ -21,11 +21,11 @@ from support.solids import enclosed, hole, solids_in
 
 from camopt import BadInput, Scene, evaluate, export, find_scene, shipped_scenes
 from camopt.exporting import shapes, step, stl
+from camopt.exporting.exported import Workpiece
 from camopt.exporting.groove import carved, undercut_at
 from camopt.exporting.solid import solid_of
 from camopt.exporting.step import text
 from camopt.exporting.stl import is_watertight, read_triangles, volume
-from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.geometry import cam_curves
 from camopt.problem.problem import resolve_design
 

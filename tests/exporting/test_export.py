@@ -18,8 +18,8 @@ from camopt import BadInput, Scene, cam_points, export, find_scene
 from camopt.cli.main import main
 from camopt.contour.curve import curves_of
 from camopt.exporting.endings import ENDINGS
+from camopt.exporting.exported import Workpiece
 from camopt.exporting.groove import carved
-from camopt.exporting.workpiece import Workpiece
 from camopt.problem.problem import resolve_design
 
 PART = {"thickness": 12, "bore": 20, "keyway_width": 6, "keyway_depth": 2.8, "hub_diameter": 34, "hub_length": 20}

@@ -15,9 +15,9 @@ from support.curves import furthest, true_points
 import camopt
 from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene
 from camopt.contour.curve import curves_of, cylinder_ends
+from camopt.exporting.exported import Workpiece
 from camopt.exporting.groove import WALL_SIDES, carved
 from camopt.exporting.program import DIALECTS
-from camopt.exporting.workpiece import Workpiece
 from camopt.problem.problem import resolve_design
 
 CAMS = [

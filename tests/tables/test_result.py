@@ -21,8 +21,7 @@ from camopt.reporting.listings import list_keys, list_laws, list_scenes
 from camopt.studies.accuracy import Costs
 from camopt.studies.cost_report import cost_report
 from camopt.studies.spectrum import spectra_of
-from camopt.tables.layout import NUMERIC, Branch, Cell, Table
-from camopt.tables.result import Listing, Result, plain
+from camopt.tables.result import NUMERIC, Branch, Cell, Listing, Result, Table, plain
 
 SCENE = find_scene("two-pauses").replace(
     search={"base_radius": [60, 70], "law": ["cycloidal", "poly345"], "minimise": ["base_radius_mm"]},

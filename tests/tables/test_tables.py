@@ -14,8 +14,8 @@ from camopt.quantities import QUANTITIES
 from camopt.reporting.sections import limits_sheet, signed
 from camopt.sheet.marks import decimal as sheet_number
 from camopt.tables.cells import number, quantity
-from camopt.tables.columns import bounds_shown, columns_of, is_nothing, with_law
-from camopt.tables.layout import ABOUT, NUMERIC, VALUE, Cell, Table, table_of
+from camopt.tables.designs import bounds_shown, columns_of, is_nothing, with_law
+from camopt.tables.result import ABOUT, NUMERIC, VALUE, Cell, Table, table_of
 
 ZEROS = [
     ("pressure_angle_max_deg", 4.97e-13, "0"),

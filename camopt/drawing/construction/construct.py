@@ -14,8 +14,7 @@ from camopt.quantities.shown import Drawn
 from camopt.quantities.unit_systems import shown, shown_unit
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
-from camopt.tables.layout import NUMERIC, Cell, Table
-from camopt.tables.result import Result
+from camopt.tables.result import NUMERIC, Cell, Result, Table
 
 
 @dataclass(frozen=True)

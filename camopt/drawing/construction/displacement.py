@@ -13,9 +13,8 @@ import numpy as np
 from camopt.drawing.construction.shapes import Letter, Shape, Step, arc, circle, line
 from camopt.drawing.construction.stations import Division, StationPlan
 from camopt.drawing.picture import four_digits, told
-from camopt.mechanisms.design import ComplexArray
 from camopt.motion import LAWS
-from camopt.numerics import FloatArray
+from camopt.numerics import ComplexArray, FloatArray
 
 UP, DOWN, LEFT = pi / 2, -pi / 2, pi
 SAME_POINT = 1e-6  # mm on the paper
@@ -234,8 +233,7 @@ def _curve(plan: StationPlan, scale: DiagramScale, constructed: list[LawConstruc
         for division, found in zip(plan.divisions, constructed, strict=True)
         for station, point in zip(division.stations, found.points.tolist(), strict=True)
     }
-    for each in plan.stations:
-        foot = scale.place(each.angle, 0.0)
-        shapes.append(line(f"ordinate-{each.number}", (foot, points[each.letter]), "ordinate"))
+    feet = {each: scale.place(each.angle, 0.0) for each in plan.stations}
+    shapes += [line(f"ordinate-{s.number}", (foot, points[s.letter]), "ordinate") for s, foot in feet.items()]
     letters = [Letter(letter, point, UP) for letter, point in points.items()]
     return Step(f"{plan.curve_words}: the displacement diagram.", shapes, letters)

@@ -20,8 +20,8 @@ from camopt.drawing.cam import corner_arc, remaining
 from camopt.drawing.construction.shapes import ARC_POINTS, Letter, Shape, Step, arc, circle, line
 from camopt.drawing.construction.stations import Station, StationPlan
 from camopt.drawing.picture import Picture, four_digits, in_figures, told
-from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import ComplexArray
 from camopt.problem.linkage import pivot_of, turning_of
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import ComplexArray
 
 CIRCLE_POINTS = 721
 ARC_POINTS = 61

@@ -2,13 +2,12 @@
 
 from collections.abc import Sequence
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.drawing import diagrams
 from camopt.drawing.cam import draw_sense
-from camopt.drawing.canvas import Target, pages
 from camopt.drawing.construction.answers import answers, given_motion
 from camopt.drawing.construction.construct import Construction
 from camopt.drawing.construction.displacement import DiagramScale, displacement_steps
@@ -32,13 +31,13 @@ from camopt.drawing.style import (
     SMALL,
     TEXT,
     TITLE_SIZE,
+    Figure,
+    Target,
+    pages,
 )
 from camopt.motion.table import RETURN, RISE
 from camopt.storage.files import checked_suffix
-from camopt.tables.layout import Table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from camopt.tables.result import Table
 
 INCH = 25.4
 A3, A4 = (420.0, 297.0), (297.0, 210.0)  # mm, landscape

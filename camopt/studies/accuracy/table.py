@@ -8,15 +8,26 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pyarrow as pa
 
-from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.plot import plot
-from camopt.drawing.style import FAINT, HEADING, INK, MUTED, PAGE_TITLE, SERIES, SMALL, dress
+from camopt.drawing.style import (
+    FAINT,
+    HEADING,
+    INK,
+    MUTED,
+    PAGE_TITLE,
+    SERIES,
+    SMALL,
+    Figure,
+    Target,
+    canvas,
+    dress,
+)
 from camopt.engines import Engine
 from camopt.engines.progress import Progress, report_progress
 from camopt.engines.threads import Threads
@@ -31,12 +42,7 @@ from camopt.storage.version import VERSION
 from camopt.studies.accuracy.methods import METHODS
 from camopt.studies.accuracy.reference import EQUAL_DIGITS
 from camopt.studies.accuracy.subjects import REFERENCED, Subject, subjects_of
-from camopt.tables.layout import Table, table_of
-from camopt.tables.result import Result
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+from camopt.tables.result import Result, Table, table_of
 
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
 TIMED_RUNS = 3
