@@ -23,6 +23,7 @@ from camopt.motion.programme import Programme, span
 from camopt.motion.scca import SCCALaw
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import ALL_STROKES
+from camopt.motion.turned import SkewedLaw
 from camopt.numerics import UNIT, ComplexArray, FloatArray
 from camopt.numerics.interval import Interval
 from camopt.numerics.motion_ranges import angle_over, derivatives_over
@@ -235,12 +236,19 @@ def cylinder_ends(problem: Problem, length: float) -> tuple[float, float]:
 
 
 def spans_of(programme: Programme) -> Iterator[SmoothPart]:
-    """The spans of a turn. Those of a law of waves end where its halves meet, too."""
+    """The spans of a turn."""
     for stroke in programme.strokes:
-        law = stroke.law
-        middle = (0.5,) if isinstance(law, SCCALaw) and not law.shares[-1] else ()
-        for ends in pairwise(sorted({0.0, 1.0, *(() if law is None else law.BREAKS), *middle})):
+        for ends in pairwise(
+            (0.0, 1.0) if stroke.law is None else sorted({*stroke.law.BREAKS, *_halves(stroke.law)})
+        ):
             yield SmoothPart(stroke, *(stroke.start + stroke.angle * x for x in ends))
+
+
+def _halves(law: Any) -> tuple[float, ...]:
+    """Where the halves of a law of waves meet: paths have a joint there."""
+    if not isinstance(law, SkewedLaw) and hasattr(law, "law"):
+        return _halves(law.law)
+    return (0.5,) if isinstance(law, SCCALaw) and not law.shares[-1] else ()
 
 
 def motion_over(
