@@ -76,6 +76,8 @@ from .tolerances.batch import ErrorSpread as ErrorSpread
 from .tolerances.batch import Share as Share
 from .tolerances.batch import Spread as Spread
 from .tolerances.batch import sample_cams as sample_cams
+from .tolerances.dwells_and_passages import WorstPassage as WorstPassage
+from .tolerances.dwells_and_passages import WorstWobble as WorstWobble
 from .tolerances.held import Play as Play
 from .tolerances.margins import Margin as Margin
 from .tolerances.tolerance import DwellError as DwellError
@@ -83,8 +85,6 @@ from .tolerances.tolerance import MotionError as MotionError
 from .tolerances.tolerance import MotionErrors as MotionErrors
 from .tolerances.tolerance import tolerance as tolerance
 from .tolerances.worst_case import WorstCase as WorstCase
-from .tolerances.worst_passing import WorstPassage as WorstPassage
-from .tolerances.worst_wobble import WorstWobble as WorstWobble
 from .verdicts.certify import Certificate as Certificate
 from .verdicts.certify import certify as certify
 from .verdicts.evaluation import Evaluation as Evaluation

@@ -34,6 +34,6 @@ from .synthesis.files import write_laws as write_laws
 from .synthesis.ramps import lost_ramps as lost_ramps
 from .tables.designs import OPTIMUM as OPTIMUM
 from .tables.designs import write_scenes as write_scenes
-from .tolerances.files import CAM_FILES as CAM_FILES
-from .tolerances.files import write_cams as write_cams
 from .tolerances.held import notes_on_preload as notes_on_preload
+from .tolerances.tolerance import CAM_FILES as CAM_FILES
+from .tolerances.tolerance import write_cams as write_cams

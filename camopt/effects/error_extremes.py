@@ -195,7 +195,7 @@ def _zoomed(case: Case, nodes: FloatArray, every: FloatArray, order: int) -> Flo
         found = np.maximum(found, here.max(axis=(2, 3)))
         ends = (np.clip(here[order].argmax(axis=2) + side, 0, FINER - 1) for side in (-1, 1))
         low, high = (angles[rows, np.arange(TOPS), end] for end in ends)
-    return found
+    return np.asarray(found)
 
 
 def _with_impulses(case: Case, found: FloatArray) -> FloatArray:

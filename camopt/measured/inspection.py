@@ -50,11 +50,10 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import zone_of
 from camopt.tables.cells import number, with_unit
 from camopt.tables.result import NUMERIC, Cell, Result, Table
-from camopt.tolerances.contributions import contributions
+from camopt.tolerances.errors import contacts_of
 from camopt.tolerances.response import Responses
-from camopt.tolerances.turn import TurnErrors
-from camopt.tolerances.two_contacts import contacts_of
-from camopt.tolerances.worst_pairs import worst_search
+from camopt.tolerances.turn import TurnErrors, contributions
+from camopt.tolerances.worst_case import worst_search
 
 TURNS, FITS = 1440, 6
 """In how many ways the cam is put on its shaft at first, and how often this is made better."""

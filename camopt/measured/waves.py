@@ -7,7 +7,7 @@ harmonics is known, and this one stays as small as the deviation is.
 A wave of amplitude 2σ·√(ln(20·K)/n) is met by the noise σ of n points among K waves in one file of twenty.
 
 A profile within ±t with at most n waves in a turn has slopes of at most n·t and n²·t, of first and second order
-(``tolerances.contributions``). So waves δ that are found are as steep and as curved as a profile within ±t may be
+(``tolerances.turn``). So waves δ that are found are as steep and as curved as a profile within ±t may be
 with n = max(√(max|δ''|/t), max|δ'|/t) waves: k waves of amplitude a count as k·√(a/t) if they are lower than t.
 
 Sources: S. Mallat, Z. Zhang, Matching pursuits with time-frequency dictionaries, 1993; Rayleigh's distribution of

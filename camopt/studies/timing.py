@@ -2,7 +2,7 @@
 
 Where it does so is a root of the motion's polynomial on a panel, found to rounding. A follower that rests at the
 lift is not above it. With tolerances, all cams within them pass it between two cam angles, to first order
-(``tolerances.passing``) and proved by exact contact (``tolerances.worst_passing``).
+(``tolerances.passing``) and proved by exact contact (``tolerances.dwells_and_passages``).
 """
 
 from collections.abc import Iterable, Iterator
@@ -26,10 +26,9 @@ from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.tables.cells import with_unit
 from camopt.tables.result import Result, Table, table_of
+from camopt.tolerances.dwells_and_passages import Asked, Passing, WorstPassage, worst_passages
 from camopt.tolerances.errors import error_unit
-from camopt.tolerances.passing import Passing
 from camopt.tolerances.turn import TurnErrors
-from camopt.tolerances.worst_passing import Asked, WorstPassage, worst_passages
 
 DEFAULT_SHARE = 0.5  # of the largest lift, where a scene gives no lash
 SAME_PLACE = 1e-12  # rad: roots nearer to each other are one, at the end of a panel

@@ -1,8 +1,8 @@
 """A batch of cams: how far the motions of those that are made are off, and how many hold the limits.
 
-Each cam has errors of its own, drawn as ``[tolerances]`` says (``tolerances.draw``), and every number is that of
-the cam itself, not of a linear model. The errors of its motion are those of the nominal profile, cut and put
-together so (``tolerances.recontact``); the quantities of limits are those of a cam that was designed so. The share
+Each cam has errors of its own, drawn as ``[tolerances]`` says (``tolerances.drawn_cams``), and every number is that
+of the cam itself, not of a linear model. The errors of its motion are those of the nominal profile, cut and put
+together so (``tolerances.real_cam``); the quantities of limits are those of a cam that was designed so. The share
 that holds the limits has the interval of Clopper and Pearson, which is that of independent draws: Sobol
 points are more even than these.
 
@@ -40,15 +40,13 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
 from camopt.tables.cells import number, with_unit
 from camopt.tables.result import NUMERIC, Cell, Columns, Result, Table, table_of
-from camopt.tolerances.draw import Drawn as Off
-from camopt.tolerances.draw import beyond, drawn, parts_of
-from camopt.tolerances.errors import error_ends, error_unit
-from camopt.tolerances.interference import INTERFERENCE, moving_apart
-from camopt.tolerances.largest import THREADS, LargestErrors, count_of
-from camopt.tolerances.limited import Limited, LimitedBy, limited, worst_of
-from camopt.tolerances.margins import OWN_SIZES, Box
+from camopt.tolerances.drawn_cams import THREADS, LargestErrors, beyond, count_of, drawn, parts_of
+from camopt.tolerances.errors import CutErrors, error_ends, error_unit, errors_of
+from camopt.tolerances.held import INTERFERENCE, moving_apart
+from camopt.tolerances.margins import OWN_SIZES, Box, Limited, LimitedBy, limited, worst_of
+from camopt.tolerances.real_cam import RealCam
+from camopt.tolerances.response import Between
 from camopt.tolerances.turn import NAMES, TurnErrors, band, no_tolerances
-from camopt.tolerances.two_contacts import Between, cams_of, errors_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -199,7 +197,7 @@ class Batch(Result, Drawn):
     (1.0, 1.0)
     """
 
-    picture: ClassVar[str] = "tolerances.histogram"
+    picture: ClassVar[str] = "tolerances.picture"
     scene: Scene
     cams: int
     seed: int
@@ -422,7 +420,7 @@ class _ByLimits(NamedTuple):
     values: FloatArray
     numbers: dict[str, FloatArray]
     """Of each cam, by key of the scene."""
-    errors: Off
+    errors: CutErrors
     """Which explain how these are spread."""
     interference: FloatArray | None = None
     """With which two contacts of each cam are the worst, (limits, cams)."""
@@ -434,14 +432,14 @@ class _Drawn:
 
     scene: Scene
     problem: Problem
-    off: Off
+    off: CutErrors
 
     @classmethod
     def of(cls, scene: Scene, problem: Problem, cams: int, seed: int) -> "_Drawn":
         return cls(scene, problem, drawn(scene, problem.nominal, cams, seed, partial(errors_of, problem)))
 
     @cached_property
-    def moving(self) -> Off:
+    def moving(self) -> CutErrors:
         """The errors that move the tool."""
         return {key: each for key, each in self.off.items() if moves_tool(key.removesuffix(SECOND))}
 
@@ -453,7 +451,7 @@ class _Drawn:
     @cached_property
     def largest(self) -> LargestErrors:
         """How the largest errors of their motions are found."""
-        return LargestErrors(cams_of(self.problem, self.scene.tolerances.waves or 0), tuple(self.moving))
+        return LargestErrors(RealCam(self.problem, self.scene.tolerances.waves or 0), tuple(self.moving))
 
     @cached_property
     def by_limits(self) -> _ByLimits | None:
@@ -498,7 +496,7 @@ def _variance(spread: ErrorSpread, key: str) -> str | None:
     return _plain(100.0 * spread.variances[key]) if spread.variances else None
 
 
-def _errors_sampled(scene: Scene, off: Off) -> Iterator[tuple[str, Sampled]]:
+def _errors_sampled(scene: Scene, off: CutErrors) -> Iterator[tuple[str, Sampled]]:
     """The errors of cams as columns."""
     for key, values in parts_of(off).items():
         unit = error_unit(scene, key)
@@ -524,11 +522,11 @@ class LargestOfEach(NamedTuple):
         return "Largest change in a dwell." if self.name == DWELL_CHANGE else f"Largest error of the {self.name}."
 
 
-def _largest(turn: TurnErrors, off: Off) -> Iterator[LargestOfEach]:
+def _largest(turn: TurnErrors, off: CutErrors) -> Iterator[LargestOfEach]:
     """Those of displacement, velocity, acceleration, and the change in a dwell."""
     setup = turn.problem.setup
     columns = error_names(setup)
-    found = LargestErrors(cams_of(turn.problem, turn.scene.tolerances.waves or 0), tuple(off))
+    found = LargestErrors(RealCam(turn.problem, turn.scene.tolerances.waves or 0), tuple(off))
     for order, name in enumerate(NAMES):
         unit, largest = scale(setup, order), found.of_motion(off, order)
         known = not turn.unbounded(order)
@@ -548,7 +546,7 @@ def _largest(turn: TurnErrors, off: Off) -> Iterator[LargestOfEach]:
         yield LargestOfEach(DWELL_CHANGE, columns[-1], unit_of(setup, 0), values, None, {}, None)
 
 
-def _error(of: LargestOfEach, parts: Off, bound: float | None) -> ErrorSpread:
+def _error(of: LargestOfEach, parts: CutErrors, bound: float | None) -> ErrorSpread:
     """How one of them is spread."""
     median, most, nearly_all = (float(each) for each in np.quantile(of.values, SHARES, method="higher"))
     worst = _worst(of.values)
@@ -606,7 +604,7 @@ def _spreads(
     excess: FloatArray,
     values: FloatArray,
     numbers: dict[str, FloatArray],
-    errors: Off,
+    errors: CutErrors,
     interference: FloatArray | None,
 ) -> Iterator[Spread]:
     """How the quantity of each limit is spread."""

@@ -10,18 +10,21 @@ of it by t, everywhere: the body is between these two.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import pi
 from typing import Any
 
 import numpy as np
 
+from camopt.effects.answers import SECOND, errors_at
 from camopt.mechanisms import FIELDS
 from camopt.mechanisms.rest import Off
+from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
-from camopt.problem.variables import variables_of
+from camopt.problem.variables import is_of_train, variables_of
 from camopt.problem.zones import tool_zones
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import ANGLES
+from camopt.scene.tolerances import ANGLES, moves_tool
 
 BORE, BORE_WAY = "bore_eccentricity", "bore_eccentricity_way"
 """The distance of the bore's axis, and in which direction of the ground it is when the point is touched, rad."""
@@ -31,6 +34,9 @@ LEVEL = "profile_level"
 """By how much a profile with waves stands out, where x is that of its second derivative."""
 Errors = Mapping[str, Any]
 """By key of ``[tolerances]``, mm or rad, with BORE_WAY; of a number of the train in the unit of its key."""
+CutErrors = Mapping[str, FloatArray]
+"""By how much cams are off, each (n,), by key of ``[tolerances]``, in mm or rad; complex of a profile with
+waves (a + ib stands out by a·cos nφ + b·sin nφ) and of the bore's axis (x + iy in the frame of the cam)."""
 
 
 def error_ends(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
@@ -79,12 +85,12 @@ def polar(errors: Errors, ends: Errors) -> dict[str, Any]:
     return found
 
 
-def turned_on(errors: Errors, angle: Any) -> dict[str, Any]:
-    """Flat errors where the cam is turned on: the axis of the bore turns with it, ccw by an angle, rad."""
-    if BORE_WAY not in errors:
+def turned_on(errors: Errors, key: str, angle: Any) -> dict[str, Any]:
+    """Flat errors, of which one that has a way is turned ccw by an angle, rad."""
+    if (way := way_of(key)) not in errors:
         return dict(errors)
-    x, y, cosine, sine = errors[BORE], errors[BORE_WAY], np.cos(angle), np.sin(angle)
-    return {**errors, BORE: x * cosine - y * sine, BORE_WAY: x * sine + y * cosine}
+    x, y, cosine, sine = errors[key], errors[way], np.cos(angle), np.sin(angle)
+    return {**errors, key: x * cosine - y * sine, way: x * sine + y * cosine}
 
 
 def off_by(errors: Errors) -> Off:
@@ -93,3 +99,65 @@ def off_by(errors: Errors) -> Off:
     out = errors.get("profile", 0.0) + sizes.pop("roller_radius", 0.0)
     bore = errors.get(BORE, 0.0), errors.get(BORE_WAY, 0.0)
     return Off(sizes, out, bore, errors.get("face_tilt", 0.0))
+
+
+def off_of(errors: Mapping[str, float], count: int) -> CutErrors:
+    """The errors of one cam in mm and deg, as those of the worst cam are told, for a number of places on it."""
+    found: dict[str, FloatArray] = {}
+    for key, value in errors.items():
+        if way_of(key) in errors and not is_way(key):
+            found[key] = np.full(count, value * np.exp(1j * np.radians(errors[way_of(key)])))
+        elif not is_way(key):
+            found[key] = np.full(count, np.radians(value) if key in ANGLES else value)
+    return found
+
+
+def contacts_of(problem: Problem) -> tuple[Problem, ...]:
+    """Each contact of the follower, as that of an ordinary cam without a train."""
+    alone, programme = replace(problem.setup, train=None), replace(problem.programme, asked=None)
+    return replace(problem, setup=alone, programme=programme).contacts
+
+
+def in_mirror(problem: Problem) -> bool:
+    """Whether the second contact sees the cam turn the other way: in a mirror along its axis, not across it."""
+    (further,) = problem.setup.mechanism.further
+    return bool(further.seen(problem.design).sense != problem.design.sense)
+
+
+def own_errors(problem: Problem, place: int, errors: Mapping[str, Any]) -> dict[str, Any]:
+    """Errors as a contact has them; that of the bore, in the frame of the cam, is in the mirror at the second."""
+    if not problem.setup.mechanism.further:
+        return dict(errors)
+    found, turned = dict[str, Any](), bool(place) and in_mirror(problem)
+    for key, value in errors.items():
+        if key == BORE:
+            found[key] = np.conj(value) if turned and BORE_WAY not in errors else value
+        elif key == BORE_WAY:
+            found[key] = -value if turned else value
+        elif key.startswith((WAY, LEVEL)):
+            second = SECOND if key.endswith(SECOND) else ""
+            own = errors_at(problem.setup.mechanism, "profile")[f"profile{second}"][place]
+            found |= {key.removesuffix(SECOND): own[1] * value} if own else {}
+        elif (own := errors_at(problem.setup.mechanism, key.removesuffix(SECOND))[key][place]) is not None:
+            found[own[0]] = found.get(own[0], 0.0) + own[1] * value
+    return found
+
+
+def errors_of(problem: Problem, key: str) -> tuple[str, ...]:
+    """The keys of the errors that a tolerance is of: with two contacts it may be one of each."""
+    both = problem.setup.mechanism.further and moves_tool(key)
+    alone = not both or key == BORE_WAY or is_of_train(key)
+    return (key,) if alone else tuple(errors_at(problem.setup.mechanism, key))
+
+
+def ends_of(scene: Scene, problem: Problem, order: int = 0) -> dict[str, tuple[float, float]]:
+    """Between which values each error of the cams within the tolerances is, with one contact or two.
+
+    To velocity (1) and acceleration (2) the axis of a cylinder counts with its way, and a profile with that of its
+    waves; one whose waves are not limited counts as one that is off by a constant: it has no bound.
+    """
+    found = {each: ends for key, ends in error_ends(scene, problem).items() for each in errors_of(problem, key)}
+    for key, (_, high) in [*found.items()] if order else ():
+        if key == BORE or (scene.tolerances.waves and key.startswith("profile")):
+            found |= {key: (0.0, high), way_of(key): (-pi, pi)}
+    return found

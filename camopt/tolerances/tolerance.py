@@ -12,6 +12,8 @@ errors of one order. With one that is uniform 3σ is beyond the worst case, whic
 beyond their zone (a Cpk below 1, measured errors), the furthest parts are the worst case that does so.
 
 Source: Greenwood and Chase, Worst case tolerance analysis with nonlinear problems, J. Eng. Ind. 110, 1988.
+
+The cams of ``camopt tolerance`` on disk: the worst ones, a batch, and one with chosen grades.
 """
 
 from collections.abc import Iterator, Mapping
@@ -22,6 +24,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from camopt.drawing.plot import plot
 from camopt.effects.answers import ORDERS
 from camopt.effects.motion import scale, unit_of
 from camopt.mistakes import UnknownName, nearest
@@ -32,18 +35,18 @@ from camopt.quantities.shown import Drawn
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import moves_tool
+from camopt.scene.written import write_scene
+from camopt.storage.publishing import Publication
 from camopt.tables.cells import number, with_unit
 from camopt.tables.result import NUMERIC, Cell, Result, Table, plain, table_of
 from camopt.tolerances.allocation import Allocation
 from camopt.tolerances.batch import Batch
-from camopt.tolerances.contributions import Contribution, variances
+from camopt.tolerances.dwells_and_passages import WorstWobble, worst_wobbles
 from camopt.tolerances.errors import BORE, BORE_WAY, error_unit
 from camopt.tolerances.held import Play, lost_within, plays
 from camopt.tolerances.margins import Box, Margin, made_so, margins_table
-from camopt.tolerances.turn import BAND, NAMES, TurnErrors, band, no_tolerances, worst
-from camopt.tolerances.worst_case import NOT_OFF, WorstCase
-from camopt.tolerances.worst_pairs import worst_search
-from camopt.tolerances.worst_wobble import WorstWobble, worst_wobbles
+from camopt.tolerances.turn import BAND, NAMES, Contribution, TurnErrors, band, no_tolerances, variances, worst
+from camopt.tolerances.worst_case import NOT_OFF, WorstCase, worst_search
 
 FAR = 1e-3
 """A bound that is further above the worst cam, relative, is told."""
@@ -486,3 +489,25 @@ def _reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) 
         )
     if turn.scene.tolerances.profile and turn.scene.tolerances.waves is None:
         yield "The slope of the profile's error has no bound without tolerances.waves: give it, such as waves = 20."
+
+
+WORST, ALLOCATED, CAMS, HISTOGRAM = "worst-{}.toml", "allocated.toml", "cams.parquet", "cams.svg"
+CAM_FILES = (WORST.format("*"), ALLOCATED, CAMS, HISTOGRAM)
+"""The scenes of the worst motions, of the worst cam of each limit and of the grades; what each cam of a batch has,
+and its picture."""
+
+
+def write_cams(result: MotionErrors, unit: Publication) -> None:
+    """Write the cams with the worst motions, that of each limit, the one with allocated tolerances, and a batch."""
+    motions = dict(zip(NAMES, ("motion", "motion-velocity", "motion-acceleration"), strict=True))
+    for (name, file), each in zip(motions.items(), result.worst_cases, strict=True):
+        if each.errors:
+            write_scene(unit.path(WORST.format(file)), result.worst_motion(name))
+    for margin in result.margins:
+        if margin.quantity and margin.worst != margin.nominal:
+            write_scene(unit.path(WORST.format(margin.limit)), result.worst_cam(margin.limit))
+    if result.allocation:
+        write_scene(unit.path(ALLOCATED), result.allocation.scene)
+    if result.batch:
+        result.batch.write(unit.path(CAMS))
+        plot(result.batch, unit.path(HISTOGRAM))

@@ -1,13 +1,15 @@
 """The largest errors of the motion of the tool, of all cams within the tolerances: bounds and witnesses.
 
 The exact error of a cam in displacement, velocity or acceleration, the orders 0 to 2, is one formula of its errors
-and of the point that is touched (``tolerances.exact``). Run on ranges with slopes, it decides by bisection of
-errors and turn whether any cam at any point is beyond a bound (``verdicts.claim_boxes``, ``tolerances.vectors``):
-a little more than what the worst cam that was found has. Where a cam is worse than that one, it takes its place.
+and of the point that is touched (``tolerances.real_cam``). Run on ranges with slopes, its bound over all errors is
+cut along the turn, where it is the highest (``tolerances.bound``). Of two contacts both errors are those at one cam
+angle; the place of the second one is enclosed by its own equation (``tolerances.enclosures``).
 
 Where y'' jumps, a cam that is late has the whole jump for an error of its acceleration until it is there. Within
 reach of a jump, as far as any cam is late or early, the proof counts it with every cam: its bound is the jump and
-what else is off.
+what else is off. With two contacts a jump of y'' or y''' next to φ may lie between φ and θ or not, and between φ
+and the place of the second contact or not. Each of these cases is proved of all cams: the motion has no jump then,
+so that slopes of errors are those of one side of it.
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6 and 11.
 """
@@ -15,42 +17,32 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from math import degrees, inf, pi
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from camopt.effects.answers import SECOND
 from camopt.effects.case import Case
 from camopt.effects.curvature import CONVEX
 from camopt.effects.motion import scale
-from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
-from camopt.motion.programme import JUMP_SIDE, Jump, Programme, jumps_of
-from camopt.motion.table import ALL_STROKES
-from camopt.numerics import LARGEST_MAGNITUDE, FloatArray, IntArray
+from camopt.motion.programme import JUMP_SIDE, Jump, jumps_of
+from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
-from camopt.numerics.curves import formula
-from camopt.numerics.interval import Interval
-from camopt.numerics.motion_ranges import by_angle
-from camopt.numerics.sloped import Sloped
-from camopt.numerics.stretches import over_part
-from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import Problem
 from camopt.scene.tolerances import ANGLES
-from camopt.tolerances.bounded import Bounded, Gaps, Tried, Values, bounded
-from camopt.tolerances.errors import BORE, BORE_WAY, LEVEL, WAY, flat, is_way, way_of
-from camopt.tolerances.exact import Contact, Moved, Touched, at_tool, errors_of, moved_of, touched
-from camopt.tolerances.further_on import LAST, FurtherOn, Jumped, Place
-from camopt.tolerances.off_train import through
+from camopt.tolerances.bound import ROOM, Bound, BoundSearch, Passed, Quantity, Values, box_of, first_parts, late
+from camopt.tolerances.enclosures import ContactAhead, FurtherOn, Place, through
+from camopt.tolerances.errors import BORE, BORE_WAY, LEVEL, WAY, Errors, ends_of, flat, is_way, polar, way_of
+from camopt.tolerances.real_cam import TOUCHES, Contact, RealCam, errors_of
 from camopt.tolerances.turn import TurnErrors, highest
-from camopt.tolerances.vectors import ROOM, VectorSearch, box_of
-from camopt.verdicts.claim_boxes import Ends, Parts
+from camopt.verdicts.claim_boxes import Ends
 from camopt.verdicts.running import run_effects
-from camopt.verdicts.words import HELD
 
-GAPS, RATE_GAPS = Gaps((1e-5, 1e-4, 1e-3, 1e-2)), Gaps((1e-1, 0.3, 1.0, 3.0), (1e-2, 1e-3))
-"""Of the displacement, and of velocity and acceleration."""
+GAP, RATE_GAP = 1e-5, 1e-3
+"""By no more than this, relative, a cam may be worse than the worst found: in displacement, and in the others."""
 SECONDS, RATE_SECONDS = 20.0, 9.0
 """For each bound."""
 PROFILE_PLACES = "tolerances.profile (part.profile_tolerance)"
@@ -66,13 +58,12 @@ TRIED = (pi, *(side * each for each in (1.0, 0.3, 0.1, 0.03, 0.01) for side in (
 """By how much a way is changed to find a worse cam, rad."""
 CLIMBS = 2
 """How often each error is changed for it."""
-LATE = (0.1, 1.0, 10.0)
+LATER = tuple(side * each for side in (1.0, -1.0) for each in (0.1, 1.0, 10.0))
 """How much it counts how late a cam is, to find the worst one at a jump."""
-
-
-Passed = tuple[bool | None, bool | None]
-"""Whether a jump within reach of a place lies between it and the cam angle at which it touches, and between it and
-where a further contact touches then; None if that is not said."""
+BESIDE = 1e-9
+"""Of a jump, rad."""
+FINER, ZOOMS = 9, 6
+"""Cams between two that are looked at, and how often between the neighbours of the worst one."""
 
 
 class WorstCase(NamedTuple):
@@ -110,110 +101,34 @@ NOT_OFF = WorstCase(0.0, 0.0, 0.0, {})
 """That of cams with tolerances that move no tool."""
 
 
-class ToolError(NamedTuple):
-    """The exact error of a derivative of the tool's motion where a cam with errors touches, mm (rad) by powers of
-    rad; on ranges with slopes alone."""
+def tool_error(cam: RealCam, order: int) -> Quantity:
+    """The exact error of a derivative of the tool's motion where the first contact touches, over boxes of errors.
 
-    problem: Problem
-    design: Designs
-    errors: Mapping[str, Any]
-    """Flat."""
-    order: int
-    waves: int
+    In mm (rad) by powers of rad.
+    """
+    problem = cam.problem
 
-    def moved(self, at: Place, order: int) -> Moved:
-        """Where the follower rests."""
-        return moved_of(self.problem, self.design, self.errors, self.waves, at.motion, order)
+    def error(errors: Errors, at: Place) -> Any:
+        moved = cam.rest(0, problem.design, cam.own(0, errors), at.motion, order)
+        further = FurtherOn(problem.programme, at, moved.turned.terms[0], at.jumped)
+        found = errors_of(moved, at.motion, further.by, at.jumped.by2, order)
+        if len(cam.contacts) > 1:
+            second = ContactAhead(cam, 1, errors, errors, at)
+            both = zip(found, second.errors_at(further, order), strict=True)
+            found = [(a + b * second.sign) * 0.5 for a, b in both]
+        return through(problem, errors, found, further.motion)
 
-    def turned(self, at: Place) -> list[Sloped]:
-        """How far from the cam angle of the place the motion counts."""
-        return [self.moved(at, 0).turned.terms[0]]
-
-
-@formula(ToolError)
-def tool_error(f, i, at):  # type: ignore[no-untyped-def]
-    moved = f.moved(at, f.order)
-    further = FurtherOn(f.problem.programme, at, moved.turned.terms[0], at.jumped)
-    found = errors_of(moved, at.motion, further.by, at.jumped.by2, f.order)
-    return through(f.problem, f.errors, found, further.motion), 0.0
+    return error
 
 
-@dataclass(frozen=True)
-class Proof(VectorSearch):
-    """The search for a cam that exceeds a bound, which knows where derivatives of the motion jump."""
+def turned_on_by(cam: RealCam, number: int) -> Quantity:
+    """How far from the cam angle of a place the motion counts, rad: where the cam touches, or a second contact."""
 
-    jumps: tuple[Jump, ...] = ()
-    """Of y'', and of y'''."""
-    reach: float = 0.0
-    """As far as any cam is late or early, rad."""
-    passed: Passed = (None, None)
+    def turned(errors: Errors, at: Place) -> Any:
+        found = cam.rest(0, cam.problem.design, cam.own(0, errors), at.motion, 0).turned.terms[0]
+        return ContactAhead(cam, 1, errors, errors, at).ahead(found) if number else found
 
-    def state(self, parts: Parts, u: FloatArray, angle: Sloped) -> Place:
-        table = self.problem.programme.table
-        half, found = table.half_width[parts.panel], over_part(table, parts.panel, u, angle.span.high[0])
-        motion = [
-            replace(angle, value=whole, at=middle, slopes=by_angle(angle, slope))
-            for middle, whole, slope in zip(found.middle[: LAST + 1], found.whole, found.whole[1:], strict=False)
-        ]
-        low, high, middle = (each * half for each in (parts.low[0], parts.high[0], u))
-        angles = table.centre[parts.panel] + middle
-        jumped = (self._jumped(parts.panel, angles, each) for each in self.passed)
-        return Place(motion, parts.panel, low, high, middle, *jumped)
-
-    def _jumped(self, panel: IntArray, angles: FloatArray, passed: bool | None) -> Jumped:
-        """By which jumps of y'' and of y''' a cam that touches with places on panels may be off.
-
-        A place at a jump is on the side of it on which its panel is.
-        """
-        found, centre = np.zeros((2, 2, panel.size)), self.problem.programme.table.centre[panel]
-        near = dict(zip(self._places, self._near(angles), strict=True))
-        known = (sum(near.values(), np.zeros(panel.size)) == 1) & (passed is not None)
-        for jump in self.jumps:
-            size = np.where(near[jump.at], np.sign(self._ahead(jump.at, centre)) * jump.size, 0.0)
-            hull = np.array([np.minimum(size, 0.0), np.maximum(size, 0.0)])
-            found[jump.order - 2] += np.where(known, size * bool(passed), hull)
-        return Jumped(*(Interval(*each) for each in found))
-
-    def near(self, parts: Parts) -> NDArray[np.bool_]:
-        """Which parts are within reach of a jump."""
-        table, middle = self.problem.programme.table, 0.5 * (parts.low[0] + parts.high[0])
-        angles = table.centre[parts.panel] + middle * table.half_width[parts.panel]
-        return np.asarray(self._near(angles).any(axis=0))
-
-    def _near(self, angles: FloatArray) -> NDArray[np.bool_]:
-        """Of which places of jumps cam angles are within reach, (places, m)."""
-        ahead = [np.abs(self._ahead(at, angles)) for at in self._places]
-        return np.reshape(ahead, (-1, angles.size)) <= ((1.0 + ROOM) * self.reach if self.reach else -1.0)
-
-    @cached_property
-    def _places(self) -> list[float]:
-        return sorted({jump.at for jump in self.jumps})
-
-    def _ahead(self, at: float, angles: FloatArray) -> FloatArray:
-        """How far ahead a jump is, within half a turn."""
-        turn = self.problem.programme.strokes[-1].end
-        return np.asarray(np.mod(at - angles + 0.5 * turn, turn) - 0.5 * turn)
-
-    def parted(self, parts: Parts) -> Parts:
-        """Parts that are within reach of each jump or not."""
-        table = self.problem.programme.table
-        for jump in self.jumps:
-            for side in (-1.0, 1.0):
-                ahead = self._ahead(jump.at, table.centre[parts.panel])
-                parts = parts.parted((ahead + side * self.reach) / table.half_width[parts.panel])
-        return parts
-
-
-class Late(NamedTuple):
-    """How far from the cam angle of a place the motion counts, rad: where the cam touches, or another contact."""
-
-    of: Any
-    number: int
-
-
-@formula(Late)
-def late(f, i, at):  # type: ignore[no-untyped-def]
-    return f.of.turned(at)[f.number], 0.0
+    return turned
 
 
 class Found(NamedTuple):
@@ -226,11 +141,11 @@ class Found(NamedTuple):
 
 @dataclass(frozen=True)
 class WorstSearch:
-    """The search for the worst of the cams within tolerances."""
+    """The search for the worst of the cams within tolerances, with one contact or two."""
 
     turn: TurnErrors
     ends: Ends
-    """Between which values each error is (``two_contacts.ends_of``)."""
+    """Between which values each error is (``errors.ends_of``)."""
     order: int = 0
     """Of the derivative of the motion that is looked at: displacement, velocity, acceleration."""
 
@@ -238,28 +153,38 @@ class WorstSearch:
     def problem(self) -> Problem:
         return self.turn.problem
 
+    @cached_property
+    def cam(self) -> RealCam:
+        """The cams; a profile without waves counts as off by a constant, and to order 0 any."""
+        return RealCam(self.problem, (self.turn.scene.tolerances.waves or 0) if self.order else 0)
+
     def run(self) -> WorstCase:
         """The worst cam that is found, and what no cam exceeds.
 
         BadInput for tolerances so large that a follower has no place on its cam.
         """
         try:
-            return self._told(self._bounded())
+            worst = self._found(self.first())
+            if why := self.unbounded:
+                return self._told(worst, inf, why)
+            seconds = RATE_SECONDS if self.order else SECONDS
+            until = now() + seconds
+            bound = self.bound(abs(worst.error), RATE_GAP if self.order else GAP, until)
+            if bound.cam is not None:
+                worst = max(worst, self._found(self.known(bound.cam)), key=lambda each: abs(each.error))
+            return self._told(worst, bound.high, late(bound.high, seconds, until))
         except FloatingPointError:
             raise self.lost() from None
 
-    def _bounded(self) -> Bounded[Found]:
-        worst = self._found(self.first())
-        if why := self.unbounded:
-            return Bounded(abs(worst.error), worst, unproved=why)
-        seconds, gaps = (RATE_SECONDS, RATE_GAPS) if self.order else (SECONDS, GAPS)
-        return bounded(abs(worst.error), worst, self.proof, self._worse, now() + seconds, gaps, seconds)
-
-    def _told(self, found: Bounded[Found]) -> WorstCase:
-        unit, (errors, angle, error) = scale(self.problem.setup, self.order), found.cam
+    def _told(self, found: Found, bound: float, unproved: str) -> WorstCase:
+        unit, (errors, angle, error) = scale(self.problem.setup, self.order), found
         there = float(self.contact(errors, np.array([angle])).angle[0])
-        at = degrees(float(self.within(np.array([there]))[0]))
-        return WorstCase(unit * found.bound, unit * error, at, self.said(errors, angle, there), found.unproved)
+        at = degrees(float(self.cam.within(np.array([there]))[0]))
+        return WorstCase(unit * bound, unit * error, at, self.said(errors, angle, there), unproved)
+
+    def known(self, cam: Values) -> Values:
+        """The errors of a cam without other variables of a proof."""
+        return {key: cam[key] for key in self.ends}
 
     @property
     def unbounded(self) -> str:
@@ -277,106 +202,89 @@ class WorstSearch:
         if not problem.setup.mechanism.flat_faced:
             return False
         found = run_effects(Case(problem.setup, problem.programme, problem.design), convex).columns[CONVEX]
-        return bool(found[0] <= (self.waves**2 - 1) * zone)
+        return bool(found[0] <= (self.cam.waves**2 - 1) * zone)
 
     def _found(self, errors: Values) -> Found:
         return Found(errors, *self.highest(errors))
 
-    def _worse(self, errors: Values, bound: float) -> tuple[float, Found]:
-        """What a cam has that was found to exceed a bound."""
-        found = self._found(errors)
-        return abs(found.error), found
+    def bound(self, least: float, gap: float, until: float, enough: float = inf) -> Bound:
+        """What no cam within the tolerances exceeds, nor ``least`` times 1 + gap if that is proved until a time.
 
-    def proof(self, bound: float, until: float) -> Tried:
-        """Whether no cam within the tolerances exceeds a bound."""
-        proof = replace(self._proof, claim=self._claim(bound), until=until, reach=self._reach)
-        parts = proof.parted(Parts.first(self.problem, proof.claim, self._box))
+        Or a cam that exceeds what is ``enough``.
+        """
+        search = self.proof(tool_error(self.cam, self.order), self.reach)
+        parts, found = search.parted(first_parts(self.problem, self.box)), Bound(-inf, least)
         for passed in self.cases:
-            found = replace(proof, passed=passed).tried(parts)
-            parts = parts.take(np.flatnonzero(proof.near(parts)))
-            if found.verdict != HELD or not parts.size:
+            more = replace(search, passed=passed).run(parts, found.found, gap, until, enough)
+            cam = found.cam if more.cam is None else more.cam
+            found = Bound(max(found.high, more.high), max(found.found, more.found), cam)
+            parts = parts.take(np.flatnonzero(search.near(parts)))
+            if not parts.size:
                 break
         return found
+
+    def proof(self, quantity: Quantity, reach: float = 0.0) -> BoundSearch:
+        """The search for the bound of a quantity of all cams."""
+        return BoundSearch(self.problem, quantity, self.ends, self.box, jumps=self.jumps, reach=reach)
 
     @property
     def cases(self) -> Iterable[Passed]:
         """What is proved one after the other of parts within reach of jumps."""
-        return [(None, None)]
+        if len(self.cam.contacts) == 1:
+            return [(None, None)]
+        return product((False, True) if self._whole else (None,), (False, True))
 
     @cached_property
-    def _proof(self) -> Proof:
-        names = tuple(self._box)
-        return Proof(self.problem, self._claim(inf), self.problem.design, names, inf, self.ends, self.jumps)
-
-    @cached_property
-    def _box(self) -> Ends:
+    def box(self) -> Ends:
         """Between which values each number of an error is."""
         found = box_of(self.ends)
         level = [key for key in found if self.order == 2 and key.startswith(WAY)]
         return found | {key.replace(WAY, LEVEL): found[key] for key in level}
 
-    def _claim(self, bound: float, late: int | None = None) -> Claim:
-        def error(designs: Designs, programme: Programme) -> Any:
-            found = self.curve(designs, {key: designs.numbers[key] for key in self._box})
-            return found if late is None else Late(found, late)
-
-        return Claim(error, ALL_STROKES, LARGEST_MAGNITUDE, Plain(bound))
-
-    @property
-    def last(self) -> int:
-        """The order of the last derivative of the motion that is taken elsewhere than at the place."""
-        return self.order
-
     @cached_property
     def jumps(self) -> tuple[Jump, ...]:
-        """The jumps that count: of y'' and of y''', up to that order."""
-        orders = range(2, self.last + 1)
+        """The jumps that count, where the motion is taken elsewhere than at the place: of y'' and of y'''."""
+        orders = range(2, self.order + len(self.cam.contacts))
         return tuple(each for order in orders for each in jumps_of(self.problem.programme, (order,)))
 
     @cached_property
-    def _reach(self) -> float:
+    def _whole(self) -> list[Jump]:
+        """The jumps of y'' where two contacts have the whole of them for an error of the acceleration."""
+        two = len(self.cam.contacts) > 1
+        return [jump for jump in self.jumps if jump.order == self.order == 2 and two]
+
+    @cached_property
+    def reach(self) -> float:
         """As far as any cam is late or early, rad; 0 where no jump counts."""
         if not self.jumps:
             return 0.0
-        parts = Parts.first(self.problem, self._proof.claim, self._box)
+        parts = first_parts(self.problem, self.box, sides=(1.0,))
         parts = parts.cut(np.eye(1, len(parts.low)).T + np.zeros(parts.size))
-        proofs = (replace(self._proof, claim=self._claim(inf, late)) for late in range(self.last - self.order + 1))
+        proofs = (self.proof(turned_on_by(self.cam, number)) for number in range(len(self.cam.contacts)))
         with np.errstate(all="ignore"):
-            found = [proof.curve_over(parts)[0].value.largest_magnitude.max() for proof in proofs]
+            found = [proof.over(parts).value.largest_magnitude.max() for proof in proofs]
         return (1.0 + ROOM) * float(max(found))
 
-    def curve(self, design: Designs, errors: Mapping[str, Any]) -> Any:
-        """The exact error of the tool over the turn, of flat errors."""
-        return ToolError(self.problem, design, errors, self.order, self.waves)
-
-    def resting(self, design: Designs, errors: Mapping[str, Any], at: Place) -> Any:
-        """How far a follower has moved over boxes of flat errors, in a dwell."""
-        return moved_of(self.problem, design, errors, 0, at.motion, 0).moved.terms[0]
-
-    @property
-    def waves(self) -> int:
-        """Of a profile that is off, in a turn; 0 where it counts as off by a constant."""
-        return (self.turn.scene.tolerances.waves or 0) if self.order else 0
-
-    def contact(self, errors: Mapping[str, Any], angles: FloatArray, *, jumps: bool = True) -> Contact:
+    def contact(self, errors: Errors, angles: FloatArray, *, jumps: bool = True) -> Contact:
         """Where cams touch, and those of their motion there; or these but for what jumps of y'' make of them."""
-        return at_tool(self.problem, errors, angles, self.follower(flat(errors), angles, jumps))
-
-    def follower(self, errors: Mapping[str, Any], angles: FloatArray, jumps: bool) -> Touched:
-        """Where the follower touches the points of these cam angles, and its errors."""
-        return touched(self.problem, errors, angles, self.order, waves=self.waves, jumps=jumps)
-
-    def within(self, angles: FloatArray) -> FloatArray:
-        """Cam angles within the turn, rad."""
-        return np.asarray(np.mod(angles, self.problem.programme.strokes[-1].end))
+        return self.cam.touch(flat(errors), angles, self.order, jumps=jumps)
 
     def first(self) -> dict[str, float]:
-        """Errors that are the worst, or nearly so, at the worst cam angle: most of them at their ends."""
+        """Errors that are the worst, or nearly so, at the worst cam angle: most of them at their ends.
+
+        Where y'' jumps, both contacts have the whole jump for an error of cams that are hardly late: these are
+        between late ones and those that are the worst but for it.
+        """
         found = [self._furthest(side) for side in (1.0, -1.0)]
         if self.jumps:
-            ways = [side * each for side in (1.0, -1.0) for each in LATE]
-            found += [self._at_jump(side, way) for side in (1.0, -1.0) for way in ways]
-        return self._climbed(max(found, key=lambda each: each.error))
+            found += [self._at_jump(side, way) for side in (1.0, -1.0) for way in LATER]
+        usual = self._climbed(max(found, key=lambda each: each.error))
+        if not self._whole:
+            return usual
+        starts = {side: self._at_jump(side, 0.0) for side in (1.0, -1.0)}
+        between = [self._between(starts[side], self._at_jump(side, way)) for side in starts for way in LATER]
+        best = max(between, key=lambda each: each.error)
+        return best.errors if best.error > abs(self.highest(usual)[1]) else usual
 
     def _furthest(self, side: float) -> Found:
         """Those that are furthest off to a side, at the worst cam angle."""
@@ -410,6 +318,38 @@ class WorstSearch:
                 if off.max() > most:
                     most, errors = float(off.max()), {**errors, key: float(values[off.argmax()])}
         return errors
+
+    def _between(self, one: Found, other: Found) -> Found:
+        """The worst of the cams between two, next to a jump."""
+        ends, low, high = [flat(each.errors) for each in (one, other)], 0.0, 1.0
+        for _ in range(ZOOMS):
+            shares = np.linspace(low, high, FINER)
+            errors = polar(
+                {key: (1.0 - shares) * ends[0][key] + shares * ends[1][key] for key in ends[0]}, self.ends
+            )
+            places = self._beside_jumps(errors)
+            every = {key: np.tile(each, len(places)) for key, each in errors.items()}
+            found = np.abs(self.error(every, places.ravel())).reshape(places.shape)
+            row, k = (int(each) for each in np.unravel_index(found.argmax(), found.shape))
+            low, high = shares[max(k - 1, 0)], shares[min(k + 1, FINER - 1)]
+        return Found(
+            {key: float(each[k]) for key, each in errors.items()}, float(places[row, k]), float(found[row, k])
+        )
+
+    def _beside_jumps(self, errors: Mapping[str, FloatArray]) -> FloatArray:
+        """The places next to which jumps begin and end to count for cams (m,), on both sides: (places, m)."""
+        count, jumps = len(next(iter(errors.values()))), [jump.at for jump in self._whole]
+        every, at = {key: np.tile(each, len(jumps)) for key, each in errors.items()}, np.repeat(jumps, count)
+        found = np.reshape([at, *self._reaching(every, at)], (-1, count))
+        return self.cam.within(np.concatenate([found - BESIDE, found + BESIDE]))
+
+    def _reaching(self, errors: Mapping[str, FloatArray], angles: FloatArray) -> list[FloatArray]:
+        """The places of the first contact when it touches at cam angles, and when the second one touches there."""
+        known, found = flat(errors), [angles, angles]
+        for _ in range(TOUCHES):
+            turned = [self.cam.turned(known, each) for each in found]
+            found = [angles - turned[0], angles - self.cam.ahead(known, found[1], turned[1])]
+        return found
 
     def corner(self, angles: FloatArray, side: float, late: float = 0.0) -> dict[str, FloatArray]:
         """For each cam angle the ends of errors that move the tool furthest to a side.
@@ -484,7 +424,13 @@ class WorstSearch:
     def highest(self, errors: Mapping[str, float]) -> tuple[float, float]:
         """Where on its profile a cam has its largest error, and this."""
         angle = highest(self.turn.nodes, lambda angles: np.abs(self.error(errors, angles)))
-        return angle, float(self.error(errors, np.array([angle]))[0])
+        usual = angle, float(self.error(errors, np.array([angle]))[0])
+        if not self._whole:
+            return usual
+        places = self._beside_jumps({key: np.array([each]) for key, each in errors.items()}).ravel()
+        found = self.error({key: np.full(places.size, each) for key, each in errors.items()}, places)
+        most = np.abs(found).argmax()
+        return (float(places[most]), float(found[most])) if abs(found[most]) > abs(usual[1]) else usual
 
     def said(self, errors: Mapping[str, float], place: float, angle: float) -> dict[str, float]:
         """Errors in mm and deg, of a cam that is touched at a place at a cam angle.
@@ -499,10 +445,23 @@ class WorstSearch:
             found |= {BORE: abs(long), BORE_WAY: way - sense * turned}
         for key in errors:
             if key.startswith(WAY):
-                found[key] = self.waves * self.place_of(key, errors, place) - errors[key]
+                found[key] = self.cam.waves * self.place_of(key, errors, place) - errors[key]
         shown = {key: degrees(each) for key, each in found.items() if is_way(key) or key in ANGLES}
         return found | {key: each % 360.0 if is_way(key) else each for key, each in shown.items()}
 
     def place_of(self, key: str, errors: Mapping[str, float], angle: float) -> float:
         """The cam angle of the place of the profile that an error is of, where the first contact touches at one."""
-        return angle
+        if not key.endswith(SECOND):
+            return angle
+        at, known = np.array([angle]), flat(errors)
+        return angle + float(self.cam.ahead(known, at, self.cam.turned(known, at))[0])
+
+
+def worst_search(
+    turn: TurnErrors, order: int = 0, changed: Mapping[str, tuple[float, float]] | None = None
+) -> WorstSearch:
+    """The search for the worst cam in displacement (0), velocity (1) or acceleration (2), within its tolerances.
+
+    ``changed`` are other ends of errors than those of the scene.
+    """
+    return WorstSearch(turn, {**ends_of(turn.scene, turn.problem, order), **(changed or {})}, order)

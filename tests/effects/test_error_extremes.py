@@ -11,9 +11,10 @@ from camopt.effects.motion import error_names, scale
 from camopt.motion.table import DWELL
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
+from camopt.tolerances.errors import ends_of
 from camopt.tolerances.tolerance import errors_of
 from camopt.tolerances.turn import TurnErrors
-from camopt.tolerances.two_contacts import cams_of, ends_of
+from tests.support.real_cams import cams_of
 
 LINKS = {"train.1.coupler": 0.05, "train.1.crank": {"plus": 0.04, "minus": 0.0}, "follower.arm_length": 0.03}
 PAIR = {"drive.roller_radius": "h6", "follower.arm_length": 0.02, "phase": 0.02, "disc_phase": 0.02}

@@ -11,7 +11,7 @@ import camopt
 from camopt.mistakes import BadInput
 from camopt.problem.problem import resolve_design
 from camopt.tolerances.batch import share_of
-from camopt.tolerances.draw import beyond, drawn, parts_of
+from camopt.tolerances.drawn_cams import beyond, drawn, parts_of
 from camopt.tolerances.errors import error_ends
 from tests.tolerances.test_margins import scene_of
 

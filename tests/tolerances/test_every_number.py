@@ -15,16 +15,13 @@ from camopt.motion.driven import tool_position
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.train import CARRIED
-from camopt.tolerances import worst_case, worst_passing
-from camopt.tolerances.bounded import Gaps
-from camopt.tolerances.contributions import variances
-from camopt.tolerances.draw import drawn
+from camopt.tolerances import dwells_and_passages, worst_case
+from camopt.tolerances.drawn_cams import drawn
 from camopt.tolerances.errors import error_ends, flat, off_by
-from camopt.tolerances.exact import contact_of
 from camopt.tolerances.margins import Box
-from camopt.tolerances.off_train import follower_start
+from camopt.tolerances.real_cam import RealCam, follower_start
 from camopt.tolerances.response import Responses
-from camopt.tolerances.turn import TurnErrors
+from camopt.tolerances.turn import TurnErrors, variances
 from camopt.trains import TRAIN_STAGES
 from tests.support.cams import STEEL, cam_with
 from tests.support.depth import is_deep, times
@@ -85,7 +82,7 @@ def test_tools_of_links_that_are_off_are_where_their_closed_loops_are():
         shares = rng.choice([0.0, 1.0], len(ends)) if number % 2 else rng.uniform(size=len(ends))
         errors = {k: low + x * (high - low) for (k, (low, high)), x in zip(ends.items(), shares, strict=True)}
         place = np.array([rng.uniform(0.1, 6.1)])
-        found, still = contact_of(problem, errors, place), contact_of(problem, {}, place)
+        found, still = RealCam(problem).touch(flat(errors), place), RealCam(problem).touch({}, place)
         own = {key: each for key, each in errors.items() if not key.startswith("train")}
         train = problem.setup.train
         at = [float(train.follower_at(tool_position(problem.programme, each))[0]) for each in (place, found.angle)]
@@ -169,8 +166,9 @@ def test_every_key_of_every_stage_is_among_them():
 @pytest.mark.parametrize(("contact", "row", "moves", "more"), ALL_KEYS)
 def test_every_key_of_every_stage_may_have_a_tolerance(contact, row, moves, more, command, tmp_path, monkeypatch):
     """Of sizes that are not round, by each command that reads tolerances."""
-    for room, name in ((worst_case, "GAPS"), (worst_case, "RATE_GAPS"), (worst_passing, "GAPS")):
-        monkeypatch.setattr(room, name, Gaps((0.1, 10.0)))
+    for room, name in ((worst_case, "GAP"), (worst_case, "RATE_GAP"), (dwells_and_passages, "GAP")):
+        monkeypatch.setattr(room, name, 0.1)
+    monkeypatch.setattr(dwells_and_passages, "GAPS", (0.1, 10.0))
     rng, file = np.random.default_rng(57), tmp_path / "cam.toml"
     numbers = {
         key: each for key, each in {**row, **more, **CARRIED_BY[moves]}.items() if key not in ("stage", "crossed")

@@ -10,10 +10,9 @@ from scipy import stats
 import camopt
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.tolerances.draw import drawn
-from camopt.tolerances.largest import LargestErrors
-from camopt.tolerances.recontact import RealCams
+from camopt.tolerances.drawn_cams import LargestErrors, drawn
 from tests.support.cams import CONTACTS
+from tests.support.real_cams import RealCams
 from tests.support.recontact import displacement
 from tests.support.trains import exact
 from tests.tolerances.test_response import SIZES

@@ -13,7 +13,7 @@ from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.synthesise import solved
 from camopt.synthesis.through_train import follower_states
-from camopt.tolerances.limited import limited
+from camopt.tolerances.margins import limited
 
 GIVEN = {
     "slide-by-bell-crank": {"train.1.crank": 0.1, "train.1.coupler": 0.1, "follower.roller_radius": 0.02},

@@ -14,11 +14,11 @@ from camopt.motion.driven import tool_position
 from camopt.numerics.taylor import Taylor
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.tolerances.recontact import RealCams
 from camopt.tolerances.response import Responses
 from camopt.tolerances.turn import TurnErrors, band, worst
-from camopt.tolerances.worst_pairs import worst_search
+from camopt.tolerances.worst_case import worst_search
 from tests.support.cams import cam_with
+from tests.support.real_cams import RealCams
 
 GIVEN = {
     "follower.roller_radius": "h6",

@@ -10,26 +10,21 @@ import camopt
 from camopt.effects.answers import SECOND, errors_at
 from camopt.effects.motion import scale
 from camopt.mistakes import BadInput
-from camopt.motion.table import ALL_STROKES
-from camopt.numerics import LARGEST_MAGNITUDE
-from camopt.problem.claims import Claim, Plain
 from camopt.problem.problem import resolve_design
 from camopt.sheet.cam import TrueCam
 from camopt.sheet.two_contacts import apart
-from camopt.tolerances.draw import drawn
-from camopt.tolerances.errors import flat
-from camopt.tolerances.exact import Touched, at_tool, contact_of
-from camopt.tolerances.held import plays
-from camopt.tolerances.interference import INTERFERENCE, Interference
-from camopt.tolerances.limited import LimitedBy, limited
-from camopt.tolerances.margins import Box
+from camopt.tolerances.drawn_cams import drawn
+from camopt.tolerances.errors import errors_of, flat, own_errors
+from camopt.tolerances.held import INTERFERENCE, Interference, plays
+from camopt.tolerances.margins import Box, LimitedBy, limited
+from camopt.tolerances.real_cam import RealCam
+from camopt.tolerances.response import PairResponses, off_apart
 from camopt.tolerances.turn import TurnErrors, worst
-from camopt.tolerances.two_contacts import PairCams, PairResponses, RealPairs, errors_of, off_apart, own_errors
-from camopt.tolerances.worst_case import Proof
-from camopt.tolerances.worst_pairs import worst_search
+from camopt.tolerances.worst_case import tool_error, worst_search
 from camopt.verdicts.claim_boxes import Parts
 from tests.measured.test_pair_inspection import drawn as pair_drawn
 from tests.measured.test_pair_inspection import held
+from tests.support.real_cams import PairCams, RealPairs
 
 ANGLES = np.radians([25.0, 81.0, 150.0, 222.0, 301.0])
 DENSE = np.arange(0.0, 360.0, 0.05)
@@ -172,20 +167,16 @@ def test_what_is_proved_of_both_contacts_is_their_exact_contact_at_each_place(ki
     if kind == "rib":
         scene = scene.replace(motion=JUMPING)
     search = worst_search(TurnErrors(scene, resolve_design(scene)))
-    problem, rng, names = search.problem, np.random.default_rng(8), tuple(search.ends)
+    problem, rng = search.problem, np.random.default_rng(8)
     panels = np.arange(problem.programme.table.half_width.size)
-    errors = {key: rng.uniform(*search.ends[key], panels.size) for key in names}
+    errors = {key: rng.uniform(*search.ends[key], panels.size) for key in search.ends}
     u, known = rng.uniform(-0.9, 0.9, panels.size), flat(errors)
     rows = np.array([u, *known.values()])
 
-    def error(design, _):
-        return search.curve(design, {key: design.numbers[key] for key in known})
-
-    claim = Claim(error, ALL_STROKES, LARGEST_MAGNITUDE, Plain(1.0))
     parts = Parts(panels, np.ones(panels.size), rows, rows, np.ones((len(rows), 1)))
     half, middle = (getattr(problem.programme.table, each) for each in ("half_width", "centre"))
     with np.errstate(all="ignore"):
-        value = Proof(problem, claim, problem.design, tuple(known), np.inf).curve_over(parts)[0].value
+        value = search.proof(tool_error(search.cam, 0)).over(parts).value
     places = middle + u * half
     own = dict(errors)
     if "bore_eccentricity_way" in own:  # in the ground where the first contact touches, to the frame of the cam
@@ -202,7 +193,7 @@ def rest_of_first(problem, errors, places):
     own = own_errors(problem, 0, errors)
     if "bore_eccentricity_way" in own:
         own["bore_eccentricity_way"] = own["bore_eccentricity_way"] + problem.design.sense * places
-    return contact_of(PairCams(problem).contacts[0], own, places).angle - places
+    return RealCam(PairCams(problem).contacts[0]).touch(flat(own), places).angle - places
 
 
 @pytest.mark.parametrize("kind", ["yoke", "rib"])
@@ -385,7 +376,7 @@ def test_a_batch_of_pairs_behind_a_train_has_the_motion_of_the_exact_contact_of_
         given = {**off, "bore_eccentricity": np.abs(bore), "bore_eccentricity_way": np.angle(bore)}
         given.pop("train.1.coupler")
         moved, _ = PairCams(problem).at(given, theta)
-        return at_tool(problem, off, theta, Touched(0.0, [moved])).error
+        return RealCam(problem).at_tool(off, theta, [moved]).error
 
     before, at, after = (exact(angles + side * step) for side in (-1, 0, 1))
     np.testing.assert_allclose(cams.errors(off, places, 0), at, rtol=1e-9)

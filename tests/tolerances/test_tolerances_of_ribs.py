@@ -11,7 +11,8 @@ import camopt
 from camopt.effects.answers import SECOND, errors_at
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.tolerances.two_contacts import PairCams, PairResponses
+from camopt.tolerances.response import PairResponses
+from tests.support.real_cams import PairCams
 
 MOTIONS = ("translating", "oscillating")
 TURN = np.linspace(-0.6, 2.0 * np.pi + 0.6, 40_001)

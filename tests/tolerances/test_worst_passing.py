@@ -11,12 +11,12 @@ import camopt
 from camopt.effects.motion import scale
 from camopt.problem.problem import resolve_design
 from camopt.studies.timing import _asked
-from camopt.tolerances import worst_passing
-from camopt.tolerances.errors import BORE, BORE_WAY
+from camopt.tolerances import dwells_and_passages
+from camopt.tolerances.errors import BORE, BORE_WAY, ends_of
 from camopt.tolerances.turn import TurnErrors
-from camopt.tolerances.two_contacts import cams_of, ends_of
-from camopt.tolerances.worst_pairs import worst_search
+from camopt.tolerances.worst_case import worst_search
 from tests.support.depth import is_deep
+from tests.support.real_cams import cams_of
 from tests.support.recontact import displacement
 from tests.tolerances.test_response import DIGITS
 from tests.tolerances.test_worst_case import toleranced
@@ -31,7 +31,9 @@ def passages(scene):
     turn = TurnErrors(scene.toleranced, resolve_design(scene))
     of, unit = worst_search(turn), turn.problem.programme.tool.unit
     return [
-        worst_passing._worst(of, each, end, np.inf) for each in _asked(passage, unit) for end in worst_passing.ENDS
+        dwells_and_passages._worst(of, each, end, np.inf)
+        for each in _asked(passage, unit)
+        for end in dwells_and_passages.ENDS
     ]
 
 
@@ -50,7 +52,7 @@ def test_no_cam_passes_beyond_the_bound(kind):
     for found in passages(scene)[:: 1 if is_deep() else 3]:
         angles = np.full(count, radians(found.bound_deg))
         error = cams.errors(off, cams.touched(off, angles), 0)
-        side = worst_passing.SIDES[found.passage, found.end]
+        side = dwells_and_passages.SIDES[found.passage, found.end]
         above = side * (programme.at(angles[:1])[0] + error - found.lift * programme.unit)
         assert above.max() <= 1e-13
         assert above.max() > -0.5 * np.ptp(error)  # not far from it
@@ -99,7 +101,7 @@ def test_a_passage_that_some_cam_does_not_make_and_one_without_a_proof_are_told(
     assert {each.gap_deg for each in low if np.isinf(each.bound_deg)} == {0.0}
     out = command("timing", "uniform-knife-offset", "--set", "tolerances.profile=0.01")[1]
     assert "No bound is known where it is infinite: the velocity of the motion jumps." in out
-    monkeypatch.setattr(worst_passing, "SECONDS", -1.0)
+    monkeypatch.setattr(dwells_and_passages, "SECONDS", -1.0)
     found = json.loads(command("timing", "bucket-valve", "--set", "tolerances.profile=0.01", "--json")[1])["worst"]
     assert {(each["bound_deg"], each["unproved"]) for each in found} == {(None, "the time of -1 s was over")}
 

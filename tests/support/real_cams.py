@@ -1,51 +1,37 @@
-"""The exact motion of cams that are off: no linear model, but where each follower comes to rest on its own profile.
+"""Real cams a second way: the motion as a curve (θ(φ), y(φ)), for comparison with ``tolerances.real_cam``.
 
 The point that a nominal follower touches at the cam angle φ is touched with the displacement y(φ) when the cam has
-turned to the angle θ(φ), both in closed form by each mechanism (``mechanisms.rest``). So the motion is known as a
-curve (θ(φ), y(φ)), and
+turned to the angle θ(φ), both in closed form by each mechanism (``mechanisms.rest``). So
 
     dy/dθ = y'/θ',    d²y/dθ² = (y'' − y'θ''/θ')/θ'²
 
-are exact too, by the Taylor series of both in φ. The error is that of the tool from where it is asked to be at θ.
-
-An error of the profile with waves is that of the curve that the roller's centre (a flat face) follows. The profile
-itself is off by the same but for half of the radius times the square of the wave's slope: 0.03 µm of 2 µm in 50
-waves on a cam of 40 mm.
+by the Taylor series of both in φ. The error is that of the tool from where it is asked to be at θ. Of two contacts
+each one has an iteration of its own for the place that it touches at a cam angle.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.effects.answers import back_of
 from camopt.mechanisms.rest import Shift
 from camopt.motion.driven import tool_position
 from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor, direction
 from camopt.problem.problem import Problem
-from camopt.scene.tolerances import ANGLES
-from camopt.tolerances.errors import BORE, is_way, off_by, way_of
+from camopt.problem.variables import is_of_train
+from camopt.tolerances.errors import BORE, BORE_WAY, CutErrors, contacts_of, flat, off_by, own_errors
+from camopt.tolerances.real_cam import RealCam
 
-Off = Mapping[str, FloatArray]
-"""By how much cams are off, each (n,), by key of ``[tolerances]``, in mm or rad; complex of a profile with
-waves (a + ib stands out by a·cos nφ + b·sin nφ) and of the bore's axis (x + iy in the frame of the cam)."""
+PAIR_TOUCHES = 3
+FACTORIALS = 1.0, 1.0, 2.0
 TOUCHES = 2
 """How often the place is found anew that is touched at a cam angle."""
 TURNS = 4
 """How often the cam angle at which a cylinder touches is found anew, by which its bore is off along the surface."""
-
-
-def off_of(errors: Mapping[str, float], count: int) -> Off:
-    """The errors of one cam in mm and deg, as those of the worst cam are told, for a number of places on it."""
-    found: dict[str, FloatArray] = {}
-    for key, value in errors.items():
-        if way_of(key) in errors and not is_way(key):
-            found[key] = np.full(count, value * np.exp(1j * np.radians(errors[way_of(key)])))
-        elif not is_way(key):
-            found[key] = np.full(count, np.radians(value) if key in ANGLES else value)
-    return found
 
 
 class RealMotion(NamedTuple):
@@ -73,7 +59,7 @@ class RealCams:
     waves: int = 0
     """Of the error of the profile, in a turn; 0 if it is the same all over."""
 
-    def errors(self, off: Off, places: FloatArray, order: int) -> FloatArray:
+    def errors(self, off: CutErrors, places: FloatArray, order: int) -> FloatArray:
         """The errors of position, velocity or acceleration (order 0, 1, 2) of cams (n,), where each is touched at
         the cam angle of ``places`` (n,), rad; in mm or rad by powers of rad."""
         return self.beyond(self.motion(off, places, order), order)
@@ -91,18 +77,18 @@ class RealCams:
         """Cam angles within the turn, rad."""
         return np.asarray(np.mod(angles, self.problem.programme.strokes[-1].end))
 
-    def touched(self, off: Off, angles: FloatArray) -> FloatArray:
+    def touched(self, off: CutErrors, angles: FloatArray) -> FloatArray:
         """The places where cams are touched at cam angles."""
         places = angles
         for _ in range(TOUCHES):
             places = places - (self.angle(off, places) - angles)
         return places
 
-    def angle(self, off: Off, places: FloatArray) -> FloatArray:
+    def angle(self, off: CutErrors, places: FloatArray) -> FloatArray:
         """The cam angles at which cams are touched at places, rad."""
         return np.asarray(self._rest(off, places, 0).angle.terms[0] - off.get("phase", 0.0))
 
-    def motion(self, off: Off, places: FloatArray, order: int) -> RealMotion:
+    def motion(self, off: CutErrors, places: FloatArray, order: int) -> RealMotion:
         """The motion at these places, with derivatives up to an order."""
         angle, follower = self._rest(off, places, order)
         angle, train = angle - off.get("phase", 0.0), self.problem.setup.train
@@ -110,7 +96,7 @@ class RealCams:
             return RealMotion(angle, follower)
         return RealMotion(angle, self.problem.train_off(off).tool(follower + self._follower_zero))
 
-    def _rest(self, off: Off, places: FloatArray, order: int) -> RealMotion:
+    def _rest(self, off: CutErrors, places: FloatArray, order: int) -> RealMotion:
         """The cam angle, but for the phase, and the displacement of the follower."""
         problem = self.problem
         y = problem.programme.at(self.within(places), order + 1)
@@ -123,7 +109,7 @@ class RealCams:
             angle = place + rest.turned
         return RealMotion(angle, motion[0] + rest.moved)
 
-    def _axis(self, off: Off, angle: Taylor) -> Shift:
+    def _axis(self, off: CutErrors, angle: Taylor) -> Shift:
         """How far the axis of the profile is off at a cam angle; of a cylinder along its surface."""
         if BORE not in off:
             return 0.0, 0.0
@@ -133,7 +119,7 @@ class RealCams:
             return x, 0.0
         return x, way.sine * bore.real + way.cosine * bore.imag
 
-    def _standing(self, off: Off, places: FloatArray, order: int) -> Taylor:
+    def _standing(self, off: CutErrors, places: FloatArray, order: int) -> Taylor:
         """By how much the curve that the follower's centre follows stands out along its normal."""
         phasor = np.conj(off.get("profile", 0.0)) * np.exp(1j * self.waves * places)
         return Taylor([((1j * self.waves) ** k * phasor).real / (1.0, 1.0, 2.0)[k] for k in range(order + 1)])
@@ -163,3 +149,87 @@ def _series(derivatives: FloatArray) -> Taylor:
 def _line(values: FloatArray, order: int) -> Taylor:
     """A series that grows by 1."""
     return Taylor([values, np.ones_like(values), np.zeros_like(values)][: order + 1])
+
+
+@dataclass(frozen=True)
+class PairCams:
+    """The exact errors of cams that are off, at cam angles."""
+
+    problem: Problem
+
+    @cached_property
+    def contacts(self) -> tuple[Problem, Problem]:
+        return contacts_of(self.problem)
+
+    def at(self, errors: Mapping[str, Any], angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """δ of the follower, and s, mm (rad), of cams whose errors are numbers or arrays (m,)."""
+        first, own = (self._of(place, errors, angles) for place in (0, 1))
+        second = back_of(self.problem.setup.mechanism) * own
+        return (first - second) / 2.0, first + second
+
+    def _of(self, place: int, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
+        """The errors of the motion of a contact, of which the place is found that touches at each cam angle."""
+        own, problem, places = own_errors(self.problem, place, errors), self.contacts[place], angles
+        way, developed = own.pop(BORE_WAY, None), problem.setup.mechanism.body.developed
+        for _ in range(PAIR_TOUCHES):
+            given = dict(own)
+            if way is not None and developed:  # along the surface of the cylinder, where it is touched
+                there = angles + own.get("phase", 0.0)
+                given[BORE] = own[BORE] * np.cos(way + problem.design.sense * there)
+            elif way is not None:  # in the ground
+                given[BORE_WAY] = way + problem.design.sense * places
+            found = RealCam(problem).touch(flat(given), places)
+            places = places - (found.angle - angles)
+        return found.error
+
+
+@dataclass(frozen=True)
+class RealPairs(RealCams):
+    """Cams with two contacts of the follower; places are those of the first one."""
+
+    @cached_property
+    def contacts(self) -> tuple[RealCams, RealCams]:
+        first, second = (RealCams(each, self.waves) for each in contacts_of(self.problem))
+        return first, second
+
+    def errors(self, off: CutErrors, places: FloatArray, order: int) -> FloatArray:
+        return self._errors(self.contacts[0].motion(self._own(0, off), places, order), off, order)
+
+    def _errors(self, first: RealMotion, off: CutErrors, order: int) -> FloatArray:
+        """The same from the motion of the first contact."""
+        train = self.problem.setup.train
+        if train is None:
+            return next(self._moved(first, off, [order]))
+        orders, angles = range(order + 1), self.within(first.angle.terms[0])
+        asked = zip(self.problem.programme.at(angles), self._moved(first, off, orders), FACTORIALS, strict=False)
+        follower = Taylor([(stands + moved) / factor for stands, moved, factor in asked])
+        tool = self.problem.train_off(off).tool(follower + self._follower_zero).terms[order]
+        return np.asarray(tool * FACTORIALS[order] - self._asked(angles, order))
+
+    def angle(self, off: CutErrors, places: FloatArray) -> FloatArray:
+        return self.contacts[0].angle(self._own(0, off), places)
+
+    def motion(self, off: CutErrors, places: FloatArray, order: int) -> RealMotion:
+        """The cam angle by the place, and to order 0 the tool."""
+        found = self.contacts[0].motion(self._own(0, off), places, order)
+        if order > 0:
+            return found
+        asked = self._asked(self.within(found.angle.terms[0]), 0)
+        return RealMotion(found.angle, Taylor([asked + self._errors(found, off, 0)]))
+
+    def _moved(self, first: RealMotion, off: CutErrors, orders: Iterable[int]) -> Iterator[FloatArray]:
+        """The errors of the follower, in the middle of both contacts, and their derivatives by the cam angle."""
+        (one, second), other = self.contacts, self._own(1, off)
+        places = second.touched(other, first.angle.terms[0])
+        for order in orders:
+            moved = back_of(self.problem.setup.mechanism) * second.errors(other, places, order)
+            yield (one.beyond(first, order) - moved) / 2.0
+
+    def _own(self, place: int, off: CutErrors) -> CutErrors:
+        """Errors as a contact has them."""
+        return own_errors(self.problem, place, {key: each for key, each in off.items() if not is_of_train(key)})
+
+
+def cams_of(problem: Problem, waves: int) -> RealCams:
+    """Real cams of a problem, with one contact or two."""
+    return (RealPairs if problem.setup.mechanism.further else RealCams)(problem, waves)
