@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.drawing.style import ALARM, INK, LIMIT, MUTED, ON_WHITE, PAGE_TITLE, SERIES, Target, canvas, dress
+from camopt.drawing.style import (
+    ALARM,
+    INK,
+    LIMIT,
+    MUTED,
+    ON_WHITE,
+    PAGE_TITLE,
+    SERIES,
+    Figure,
+    Target,
+    canvas,
+    dress,
+)
 from camopt.effects.answers import ORDERS
 from camopt.effects.motion import scale
 from camopt.problem.problem import resolve_design
