@@ -323,7 +323,7 @@ def _joined(a: Parts, b: Parts) -> Parts:
 def _is_wide(parts: Parts, steepness: FloatArray) -> NDArray[np.bool_]:
     """Which parts have something that can be cut."""
     width = parts.high - parts.low
-    return np.asarray(((steepness * width > 0.0) & (width > LEAST_SHARE * parts.whole)).any(axis=0))
+    return np.asarray((~(steepness * width <= 0.0) & (width > LEAST_SHARE * parts.whole)).any(axis=0))
 
 
 class Enclosed(NamedTuple):

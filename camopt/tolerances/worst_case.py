@@ -30,7 +30,7 @@ from camopt.effects.motion import scale
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import JUMP_SIDE, Jump, jumps_of
 from camopt.numerics import FloatArray
-from camopt.numerics.clock import now
+from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem
 from camopt.scene.tolerances import ANGLES
 from camopt.tolerances.bound import ROOM, Bound, BoundSearch, Passed, Quantity, Values, box_of, first_parts, late
@@ -214,8 +214,9 @@ class WorstSearch:
         """
         search = self.proof(tool_error(self.cam, self.order), self.reach)
         parts, found = search.parted(first_parts(self.problem, self.box)), Bound(-inf, least)
-        for passed in self.cases:
-            more = replace(search, passed=passed).run(parts, found.found, gap, until, enough)
+        cases = [*self.cases]
+        for left, passed in zip(range(len(cases), 0, -1), cases, strict=True):
+            more = replace(search, passed=passed).run(parts, found.found, gap, share(until, left), enough)
             cam = found.cam if more.cam is None else more.cam
             found = Bound(max(found.high, more.high), max(found.found, more.found), cam)
             parts = parts.take(np.flatnonzero(search.near(parts)))
